@@ -32,7 +32,7 @@ from drivetrain.simulation.engines.inverse_demand import demanded
 from drivetrain.simulation.plan.mechanics import coupling_of, ratios_of
 from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.study_scene import Wishes, scene_of, with_feed_forward
+from drivetrain.simulation.study_scene import SceneOptions, scene_of, with_feed_forward
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.simulation import KNOWN_EFFECTS, AddedEffect, Control, Simulation
@@ -133,20 +133,20 @@ def place_of(scene: Scene, joint: str) -> Place:
     )
 
 
-def full_scene(evaluation: Evaluation, wishes: Simulation | None = None) -> Scene:
+def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Scene:
     """The scene with every effect that the sheets have numbers for; what the controller feeds forward is not in yet.
 
     Args:
-        wishes: Loops and repetitions; None: the study's own.
+        options: Loops and repetitions; None: the study's own.
 
     Raises:
         InputError: As ``scene_of``.
     """
     study = evaluation.study
-    told = study.simulation if wishes is None else wishes
+    told = study.simulation if options is None else options
     built = scene_of(
         study, {name: joint.drive for name, joint in evaluation.joints.items()},
-        wishes=Wishes(
+        options=SceneOptions(
             bandwidth=told.bandwidth, feed_forward=False, heat=False, springs=True, damping=told.damping,
             repetitions=told.repetitions,
         ),

@@ -13,7 +13,7 @@ import numpy as np
 
 from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
 from drivetrain.arm.bodies import with_payload
-from drivetrain.arm.checks import triangle_doubt
+from drivetrain.arm.checks import triangle_warning
 from drivetrain.arm.dh import DHConvention, DHRow, arm_from_dh
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.urdf.model import read_model
@@ -139,8 +139,8 @@ def _table_arm(file: str, tip: str | None, gravity: Any) -> Arm:
         arm = with_payload(arm, data["payload"]["mass"], data["payload"]["com"], np.zeros((3, 3)))
     rotors = [Rotor(row["ratio"], row["rotor_inertia"]) for row in data["rows"]]
     arm = with_rotors(arm, rotors, coupling=data.get("coupling"))
-    doubts = [triangle_doubt(tensor, link) for tensor, link in zip(arm.inertias, arm.link_names, strict=True)]
-    return replace(arm, notes=(*arm.notes, *filter(None, doubts)))
+    warnings = [triangle_warning(tensor, link) for tensor, link in zip(arm.inertias, arm.link_names, strict=True)]
+    return replace(arm, notes=(*arm.notes, *filter(None, warnings)))
 
 
 def _tensor(row: dict[str, Any]) -> Array:

@@ -111,7 +111,7 @@ def called(link: str) -> str:
     return link if link.lower().startswith("link") else f"link {link}"
 
 
-def triangle_doubt(inertia: Array, link: str) -> str:
+def triangle_warning(inertia: Array, link: str) -> str:
     """What to say of an inertia that no body can have."""
     if triangle_excess(inertia) <= TRIANGLE_TOLERANCE:
         return ""
@@ -122,8 +122,8 @@ def triangle_doubt(inertia: Array, link: str) -> str:
 
 def warn_of_inertias(inertias: Array, links: Sequence[str]) -> list[str]:
     """Warn of every link whose inertia no body can have."""
-    doubts = [triangle_doubt(tensor, link) for tensor, link in zip(inertias, links, strict=True)]
-    texts = [doubt for doubt in doubts if doubt]
+    found = [triangle_warning(tensor, link) for tensor, link in zip(inertias, links, strict=True)]
+    texts = [warning for warning in found if warning]
     for text in texts:
         warnings.warn(text, PhysicsWarning, stacklevel=3)
     return texts
@@ -134,7 +134,7 @@ DENSITY = 20.0  # kg/m^3: packing foam; the clean arms known to us lie above 50,
 THINNEST = 0.1  # of the widest half axis: thin plates and rods count as this thick
 
 
-def doubts(name: str, body: RigidBody, points: Sequence[Array]) -> list[str]:
+def implausible(name: str, body: RigidBody, points: Sequence[Array]) -> list[str]:
     """What is hard to believe of a link's mass and inertia.
 
     Two tests. No body breaks the triangle inequality of the principal moments. And no link is both much wider than
@@ -148,7 +148,7 @@ def doubts(name: str, body: RigidBody, points: Sequence[Array]) -> list[str]:
     """
     if body.mass <= 0.0:
         return []
-    found = [doubt for doubt in [triangle_doubt(body.inertia, name)] if doubt]
+    found = [warning for warning in [triangle_warning(body.inertia, name)] if warning]
     all_points = np.array([*points, body.com])
     size = float(np.linalg.norm(all_points[:, np.newaxis] - all_points, axis=2).max())
     largest = float(np.linalg.eigvalsh(body.inertia)[2])

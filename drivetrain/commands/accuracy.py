@@ -11,10 +11,10 @@ from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
 from drivetrain.commands.shared import (
     DOES_NOT_FIT,
     FITS,
-    Together,
+    FaultCollector,
+    report_faults,
     report_folder,
     say,
-    told,
     whole_names,
     working,
     writable,
@@ -35,7 +35,7 @@ def _accuracy(
     ] = None,
 ) -> None:
     """Show on the study's own motion what every effect changes and costs, and which a tolerance lets one omit."""
-    with told():
+    with report_faults():
         from dataclasses import replace
 
         from drivetrain.accuracy.auto import choose_effects
@@ -49,14 +49,14 @@ def _accuracy(
         from drivetrain.units import quantity
         from drivetrain.whole_files import write_files
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(out)
-        with together:
+        with faults:
             share = None if tolerance is None else quantity(tolerance, "", "--tolerance", above=0.0)
-        with together:
+        with faults:
             loaded = load_chosen(study)
-        together.tell()
+        faults.report()
         wishes = loaded.simulation if share is None else replace(loaded.simulation, tolerance=share)
         result = chosen(loaded, runs=True)
         with working("leaving out one effect after the other") as step:
@@ -91,19 +91,19 @@ def _loops(
     ] = None,
 ) -> None:
     """Lay out each joint's position, speed and current loop: gains for the amplifier, margins, Bode, step response."""
-    with told():
+    with report_faults():
         from drivetrain.report.loops_page import loops_json, loops_report, loops_sentence
         from drivetrain.sizing.answers.loops import study_loops
         from drivetrain.whole_files import write_files
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(out)
-        with together:
+        with faults:
             loaded = load_chosen(study)
             names = [task.name for task in loaded.joints]
             joint = whole_names("--joint", "joint of the study", joint, names)
-        together.tell()
+        faults.report()
         result = chosen(loaded, runs=True)
         with working("laying out the loops"):
             found = study_loops(result, joints=joint or None)

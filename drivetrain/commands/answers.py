@@ -11,11 +11,11 @@ from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
 from drivetrain.commands.shared import (
     DOES_NOT_FIT,
     FITS,
-    Together,
+    FaultCollector,
     lines,
+    report_faults,
     report_folder,
     say,
-    told,
     whole_name,
     whole_names,
     working,
@@ -44,18 +44,18 @@ def _why_not(
     out: Annotated[Path | None, _out("why_not.html")] = None,
 ) -> None:
     """Say why a motor, a gear or a pair was not chosen, what would let it pass, and what it would cost."""
-    with told():
+    with report_faults():
         from drivetrain.report.why_not_page import why_not_lines, why_not_report
         from drivetrain.sizing.answers.why_not import why_not
         from drivetrain.study.read import load_study
         from drivetrain.whole_files import write_files
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(out)
-        with together:
+        with faults:
             loaded = load_study(study)
-        together.tell()
+        faults.report()
         joint = None if joint is None else whole_name(joint, [task.name for task in loaded.joints])
         with working("searching for what would let it pass"):
             found = why_not(loaded, joint, motor, gear)
@@ -77,18 +77,18 @@ def _explain(
     check: Annotated[list[str] | None, typer.Option(help="This check only; may be repeated.")] = None,
 ) -> None:
     """Say how each check comes about: formula, numbers, instant, limit and its source."""
-    with told():
+    with report_faults():
         from drivetrain.report.explain import explanation
         from drivetrain.sizing.judge.checks import REQUIREMENTS
 
-        together, checks = Together(), [row.name for row in REQUIREMENTS]
-        with together:
+        faults, checks = FaultCollector(), [row.name for row in REQUIREMENTS]
+        with faults:
             check = whole_names("--check", "check", check, checks)
-        with together:
+        with faults:
             loaded = load_chosen(study)
             names = [*(task.name for task in loaded.joints), "supply", "arm"]
             joint = whole_names("--joint", "joint of the study", joint, names)
-        together.tell()
+        faults.report()
         found = chosen(loaded)
         lines(explanation(found, tuple(joint or ()), tuple(check or ())))
         raise typer.Exit(FITS if found.feasible else DOES_NOT_FIT)
@@ -105,25 +105,25 @@ def _curve(
     out: Annotated[Path | None, _out("curve.html")] = None,
 ) -> None:
     """Show what the best drives become as payload, cycle time, supply voltage or air temperature change."""
-    with told():
+    with report_faults():
         from drivetrain.errors import Fault, InputError
         from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
         from drivetrain.sizing.answers.curve import optimum_curve, varied
         from drivetrain.study.read import load_study
         from drivetrain.whole_files import write_files
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(out)
-        with together:
+        with faults:
             if points < 2:
                 raise InputError(Fault("--points", "must be 2 or more", points))
-        with together:
+        with faults:
             what = varied(vary)
             ends = _ends(low, high, what.unit)
-        with together:
+        with faults:
             loaded = load_study(study)
-        together.tell()
+        faults.report()
         with working("selecting along the curve") as step:
             found = optimum_curve(loaded, what, ends, points=points, payload=payload, progress=step)
             page = curve_report(found)
@@ -164,7 +164,7 @@ def _front(
     out: Annotated[Path | None, _out("front.html and front.json")] = None,
 ) -> None:
     """Find every set of drives that no other beats in mass, price, energy a cycle and utilisation at once."""
-    with told():
+    with report_faults():
         from drivetrain.report.front_page import front_json, front_lines, front_report, front_sentence
         from drivetrain.sizing.search.front import pareto_front
         from drivetrain.study.parts.selection import read_criterion
@@ -172,18 +172,18 @@ def _front(
         from drivetrain.units import quantity
         from drivetrain.whole_files import write_files
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(out)
-        with together:
+        with faults:
             seconds = quantity(time_limit, "s", "--time-limit", above=0.0)
         names = [name.strip() for name in by.split(",") if name.strip()]
         for name in names:
-            with together:
+            with faults:
                 read_criterion(name, "--by")
-        with together:
+        with faults:
             loaded = load_study(study)
-        together.tell()
+        faults.report()
         with working("searching the front") as step:
             found = pareto_front(loaded, names, time_limit=seconds, progress=step)
             files = {"front.html": front_report(found), "front.json": front_json(found)}
@@ -204,20 +204,20 @@ def _free_ratio(
     out: Annotated[Path | None, _out("free_ratio.html")] = None,
 ) -> None:
     """Find the best ratio of every joint that the study gives a free_ratio, and the nearest gears of the catalogue."""
-    with told():
+    with report_faults():
         from drivetrain.report.free_ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
         from drivetrain.sizing.answers.free_ratio import free_ratios, goal_of
         from drivetrain.study.read import load_study
         from drivetrain.whole_files import write_files
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(out)
-        with together:
+        with faults:
             goal_of(goal)
-        with together:
+        with faults:
             loaded = load_study(study)
-        together.tell()
+        faults.report()
         with working("turning the ratios"):
             found = free_ratios(loaded, goal=goal)
             page = free_ratio_report(found)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.shared import FITS, Together, say, told, working, writable
+from drivetrain.commands.shared import FITS, FaultCollector, report_faults, say, working, writable
 
 if TYPE_CHECKING:
     from drivetrain.arm.arm import Arm
@@ -70,7 +70,7 @@ def _simulate(
     ] = None,
 ) -> None:
     """Let a study's arm run its cycle with its drives; or let a passive arm go, without drives, friction or losses."""
-    with told():
+    with report_faults():
         if Path(what).suffix.lower() in STUDIES:
             from drivetrain.commands.simulation import Asked, simulate_study
 
@@ -84,24 +84,24 @@ def _simulate(
         from drivetrain.simulation.passive import simulate_passive
         from drivetrain.units import quantity
 
-        together = Together()
-        together.faults += _not_of(
+        faults = FaultCollector()
+        faults.faults += _not_of(
             "studies", {"--effects": effects, "--tolerance": tolerance, "--resume": resume, "--verify": verify}
         )
-        with together:
+        with faults:
             writable(out)
-        with together:
+        with faults:
             width = quantity(step or "1 ms", "s", "--step", above=0.0)
-        with together:
+        with faults:
             method = _solver(solver or Method.ADAPTIVE)
-        with together:
+        with faults:
             seconds = quantity(duration or "3 s", "s", "--duration", above=0.0)
-        with together:
+        with faults:
             loaded = load_arm(what)
             position, rest = _start(loaded, start), [0.0] * loaded.n
-        with together:
+        with faults:
             loaded = load_arm(what, tip=tip)
-        together.tell()
+        faults.report()
         with working(f"simulating {loaded.name}"):
             recording = simulate_passive(loaded, position, rest, seconds, solver=method(width))
         _deliver(recording, out or Path(f"{loaded.name}_recording"))

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, lines, listed, say, told, writable
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, lines, listed, report_faults, say, writable
 
 app = typer.Typer(
     help="Look after catalogues of motors, gears, brakes, amplifiers and prices.",
@@ -31,7 +31,7 @@ def _lint(
     ],
 ) -> None:
     """List everything wrong with a catalogue at once; exit code 1 when a row cannot be right."""
-    with told():
+    with report_faults():
         from drivetrain.catalog.findings import Severity
         from drivetrain.catalog.lint import lint
         from drivetrain.report.terminal import console, lint_table
@@ -65,7 +65,7 @@ def _import(
     ] = False,
 ) -> None:
     """Bring a catalogue in another column format into a folder of this one."""
-    with told():
+    with report_faults():
         from drivetrain.catalog.importers import import_mgdb, import_table
 
         writable(out)

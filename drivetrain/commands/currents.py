@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, say, told, writable
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, FaultCollector, report_faults, say, writable
 
 if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation
@@ -68,7 +68,7 @@ def _currents(
     ] = None,
 ) -> None:  # fmt: skip
     """Write the current command of every joint over the cycle, for the drives that the study names or selects."""
-    with told():
+    with report_faults():
         from drivetrain.errors import Fault
         from drivetrain.export.current_scales import current_scales
         from drivetrain.export.currents import write_currents
@@ -76,16 +76,16 @@ def _currents(
         from drivetrain.units import quantity
         from drivetrain.whole_files import write_files
 
-        together, hertz = Together(), None
-        with together:
+        faults, hertz = FaultCollector(), None
+        with faults:
             writable(out, file=True)
-        with together:
+        with faults:
             hertz = None if rate is None else quantity(rate, "Hz", "--rate", above=0.0)
         given = {"--basis": basis, "--full-scale": full_scale}
-        together.faults += [Fault(name, "needs --scale") for name, value in given.items() if value and scale is None]
-        with together:
+        faults.faults += [Fault(name, "needs --scale") for name, value in given.items() if value and scale is None]
+        with faults:
             loaded = load_chosen(study)
-        together.tell()
+        faults.report()
         result = chosen(loaded)
         if scale is None:
             write_files(out.parent, {out.name: currents_csv(result, rate=hertz, hold=hold)})
@@ -102,11 +102,11 @@ def _full_scales(texts: list[str] | None, result: Evaluation, basis: Basis | Non
     """By joint name, what is said of all first."""
     from drivetrain.units import quantity
 
-    unit, together, found = "N m" if basis is Basis.TORQUE else "A", Together(), dict[str, float]()
+    unit, faults, found = "N m" if basis is Basis.TORQUE else "A", FaultCollector(), dict[str, float]()
     for text in sorted(texts or (), key=lambda text: "=" in text):
         name, _, value = text.rpartition("=")
-        with together:
+        with faults:
             number = quantity(value, unit, f"--full-scale {name}".strip(), above=0.0)
             found |= dict.fromkeys([name] if name else result.joints, number)
-    together.tell()
+    faults.report()
     return found

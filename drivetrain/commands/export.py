@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, say, told, writable
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, FaultCollector, report_faults, say, writable
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -37,7 +37,7 @@ def _export(
     rate: Annotated[str, typer.Option(metavar="RATE", help="Of --to c, how often it will be called.")] = "1 kHz",
 ) -> None:
     """Write the arm with the drives that the study names or selects for another tool, and say what its format loses."""
-    with told():
+    with report_faults():
         from drivetrain.control.c_code import write_c
         from drivetrain.control.commander import Commander
         from drivetrain.errors import Fault
@@ -47,16 +47,16 @@ def _export(
         from drivetrain.export.sdf import write_sdf
         from drivetrain.units import quantity
 
-        together, hertz = Together(), 0.0
-        with together:
+        faults, hertz = FaultCollector(), 0.0
+        with faults:
             writable(out, file=True)
-        with together:
+        with faults:
             hertz = quantity(rate, "Hz", "--rate", above=0.0)
         if payload is not None and to in (Format.ROS2, Format.PHYSX):
-            together.faults.append(Fault("--payload", f"means nothing to {to.value}, which holds drives alone"))
-        with together:
+            faults.faults.append(Fault("--payload", f"means nothing to {to.value}, which holds drives alone"))
+        with faults:
             loaded = load_chosen(study)
-        together.tell()
+        faults.report()
         result = chosen(loaded)
         notes: tuple[str, ...]
         if to is Format.MJCF:

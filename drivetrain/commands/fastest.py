@@ -8,7 +8,17 @@ from typing import Annotated
 import typer
 
 from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, lines, report_folder, say, told, working, writable
+from drivetrain.commands.shared import (
+    DOES_NOT_FIT,
+    FITS,
+    FaultCollector,
+    lines,
+    report_faults,
+    report_folder,
+    say,
+    working,
+    writable,
+)
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -24,18 +34,18 @@ def _fastest(
     ] = None,
 ) -> None:
     """Find the fastest cycle that the drives can hold, dwells kept, and which limit binds each move."""
-    with told():
+    with report_faults():
         from drivetrain.report.fastest_lines import fastest_lines, motion_csv
         from drivetrain.report.outputs import write_outputs
         from drivetrain.sizing.answers.fastest import fastest
         from drivetrain.whole_files import write_files
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(out)
-        with together:
+        with faults:
             loaded = load_chosen(study)
-        together.tell()
+        faults.report()
         drives = chosen(loaded).drives
         with working("finding the fastest cycle"):
             found = fastest(loaded, drives)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import FITS, Together, say, told, working, writable
+from drivetrain.commands.shared import FITS, FaultCollector, report_faults, say, working, writable
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -33,21 +33,21 @@ def _identify(
     ] = False,
 ) -> None:  # fmt: skip
     """Find bodies and friction of the arm from a recording, and write the study with them."""
-    with told():
+    with report_faults():
         from drivetrain.errors import Fault, InputError
         from drivetrain.identification.identify import identify
         from drivetrain.identification.outputs import write_identification
         from drivetrain.motion.recording import read_recording
         from drivetrain.study.read import load_study
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(out)
         names = dict(pair.split("=", 1) for pair in column or () if "=" in pair)
-        together.faults += [Fault("--column", "must be NAME=MEANING", pair) for pair in column or () if "=" not in pair]
-        with together:
+        faults.faults += [Fault("--column", "must be NAME=MEANING", pair) for pair in column or () if "=" not in pair]
+        with faults:
             loaded = load_study(study)
-        together.tell()
+        faults.report()
         if loaded.arm is None:
             raise InputError(Fault("study", "has no arm to identify", str(study)))
         measured = read_recording(recording, loaded.arm.joint_names, columns=names)

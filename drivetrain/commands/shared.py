@@ -27,7 +27,7 @@ DEBUG = "DRIVETRAIN_DEBUG"  # in the environment
 
 
 @contextmanager
-def told() -> Iterator[None]:
+def report_faults() -> Iterator[None]:
     """Wrong input ends as a list of faults, Ctrl-C and failures in one line; warnings become notes."""
     from drivetrain.errors import DrivetrainError
 
@@ -66,13 +66,13 @@ def failure(error: Exception) -> int:
     return FAILED
 
 
-class Together:
-    """Faults of several inputs, told at once: each is read inside ``with``, then ``tell`` raises what was wrong."""
+class FaultCollector:
+    """Faults of several inputs at once: each is read inside ``with``, then ``report`` raises what was wrong."""
 
     def __init__(self) -> None:
         self.faults: list[Fault] = []
 
-    def __enter__(self) -> Together:
+    def __enter__(self) -> FaultCollector:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> bool:
@@ -83,7 +83,7 @@ class Together:
             return True
         return False
 
-    def tell(self) -> None:
+    def report(self) -> None:
         """Go no further where something was wrong.
 
         Raises:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drivetrain.commands.chain import chosen, load_chosen
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, report_folder, say, working, writable
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, FaultCollector, report_folder, say, working, writable
 
 if TYPE_CHECKING:
     from drivetrain.errors import Fault
@@ -65,22 +65,22 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
     from drivetrain.study.parts.simulation import Simulation
     from drivetrain.whole_files import write_files
 
-    together, said, earlier = Together(), Simulation(), None
-    together.faults += misplaced
-    with together:
+    faults, said, earlier = FaultCollector(), Simulation(), None
+    faults.faults += misplaced
+    with faults:
         writable(asked.out)
-    with together:
+    with faults:
         seconds = _duration(asked)
-    with together:
+    with faults:
         earlier = _earlier(asked)
-    with together:
+    with faults:
         loaded = load_chosen(path)
         said = loaded.simulation
-    with together:
+    with faults:
         wishes = _wishes(said, asked)
-    with together:
+    with faults:
         whole_run(asked.verify, earlier)
-    together.tell()
+    faults.report()
     result = chosen(loaded, runs=True)
     with working("choosing effects") as step:
         built = study_scene(result, wishes, progress=step)

@@ -13,11 +13,11 @@ from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen, write_
 from drivetrain.commands.shared import (
     DOES_NOT_FIT,
     FITS,
-    Together,
+    FaultCollector,
     listed,
+    report_faults,
     report_folder,
     say,
-    told,
     whole_names,
     working,
     writable,
@@ -59,7 +59,7 @@ class Objective(StrEnum):
 @app.command("demo")
 def _demo(out: OutFolder = None) -> None:
     """Pick drives for a UR5-class arm from the shipped catalogues, and write the report to ./reports/demo."""
-    with told():
+    with report_faults():
         from drivetrain.shipped import shipped
         from drivetrain.study.read import load_study
 
@@ -77,19 +77,19 @@ def _init(
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is already there.")] = False,
 ) -> None:
     """Write a commented study to start from."""
-    with told():
+    with report_faults():
         from drivetrain.errors import Fault, InputError
         from drivetrain.study.template import study_template
         from drivetrain.whole_files import write_files
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(file, file=True)
             if file.exists() and not force:
                 raise InputError(Fault(str(file), "is already there", hint="choose another name, or give --force"))
-        with together:
+        with faults:
             text = study_template(arm, file.parent)
-        together.tell()
+        faults.report()
         write_files(file.parent, {file.name: text})
         say(f"wrote {file}")
         say(f"next: edit it, then `drivetrain check {file}` and `drivetrain select {file}`")
@@ -103,7 +103,7 @@ def _check(
     """Read a study and everything it names, and list every error and warning; nothing is calculated."""
     if study is None and not schema:
         raise typer.BadParameter("name a study, or give --schema", param_hint="STUDY")
-    with told():
+    with report_faults():
         if schema:
             import json
 
@@ -119,13 +119,13 @@ def _check(
 @app.command("size")
 def _size(study: StudyOrResult, out: OutFolder = None, as_json: AsJson = False) -> None:
     """Check the drives that the study names, or else selects: margins, verdicts, report, currents."""
-    with told():
-        together = Together()
-        with together:
+    with report_faults():
+        faults = FaultCollector()
+        with faults:
             writable(out)
-        with together:
+        with faults:
             loaded = load_chosen(study)
-        together.tell()
+        faults.report()
         raise typer.Exit(_deliver(chosen(loaded), out or report_folder(loaded.name), as_json=as_json))
 
 
@@ -160,24 +160,24 @@ def _select(
     as_json: AsJson = False,
 ) -> None:
     """Choose drives for every joint from the catalogues that the study allows."""
-    with told():
+    with report_faults():
         from dataclasses import replace
 
         from drivetrain.commands.trade_offs import options_beside
         from drivetrain.study.read import load_study
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(out)
-        with together:
+        with faults:
             writable(write, file=True, option="--write")
-        with together:
+        with faults:
             seconds = _seconds(time_limit)
-        with together:
+        with faults:
             beside = options_beside(front, curve, curve_from, curve_to)
-        with together:
+        with faults:
             loaded = load_study(study)
-        together.tell()
+        faults.report()
         wanted = loaded.wanted
         wanted = wanted if sets is None else replace(wanted, sets=sets)
         wanted = wanted if seconds is None else replace(wanted, time_limit=seconds)
@@ -204,20 +204,20 @@ def _ratio(
     ] = None,
 ) -> None:
     """Vary each joint's gear ratio: torque, heat, every check, and the window in which all hold."""
-    with told():
+    with report_faults():
         from drivetrain.report.ratio_json import ratio_json
         from drivetrain.report.ratio_page import ratio_report, ratio_sentence
         from drivetrain.sizing.answers.ratio import ratio_studies, ratio_study
         from drivetrain.whole_files import write_files
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(out)
-        with together:
+        with faults:
             loaded = load_chosen(study)
             names = [task.name for task in loaded.joints]
             joint = whole_names("--joint", "joint of the study", joint, names)
-        together.tell()
+        faults.report()
         drives = chosen(loaded).drives
         with working("varying the ratios"):
             found = [ratio_study(loaded, name, drives=drives) for name in joint or ()]

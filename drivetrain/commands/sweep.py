@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, say, told, working, writable
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, FaultCollector, report_faults, say, working, writable
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -24,7 +24,7 @@ def _sweep(
     ] = None,
 ) -> None:
     """Select or size at every combination of values, on all cores or a cluster; run it again to go on."""
-    with told():
+    with report_faults():
         _demand_libraries()
         from drivetrain.errors import Fault, InputError
         from drivetrain.report.sweep_page import sweep_report
@@ -34,15 +34,15 @@ def _sweep(
         from drivetrain.sweep.shards import read_results
         from drivetrain.whole_files import write_files
 
-        together = Together()
-        with together:
+        faults = FaultCollector()
+        with faults:
             writable(out)
-        with together:
+        with faults:
             if workers is not None and workers < 0:
                 raise InputError(Fault("--workers", "must be 0 or more", workers))
-        with together:
+        with faults:
             sweep = read_sweep(file)
-        together.tell()
+        faults.report()
         folder = out or Path(f"{file.stem}_results")
         say(f"{len(sweep)} points in {sweep.shards} shards: {' x '.join(sweep.names)}")
         with working("judging points") as step:

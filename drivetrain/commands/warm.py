@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import FITS, say, told
+from drivetrain.commands.shared import FITS, report_faults, say
 from drivetrain.shipped import shipped
 
 app = typer.Typer(rich_markup_mode="rich")
@@ -31,7 +31,7 @@ def _warm(
     from drivetrain.errors import Fault, InputError, nearest
     from drivetrain.report.terminal import console, progress
 
-    with told():
+    with report_faults():
         faults = [Fault("--only", "is no job", name, nearest(name, JOBS)) for name in only or () if name not in JOBS]
         if faults:
             raise InputError(faults)

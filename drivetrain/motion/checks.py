@@ -1,4 +1,4 @@
-"""Checks of sampled motions: what no drive can follow is a fault, what is hard to believe is a doubt."""
+"""Checks of sampled motions: what no drive can follow is a fault, what is hard to believe is a warning."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ def spike_doubts(time: Array, acceleration: Array, joint: str) -> list[str]:
         joint: Its name.
 
     Returns:
-        At most one doubt, at the largest spike.
+        At most one warning, at the largest spike.
     """
     size = np.abs(acceleration)
     spikes = np.flatnonzero(isolated(size, SPIKE) & (size > SPIKE_SHARE * size.max()))
@@ -199,7 +199,7 @@ def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -
         smallest: Difference that does not count, in the unit of the values: resolution, or noise of a joint at rest.
 
     Returns:
-        Faults and doubts, at most one together.
+        Faults and warnings, at most one together.
     """
     travel = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (rates.values[1:] + rates.values[:-1]))])
     wanted, travel = values.values - values.values.mean(), travel - travel.mean()
@@ -226,7 +226,7 @@ def unit_doubts(column: str, unit: str, position: Array, joint: str) -> list[str
         joint: Its name.
 
     Returns:
-        At most one doubt.
+        At most one warning.
     """
     largest = float(np.abs(position).max())
     if unit.casefold().startswith("rad") and largest > TURNS_BELIEVED:
@@ -243,7 +243,7 @@ def small_angle_doubts(columns: list[str], positions: list[Array]) -> list[str]:
         positions: Of each [rad], (N,).
 
     Returns:
-        At most one doubt.
+        At most one warning.
     """
     largest = max((float(np.abs(from_si(position, "rad", "deg")).max()) for position in positions), default=0.0)
     if 0.0 < largest <= SMALL_IN_DEGREES:
@@ -260,7 +260,7 @@ def speed_doubts(column: str, speed: Array, joint: str) -> list[str]:
         joint: Its name.
 
     Returns:
-        At most one doubt.
+        At most one warning.
     """
     largest = float(np.abs(speed).max())
     if largest <= SPEED_BELIEVED:

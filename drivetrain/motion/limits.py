@@ -17,10 +17,10 @@ ROUNDING = 1e-6  # [rad or m] a limit may be passed by what a file's rounding le
 
 
 class LimitNotes(NamedTuple):
-    """What was found: faults that forbid the motion, doubts to show in the report."""
+    """What was found: faults that forbid the motion, warnings to show in the report."""
 
     faults: tuple[Fault, ...]
-    doubts: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
 def limit_notes(
@@ -33,7 +33,7 @@ def limit_notes(
     file: str = "",
     slides: Sequence[bool] | None = None,
 ) -> LimitNotes:
-    """Where a motion leaves the joints' ranges (faults), and where it is quicker than they are said to be (doubts).
+    """Where a motion leaves the joints' ranges (faults), and where it is quicker than they are said to be (warnings).
 
     A speed limit is only doubted: in a robot file it is that of the drives to be replaced.
 
@@ -47,10 +47,10 @@ def limit_notes(
         slides: Which joints slide, (n,): the others are then told of in degrees; None: not known, all in rad or m.
 
     Returns:
-        Faults and doubts, at most one of each a joint and a limit, at the worst instant.
+        Faults and warnings, at most one of each a joint and a limit, at the worst instant.
     """
     faults: list[Fault] = []
-    doubts: list[str] = []
+    warnings: list[str] = []
     sides = (
         ("above the upper limit", motion.position - upper, upper),
         ("below the lower limit", lower - motion.position, lower),
@@ -66,11 +66,11 @@ def limit_notes(
     for joint in np.flatnonzero(speed.max(axis=0) > np.asarray(speed_limits) * (1.0 + ROUNDING)):
         worst, (unit, factor) = int(speed[:, joint].argmax()), _unit(slides, int(joint))
         rate = unit.replace(" or ", "/s or ") + "/s"
-        doubts.append(
+        warnings.append(
             f"warning: {name}: joint {motion.joint_names[joint]} reaches {factor * speed[worst, joint]:.4g} at "
             f"t = {motion.time[worst]:.4g} s, above the arm's speed limit {factor * speed_limits[joint]:.4g} [{rate}]"
         )
-    return LimitNotes(tuple(faults), tuple(doubts))
+    return LimitNotes(tuple(faults), tuple(warnings))
 
 
 def _unit(slides: Sequence[bool] | None, joint: int) -> tuple[str, float]:

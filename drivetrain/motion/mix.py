@@ -107,9 +107,9 @@ def _faults(cycles: Sequence[Cycle], shares: list[float], names: list[str]) -> l
 
 
 def _said(name: str, note: str) -> str:
-    """A note of a part, with its name; a doubt still begins as one."""
-    doubt = "warning: "
-    return f"{doubt}{name}: {note.removeprefix(doubt)}" if note.startswith(doubt) else f"{name}: {note}"
+    """A note of a part, with its name; a warning still begins as one."""
+    warning = "warning: "
+    return f"{warning}{name}: {note.removeprefix(warning)}" if note.startswith(warning) else f"{name}: {note}"
 
 
 def _joined(arrays: Sequence[Array]) -> Array:

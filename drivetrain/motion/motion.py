@@ -27,7 +27,7 @@ class Motion:
         position: [rad or m], (N, n).
         velocity: [rad/s or m/s], (N, n).
         acceleration: [rad/s^2 or m/s^2], (N, n).
-        notes: How it was made: profile, file, smoothing used, doubts.
+        notes: How it was made: profile, file, smoothing used, warnings.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Motions and load tables from CSV files, checked as a whole: all faults at once, doubts in the notes."""
+"""Motions and load tables from CSV files, checked as a whole: all faults at once, warnings in the notes."""
 
 from __future__ import annotations
 
@@ -142,9 +142,9 @@ def read_load_table(
         )
     for joint in given:
         speeds, rates = (_series(found.found[kind, joint], table) for kind in ("speed", "acceleration"))
-        wrong, doubts = rate_mismatch(time, speeds, rates, STILL * float(np.ptp(speed)))
+        wrong, warnings = rate_mismatch(time, speeds, rates, STILL * float(np.ptp(speed)))
         faults += wrong
-        notes += doubts
+        notes += warnings
     if faults:
         raise InputError(faults)
     if given:
@@ -202,7 +202,7 @@ def _joint(
     smoothing: Smoothing | None,
     faults: list[Fault],
 ) -> tuple[Array, str, list[str]]:
-    """Position, velocity and acceleration of one joint, (3, N), how they came about, doubts; jumps go to the faults."""
+    """Position, velocity and acceleration of one joint, (3, N), how they came about, warnings; jumps are faults."""
     position = found["position", joint]
     velocity, acceleration = found.get(("velocity", joint)), found.get(("acceleration", joint))
     wrong = jump_faults(time, _series(position, table), _resolution(position), turns=position.unit == "rad")
@@ -217,12 +217,12 @@ def _joint(
     if isinstance(way, SmoothingSpline) and way.resolution is None:
         way = SmoothingSpline(_resolution(source))
     first, second = _differentiated(time, source.values, way)
-    doubts = _coarse(time, source.values, joint) if isinstance(way, Parabolas) else []
+    warnings = _coarse(time, source.values, joint) if isinstance(way, Parabolas) else []
     if velocity is not None:
         return np.stack([position.values, velocity.values, first]), f"acceleration by {way.description}", []
     if acceleration is not None:
         return np.stack([position.values, first, acceleration.values]), f"velocity by {way.description}", []
-    return np.stack([position.values, first, second]), f"velocity and acceleration by {way.description}", doubts
+    return np.stack([position.values, first, second]), f"velocity and acceleration by {way.description}", warnings
 
 
 def _differentiated(time: Array, values: Array, way: Smoothing) -> tuple[Array, Array]:
@@ -234,7 +234,7 @@ def _differentiated(time: Array, values: Array, way: Smoothing) -> tuple[Array, 
 
 
 def _coarse(time: Array, values: Array, joint: str) -> list[str]:
-    """A doubt where halving the samples changes the acceleration: the error falls with the square of the step."""
+    """A warning where halving the samples changes the acceleration: the error falls with the square of the step."""
     if len(time) < 9:
         return []
     second = Parabolas().derivatives(time, values).second[2:-2:2]
@@ -255,7 +255,7 @@ def _consistency(
     faults: list[Fault],
 ) -> list[str]:
     """Doubts where given rates miss what they should be the derivative of; adds gross misses to the faults."""
-    doubts: list[str] = []
+    warnings: list[str] = []
     for kind, of in (("velocity", "position"), ("acceleration", "velocity")):
         rates, values = found.get((kind, joint)), found.get((of, joint))
         if rates is None or values is None:
@@ -263,8 +263,8 @@ def _consistency(
         smallest = max(still, 2.0 * _resolution(values)) if of == "position" else 2.0 * _resolution(values)
         wrong, some = rate_mismatch(time, _series(values, table), _series(rates, table), smallest)
         faults += wrong
-        doubts += some
-    return doubts
+        warnings += some
+    return warnings
 
 
 def _unit_notes(found: dict[tuple[str, str], Found], joints: tuple[str, ...]) -> list[str]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from drivetrain.report.fallen_columns import fallen_text
 from drivetrain.report.page import html_report
+from drivetrain.report.rejected_columns import rejected_text
 from drivetrain.report.result_json import result_json
 from drivetrain.report.sections import Extra
 from drivetrain.sizing.answers.spread import Spread
@@ -41,7 +41,7 @@ def write_outputs(
         "currents.csv": currents_csv(evaluation),
     }
     if fallen is not None:
-        texts["rejected.csv"] = fallen_text(fallen)
+        texts["rejected.csv"] = rejected_text(fallen)
     return write_files(out_dir, texts)
 
 

@@ -15,10 +15,10 @@ from drivetrain.report.assumptions import assumption_groups
 from drivetrain.report.best_sets import HEADINGS, set_rows
 from drivetrain.report.chart import Chart, Pictures
 from drivetrain.report.colours import INSTANTS, JOINT_COLOURS
-from drivetrain.report.fallen_columns import counted
 from drivetrain.report.motion_data import FOLLOWS, SUPPLIES, gear_limits, motion_data
 from drivetrain.report.proof_section import proof_section, search_table
 from drivetrain.report.quantities import number, percent, with_unit
+from drivetrain.report.rejected_columns import counted
 from drivetrain.report.rejected_data import SHARES, rejected_data
 from drivetrain.report.sections import Extra, with_markup
 from drivetrain.report.spread_section import spread_frame
@@ -26,11 +26,11 @@ from drivetrain.report.views import (
     CSS,
     check_row,
     check_rows,
-    fallen_counts,
     joint_card,
     matrix,
     nearest_misses,
     passed_over,
+    rejected_counts,
     used_rows,
 )
 from drivetrain.report.words import (
@@ -62,7 +62,7 @@ def html_report(
 
     Args:
         result: Of ``evaluate`` or ``select``.
-        fallen: Its ``fallen_columns``, where they are at hand.
+        fallen: Its ``rejected_columns``, where they are at hand.
         spread: What the scatter of its numbers means, where the study states tolerances.
         extra: Sections that were asked for beside.
 
@@ -151,7 +151,7 @@ def _body(
     joints = [_joint(joint, evaluation) for joint in evaluation.joints.values()]
     if selection is not None and fallen is not None:
         joints = [one | _others(selection, fallen, name) for one, name in zip(joints, evaluation.joints, strict=True)]
-    checks, counts = fallen_counts({} if fallen is None else counted(fallen), evaluation.joints)
+    checks, counts = rejected_counts({} if fallen is None else counted(fallen), evaluation.joints)
 
     def picture(chart: Chart | None) -> Markup:
         return Markup("") if chart is None else pictures.add(chart)
@@ -180,7 +180,7 @@ def _body(
         ),
         "feasible": evaluation.feasible,
         "felling_checks": checks,
-        "fallen_counts": counts,
+        "rejected_counts": counts,
         "passed_over": passed_over(evaluation.study.joints),
         "outside": OUTSIDE,
     }

@@ -23,7 +23,7 @@ def rejected_data(selection: Selection, rejected: pd.DataFrame) -> dict[str, Any
     """Rows as places in lists of names and as numbers, the chosen drives, and those that also pass.
 
     Args:
-        rejected: Of ``fallen_columns``.
+        rejected: Of ``rejected_columns``.
     """
     used = rejected["utilisation"].to_numpy(dtype=float)
     closest = rejected.iloc[np.sort(np.argsort(used, kind="stable")[:MOST])]

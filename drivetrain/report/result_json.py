@@ -10,8 +10,8 @@ from typing import Any
 import pandas as pd
 
 from drivetrain.drive.amplifier import from_dc
-from drivetrain.report.fallen_columns import counted
 from drivetrain.report.json_text import json_text, plain
+from drivetrain.report.rejected_columns import counted
 from drivetrain.report.sections import Extra
 from drivetrain.report.spread_section import spread_data
 from drivetrain.report.words import heat_model, identity

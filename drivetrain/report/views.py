@@ -15,8 +15,8 @@ from drivetrain.catalog.schema import BRAKE_COLUMNS, GEAR_COLUMNS, MOTOR_COLUMNS
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.report.fallen_columns import COLUMNS
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
+from drivetrain.report.rejected_columns import COLUMNS
 from drivetrain.report.words import (
     common_unit,
     digits_near_limit,
@@ -27,7 +27,7 @@ from drivetrain.report.words import (
     required_text,
 )
 from drivetrain.sizing.judge.checks import factors
-from drivetrain.sizing.results import Evaluation, Fallen, JointResult
+from drivetrain.sizing.results import Evaluation, JointResult, RejectedPair
 from drivetrain.study.model import JointTask, Safety, Study
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
@@ -256,7 +256,7 @@ def _described(column: Column | None) -> tuple[str, str]:
 
 
 @dataclass(frozen=True)
-class FallenRow:
+class RejectedRow:
     """One candidate that fell, as texts.
 
     Attributes:
@@ -273,7 +273,7 @@ class FallenRow:
     objective: str
 
 
-def fallen_row(fallen: Fallen, factor: float = 1.0) -> FallenRow:
+def rejected_row(fallen: RejectedPair, factor: float = 1.0) -> RejectedRow:
     """A fallen candidate as texts.
 
     Args:
@@ -284,7 +284,7 @@ def fallen_row(fallen: Fallen, factor: float = 1.0) -> FallenRow:
     )  # fmt: skip
     shown = common_unit(check)
     available = number(float(convert(fallen.available, fallen.unit, shown)), digits_near_limit(fallen.utilisation))
-    return FallenRow(
+    return RejectedRow(
         fallen.motor,
         fallen.gear or "direct drive",
         fallen.check,
@@ -296,7 +296,7 @@ def fallen_row(fallen: Fallen, factor: float = 1.0) -> FallenRow:
     )
 
 
-def fallen_counts(
+def rejected_counts(
     counts: Mapping[tuple[str, str], int], joints: Iterable[str]
 ) -> tuple[list[str], list[tuple[str, int, list[int]]]]:
     """How many candidates each check felled at each joint.
@@ -315,13 +315,13 @@ def fallen_counts(
     return checks, rows
 
 
-def nearest_misses(fallen: pd.DataFrame, joint: str, safety: Safety) -> list[FallenRow]:
+def nearest_misses(fallen: pd.DataFrame, joint: str, safety: Safety) -> list[RejectedRow]:
     """The candidates of a joint that failed by the least."""
     factor = factors(safety)
     fell = fallen[fallen["joint"] == joint]
     used = fell["utilisation"].to_numpy(dtype=float)
     if len(used) > MOST_SHOWN:
         fell = fell[used <= np.partition(used, MOST_SHOWN - 1)[MOST_SHOWN - 1]]
-    rows = [Fallen(*values) for values in fell[list(COLUMNS)].itertuples(index=False, name=None)]
+    rows = [RejectedPair(*values) for values in fell[list(COLUMNS)].itertuples(index=False, name=None)]
     rows.sort(key=lambda one: (one.utilisation, one.objective, one.motor, one.gear))
-    return [fallen_row(one, factor.get(one.check, 1.0)) for one in rows[:MOST_SHOWN]]
+    return [rejected_row(one, factor.get(one.check, 1.0)) for one in rows[:MOST_SHOWN]]

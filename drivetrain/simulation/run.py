@@ -11,7 +11,6 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation.doubts import doubts
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.engine import Engine, Outcome, Progress, RunOptions
 from drivetrain.simulation.engines.fixed_step import FixedStep
@@ -22,6 +21,7 @@ from drivetrain.simulation.plan.plan import plan as planned
 from drivetrain.simulation.recording import Event, Recording, TableSeries
 from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.unaccounted import energy_event
+from drivetrain.simulation.warnings import warnings
 from drivetrain.solvers.solver import Solver, check_positive
 
 DEFAULT_INTERVAL = 0.01  # s
@@ -111,7 +111,7 @@ def _recording(
     derived = {"stored_energy": ("J", audit.stored), "energy_error": ("J", audit.error)}
     series = TableSeries(rows, plan.layout.recorded, derived)
     events = [*outcome.events, *_limits(plan, rows), *_audited(plan, engine, rows, balance)]
-    events += doubts(plan, engine, rows)
+    events += warnings(plan, engine, rows)
     if not resumed:
         first = {name: float(rows[0, column]) for name, (column, _) in plan.layout.recorded.items()}
         about["start"] = start_words(plan, first, given)

@@ -103,7 +103,7 @@ def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
 
 
 @dataclass(frozen=True)
-class Wishes:
+class SceneOptions:
     """What a scene of a study is to hold.
 
     Attributes:
@@ -124,16 +124,16 @@ class Wishes:
     repetitions: int = 1
 
 
-DEFAULT_WISHES = Wishes()
+DEFAULT_OPTIONS = SceneOptions()
 
 
-def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFAULT_WISHES) -> Scene:
+def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions = DEFAULT_OPTIONS) -> Scene:
     """The scene in which a study's arm runs its cycle with a set of drives.
 
     Args:
         study: Arm, cycle, amplifiers, supply and ambient temperature.
         drives: By joint name, one each, unknowns filled as ``Evaluation`` does.
-        wishes: Which effects, and how the loops are closed.
+        options: Which effects, and how the loops are closed.
 
     Returns:
         The scene.
@@ -153,20 +153,22 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFA
     else:
         moved = _moved(body, start)
     effects: dict[str, tuple[Effect, ...]] = {
-        task.name: _joint(study, task, drives[task.name], moved[i], wishes) for i, task in enumerate(study.joints)
+        task.name: _joint(study, task, drives[task.name], moved[i], options) for i, task in enumerate(study.joints)
     }
     if isinstance(body, Inertia):
-        motion, load = axis_motion(study, wishes.repetitions)
+        motion, load = axis_motion(study, options.repetitions)
         own = (*effects[body.name], axis_rotor(drives[body.name]), load)
         effects |= {body.name: own, WHOLE: (CommandedMotion(motion),)}
     else:
-        effects[WHOLE] = (CommandedMotion(study.cycle, wishes.repetitions), *_carried(study, wishes.repetitions))
+        effects[WHOLE] = (CommandedMotion(study.cycle, options.repetitions), *_carried(study, options.repetitions))
     for added in study.simulation.add:
         where = added.joint or WHOLE
         effects[where] = (*effects[where], added.built(drives.get(where)))
-    duration = study.cycle.duration * wishes.repetitions
-    scene = Scene(body, effects, duration, start, study.cycle.velocity[0], study.name, _left_out(study, drives, wishes))
-    return with_feed_forward(scene) if wishes.feed_forward else scene
+    duration = study.cycle.duration * options.repetitions
+    scene = Scene(
+        body, effects, duration, start, study.cycle.velocity[0], study.name, _left_out(study, drives, options)
+    )
+    return with_feed_forward(scene) if options.feed_forward else scene
 
 
 def _moved(arm: Arm, position: Array) -> list[float]:
@@ -178,10 +180,10 @@ def _moved(arm: Arm, position: Array) -> list[float]:
     return [float(one) for one in np.diag(mass)]
 
 
-def _left_out(study: Study, drives: Mapping[str, Drive], wishes: Wishes) -> tuple[str, ...]:
+def _left_out(study: Study, drives: Mapping[str, Drive], options: SceneOptions) -> tuple[str, ...]:
     """What a reader of the plan should know is not in it."""
     bound = [task.name for task in study.joints if task.coupled and drives[task.name].gear.stiffness_1 is not None]
-    if not bound or not wishes.springs:
+    if not bound or not options.springs:
         return ()
     return (f"springs in the gears of {', '.join(bound)}: their motors are coupled",)
 
@@ -214,30 +216,30 @@ def _carried(study: Study, repetitions: int) -> tuple[Effect, ...]:
     return (PayloadChange(np.array(list(carried)), tuple(carried.values())),)
 
 
-def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, wishes: Wishes) -> tuple[Effect, ...]:
+def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, options: SceneOptions) -> tuple[Effect, ...]:
     """The effects of one joint."""
     travel = task.travel_per_turn or 1.0
     constant = torque_constant(drive.motor, drive.motor.reference_temperature)
     volts = available_voltage(task.amplifier, study.supply.voltage)
     effects: list[Effect] = [
-        PositionLoop(inertia * wishes.bandwidth**2, 2.0 * inertia * wishes.bandwidth, constant),
+        PositionLoop(inertia * options.bandwidth**2, 2.0 * inertia * options.bandwidth, constant),
         MotorCurrent(drive.motor, task.amplifier.peak_current or math.inf, volts),
     ]
-    if wishes.friction:
+    if options.friction:
         effects += _friction(at_joint(drive.joint_friction, travel), "shaft" if task.coupled else "joint")
         effects += _friction(shaft_friction(drive), "motor")
     if known(unknown_loss(as_record(complete(drive.gear)))):
-        effects += [MeshLoss(drive.gear)] if wishes.mesh else []
-        effects += _drag(study, drive) if wishes.friction else []
-    elif wishes.friction and drive.gear.no_load_torque:
+        effects += [MeshLoss(drive.gear)] if options.mesh else []
+        effects += _drag(study, drive) if options.friction else []
+    elif options.friction and drive.gear.no_load_torque:
         effects.append(DryFriction(Friction(coulomb=drive.gear.no_load_torque), "motor"))
     network = thermal_network(drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
-    if wishes.heat and network is not None and network.winding_capacity is not None:
+    if options.heat and network is not None and network.winding_capacity is not None:
         effects.append(WindingHeat(network, gear_heat=task.gear_heat))
     single = task.travel_per_turn is None and not task.coupled
-    if wishes.springs and drive.gear.stiffness_1 is not None and single:
+    if options.springs and drive.gear.stiffness_1 is not None and single:
         critical = 2.0 * math.sqrt(drive.gear.stiffness_1 * inertia)
-        effects.append(FlexibleJoint(drive.gear, wishes.damping * critical))
+        effects.append(FlexibleJoint(drive.gear, options.damping * critical))
     return tuple(effects)
 
 

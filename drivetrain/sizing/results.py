@@ -239,7 +239,7 @@ REJECTED = ("joint", "motor", "gear", "check", "required", "available", "unit", 
 
 
 @dataclass(frozen=True)
-class Fallen:
+class RejectedPair:
     """A candidate that fell: at the joint, with the drives chosen after it.
 
     Attributes:
@@ -305,7 +305,7 @@ class Selection:
     evaluation: Evaluation
     objective: float
     proof: str
-    fallen: Sequence[Fallen]
+    fallen: Sequence[RejectedPair]
     alternatives: dict[str, tuple[tuple[str, str, float], ...]]
     advice: tuple[str, ...]
     counters: dict[str, int]

@@ -161,7 +161,7 @@ class Ledger:
         """Notes down remarks for the report."""
         self.notes.extend(note for note in dict.fromkeys(notes) if note not in self.notes)
 
-    def doubt(self, place: Place, problem: str, hint: str = "") -> None:
+    def warning(self, place: Place, problem: str, hint: str = "") -> None:
         """Notes down what is hard to believe of an entry, and what was probably meant."""
         self.note([f"warning: {self.document.fault(place, problem, hint=hint)}"])
 

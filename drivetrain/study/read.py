@@ -13,7 +13,6 @@ from pydantic import PydanticSchemaGenerationError
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.document import Document, parsed_document, read_document
-from drivetrain.study.doubts import note_doubts
 from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.form import form_of, given, made, over
 from drivetrain.study.model import DriveMass, Payload, Prices, Study
@@ -23,6 +22,7 @@ from drivetrain.study.parts.motions import motion_files, resolve_cycle, resolve_
 from drivetrain.study.parts.selection import TERMS, SelectionOptions, TradeOffs
 from drivetrain.study.parts.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
 from drivetrain.study.parts.simulation import AddedEffect, Control, Simulation, drive_fields, known_effects
+from drivetrain.study.plausibility import note_implausible
 from drivetrain.study.schema import DEFAULT, SCHEMA_VERSION, StudyForm
 from drivetrain.study.written import python_document
 
@@ -78,7 +78,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))
-    note_doubts(form, arm, payloads, motions, joints, ledger)
+    note_implausible(form, arm, payloads, motions, joints, ledger)
     study = Study(
         name=form.name or document.path.stem,
         description=form.description.strip(),

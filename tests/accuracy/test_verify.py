@@ -36,7 +36,7 @@ def swinging() -> Scene:
     return joint_scene(1.2, effects, 1.0)
 
 
-def doubts(run: Recording, name: str) -> list[str]:
+def warnings(run: Recording, name: str) -> list[str]:
     return [event.detail for event in run.events if event.name == name]
 
 
@@ -44,12 +44,12 @@ def test_a_run_whose_energies_do_not_add_up_says_so() -> None:
     arm = dt.load_arm("planar-2r")
     loose = simulate_passive(arm, [0.5, 0.3], [0.0, 0.0], 1.0, solver=Euler(2e-2))
     tight = simulate_passive(arm, [0.5, 0.3], [0.0, 0.0], 1.0, solver=DormandPrince853())
-    (detail,) = doubts(loose, "energy")
+    (detail,) = warnings(loose, "energy")
     assert "not accounted for" in detail
     share = float(detail.split(" %")[0]) / 100.0
     passed = max(np.ptp(loose[name]) for name in ("kinetic_energy", "potential_energy", "work"))
     assert share == pytest.approx(np.abs(loose["energy_error"]).max() / passed, rel=0.05)  # told with two digits
-    assert not doubts(tight, "energy")
+    assert not warnings(tight, "energy")
 
 
 def test_what_is_missing_is_told_from_where_it_is_missing() -> None:
@@ -69,17 +69,17 @@ def test_verify_runs_once_more_and_compares(solver: FixedStep | AdaptiveStep) ->
     assert {"joint.rms_current", "joint.rms_torque", "joint.deviation", "tip_deviation"} <= set(run.verified)
     torque = run.verified["joint.rms_torque"]
     changed = abs(torque[0] / torque[1] - 1.0)
-    assert doubts(run, "verify") == [] if changed < 0.01 else "not converged" in doubts(run, "verify")[0]
+    assert warnings(run, "verify") == [] if changed < 0.01 else "not converged" in warnings(run, "verify")[0]
 
 
 def test_a_step_that_does_not_resolve_is_told(tmp_path: Path) -> None:
     run = dt.simulate(
         swinging(), solver=FixedStep(5e-2), interval=0.02, verify=True
     )  # ten steps a period of the current
-    (detail,) = doubts(run, "verify")
+    (detail,) = warnings(run, "verify")
     assert "peak_current changes by" in detail and "FixedStep(step=0.025)" in detail
     fine = dt.simulate(swinging(), solver=FixedStep(5e-4), interval=0.02, verify=True)
-    assert fine.verified and not doubts(fine, "verify")
+    assert fine.verified and not warnings(fine, "verify")
     assert load_recording(run.save(tmp_path / "run.npz")).verified == run.verified
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from drivetrain.arm.builtin import ROBOTS
-from drivetrain.arm.checks import doubts, mean_density
+from drivetrain.arm.checks import implausible, mean_density
 from drivetrain.arm.urdf.read import read_urdf
 from drivetrain.errors import PhysicsWarning
 from drivetrain.spatial.inertia import RigidBody, cuboid, cylinder, ellipsoid
@@ -20,9 +20,9 @@ ORIGIN = np.zeros(3)
 
 def test_the_faulty_wrist_and_its_mended_self() -> None:
     joints = [ORIGIN, np.array([0.0, 0.093, 0.0])]
-    (doubt,) = doubts("wrist", cylinder(1.219, 0.6, 0.12), joints)
-    assert doubt.startswith("link wrist: 0.2194 kg m^2")
-    assert doubts("wrist", cylinder(1.219, 0.06, 0.12), joints) == []
+    (warning,) = implausible("wrist", cylinder(1.219, 0.6, 0.12), joints)
+    assert warning.startswith("link wrist: 0.2194 kg m^2")
+    assert implausible("wrist", cylinder(1.219, 0.06, 0.12), joints) == []
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_a_fault_in_one_link_of_a_clean_file_is_found_by_name(tmp_path: Path, fa
 
 
 def test_a_placeholder_of_one_is_found() -> None:
-    assert doubts("a", RigidBody(1.0, ORIGIN, np.eye(3)), [ORIGIN, np.array([0.3, 0, 0])])
+    assert implausible("a", RigidBody(1.0, ORIGIN, np.eye(3)), [ORIGIN, np.array([0.3, 0, 0])])
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_a_placeholder_of_one_is_found() -> None:
     ],
 )
 def test_honest_bodies_raise_no_doubt_even_with_all_joints_at_one_point(body: RigidBody) -> None:
-    assert doubts("a", body, [ORIGIN]) == []
+    assert implausible("a", body, [ORIGIN]) == []
 
 
 def test_impossible_tensors_are_told_for_a_link_that_is_lumped(tmp_path: Path) -> None:

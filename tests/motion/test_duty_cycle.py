@@ -83,11 +83,11 @@ def test_a_gap_of_rounding_is_noted_and_a_larger_one_is_not_allowed():
 def test_steps_of_speed_between_motions_are_doubted():
     running = Motion("run", ("a",), GO.time, GO.position, GO.velocity + 0.3, GO.acceleration)
     notes = build_cycle([Step(running), Step(BACK)]).notes
-    doubts = [note for note in notes if note.startswith("warning")]
-    assert len(doubts) == 2
-    assert "go" not in doubts[0]
-    assert "steps by -0.3" in doubts[0]
-    assert "steps by 0.3" in doubts[1]
+    warnings = [note for note in notes if note.startswith("warning")]
+    assert len(warnings) == 2
+    assert "go" not in warnings[0]
+    assert "steps by -0.3" in warnings[0]
+    assert "steps by 0.3" in warnings[1]
 
 
 def test_load_tables_count_position_from_their_speed_and_hold_their_torque():

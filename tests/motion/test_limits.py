@@ -23,8 +23,10 @@ def test_inside_and_exactly_at_the_limits():
 
 
 def test_position_beyond_a_limit_is_a_fault_at_the_worst_instant():
-    faults, doubts = limit_notes(MOTION, np.array([-1.0, -1.5]), np.array([0.9, 1.0]), FREE, name="pick", file="p.csv")
-    assert doubts == ()
+    faults, warnings = limit_notes(
+        MOTION, np.array([-1.0, -1.5]), np.array([0.9, 1.0]), FREE, name="pick", file="p.csv"
+    )
+    assert warnings == ()
     assert [(fault.place, fault.value) for fault in faults] == [("pick, joint a", 1.0), ("pick, joint b", -2.0)]
     assert "above the upper limit 0.9 at t = 1 s" in faults[0].problem
     assert "below the lower limit -1.5 at t = 1 s" in faults[1].problem
@@ -35,10 +37,10 @@ def test_position_beyond_a_limit_is_a_fault_at_the_worst_instant():
 def test_speed_beyond_a_limit_is_a_doubt_whatever_its_sign(sign):
     points = sign * np.array([[0.0, 0.0], [1.0, -2.0]])
     motion = waypoint_motion("m", ("a", "b"), points, profile=Trapezoid(), durations=[1.0])
-    faults, doubts = limit_notes(motion, -FREE, FREE, np.array([1.6, 2.5]))
+    faults, warnings = limit_notes(motion, -FREE, FREE, np.array([1.6, 2.5]))
     assert faults == ()
-    assert len(doubts) == 1
-    assert "joint b reaches 3 " in doubts[0]
+    assert len(warnings) == 1
+    assert "joint b reaches 3 " in warnings[0]
 
 
 def test_a_cycle_can_be_checked_too():

@@ -50,7 +50,7 @@ def faults_of(path, joints=JOINTS, **options):
     return [str(fault) for fault in caught.value.faults]
 
 
-def doubts(motion):
+def warnings(motion):
     return [note for note in motion.notes if note.startswith("warning: ")]
 
 
@@ -65,7 +65,7 @@ def test_all_columns_given_come_back_to_the_bit(tmp_path):
         read = read_motion(write(tmp_path, header, columns), JOINTS)
         for what in ("time", "position", "velocity", "acceleration"):
             assert (getattr(read, what) == getattr(motion, what)).all()
-        assert doubts(read) == []
+        assert warnings(read) == []
         assert any("as given" in note for note in read.notes)
 
 
@@ -75,7 +75,7 @@ def test_missing_rates_are_differentiated_and_it_is_said(tmp_path):
     assert motion.velocity[1:-1] == pytest.approx(SPEEDS[1:-1], abs=3e-3)
     assert motion.acceleration[1:-1] == pytest.approx(RATES[1:-1], abs=1e-2)
     assert any(note.startswith("shoulder, elbow: velocity and acceleration by parabolas") for note in motion.notes)
-    assert doubts(motion) == []
+    assert warnings(motion) == []
 
 
 def test_coarse_numbers_are_smoothed_and_it_is_said(tmp_path):
@@ -219,7 +219,7 @@ def test_uneven_sampling_is_noted_and_a_gap_doubted(tmp_path):
     assert any(note.startswith("sampling is not uniform") for note in motion.notes)
     keep = (TIME < 0.5) | (TIME > 0.6)
     gap = read_motion(write(tmp_path, HEADER, [TIME[keep], WAVES[keep]]), JOINTS)
-    assert any("moves in the gap after t = 0.49 s" in note for note in doubts(gap))
+    assert any("moves in the gap after t = 0.49 s" in note for note in warnings(gap))
 
 
 @pytest.mark.parametrize(
@@ -292,8 +292,8 @@ def test_accelerations_that_are_not_the_derivative(tmp_path):
 def test_a_filtered_speed_is_doubted_only(tmp_path):
     late = np.interp(TIME - 0.02, TIME, SPEEDS[:, 1])
     motion = read_motion(write(tmp_path, [*HEADER, "qd_elbow [rad/s]"], [TIME, WAVES, late]), JOINTS)
-    (doubt,) = doubts(motion)
-    assert "column qd_elbow [rad/s] is not the derivative" in doubt
+    (warning,) = warnings(motion)
+    assert "column qd_elbow [rad/s] is not the derivative" in warning
 
 
 def test_a_joint_that_stands_with_noise_in_its_speed_is_fine(tmp_path):
@@ -301,7 +301,7 @@ def test_a_joint_that_stands_with_noise_in_its_speed_is_fine(tmp_path):
     columns = [TIME, WAVES[:, 0], np.full(len(TIME), 0.2), noise]
     motion = read_motion(write(tmp_path, [*HEADER, "qd_elbow [rad/s]"], columns), JOINTS)
     assert (motion.position[:, 1] == 0.2).all()
-    assert doubts(motion) == []
+    assert warnings(motion) == []
 
 
 @pytest.mark.parametrize(
@@ -311,14 +311,14 @@ def test_a_joint_that_stands_with_noise_in_its_speed_is_fine(tmp_path):
 def test_degrees_and_radians_mixed_up(tmp_path, unit, scale, words):
     header = ["time [s]", f"q_shoulder [{unit}]", f"q_elbow [{unit}]"]
     motion = read_motion(write(tmp_path, header, [TIME, scale * WAVES]), JOINTS)
-    assert any(words in note for note in doubts(motion))
+    assert any(words in note for note in warnings(motion))
 
 
 def test_rpm_taken_for_radians_is_doubted(tmp_path):
     # Position and speed both wrong by one factor agree with each other.
     header = [*HEADER, "qd_elbow [rad/s]"]
     motion = read_motion(write(tmp_path, header, [TIME, 20 * WAVES, 20 * SPEEDS[:, 1]]), JOINTS)
-    assert any("is this deg/s, rpm or a motor's speed?" in note for note in doubts(motion))
+    assert any("is this deg/s, rpm or a motor's speed?" in note for note in warnings(motion))
 
 
 def test_a_spike_in_a_given_acceleration_is_doubted(tmp_path):
@@ -326,12 +326,12 @@ def test_a_spike_in_a_given_acceleration_is_doubted(tmp_path):
     rates = RATES.copy()
     rates[70, 1] += 60.0
     motion = read_motion(write(tmp_path, header, [TIME, WAVES, SPEEDS, rates]), JOINTS)
-    assert any("acceleration of elbow has a spike" in note and "t = 0.7 s" in note for note in doubts(motion))
+    assert any("acceleration of elbow has a spike" in note and "t = 0.7 s" in note for note in warnings(motion))
 
 
 def test_coarse_sampling_is_doubted(tmp_path):
     motion = read_motion(write(tmp_path, HEADER, [TIME[::10], WAVES[::10]]), JOINTS)
-    assert any("sampled coarsely" in note for note in doubts(motion))
+    assert any("sampled coarsely" in note for note in warnings(motion))
 
 
 TABLE = "time [s],torque [Nm],speed [rpm]\n0,10,0\n1,10,60\n1,2,60\n3,2,60\n3.5,-8,0\n5,0,0\n"

@@ -15,7 +15,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.sizing.results import Evaluation, Fallen, JointResult, JointSeries, Selection
+from drivetrain.sizing.results import Evaluation, JointResult, JointSeries, RejectedPair, Selection
 from drivetrain.study.model import GearAssumption, JointTask, MotorAssumption, Mount, Safety, Study
 from drivetrain.study.parts.verdicts import Check, Verdict
 
@@ -178,7 +178,7 @@ def made_up_evaluation(used: tuple[float, ...] = (0.62, 0.97, 1.08)) -> Evaluati
     return Evaluation(study, joints, shared, 12.34)
 
 
-def made_up_fallen() -> tuple[Fallen, ...]:
+def made_up_fallen() -> tuple[RejectedPair, ...]:
     rng = np.random.default_rng(3)
     names = ("winding temperature", "motor voltage", "gear repeated peak torque")
     found = []
@@ -188,7 +188,9 @@ def made_up_fallen() -> tuple[Fallen, ...]:
             share = float(1.0 + rng.exponential(2.0))
             check = names[int(rng.integers(3))]
             mass = float(rng.uniform(0.3, 5))
-            found.append(Fallen(joint, f"m{i}", f"g{i % 7}", check, share * available, available, "N m", share, mass))
+            found.append(
+                RejectedPair(joint, f"m{i}", f"g{i % 7}", check, share * available, available, "N m", share, mass)
+            )
     return tuple(found)
 
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from drivetrain.report.best_sets import set_lines, set_rows
-from drivetrain.report.fallen_columns import COLUMNS, counted, fallen_text
 from drivetrain.report.outputs import currents_csv
 from drivetrain.report.page import html_report
+from drivetrain.report.rejected_columns import COLUMNS, counted, rejected_text
 from drivetrain.report.result_json import result_json
 from drivetrain.report.table import verdict_lines, verdict_table
 from drivetrain.report.words import objective_text
@@ -113,14 +113,14 @@ def test_columns_are_taken_as_they_are_and_counted(selection: Selection) -> None
 
 def test_unknown_numbers_are_told_in_the_file(selection: Selection) -> None:
     one = replace(selection.fallen[0], required=math.nan, utilisation=math.inf)
-    line = fallen_text(replace(selection, fallen=(one,)).rejected).splitlines()[1].split(",")
+    line = rejected_text(replace(selection, fallen=(one,)).rejected).splitlines()[1].split(",")
     assert line[4] == "nan" and line[7] == "inf"
     assert np.isnan(float(line[4]))
 
 
 def test_a_key_with_a_comma_or_a_quote_is_one_cell(selection: Selection) -> None:
     odd = replace(selection.fallen[0], motor='a,"b"')
-    text = fallen_text(replace(selection, fallen=(odd, *selection.fallen[1:5000])).rejected)
+    text = rejected_text(replace(selection, fallen=(odd, *selection.fallen[1:5000])).rejected)
     rows = list(csv.reader(io.StringIO(text)))
     assert rows[1][1] == 'a,"b"' and {len(row) for row in rows} == {len(COLUMNS)}
     assert len(rows) == 1 + min(5000, len(selection.fallen))

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from drivetrain.report import outputs
-from drivetrain.report.fallen_columns import COLUMNS as FALLEN_COLUMNS
-from drivetrain.report.fallen_columns import fallen_text
 from drivetrain.report.outputs import currents_csv, write_outputs
+from drivetrain.report.rejected_columns import COLUMNS as FALLEN_COLUMNS
+from drivetrain.report.rejected_columns import rejected_text
 from drivetrain.sizing.results import Evaluation, Selection
 
 
@@ -34,7 +34,7 @@ def test_currents_have_one_row_per_sample_and_joint(evaluation: Evaluation) -> N
 
 
 def test_every_candidate_that_fell_is_listed(selection: Selection) -> None:
-    rows = list(csv.reader(io.StringIO(fallen_text(selection.rejected))))
+    rows = list(csv.reader(io.StringIO(rejected_text(selection.rejected))))
     assert tuple(rows[0]) == FALLEN_COLUMNS and len(rows) == 1 + len(selection.fallen)
     first = selection.fallen[0]
     assert rows[1][:4] == [first.joint, first.motor, first.gear, first.check]

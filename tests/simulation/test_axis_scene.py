@@ -11,7 +11,7 @@ import pytest
 import drivetrain as dt
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
-from drivetrain.simulation.study_scene import Wishes, axis_motion, scene_of
+from drivetrain.simulation.study_scene import SceneOptions, axis_motion, scene_of
 
 STUDY = """
 schema_version: 1
@@ -36,7 +36,7 @@ def door() -> dt.Evaluation:
 def test_the_simulated_door_takes_the_current_that_sizing_computes(door: dt.Evaluation) -> None:
     """With the command's currents fed forward, away from jumps of torque and from rest; 0.5 % as loops lag there."""
     drives = {name: joint.drive for name, joint in door.joints.items()}
-    run = dt.simulate(scene_of(door.study, drives, wishes=Wishes(heat=False)), interval=0.01)
+    run = dt.simulate(scene_of(door.study, drives, options=SceneOptions(heat=False)), interval=0.01)
     series = door.joints["hinge"].series
     sized = np.interp(run.time, series.time, series.motor_torque)
     smooth = np.abs(np.interp(run.time - 0.05, series.time, series.motor_torque) - sized) < 0.02 * np.abs(sized).max()
@@ -72,7 +72,9 @@ def test_a_conveyor_goes_on_from_where_it_was(tmp_path: Path) -> None:
     assert (np.diff(motion.position[:, 0]) >= 0.0).all()
     np.testing.assert_allclose(load.torque, -2.0, rtol=1e-12)
     drives = {name: joint.drive for name, joint in dt.evaluate(study).joints.items()}
-    run = dt.simulate(scene_of(study, drives, wishes=Wishes(repetitions=3, mesh=False, friction=False, heat=False)))
+    run = dt.simulate(
+        scene_of(study, drives, options=SceneOptions(repetitions=3, mesh=False, friction=False, heat=False))
+    )
     assert run["belt.position"][-1] == pytest.approx(0.3 * np.pi, abs=1e-6)
     # No friction, no loss, steady speed: the motor gives the table's torque over the ratio.
     expected = 2.0 / drives["belt"].gear.ratio
@@ -106,7 +108,7 @@ def test_the_mesh_carries_the_table_whatever_effects_there_are(door: dt.Evaluati
     drives = {name: joint.drive for name, joint in door.joints.items()}
     series, found = door.joints["hinge"].series, {}
     for mesh in (True, False):
-        run = dt.simulate(scene_of(door.study, drives, wishes=Wishes(heat=False, mesh=mesh)), interval=0.01)
+        run = dt.simulate(scene_of(door.study, drives, options=SceneOptions(heat=False, mesh=mesh)), interval=0.01)
         moving = np.abs(np.interp(run.time, series.time, series.speed)) > 0.05
         apart = np.abs(run["hinge.mesh_torque"] - np.interp(run.time, series.time, series.gear_torque))[moving]
         assert np.median(apart) < 1e-3 * np.abs(series.gear_torque).max()

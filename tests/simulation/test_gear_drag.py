@@ -24,7 +24,7 @@ from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import joint_scene
-from drivetrain.simulation.study_scene import Wishes, scene_of
+from drivetrain.simulation.study_scene import SceneOptions, scene_of
 from drivetrain.solvers.solver import Rodas5P
 
 RATED = 2000.0 * np.pi / 30.0  # rad/s, of the drag
@@ -138,7 +138,7 @@ def test_sizing_and_simulation_take_the_same_torque_and_heat(turning: dt.Evaluat
     joint, study = turning.joints["axis"], turning.study
     drives = {"axis": joint.drive}
     assert joint.drive.gear.drag_torque is not None
-    run = simulate(scene_of(study, drives, wishes=Wishes(heat=False)), interval=0.01)
+    run = simulate(scene_of(study, drives, options=SceneOptions(heat=False)), interval=0.01)
     series = joint.series
     sized = np.interp(run.time, series.time, series.motor_torque)
     speed, before = (np.interp(run.time - late, series.time, series.speed) for late in (0.0, 0.1))
@@ -151,7 +151,7 @@ def test_sizing_and_simulation_take_the_same_torque_and_heat(turning: dt.Evaluat
     begun = (float(series.winding_temperature[0]), float(series.housing_temperature[0]))
     # Begun where sizing says that the cycle begins when it repeats for ever, it ends there too.
     cycles = 40
-    scene = scene_of(study, drives, wishes=Wishes(repetitions=cycles))
+    scene = scene_of(study, drives, options=SceneOptions(repetitions=cycles))
     effects = [
         replace(one, winding=begun[0], housing=begun[1]) if isinstance(one, WindingHeat) else one
         for one in scene.effects["axis"]

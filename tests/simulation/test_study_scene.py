@@ -17,7 +17,7 @@ from drivetrain.simulation.engines.inverse_demand import demanded
 from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
-from drivetrain.simulation.study_scene import Wishes, scene_of, with_feed_forward
+from drivetrain.simulation.study_scene import SceneOptions, scene_of, with_feed_forward
 from drivetrain.sizing.results import Evaluation
 
 STUDY = Path(__file__).resolve().parents[2] / "examples" / "puma560" / "study.yaml"
@@ -82,7 +82,7 @@ def test_no_command_nothing_to_invert() -> None:
 def test_without_losses_the_current_is_torque_over_constant(evaluation: Evaluation) -> None:
     study = dt.load_study(STUDY)
     drives = {name: joint.drive for name, joint in evaluation.joints.items()}
-    bare = scene_of(study, drives, wishes=Wishes(friction=False, mesh=False, heat=False, feed_forward=False))
+    bare = scene_of(study, drives, options=SceneOptions(friction=False, mesh=False, heat=False, feed_forward=False))
     run = simulate(with_feed_forward(bare), solver=Inverse())
     name = bare.joints[1]
     series = evaluation.joints[name].series

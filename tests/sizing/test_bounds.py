@@ -14,7 +14,7 @@ from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.evaluate import evaluate_joint
 from drivetrain.sizing.judge.fill import FilledParts
-from drivetrain.sizing.results import Fallen
+from drivetrain.sizing.results import RejectedPair
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.rejected import Rejected
@@ -187,8 +187,11 @@ def test_rejections_say_what_an_evaluation_says(make, kind):
     assert len(table) == len(expected)
     frame = table.frame()
     for row, wanted in enumerate(expected):
-        for found in (table[row], Fallen(*(frame.iloc[row][name] for name in Fallen.__dataclass_fields__))):
-            values = [getattr(found, name) for name in Fallen.__dataclass_fields__]
+        for found in (
+            table[row],
+            RejectedPair(*(frame.iloc[row][name] for name in RejectedPair.__dataclass_fields__)),
+        ):
+            values = [getattr(found, name) for name in RejectedPair.__dataclass_fields__]
             for value, one in zip(values, wanted, strict=True):
                 assert value == one if isinstance(one, str) else value == pytest.approx(one, rel=CLOSE, nan_ok=True)
     assert [one.motor for one in table[1:3]] == [one[1] for one in expected[1:3]]

@@ -15,7 +15,7 @@ import drivetrain as dt
 from drivetrain.drive.drive import Drive
 from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.errors import InputError
-from drivetrain.simulation.study_scene import Wishes
+from drivetrain.simulation.study_scene import SceneOptions
 from drivetrain.study.form import attribute_words, form_of
 from drivetrain.study.parts.simulation import drive_fields, known_effects
 from drivetrain.units import factor
@@ -87,10 +87,10 @@ def test_they_are_in_the_scene_and_take_gears_from_the_drives(load: Any) -> None
     motor = dt.Motor("m", 1.0, 0.1, mass=0.2, rotor_inertia=1e-5)
     gear = dt.Gear("g", 50.0, mass=0.1, efficiency=0.8, stiffness_1=1e4, backlash=1e-3)
     drives = {name: Drive(motor, gear) for name in ("joint_1", "joint_2")}
-    scene = dt.scene_of(study, drives, wishes=Wishes(feed_forward=False))
+    scene = dt.scene_of(study, drives, options=SceneOptions(feed_forward=False))
     assert dt.Backlash(gear, 1.0) in scene.effects["joint_2"]
     assert SpringToGround(2.0) in scene.effects["joint_1"]
-    without = dt.scene_of(load(), drives, wishes=Wishes(feed_forward=False))
+    without = dt.scene_of(load(), drives, options=SceneOptions(feed_forward=False))
     assert len(scene.effects["joint_2"]) == len(without.effects["joint_2"]) + 1
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
-from drivetrain.arm.checks import doubts
+from drivetrain.arm.checks import implausible
 from drivetrain.arm.urdf.drives import UrdfDrive
 from drivetrain.arm.urdf.model import MOVABLE, REFUSED, REVOLUTE, UrdfJoint, UrdfModel, read_model
 from drivetrain.arrays import Array
@@ -45,7 +45,7 @@ def read_urdf_drives(path: str | Path) -> dict[str, UrdfDrive]:
 
 
 def warn_each(texts: list[str]) -> None:
-    """Warn of each doubt, as if the caller's caller had."""
+    """Warn of each, as if the caller's caller had."""
     for text in texts:
         warnings.warn(text, PhysicsWarning, stacklevel=3)
 
@@ -126,7 +126,7 @@ def _doubts(model: UrdfModel, chain: Chain) -> list[str]:
     for name in (rider for riders in chain.riders for rider in riders):
         body = model.links[name].body
         points = [np.zeros(3), *(j.origin[:3, 3] for j in model.joints.values() if j.parent == name)]
-        found += [] if body is None else doubts(name, body, points)
+        found += [] if body is None else implausible(name, body, points)
     return found
 
 

@@ -18,7 +18,7 @@ from drivetrain.arrays import Array
 from drivetrain.records import as_numbers
 from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.objectives import weight_of
-from drivetrain.sizing.results import Fallen
+from drivetrain.sizing.results import RejectedPair
 from drivetrain.sizing.search.candidates import TABLE
 from drivetrain.sizing.search.domains import Indices
 from drivetrain.sizing.search.problem import Problem
@@ -76,7 +76,7 @@ def given_others(problem: Problem, joint: int, pairs: Indices, chosen: Mapping[i
 
 
 @dataclass(frozen=True, eq=False)
-class Rejected(Sequence[Fallen]):
+class Rejected(Sequence[RejectedPair]):
     """Every candidate that is rejected given a set of drives, judged when first asked for.
 
     Attributes:
@@ -112,19 +112,19 @@ class Rejected(Sequence[Fallen]):
         return len(self._table[0])
 
     @overload
-    def __getitem__(self, row: int) -> Fallen: ...
+    def __getitem__(self, row: int) -> RejectedPair: ...
 
     @overload
-    def __getitem__(self, row: slice) -> Sequence[Fallen]: ...
+    def __getitem__(self, row: slice) -> Sequence[RejectedPair]: ...
 
-    def __getitem__(self, row: int | slice) -> Fallen | Sequence[Fallen]:
+    def __getitem__(self, row: int | slice) -> RejectedPair | Sequence[RejectedPair]:
         """One candidate, or some."""
         if isinstance(row, slice):
             return [self[i] for i in range(*row.indices(len(self)))]
         joint, pair, label, numbers = (column[row] for column in self._table)
         name, keys = self.problem.candidates.study.joints[joint].name, self.problem.candidates.keys(int(pair))
         required, available, used, share = (float(value) for value in numbers)
-        return Fallen(name, *keys, LABELS[label], required, available, UNITS[label], used, share)
+        return RejectedPair(name, *keys, LABELS[label], required, available, UNITS[label], used, share)
 
     def frame(self) -> pd.DataFrame:
         """All of them as a table."""

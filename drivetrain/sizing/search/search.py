@@ -71,7 +71,7 @@ def select(
         orders them: neither how often a search was stopped, nor the machine.
 
     Raises:
-        InputError: Wishes that make no sense of the study; ``resume`` is of another study, or asks for something else.
+        InputError: Options that make no sense of the study; ``resume`` is of another study, or asks for something else.
     """
     check_asked(study, wanted)
     tell = _teller(progress)

@@ -18,9 +18,9 @@ from drivetrain.arm.load import SUFFIXES, load_arm
 from drivetrain.arrays import Array, frozen_array
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.study.document import Place
-from drivetrain.study.doubts import dh_doubts
 from drivetrain.study.faults import Ledger
 from drivetrain.study.model import Payload
+from drivetrain.study.plausibility import dh_implausible
 from drivetrain.study.schema import CouplingForm, StudyForm
 from drivetrain.units import quantity, split_header
 from drivetrain.whole_files import read_text
@@ -229,7 +229,7 @@ def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
     down = STANDARD_GRAVITY if gravity is None else gravity
     return arm_from_dh(
         [row for _, row in rows], convention=convention, gravity=down, joint_names=names, name=path.stem,  # type: ignore[arg-type]
-        notes=dh_doubts(rows, path),
+        notes=dh_implausible(rows, path),
     )  # fmt: skip
 
 

@@ -223,7 +223,7 @@ def _hold_against(motion: Motion, arm: Arm, ledger: Ledger, place: Place) -> Non
         slip = isinstance(fault.value, float) and abs(fault.value) > believed
         hint = "check the unit: degrees given as rad, mm as m?" if slip else ""
         ledger.faults.append(ledger.document.fault(place, f"{fault.place}: {fault.problem}", fault.value, hint))
-    ledger.note(found.doubts)
+    ledger.note(found.warnings)
 
 
 def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> Motion | None:

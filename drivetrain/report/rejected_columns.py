@@ -14,7 +14,7 @@ _ROW = ",".join("%.6g" if name in _NUMBERS else "%s" for name in COLUMNS) + "\n"
 _AT_ONCE = 4096  # rows formatted by one call
 
 
-def fallen_text(fallen: pd.DataFrame) -> str:
+def rejected_text(fallen: pd.DataFrame) -> str:
     """Candidates that fell as CSV text."""
     columns = [fallen[name].tolist() if name in _NUMBERS else _quoted(fallen[name]) for name in COLUMNS]
     parts = [",".join(COLUMNS) + "\n"]

@@ -39,7 +39,7 @@ SPEED = 50.0  # [rad/s] joints of arms stay below 30
 DEGREES = (40.0, 720.0)  # whole numbers in between are limits of a joint in degrees; multiples of a turn are not whole
 
 
-def note_doubts(
+def note_implausible(
     form: StudyForm,
     arm: Arm | None,
     payloads: Mapping[str, Payload],
@@ -61,7 +61,7 @@ def note_doubts(
     _doubt_joints(form, joints, ledger)
 
 
-def dh_doubts(rows: Sequence[tuple[int, DHRow]], file: Path) -> list[str]:
+def dh_implausible(rows: Sequence[tuple[int, DHRow]], file: Path) -> list[str]:
     """Lengths of a Denavit-Hartenberg table, by line of the file, that look like millimetres given as metres."""
     found: list[str] = []
     reach = sum(math.hypot(row.a, row.d) for _, row in rows)
@@ -101,10 +101,10 @@ def _doubt_links(arm: Arm, ledger: Ledger) -> None:
         away = float(np.linalg.norm(arm.home[i, :3, 3] - points[i]))
         if length > LENGTH:
             problem = f"{link} is {length:.4g} m long, more than {LENGTH:g} m"
-            ledger.doubt(("arm",), problem, hint=_millimetres(length))
+            ledger.warning(("arm",), problem, hint=_millimetres(length))
         elif arm.masses[i] > 0.0 and away > farthest:
             problem = f"the centre of mass of {link} lies {away:.4g} m from its joint, more than {farthest:.3g} m"
-            ledger.doubt(("arm",), problem, hint=_millimetres(away))
+            ledger.warning(("arm",), problem, hint=_millimetres(away))
 
 
 def _doubt_density(payload: Payload, place: Place, ledger: Ledger) -> None:
@@ -116,7 +116,7 @@ def _doubt_density(payload: Payload, place: Place, ledger: Ledger) -> None:
         return
     beside, unit = ("denser than any metal", "g") if density > DENSEST else ("lighter than air", "t")
     problem = f"with {payload.mass:.4g} kg and its inertia it is {beside}, {density:.2g} kg/m^3"
-    ledger.doubt(place, problem, hint=f"was {payload.mass:.4g} {unit} meant, or is the inertia in another unit?")
+    ledger.warning(place, problem, hint=f"was {payload.mass:.4g} {unit} meant, or is the inertia in another unit?")
 
 
 def _doubt_limits(arm: Arm, ledger: Ledger) -> None:
@@ -125,7 +125,7 @@ def _doubt_limits(arm: Arm, ledger: Ledger) -> None:
         widest = max(abs(arm.lower[i]), abs(arm.upper[i]))
         if arm.screws[i, :3].any() and DEGREES[0] <= widest <= DEGREES[1] and float(widest).is_integer():
             problem = f"joint {name} may turn to {widest:g} rad, {widest / math.tau:.3g} turns"
-            ledger.doubt(("arm",), problem, hint=f"was {widest:g} deg meant? robot files state radians")
+            ledger.warning(("arm",), problem, hint=f"was {widest:g} deg meant? robot files state radians")
 
 
 def _doubt_payload(payload: Payload, arm: Arm, ledger: Ledger) -> None:
@@ -134,10 +134,10 @@ def _doubt_payload(payload: Payload, arm: Arm, ledger: Ledger) -> None:
     away, farthest, links = float(np.linalg.norm(payload.com)), _farthest(_reach(arm)), float(arm.masses.sum())
     if payload.mass > 0.0 and away > farthest:
         problem = f"the centre of mass lies {away:.4g} m from the tip, more than {farthest:.3g} m"
-        ledger.doubt((*place, "com"), problem, hint=_millimetres(away))
+        ledger.warning((*place, "com"), problem, hint=_millimetres(away))
     if 0.0 < CARRIED * links < payload.mass:
         problem = f"{payload.mass:.4g} kg is more than {CARRIED:g} times the {links:.3g} kg of the arm's links"
-        ledger.doubt((*place, "mass"), problem, hint=f"was {payload.mass:.4g} g meant?")
+        ledger.warning((*place, "mass"), problem, hint=f"was {payload.mass:.4g} g meant?")
     else:
         _doubt_density(payload, (*place, "mass"), ledger)
 
@@ -151,7 +151,7 @@ def _doubt_motion(motion: Motion, form: MotionForm, arm: Arm, ledger: Ledger) ->
         fastest = float(np.abs(motion.velocity[:, i]).max())
         if arm.screws[i, :3].any() and fastest > SPEED:
             problem = f"joint {name} reaches {fastest:.4g} rad/s, {fastest * 30.0 / math.pi:.4g} rpm"
-            ledger.doubt(place, problem, hint=f"was {fastest:.4g} deg/s meant, or is it a motor's speed?")
+            ledger.warning(place, problem, hint=f"was {fastest:.4g} deg/s meant, or is it a motor's speed?")
 
 
 def _doubt_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -> bool:
@@ -175,7 +175,7 @@ def _doubt_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -
                 problem = f"joint {arm.joint_names[i]} at {at:.4g} {'rad' if turns else 'm'}, {told}"
                 worst = (share, (*place, "waypoints", row, i), problem, meant)
     if worst is not None:
-        ledger.doubt(worst[1], worst[2], hint=worst[3])
+        ledger.warning(worst[1], worst[2], hint=worst[3])
     return worst is not None
 
 
@@ -185,12 +185,12 @@ def _doubt_ratios(form: StudyForm, ledger: Ledger) -> None:
         ratio, kind = getattr(form.gears[key], "ratio", None), getattr(form.gears[key], "kind", None)
         if ratio is not None and 0.0 < abs(ratio) < 1.0:
             problem = f"a ratio of {ratio:.4g} makes the output faster than the motor"
-            ledger.doubt(
+            ledger.warning(
                 ("gears", key, "ratio"), problem, hint=f"was {1.0 / ratio:.4g} meant: motor over output speed?"
             )
         elif ratio is not None and ratio < 0.0 and kind == "planetary":
             problem = f"a ratio of {ratio:.4g}, but the output of a planetary gear with a fixed ring turns as its motor"
-            ledger.doubt(("gears", key, "ratio"), problem, hint=f"was {-ratio:.4g} meant?")
+            ledger.warning(("gears", key, "ratio"), problem, hint=f"was {-ratio:.4g} meant?")
 
 
 def _doubt_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) -> None:
@@ -201,15 +201,15 @@ def _doubt_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) 
         travel = task.travel_per_turn
         if travel is not None and abs(travel) * math.tau > LENGTH:
             turn = travel * math.tau
-            ledger.doubt((*place, "travel_per_turn"), f"{turn:.4g} m a turn", hint=_millimetres(turn))
+            ledger.warning((*place, "travel_per_turn"), f"{turn:.4g} m a turn", hint=_millimetres(turn))
         if abs(task.mount.offset) > FAR:
             problem = f"the drive sits {task.mount.offset:.4g} m from its joint, more than {FAR:g} m"
-            ledger.doubt((*place, "mount", "offset"), problem, hint=_millimetres(task.mount.offset))
+            ledger.warning((*place, "mount", "offset"), problem, hint=_millimetres(task.mount.offset))
         if task.rules is not None and not task.pairs:
             idle.setdefault(((*place, "candidates"), task.passed_over), []).append(task.name)
     for (place, words), names in idle.items():
         problem = f"no pair may be chosen for {', '.join(names)}: {'; '.join(words)}"
-        ledger.doubt(place, problem, hint=_remedy(words))
+        ledger.warning(place, problem, hint=_remedy(words))
 
 
 def _remedy(words: tuple[str, ...]) -> str:

@@ -22,7 +22,7 @@ STIFFEST = 3.0  # swings of the load on its bristles, in radians a step
 FINEST = 1e-6  # rad or m: a bend of the bristles, over the relative tolerance that resolves it
 
 
-def doubts(plan: Plan, engine: Engine, rows: Array) -> tuple[Event, ...]:
+def warnings(plan: Plan, engine: Engine, rows: Array) -> tuple[Event, ...]:
     """Events of a run that ended well and yet tells little.
 
     Args:
