@@ -17,8 +17,10 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.bodies import with_body
+from drivetrain.arm.coupling import shaft_torques
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
+from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
 from drivetrain.study.model import DriveMass, Study
@@ -93,9 +95,17 @@ def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, 
     arm = emptied(study)
     loads = _forces if forces_only else _loads
     bare = _with_payloads(study, arm, loads)
+    bare = replace(bare, force=bare.force - counterbalance_torques(study, study.cycle.position).T)
     reference = loads(study, arm)
     units = [_units(study, arm, reference, joint, loads) for joint in range(arm.n)]
     return tuple(_of_joint(study, bare, units, joint, not arm.screws[joint, :3].any()) for joint in range(arm.n))
+
+
+def counterbalance_torques(study: Study, position: Array) -> Array:
+    """What counterbalances give to the joints, at the shafts where motors are coupled [N m], (N, n)."""
+    columns = [counterbalance_torque(task.counterbalances, position[:, i]) for i, task in enumerate(study.joints)]
+    torque = np.column_stack(columns)
+    return torque if study.arm is None else shaft_torques(study.arm, torque)
 
 
 def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
