@@ -27,8 +27,8 @@ PARTS = (
     "motor friction", "rotor inertia",
 )  # fmt: skip
 """What a current is for: the arm's accelerations, its weight, its speeds, counterbalances, or a table of torques, all
-through a lossless gear; then what friction and losses take, and what accelerates the rotor. Their currents add up to the
-whole."""
+through a lossless gear; then what friction and losses take, and what accelerates the rotor. Together they are the
+whole current."""
 
 
 def current_commands(evaluation: Evaluation, *, rate: float | None = None, hold: int = 1) -> pd.DataFrame:

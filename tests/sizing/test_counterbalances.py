@@ -188,7 +188,7 @@ def test_a_study_states_them_with_units():
         ("{torque: 1 kg}", "kg"),
         ("{angles: [0 deg, 10 deg], torques: [1 N m]}", "as many torques"),
         ("{dead_centre: 3 deg}", "says no torque"),
-        ("{gas_force: 300 N, extended_length: 0.3 m, stroke: 0.1 m, lever_carrier: 0.2 m, lever_link: 0.15 m}", "cycle"),
+        ("{gas_force: 300 N, extended_length: 0.3 m, stroke: 0.1 m, lever_carrier: 0.2 m, lever_link: 0.15 m}", "cycle"),  # noqa: E501
         ("{stifness: 8 N/mm}", "stiffness"),
     ],
 )  # fmt: skip

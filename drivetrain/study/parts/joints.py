@@ -245,7 +245,9 @@ def _counterbalances(around: Surroundings, index: int, form: JointForm, place: P
 
 def check_gas_springs(joints: Sequence[JointTask], cycle: Cycle | None, ledger: Ledger) -> None:
     """That no gas spring is pulled out or pushed together further in the cycle than it goes."""
-    for i, task in enumerate(joints if cycle is not None else ()):
+    if cycle is None:
+        return
+    for i, task in enumerate(joints):
         for k, one in enumerate(task.counterbalances):
             length = span_length(one, cycle.position[:, i]) if one.gas_force else np.array([one.extended_length])
             low, high = float(length.min()), float(length.max())
