@@ -92,16 +92,6 @@ def rotor_inertias(arm: Arm, q: Any) -> tuple[Array, Array]:
     With M0 the mass matrix of rotors locked where they are, ``[[M0, S], [S.T, B]]`` is that of links and free rotors,
     and M0 + S + S.T + B is that of rotors bound to their joints (M0 + S C + C.T S.T + C.T B C with a coupling C).
 
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-
-    Returns:
-        S and B [kg m^2; kg m and kg where joints are prismatic], each (n, n) or (N, n, n): column i of S is the
-        momentum that links must take when rotor i spins, B holds ``ratio^2 * axial inertia`` on its diagonal.
-
-    Raises:
-        InputError: Wrong shape, or a NaN or infinity.
-
     Reference: Modern Robotics, equation 8.111, taken apart.
     """
     (positions,) = finite_samples(arm.n, {"q": q})

@@ -69,17 +69,7 @@ def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
 
 
 def tip_samples(model: Packed, tip_wrench: Any, count: int) -> Array:
-    """The wrench on the environment as the recursion takes it.
-
-    Args:
-        tip_wrench: In the tip frame, (moment [N m], force [N]), (6,) or (N, 6), or None.
-
-    Returns:
-        In the last link's frame [N m, N], (0, 6), (1, 6) or (N, 6).
-
-    Raises:
-        InputError: Wrong shape, or a NaN or infinity.
-    """
+    """The wrench on the environment as the recursion takes it."""
     if tip_wrench is None:
         return NO_TIP
     rows = batch(tip_wrench, 6, "tip_wrench")
@@ -96,19 +86,7 @@ def run(
     tip: Array = NO_TIP,
     outputs: Outputs = TORQUE_ONLY,
 ) -> Array:
-    """The generalised torques of a motion, by the compiled recursion.
-
-    Args:
-        motion: q, qd, qdd [rad or m, and per s, s^2], (N, n) each, C order.
-        gravity: In the frame of the base [m/s^2], (3,). None: the arm's.
-        tip: As from ``tip_samples`` [N m, N].
-
-    Returns:
-        Torque [N m or N], (N, n).
-
-    Raises:
-        InputError: A number that is NaN, infinite, or too large to be squared.
-    """
+    """The generalised torques of a motion, by the compiled recursion."""
     wide, filled = motion, outputs
     if model.spread is not None:
         wide = [x @ model.spread.T for x in motion]

@@ -175,14 +175,7 @@ class NearSingular(ABC):
 
     @abstractmethod
     def inverse_squares(self, values: Array) -> tuple[Array, Array]:
-        """What stands in for ``1/s^2``, and the damping.
-
-        Args:
-            values: Singular values, largest first [SI], (N, k).
-
-        Returns:
-            (N, k), finite; and what was added to ``s^2`` [SI], (N,), zero where nothing was.
-        """
+        """What stands in for ``1/s^2``, and the damping."""
 
 
 @dataclass(frozen=True)

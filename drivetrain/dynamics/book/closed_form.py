@@ -188,13 +188,7 @@ def _advance(axis: Array, linear: Array) -> Array:
 def _fill_terms(
     known: Any, q: Array, qd: Array, mass: Array, rate: Array, velocity: Array, held: Array, jacobian: Array
 ) -> None:  # fmt: skip
-    """Fill M, dM/dt, c, g and J, products with L taken body by body: row b of ``L X`` is ``W L X + X``.
-
-    Args:
-        known: As ``_Constants`` tells.
-        q, qd: (N, n) [rad or m, and per s].
-        mass, rate, velocity, held, jacobian: As of ``ClosedForm``, zero before.
-    """
+    """Fill M, dM/dt, c, g and J, products with L taken body by body: row b of ``L X`` is ``W L X + X``."""
     carriers, places, screws, turns, inertias, masses, base, tip = known
     n = q.shape[1]
     # Of each body, as rows: n of L A, n of L [ad_Aqd] L A, then L [ad_Aqd] W V and L times the base's acceleration.
