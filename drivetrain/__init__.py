@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from drivetrain.arm.dh import arm_from_dh as arm_from_dh
     from drivetrain.arm.flexible_links import BendingLink as BendingLink
     from drivetrain.arm.flexible_links import with_flexible_links as with_flexible_links
+    from drivetrain.arm.kinematics import body_jacobian as body_jacobian
+    from drivetrain.arm.kinematics import body_jacobian_rate as body_jacobian_rate
+    from drivetrain.arm.kinematics import link_poses as link_poses
+    from drivetrain.arm.kinematics import space_jacobian as space_jacobian
+    from drivetrain.arm.kinematics import space_jacobian_rate as space_jacobian_rate
+    from drivetrain.arm.kinematics import tip_pose as tip_pose
     from drivetrain.arm.load import load_arm as load_arm
     from drivetrain.arm.rotors import Rotor as Rotor
     from drivetrain.arm.rotors import RotorLevel as RotorLevel
@@ -81,12 +87,6 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.inverse import joint_loads as joint_loads
     from drivetrain.dynamics.inverse import tip_torque as tip_torque
     from drivetrain.dynamics.inverse import velocity_torque as velocity_torque
-    from drivetrain.dynamics.kinematics import body_jacobian as body_jacobian
-    from drivetrain.dynamics.kinematics import body_jacobian_rate as body_jacobian_rate
-    from drivetrain.dynamics.kinematics import link_poses as link_poses
-    from drivetrain.dynamics.kinematics import space_jacobian as space_jacobian
-    from drivetrain.dynamics.kinematics import space_jacobian_rate as space_jacobian_rate
-    from drivetrain.dynamics.kinematics import tip_pose as tip_pose
     from drivetrain.dynamics.mass_matrix import mass_matrix as mass_matrix
     from drivetrain.dynamics.regressor import parameter_names as parameter_names
     from drivetrain.dynamics.regressor import torque_parameters as torque_parameters
@@ -270,12 +270,12 @@ _HOME = {
     "tip_compliance": "dynamics.flexibility",
     "forward_dynamics": "dynamics.forward",
     "torque_from_positions": "dynamics.from_positions",
-    "body_jacobian_rate": "dynamics.kinematics",
-    "space_jacobian_rate": "dynamics.kinematics",
-    "body_jacobian": "dynamics.kinematics",
-    "link_poses": "dynamics.kinematics",
-    "space_jacobian": "dynamics.kinematics",
-    "tip_pose": "dynamics.kinematics",
+    "body_jacobian_rate": "arm.kinematics",
+    "space_jacobian_rate": "arm.kinematics",
+    "body_jacobian": "arm.kinematics",
+    "link_poses": "arm.kinematics",
+    "space_jacobian": "arm.kinematics",
+    "tip_pose": "arm.kinematics",
     "AccelerationDerivatives": "dynamics.derivatives",
     "TorqueDerivatives": "dynamics.derivatives",
     "forward_dynamics_derivatives": "dynamics.derivatives",

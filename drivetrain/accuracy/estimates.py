@@ -11,6 +11,7 @@ import numpy as np
 from drivetrain.accuracy.decision import Basis
 from drivetrain.accuracy.scenes import SPRINGS, choices, place_of
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.kinematics import body_jacobian
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import at_level
 from drivetrain.arrays import Array
@@ -20,7 +21,6 @@ from drivetrain.drive.gear_loss import drag_torque
 from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant
 from drivetrain.drive.thermal.heat import periodic_temperature
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
-from drivetrain.dynamics.kinematics import body_jacobian
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.effects.bounds import OVERSHOOT, bounded, mean_of, rms_of
 from drivetrain.effects.control.cascade_loop import CascadeLoop

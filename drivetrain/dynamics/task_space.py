@@ -24,9 +24,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array, batch
-from drivetrain.dynamics.inverse import gravity_torque, velocity_torque
-from drivetrain.dynamics.kinematics import (
+from drivetrain.arm.kinematics import (
     body_jacobian,
     body_jacobian_rate,
     space_jacobian,
@@ -34,8 +32,9 @@ from drivetrain.dynamics.kinematics import (
     tip_jacobian,
     tip_pose,
 )
+from drivetrain.arrays import Array, batch, finite_samples
+from drivetrain.dynamics.inverse import gravity_torque, velocity_torque
 from drivetrain.dynamics.mass_matrix import mass_factor, solve_lower
-from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.rotation_coordinates import ROTATION_VECTOR, RotationCoordinates
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetrain.arm.kinematics import link_poses
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import drive_inertia
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import torque_constant, winding_resistance
-from drivetrain.dynamics.kinematics import link_poses
 from drivetrain.motion.duty_cycle import Cycle, sample_weights
 from drivetrain.report.chart import rounded
 from drivetrain.report.planes import regions, temperatures, view

@@ -10,7 +10,7 @@ from figures.task_space import figure_task_space
 
 import drivetrain as dt
 from drivetrain.dynamics.inverse import bias_torque
-from drivetrain.dynamics.kinematics import body_jacobian, body_jacobian_rate
+from drivetrain.arm.kinematics import body_jacobian, body_jacobian_rate
 from drivetrain.dynamics.task_space import Damped, Reduced, task_space_dynamics
 from drivetrain.report.plotting import house_style, png_bytes
 

@@ -31,8 +31,9 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
+from drivetrain.arm.kinematics import screw_displacements
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
-from drivetrain.arrays import Array, batch
+from drivetrain.arrays import Array, batch, finite_samples
 from drivetrain.dynamics.core.vectors import (
     Vector,
     add_six,
@@ -47,8 +48,7 @@ from drivetrain.dynamics.core.vectors import (
     turned,
     vector,
 )
-from drivetrain.dynamics.kinematics import screw_displacements
-from drivetrain.dynamics.samples import alone_within_reach, finite_samples
+from drivetrain.dynamics.samples import alone_within_reach
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import kernel
 from drivetrain.spatial.poses import adjoint, inverse_pose

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
-from drivetrain.dynamics.kinematics import skeleton
+from drivetrain.arm.kinematics import skeleton
 from drivetrain.report.colours import BLUE, INK, JOINT_COLOURS, MUTED, VERMILLION
 from drivetrain.report.plotting import TIME_COLOURS, house_style
 from drivetrain.report.quantities import axis_name, printed_unit

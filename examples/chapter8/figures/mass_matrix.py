@@ -24,7 +24,7 @@ from drivetrain.dynamics.book.ellipsoids import (
     torque_ellipsoid,
 )
 from drivetrain.dynamics.book.ratio_sweep import RatioSweep, with_ratio
-from drivetrain.dynamics.kinematics import skeleton, tip_acceleration_terms
+from drivetrain.arm.kinematics import skeleton, tip_acceleration_terms
 from drivetrain.errors import Fault, InputError
 from drivetrain.report.colours import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, VERMILLION
 from drivetrain.report.plotting import TIME_COLOURS, house_style

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array
-from drivetrain.dynamics.samples import finite_samples
+from drivetrain.arrays import Array, finite_samples
 
 
 def link_poses(arm: Arm, q: Any) -> Array:
