@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from drivetrain.arm.dh import arm_from_dh as arm_from_dh
     from drivetrain.arm.flexible_links import BendingLink as BendingLink
     from drivetrain.arm.flexible_links import with_flexible_links as with_flexible_links
+    from drivetrain.arm.inverse_kinematics import inverse_kinematics as inverse_kinematics
     from drivetrain.arm.kinematics import body_jacobian as body_jacobian
     from drivetrain.arm.kinematics import body_jacobian_rate as body_jacobian_rate
     from drivetrain.arm.kinematics import link_poses as link_poses
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
     from drivetrain.arm.load import load_arm as load_arm
     from drivetrain.arm.rotors import Rotor as Rotor
     from drivetrain.arm.rotors import RotorLevel as RotorLevel
+    from drivetrain.arm.tool_motion import Move as Move
+    from drivetrain.arm.tool_motion import ToolLimits as ToolLimits
+    from drivetrain.arm.tool_motion import tool_motion as tool_motion
     from drivetrain.arm.with_rotors import at_level as at_level
     from drivetrain.arm.with_rotors import with_rotors as with_rotors
     from drivetrain.catalog.price import Price as Price
@@ -224,9 +228,13 @@ _HOME = {
     "arm_from_dh": "arm.dh",
     "BendingLink": "arm.flexible_links",
     "with_flexible_links": "arm.flexible_links",
+    "inverse_kinematics": "arm.inverse_kinematics",
     "load_arm": "arm.load",
     "Rotor": "arm.rotors",
     "RotorLevel": "arm.rotors",
+    "Move": "arm.tool_motion",
+    "ToolLimits": "arm.tool_motion",
+    "tool_motion": "arm.tool_motion",
     "at_level": "arm.with_rotors",
     "with_rotors": "arm.with_rotors",
     "Price": "catalog.price",

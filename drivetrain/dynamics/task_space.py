@@ -30,6 +30,7 @@ from drivetrain.arm.kinematics import (
     space_jacobian,
     space_jacobian_rate,
     tip_jacobian,
+    tip_jacobian_rate,
     tip_pose,
 )
 from drivetrain.arrays import Array, batch, finite_samples
@@ -110,11 +111,7 @@ class TipVelocity(Task):
         return tip_jacobian(arm, q)
 
     def _whole_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
-        turn, columns = tip_pose(arm, q)[:, :3, :3], body_jacobian(arm, q)
-        spin = columns[:, :3] @ qd[:, :, None]
-        rate = body_jacobian_rate(arm, q, qd)
-        halves = [turn @ (np.cross(spin, columns[:, k], axis=1) + rate[:, k]) for k in (slice(3), slice(3, 6))]
-        return np.concatenate(halves, axis=1)
+        return tip_jacobian_rate(tip_jacobian(arm, q), qd)
 
 
 @dataclass(frozen=True)
