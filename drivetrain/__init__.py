@@ -150,7 +150,7 @@ if TYPE_CHECKING:
     from drivetrain.motion.recording import MeasuredMotion as MeasuredMotion
     from drivetrain.motion.recording import read_recording as read_recording
     from drivetrain.report.outputs import write_outputs as write_outputs
-    from drivetrain.report.page import html_report as html_report
+    from drivetrain.report.pages.report_page import html_report as html_report
     from drivetrain.simulation.constrained import Baumgarte as Baumgarte
     from drivetrain.simulation.constrained import Projection as Projection
     from drivetrain.simulation.constrained import simulate_constrained as simulate_constrained
@@ -357,7 +357,7 @@ _HOME = {
     "build_mix": "motion.mix",
     "Motion": "motion.motion",
     "write_outputs": "report.outputs",
-    "html_report": "report.page",
+    "html_report": "report.pages.report_page",
     "AdaptiveStep": "simulation.engines.adaptive_step",
     "simulate_constrained": "simulation.constrained",
     "FixedStep": "simulation.engines.fixed_step",

@@ -117,10 +117,8 @@ def test_a_circle_is_round_and_its_pull_is_limited(ur5: Arm) -> None:
 
 def test_a_rounded_corner_does_not_stop_the_tool(ur5: Arm) -> None:
     a = place(ur5)
-    moves = [
-        Move("line", np.add(a, [-0.2, 0.0, 0.0]), blend=0.05),
-        Move("line", np.add(a, [-0.2, 0.2, 0.0]), dwell=0.1),
-    ]
+    corner, end = np.add(a, [-0.2, 0.0, 0.0]), np.add(a, [-0.2, 0.2, 0.0])
+    moves = [Move("line", corner, blend=0.05), Move("line", end, dwell=0.1)]
     motion = tool_motion("corner", ur5, START, moves, profile=SCurve(), tool=TOOL)
     running = (motion.time > 0.3) & (motion.time < motion.time[-1] - 0.4)
     velocity = (tip_jacobian(ur5, motion.position) @ motion.velocity[:, :, None])[:, 3:, 0]
