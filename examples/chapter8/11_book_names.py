@@ -14,7 +14,7 @@ import drivetrain.modern_robotics as mr
 from drivetrain.arm.lists import book_lists
 from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.from_positions import torque_from_positions
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 
 
 def main(picture: Path) -> None:
