@@ -35,7 +35,7 @@ from drivetrain.arm.kinematics import (
 )
 from drivetrain.arrays import Array, batch, finite_samples
 from drivetrain.dynamics.inverse import gravity_torque, velocity_torque
-from drivetrain.dynamics.mass_matrix import mass_factor, solve_lower
+from drivetrain.dynamics.mass import mass_factor, solve_lower
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.rotation_coordinates import ROTATION_VECTOR, RotationCoordinates
 
