@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from drivetrain.arm.flexible_links import with_flexible_links as with_flexible_links
     from drivetrain.arm.geared import at_level as at_level
     from drivetrain.arm.geared import with_rotors as with_rotors
-    from drivetrain.arm.inverse_kinematics import inverse_kinematics as inverse_kinematics
     from drivetrain.arm.kinematics import body_jacobian as body_jacobian
     from drivetrain.arm.kinematics import body_jacobian_rate as body_jacobian_rate
     from drivetrain.arm.kinematics import link_poses as link_poses
@@ -31,10 +30,11 @@ if TYPE_CHECKING:
     from drivetrain.arm.kinematics import tip_pose as tip_pose
     from drivetrain.arm.lists import book_lists as book_lists
     from drivetrain.arm.load import load_arm as load_arm
+    from drivetrain.arm.pose_solver import inverse_kinematics as inverse_kinematics
     from drivetrain.arm.rotors import Rotor as Rotor
     from drivetrain.arm.rotors import RotorLevel as RotorLevel
-    from drivetrain.arm.tool_motion import Move as Move
-    from drivetrain.arm.tool_motion import ToolLimits as ToolLimits
-    from drivetrain.arm.tool_motion import tool_motion as tool_motion
+    from drivetrain.arm.tool_moves import Move as Move
+    from drivetrain.arm.tool_moves import ToolLimits as ToolLimits
+    from drivetrain.arm.tool_moves import tool_motion as tool_motion
 
 __getattr__, __dir__ = shown(__name__)

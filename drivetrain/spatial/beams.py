@@ -83,7 +83,18 @@ class Beam:
 
 
 def round_tube(outer: float, inner: float, youngs_modulus: float, shear_modulus: float) -> Section:
-    """The section of a round tube, or of a round bar when nothing is hollow."""
+    """The section of a round tube, or of a round bar when nothing is hollow.
+
+    Args:
+        outer, inner: Diameters [m].
+        youngs_modulus, shear_modulus: Of the material [Pa].
+
+    Returns:
+        The section.
+
+    Raises:
+        InputError: Values that are no positive numbers, or an inner diameter that is negative or not the smaller one.
+    """
     place = "round_tube"
     checked_numbers({f"{place}.outer": (outer, "m"), **_moduli(place, youngs_modulus, shear_modulus)}, above=0.0)
     checked_number(inner, f"{place}.inner", "m", least=0.0)
@@ -97,6 +108,17 @@ def round_tube(outer: float, inner: float, youngs_modulus: float, shear_modulus:
 
 def box_tube(width: float, height: float, wall: float, youngs_modulus: float, shear_modulus: float) -> Section:
     """The section of a rectangular tube with a thin wall of one thickness.
+
+    Args:
+        width, height: Outer, along x and along y [m].
+        wall: Thickness [m].
+        youngs_modulus, shear_modulus: Of the material [Pa].
+
+    Returns:
+        The section.
+
+    Raises:
+        InputError: Values that are no positive numbers, or a wall that is not thinner than half the smaller side.
 
     Reference:
         Torsion by Bredt's second formula for thin closed walls, 4 A^2 t / perimeter of the middle line.
@@ -122,6 +144,17 @@ def _moduli(place: str, youngs: Any, shear: Any) -> dict[str, tuple[Any, str]]:
 def beam_compliance(section: Section, length: float) -> Array:
     """What the free end of a clamped beam does under a wrench on it: bending, twisting and stretching, no shear.
 
+    Args:
+        section: The same all along.
+        length: [m].
+
+    Returns:
+        The matrix that takes a wrench on the end (moment [N m], force [N]) to its (rotation [rad], displacement [m]),
+        (6, 6), symmetric; about the end, axes of the section, z along the beam.
+
+    Raises:
+        InputError: A length that is not positive.
+
     Reference:
         Euler and Bernoulli's cantilever: f L^3/(3 E I), f L^2/(2 E I), m L/(E I), and m L/(G J), f L/(E A).
     """
@@ -143,6 +176,19 @@ def end_deflection(section: Section, length: float, start_wrench: Any, end_wrenc
     makes the bending moment the one cubic that has both moments and both shear forces right; stretch and twist have
     their own load even. That is exact for a beam of even mass. A point mass at the end, counted in the beam's own
     load, bends it 10 % less than it should.
+
+    Args:
+        section: The same all along.
+        length: [m].
+        start_wrench, end_wrench: What each section passes on towards the end: (moment about that section [N m],
+            force [N]) on the part after it, axes of the section, z along the beam; (6,) or (N, 6), both of one shape.
+            A weight P that hangs at the end is there the force -P.
+
+    Returns:
+        (rotation [rad], displacement [m]) of the end, same axes, (6,) or (N, 6).
+
+    Raises:
+        InputError: Wrong shapes, a NaN or infinity, or a length that is not positive.
     """
     length = checked_number(length, "length", "m", above=0.0)
     first, last = same_batches(6, {"start_wrench": start_wrench, "end_wrench": end_wrench})

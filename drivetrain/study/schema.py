@@ -18,7 +18,7 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from drivetrain import units as f
-from drivetrain.arm.tool_motion import ToolLimits
+from drivetrain.arm.tool_moves import ToolLimits
 from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.study.form import AsForm, Entry, Form, form_of

@@ -9,10 +9,10 @@ from in_pinocchio import InPinocchio
 from random_arms import random_arm
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.inverse_kinematics import inverse_kinematics
 from drivetrain.arm.kinematics import tip_jacobian, tip_pose
 from drivetrain.arm.load import load_arm
-from drivetrain.arm.tool_motion import Move, ToolLimits, tool_motion
+from drivetrain.arm.pose_solver import inverse_kinematics
+from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
 from drivetrain.motion.profiles import Quintic, SCurve, Trapezoid

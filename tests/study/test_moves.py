@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drivetrain.arm.kinematics import tip_pose
-from drivetrain.arm.tool_motion import Move, ToolLimits, tool_motion
+from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.errors import InputError
 from drivetrain.motion.waypoints import MotionLimits
 from drivetrain.shipped import shipped

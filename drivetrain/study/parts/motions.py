@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.tool_motion import Move, ToolLimits, tool_motion
+from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.arrays import Array
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.checks import TURNS_BELIEVED

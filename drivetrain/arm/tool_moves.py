@@ -10,8 +10,8 @@ from typing import Any, Literal
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.inverse_kinematics import JointPath, PathLostError, follow, inverse_kinematics
 from drivetrain.arm.kinematics import tip_pose
+from drivetrain.arm.pose_solver import JointPath, PathLostError, follow, inverse_kinematics
 from drivetrain.arrays import Array, checked_array, checked_numbers
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.motion import Motion
