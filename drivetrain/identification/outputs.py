@@ -13,7 +13,7 @@ from drivetrain.arm.arm import STANDARD_GRAVITY
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import Fault, InputError
 from drivetrain.export.urdf import urdf_text
-from drivetrain.identification.identify import Identification
+from drivetrain.identification.fit import Identification
 from drivetrain.study.document import read_document, varied
 from drivetrain.study.written import written
 from drivetrain.whole_files import write_files
@@ -77,14 +77,7 @@ def _stated(law: Friction) -> dict[str, Any]:
 
 
 def identification_page(found: Identification) -> str:
-    """The report of an identification: errors on data held out, contributions, base parameters, all parameters.
-
-    Args:
-        found: What was found.
-
-    Returns:
-        HTML, whole in itself.
-    """
+    """The report of an identification: errors on data held out, contributions, base parameters, all parameters."""
     import io
 
     picture = io.StringIO()

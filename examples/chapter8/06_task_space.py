@@ -9,10 +9,10 @@ import numpy as np
 from figures.task_space import figure_task_space
 
 import drivetrain as dt
+from drivetrain.arm.kinematics import body_jacobian, body_jacobian_rate
 from drivetrain.dynamics.inverse import bias_torque
-from drivetrain.dynamics.kinematics import body_jacobian, body_jacobian_rate
 from drivetrain.dynamics.task_space import Damped, Reduced, task_space_dynamics
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 
 READY = np.radians([0.0, -90.0, 90.0, -90.0, -90.0, 0.0])
 SPEED = np.array([0.3, -0.2, 0.4, 0.1, -0.5, 0.2])  # rad/s

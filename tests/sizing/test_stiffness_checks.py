@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drivetrain.arm.kinematics import tip_pose
 from drivetrain.catalog.read import Catalog
-from drivetrain.dynamics.kinematics import tip_pose
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import gaps
