@@ -133,10 +133,15 @@ def _resonance(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extr
     return Extreme(float(lowest.min()), int(np.argmin(lowest)))
 
 
-def _deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
-    """What wind-up does to the tip at its most [m]; a softer gear has the same bends at the same torques."""
+def tip_deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Array:
+    """What wind-up does to the tip [m], (N, 3); a softer gear has the same bends at the same torques."""
     twist = joint_twists(study, drives, torque) / (1.0 - study.stiffness.scatter)
-    size = np.linalg.norm(np.einsum("nj,njc->nc", twist, tip_levers(study)), axis=1)
+    return np.asarray(np.einsum("nj,njc->nc", twist, tip_levers(study)))
+
+
+def _deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
+    """The same at its most."""
+    size = np.linalg.norm(tip_deviation(study, drives, torque), axis=1)
     return Extreme(float(size.max()), int(np.argmax(size)))
 
 
