@@ -56,11 +56,7 @@ class LintFault:
 
 
 def lint(folder: str | Path, *, beside: Iterable[str | Path] = ()) -> list[LintFault]:
-    """Every fault of a catalogue folder.
-
-    Raises:
-        InputError: The folder holds none of the tables, or one of them is not text.
-    """
+    """Every fault of a catalogue folder."""
     tables = _tables(Path(folder))
     if not tables:
         problem = "holds no catalogue table" if Path(folder).is_dir() else "is no folder"

@@ -104,28 +104,14 @@ class PowerBalance:
 
 
 def shaft_friction(drive: Drive) -> Friction:
-    """The friction at the motor shaft: the drive's own, else what the motor's no-load data tell.
-
-    Args:
-        drive: Motor and its friction.
-
-    Returns:
-        The law; frictionless where neither is known (``no_load_friction`` tells which).
-    """
+    """The friction at the motor shaft: the drive's own, else what the motor's no-load data tell."""
     if drive.motor_friction is not None:
         return drive.motor_friction
     return no_load_friction(drive.motor) or FRICTIONLESS
 
 
 def drive_inertia(drive: Drive) -> float:
-    """Inertia that turns with the motor shaft: rotor and gear input.
-
-    Args:
-        drive: Motor and gear; an unknown inertia counts as 0, so callers say so.
-
-    Returns:
-        [kg m^2].
-    """
+    """Inertia that turns with the motor shaft: rotor and gear input."""
     return (drive.motor.rotor_inertia or 0.0) + (drive.gear.inertia or 0.0)
 
 
@@ -157,22 +143,6 @@ def motor_torque(
 ) -> MotorTorque:
     """The motor torque that a motion asks for, losses by direction of power, rotor term outside the mesh.
 
-    Args:
-        drive: Motor, gear and frictions.
-        gear_torque: At the gear's output on the link, joint friction not in it [N m], (N,), in order of time.
-        speed: Of the gear's output [rad/s], (N,).
-        acceleration: Of the gear's output [rad/s^2], (N,).
-        carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
-        standstill: True where the joint is at rest, (N,); None: where the speed is rounding beside the largest one.
-        parts: Samples that repeat by themselves, one slice each; empty: all together.
-        gear_temperature: At which its drag is taken [C].
-
-    Returns:
-        The torque and its parts.
-
-    Raises:
-        InputError: The gear's loss is unknown and the gear is not ``ideal``.
-
     Reference:
         Lynch and Park, Modern Robotics (2017), equation 8.111, with losses on the power that crosses the mesh only.
     """
@@ -190,29 +160,13 @@ def motor_torque(
 
 
 def resting(speed: Array) -> Array:
-    """Where a motion is at rest.
-
-    Args:
-        speed: [rad/s], (N,).
-
-    Returns:
-        True where the speed is rounding beside the largest one, (N,).
-    """
+    """Where a motion is at rest."""
     magnitude = np.abs(speed)
     return np.asarray(magnitude <= STANDSTILL * np.max(magnitude, initial=0.0))
 
 
 def rolled(values: Array, places: int, parts: Sequence[slice] = ()) -> Array:
-    """Values moved along samples that repeat: what leaves at one end comes in at the other.
-
-    Args:
-        values: One a sample, (N,).
-        places: By which they move; 1: each sample gets the value before it.
-        parts: Samples that repeat by themselves, one slice each, in their order; empty: all together.
-
-    Returns:
-        (N,).
-    """
+    """Values moved along samples that repeat: what leaves at one end comes in at the other."""
     if len(parts) <= 1:
         return np.roll(values, places)
     return np.concatenate([np.roll(values[part], places) for part in parts])
@@ -223,15 +177,6 @@ def loss_speed(speed: Array, acceleration: Array, at_rest: Array, *, parts: Sequ
 
     At the instant at which a motion begins or ends it is that motion's way, too slow to matter: a joint that
     accelerates from rest already drives its mesh and its friction, and a command without them would not move it.
-
-    Args:
-        speed: Of the gear's output over a cycle that repeats [rad/s], (N,), in order of time.
-        acceleration: [rad/s^2], (N,).
-        at_rest: Where the joint is at rest, (N,).
-        parts: Samples that repeat by themselves, one slice each; empty: all together.
-
-    Returns:
-        [rad/s], (N,); zero where the joint holds still.
     """
     tiny = STANDSTILL * float(np.max(np.abs(speed), initial=0.0))
     way = np.where(at_rest, 0.0, np.sign(speed))
@@ -247,19 +192,6 @@ def book_current(
 
     It is wrong in two ways that do not cancel: power that flows back is divided where it should be multiplied, and
     the rotor term is divided although it never crosses the mesh.
-
-    Args:
-        drive: Motor and gear; friction is not in the formula.
-        gear_torque: At the gear's output [N m], (N,).
-        acceleration: Of the gear's output [rad/s^2], (N,).
-        carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
-        magnet_temperature: [C].
-
-    Returns:
-        tau_motor / (eta k_t) [A], (N,).
-
-    Raises:
-        InputError: The gear's loss is unknown and the gear is not ``ideal``.
 
     Reference:
         Lynch and Park, Modern Robotics (2017), section 8.9.2, I_com, with tau_motor of equation 8.111.
@@ -280,20 +212,7 @@ def power_balance(
     *,
     gear_temperature: float = DRAG_REFERENCE,
 ) -> PowerBalance:
-    """Where the electrical power of a motion goes.
-
-    Args:
-        drive: Motor, gear and frictions.
-        gear_torque: At the gear's output on the link, joint friction not in it [N m], (N,).
-        speed: Of the gear's output [rad/s], (N,).
-        torque: From ``motor_torque`` of the same motion.
-        winding_temperature: [C], (N,) or one for all.
-        magnet_temperature: [C].
-        gear_temperature: At which its drag is taken [C].
-
-    Returns:
-        Each share; the electrical one is voltage times current, the losses come from their own laws.
-    """
+    """Where the electrical power of a motion goes."""
     motor, motor_speed, gear = drive.motor, drive.gear.ratio * np.asarray(speed), mesh(drive.gear)
     amperes = current(motor, torque.total, magnet_temperature)
     volts = terminal_voltage(motor, motor_speed, amperes, 0.0, winding_temperature, magnet_temperature)

@@ -46,20 +46,6 @@ def exact_current_step(
 ) -> CurrentStep:
     """The current after a time in which voltage and speed are held, without error at any length of the step.
 
-    Args:
-        motor: Resistance, inductance (unknown: the current follows at once) and torque constant.
-        current: At the start of the step [A], any shape.
-        voltage: Between the terminals [V], that shape or one for all.
-        speed: Of the rotor against the stator [rad/s], that shape or one for all.
-        step: [s].
-        winding_temperature, magnet_temperature: [C]; None: the motor's reference temperature.
-
-    Returns:
-        The current at the end and its mean, that shape.
-
-    Raises:
-        InputError: Values that are no finite numbers, a step that is not positive, or no resistance left.
-
     Reference: L dI/dt = V - R I - k_t w, Modern Robotics, equation 8.102; its solution with the right-hand side held.
     """
     cold = motor.reference_temperature
@@ -97,16 +83,7 @@ def _faults_of(check: Callable[[], object]) -> tuple[Fault, ...]:
 
 @kernel
 def current_reach(resistance: float, inductance: float, step: float) -> tuple[float, float]:
-    """By how much the current grows over a step for each volt that ``V - R I - k_t w`` is off at its start.
-
-    Args:
-        resistance: [ohm].
-        inductance: [H]; 0: the current follows at once.
-        step: [s].
-
-    Returns:
-        The growth at the end of the step and in the mean over it [A/V]; 1/R for steps far longer than L/R.
-    """
+    """By how much the current grows over a step for each volt that ``V - R I - k_t w`` is off at its start."""
     if inductance == 0.0:
         return 1.0 / resistance, 1.0 / resistance
     rate = -resistance * step / inductance

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -126,7 +127,7 @@ def moved_by(offered: Candidates, joint: int, domain: Domain, cut: Cut, low: Arr
 
 
 @lru_cache(maxsize=2)
-def _springs(offered: Candidates) -> Spring:
+def _springs(offered: Candidates) -> Any:
     """The springs of all gears, (G,) each: of a direct drive rigid, of an unknown stiffness NaN."""
     filled, rows = FilledParts(offered.study), []
     for key in offered.gears:
@@ -134,4 +135,5 @@ def _springs(offered: Candidates) -> Spring:
         slope = math.nan if gear.key else math.inf
         rows.append(Spring(slope, slope, slope) if gear.stiffness_1 is None else gear_spring(gear))
     names = ("slope_1", "slope_2", "slope_3", "torque_1", "torque_2")
-    return Spring(*(np.array([getattr(one, name) for one in rows]) for name in names))
+    series: list[Any] = [np.array([getattr(one, name) for one in rows]) for name in names]
+    return Spring(*series)
