@@ -226,12 +226,12 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
         duration if duration > 0.0 else 1.0, stop_current(stop.current, task.amplifier), stop.ramp, stop.rise,
-        float(study.arm is not None and rides(task)), float(stop.ramp is not None), float(stop.jam), stops, float(stops is not None),
-        float(study.drag_temperature(study.ambient)),
-        float(study.gear_temperature is None), task.gear_heat, study.cold_start, float(study.cold_start is not None),
+        float(study.arm is not None and rides(task)), float(stop.ramp is not None), float(stop.jam), stops,
+        float(stops is not None), float(study.drag_temperature(study.ambient)), float(study.gear_temperature is None),
+        task.gear_heat, study.cold_start, float(study.cold_start is not None),
         float(bool(task.brakes)), 0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
-        1.0 - study.stiffness.scatter,
-        study.supply.voltage, float(rates_supply(task.amplifier)), float(judges_overload(task.amplifier)),
+        1.0 - study.stiffness.scatter, study.supply.voltage, float(rates_supply(task.amplifier)),
+        float(judges_overload(task.amplifier)),
     )  # fmt: skip
 
 
