@@ -402,7 +402,7 @@ def average_torque(exponent: float, torque: Array, speed: Array, weights: Array)
     """Average torque of a cycle as the wear sees it: rests and signs do not count.
 
     Reference:
-        (sum |n T^e| t / sum |n| t)^(1/e), Harmonic Drive catalogue SHG, p. 30.
+        ``(sum |n T^e| t / sum |n| t)^(1/e)``, Harmonic Drive catalogue SHG, p. 30.
     """
     travel = np.abs(speed) * weights
     total = float(np.sum(travel))
