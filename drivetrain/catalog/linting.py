@@ -56,9 +56,6 @@ class LintFault:
 
 
 def lint(folder: str | Path, *, beside: Iterable[str | Path] = ()) -> list[LintFault]:
-<<<<<<< HEAD:drivetrain/catalog/lint.py
-    """Every fault of a catalogue folder."""
-=======
     """Every fault of a catalogue folder.
 
     Args:
@@ -71,7 +68,6 @@ def lint(folder: str | Path, *, beside: Iterable[str | Path] = ()) -> list[LintF
     Raises:
         InputError: The folder holds none of the tables, or one of them is not text.
     """
->>>>>>> main:drivetrain/catalog/linting.py
     tables = _tables(Path(folder))
     if not tables:
         problem = "holds no catalogue table" if Path(folder).is_dir() else "is no folder"

@@ -235,12 +235,34 @@ def available_voltage(amplifier: Amplifier, supply_voltage: float) -> float:
 
 
 def to_dc(current: Values, basis: CurrentBasis | str) -> Values:
-    """A printed current as that of the DC equivalent."""
+    """A printed current as that of the DC equivalent.
+
+    Args:
+        current: In the printed basis [A].
+        basis: What the printed ampere is: ``dc``, ``rms`` or ``peak``.
+
+    Returns:
+        DC-equivalent current [A].
+
+    Raises:
+        InputError: An unknown basis.
+    """
     return current * _dc_amperes(basis)
 
 
 def from_dc(current: Values, basis: CurrentBasis | str) -> Values:
-    """A DC-equivalent current in another basis, as an amplifier's settings may want it."""
+    """A DC-equivalent current in another basis, as an amplifier's settings may want it.
+
+    Args:
+        current: DC equivalent [A].
+        basis: What the wanted ampere is: ``dc``, ``rms`` or ``peak``.
+
+    Returns:
+        Current in that basis [A].
+
+    Raises:
+        InputError: An unknown basis.
+    """
     return current / _dc_amperes(basis)
 
 

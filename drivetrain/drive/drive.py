@@ -143,6 +143,22 @@ def motor_torque(
 ) -> MotorTorque:
     """The motor torque that a motion asks for, losses by direction of power, rotor term outside the mesh.
 
+    Args:
+        drive: Motor, gear and frictions.
+        gear_torque: At the gear's output on the link, joint friction not in it [N m], (N,), in order of time.
+        speed: Of the gear's output [rad/s], (N,).
+        acceleration: Of the gear's output [rad/s^2], (N,).
+        carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
+        standstill: True where the joint is at rest, (N,); None: where the speed is rounding beside the largest one.
+        parts: Samples that repeat by themselves, one slice each; empty: all together.
+        gear_temperature: At which its drag is taken [C].
+
+    Returns:
+        The torque and its parts.
+
+    Raises:
+        InputError: The gear's loss is unknown and the gear is not ``ideal``.
+
     Reference:
         Lynch and Park, Modern Robotics (2017), equation 8.111, with losses on the power that crosses the mesh only.
     """
@@ -192,6 +208,19 @@ def book_current(
 
     It is wrong in two ways that do not cancel: power that flows back is divided where it should be multiplied, and
     the rotor term is divided although it never crosses the mesh.
+
+    Args:
+        drive: Motor and gear; friction is not in the formula.
+        gear_torque: At the gear's output [N m], (N,).
+        acceleration: Of the gear's output [rad/s^2], (N,).
+        carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
+        magnet_temperature: [C].
+
+    Returns:
+        tau_motor / (eta k_t) [A], (N,).
+
+    Raises:
+        InputError: The gear's loss is unknown and the gear is not ``ideal``.
 
     Reference:
         Lynch and Park, Modern Robotics (2017), section 8.9.2, I_com, with tau_motor of equation 8.111.

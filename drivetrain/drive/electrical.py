@@ -46,6 +46,20 @@ def exact_current_step(
 ) -> CurrentStep:
     """The current after a time in which voltage and speed are held, without error at any length of the step.
 
+    Args:
+        motor: Resistance, inductance (unknown: the current follows at once) and torque constant.
+        current: At the start of the step [A], any shape.
+        voltage: Between the terminals [V], that shape or one for all.
+        speed: Of the rotor against the stator [rad/s], that shape or one for all.
+        step: [s].
+        winding_temperature, magnet_temperature: [C]; None: the motor's reference temperature.
+
+    Returns:
+        The current at the end and its mean, that shape.
+
+    Raises:
+        InputError: Values that are no finite numbers, a step that is not positive, or no resistance left.
+
     Reference: L dI/dt = V - R I - k_t w, Modern Robotics, equation 8.102; its solution with the right-hand side held.
     """
     cold = motor.reference_temperature

@@ -176,10 +176,25 @@ def friction_torque(friction: Friction, speed: Array) -> Array:
     """The torque that sliding friction takes from the shaft: of the sign of the speed, 0 at exactly zero speed.
 
     At rest friction is whatever holds, up to ``breakaway_torque``; which value it takes is not a matter of speed.
+
+    Args:
+        friction: The law.
+        speed: Of the shaft [rad/s], any shape.
+
+    Returns:
+        Torque to be overcome [N m], the shape of ``speed``.
     """
     return np.asarray(friction_at(friction_curve(friction), np.asarray(speed, dtype=np.float64)))
 
 
 def breakaway_torque(friction: Friction, direction: Array) -> Array:
-    """The torque friction can hold at rest before the shaft starts to move in a direction."""
+    """The torque friction can hold at rest before the shaft starts to move in a direction.
+
+    Args:
+        friction: The law.
+        direction: Its sign is the direction of the motion that would follow, any shape; 0 gives 0.
+
+    Returns:
+        Torque of the sign of the direction [N m], the shape of ``direction``.
+    """
     return np.asarray(breakaway_friction(friction_curve(friction), np.asarray(direction, dtype=np.float64)))

@@ -373,6 +373,18 @@ def mesh_input_torque(
     Driving (torque times speed positive): T / (eta ratio). Driven: eta_back T / ratio, which turns its sign when the
     mesh locks itself: the motor must then help the load down. At rest: T / ratio, or what ``gear.holding`` says (see
     ``standstill_interval`` for all that holds, and for what it takes to start).
+
+    Args:
+        gear: The sheet.
+        output_torque: At the gear's output, acting on the load [N m], any shape.
+        output_speed: Of the gear's output [rad/s], that shape.
+        standstill: True where the gear is at rest, that shape; None: where the speed is exactly 0.
+
+    Returns:
+        [N m], that shape.
+
+    Raises:
+        InputError: The loss is unknown and the gear is not ``ideal``.
     """
     speed = np.asarray(output_speed, dtype=np.float64)
     moving = speed if standstill is None else np.where(standstill, 0.0, speed)
@@ -380,7 +392,18 @@ def mesh_input_torque(
 
 
 def standstill_interval(gear: Gear, output_torque: Array) -> StandstillInterval:
-    """The motor-side torques between which the gear at rest holds a load."""
+    """The motor-side torques between which the gear at rest holds a load.
+
+    Args:
+        gear: The sheet.
+        output_torque: At the gear's output, acting on the load [N m], any shape.
+
+    Returns:
+        Both ends of the interval, each of that shape; the torque that moves the unloaded gear is in them.
+
+    Raises:
+        InputError: The loss is unknown and the gear is not ``ideal``.
+    """
     found, torque = mesh(gear), np.asarray(output_torque, dtype=np.float64)
     hold, start = resting_interval(found, torque)
     return StandstillInterval(np.where(hold * torque / gear.ratio > 0.0, hold, 0.0), np.asarray(start))
@@ -401,6 +424,15 @@ def torque_exponent(gear: Gear) -> float:
 def average_torque(exponent: float, torque: Array, speed: Array, weights: Array) -> float:
     """Average torque of a cycle as the wear sees it: rests and signs do not count.
 
+    Args:
+        exponent: From ``torque_exponent``.
+        torque: At the output in each section [N m], (N,).
+        speed: Of the output in each section [rad/s] or any other unit of speed, (N,).
+        weights: Time each section lasts [s], (N,).
+
+    Returns:
+        [N m]; 0 when nothing turns.
+
     Reference:
         ``(sum |n T^e| t / sum |n| t)^(1/e)``, Harmonic Drive catalogue SHG, p. 30.
     """
@@ -411,6 +443,14 @@ def average_torque(exponent: float, torque: Array, speed: Array, weights: Array)
 
 def gear_life(gear: Gear, average_torque: float, average_input_speed: float) -> float | None:
     """The L10 life: nine of ten gears reach it.
+
+    Args:
+        gear: Its rated life, torque and speed; ``rated_life`` is an L10 (a printed L50 over 5).
+        average_torque: From ``average_torque`` [N m].
+        average_input_speed: Mean magnitude over the whole cycle, rests included [rad/s].
+
+    Returns:
+        [s]; infinite when nothing turns or nothing loads it; None where the sheet has no rated life, torque or speed.
 
     Reference:
         L = L_rated (n_rated / n_average) (T_rated / T_average)^e, Harmonic Drive catalogues HFUS-2A p. 19, SHG p. 30.
@@ -424,6 +464,14 @@ def gear_life(gear: Gear, average_torque: float, average_input_speed: float) -> 
 
 def momentary_peak_count(gear: Gear, output_speed: float, duration: float) -> float:
     """How often in its life a strain-wave gear may take a momentary peak.
+
+    Args:
+        gear: Its ratio.
+        output_speed: Of the output during the peak [rad/s].
+        duration: Of one peak [s].
+
+    Returns:
+        Allowed number of peaks; infinite at rest.
 
     Reference:
         10^4 / (2 (n/60) i t), two waves of the flexspline a turn; Harmonic Drive catalogue SHG, p. 30.

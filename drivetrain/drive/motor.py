@@ -227,7 +227,19 @@ def terminal_voltage(
     winding_temperature: Array | float,
     magnet_temperature: Array | float,
 ) -> Array:
-    """Voltage between the terminals; where the sheet has no inductance its term is left out."""
+    """Voltage between the terminals; where the sheet has no inductance its term is left out.
+
+    Args:
+        motor: The sheet.
+        speed: Of the rotor against the stator [rad/s], any shape.
+        current: [A], that shape.
+        current_rate: [A/s], that shape or one for all.
+        winding_temperature: [C], that shape or one for all.
+        magnet_temperature: [C], that shape or one for all.
+
+    Returns:
+        [V], that shape.
+    """
     resistance = winding_resistance(motor, np.asarray(winding_temperature, dtype=np.float64))
     constant = torque_constant(motor, np.asarray(magnet_temperature, dtype=np.float64))
     rate = np.asarray(current_rate, dtype=np.float64)
@@ -242,6 +254,12 @@ def stall_current(motor: Motor) -> float | None:
 def stall_torque(motor: Motor) -> float | None:
     """Electromagnetic torque at nominal voltage with the shaft blocked, everything at reference temperature.
 
+    Args:
+        motor: The sheet.
+
+    Returns:
+        [N m]; None without a nominal voltage.
+
     Reference:
         Lynch and Park, Modern Robotics (2017), section 8.9.1: k_t V / R.
     """
@@ -250,7 +268,14 @@ def stall_torque(motor: Motor) -> float | None:
 
 
 def no_load_speed(motor: Motor) -> float | None:
-    """Speed at nominal voltage with nothing on the shaft, everything at reference temperature."""
+    """Speed at nominal voltage with nothing on the shaft, everything at reference temperature.
+
+    Args:
+        motor: The sheet; without a no-load current the drop over the winding is left out.
+
+    Returns:
+        [rad/s]; None without a nominal voltage.
+    """
     if motor.nominal_voltage is None:
         return None
     return (motor.nominal_voltage - motor.resistance * (motor.no_load_current or 0.0)) / motor.torque_constant

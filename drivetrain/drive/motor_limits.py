@@ -120,6 +120,14 @@ def continuous_current(motor: Motor, ambient: float, *, housing_to_ambient: floa
     The printed value holds at 25 C and for the sheet's mounting. Elsewhere it is scaled by the square root of the
     heat that can leave, which keeps the share of iron loss, friction and brushes that makes it smaller than the
     thermal limit.
+
+    Args:
+        motor: The sheet.
+        ambient: Air temperature [C].
+        housing_to_ambient: Replaces the sheet's thermal resistance, for the real mounting [K/W].
+
+    Returns:
+        Current [A] and its source; the value is None when neither is known.
     """
     mounting = UNKNOWN if housing_to_ambient is None else housing_to_ambient
     record, nominal = as_record(motor), _nominal_source(motor, ambient, housing_to_ambient)
@@ -156,7 +164,15 @@ def _nominal_source(motor: Motor, ambient: float, housing_to_ambient: float | No
 
 
 def peak_current(motor: Motor, amplifier: Amplifier) -> SourcedValue:
-    """The largest current motor and amplifier both allow for a short time."""
+    """The largest current motor and amplifier both allow for a short time.
+
+    Args:
+        motor: The sheet; without a peak current, its peak torque over its torque constant.
+        amplifier: Its peak current.
+
+    Returns:
+        Current [A] and its source; the value is None when neither part states one.
+    """
     known = []
     if motor.peak_current is not None:
         known.append(SourcedValue(motor.peak_current, "peak current of the motor's data sheet"))
@@ -182,6 +198,17 @@ def torque_limits(
 
     While braking the rotor may be faster than its no-load speed: the current then lowers the voltage.
 
+    Args:
+        motor: The sheet.
+        speed: Of the rotor [rad/s], any shape.
+        voltage: Largest magnitude at the terminals [V].
+        current_limit: Largest magnitude [A]; None: the voltage alone limits.
+        winding_temperature: [C].
+        magnet_temperature: [C].
+
+    Returns:
+        Lower and upper limit at each speed [N m].
+
     Reference:
         Lynch and Park, Modern Robotics (2017), figure 8.10.
     """
@@ -206,6 +233,16 @@ def operating_region(
     Its edges are straight, so its corners are all there is to it. Where neither motor nor amplifier states a peak
     current, the current is cut at that of a blocked rotor, so that the region closes.
 
+    Args:
+        motor: The sheet; its maximum speed is an edge where it is known.
+        amplifier: Its peak current and modulation.
+        supply_voltage: [V].
+        winding_temperature: [C].
+        magnet_temperature: [C].
+
+    Returns:
+        Corners (speed [rad/s], torque [N m]) counter-clockwise, the first repeated at the end, (M, 2).
+
     Reference:
         Lynch and Park, Modern Robotics (2017), figure 8.10.
     """
@@ -227,7 +264,19 @@ def continuous_region(
     winding_temperature: float,
     magnet_temperature: float,
 ) -> Array:
-    """The region of speed and electromagnetic torque that is open for ever, in all four quadrants."""
+    """The region of speed and electromagnetic torque that is open for ever, in all four quadrants.
+
+    Args:
+        motor: The sheet; its maximum speed is an edge where it is known.
+        amplifier: Its continuous current and modulation.
+        supply_voltage: [V].
+        continuous_current: Of the motor, from ``continuous_current`` [A].
+        winding_temperature: [C].
+        magnet_temperature: [C].
+
+    Returns:
+        Corners (speed [rad/s], torque [N m]) counter-clockwise, the first repeated at the end, (M, 2).
+    """
     limit = min(continuous_current, amplifier.continuous_current or math.inf)
     torque = torque_constant(motor, magnet_temperature) * limit
     voltage = available_voltage(amplifier, supply_voltage)

@@ -81,14 +81,30 @@ def answer(spring: Any, twist: Any) -> tuple[Any, Any, Any]:
 
 
 def wind_up(gear: Gear, output_torque: Array) -> Array | None:
-    """Twist between input and output under a torque, backlash left out: continuous, of the sign of the torque."""
+    """Twist between input and output under a torque, backlash left out: continuous, of the sign of the torque.
+
+    Args:
+        gear: The sheet; one stiffness gives a straight line, two or three give bends at ``torque_1`` and ``torque_2``.
+        output_torque: [N m], any shape.
+
+    Returns:
+        Twist at the output [rad], that shape; None without a stiffness.
+    """
     if gear.stiffness_1 is None:
         return None
     return np.asarray(twist_under(gear_spring(gear), np.asarray(output_torque, dtype=np.float64)))
 
 
 def tangent_stiffness(gear: Gear, output_torque: Array) -> Array | None:
-    """The slope of torque over wind-up at a torque: what a small vibration about it feels, backlash left out."""
+    """The slope of torque over wind-up at a torque: what a small vibration about it feels, backlash left out.
+
+    Args:
+        gear: The sheet.
+        output_torque: [N m], any shape; its sign does not matter.
+
+    Returns:
+        [N m/rad] at the output, that shape; at a bend the softer piece before it. None without a stiffness.
+    """
     twist = wind_up(gear, output_torque)
     return None if twist is None else np.asarray(answer(gear_spring(gear), twist)[1])
 

@@ -201,6 +201,16 @@ class Evaluation:
         """The speed-torque plane of one joint's motor: its path over the cycle, and what is open for a short time.
 
         The region is that of the cold motor, at the sheet's temperature; verdicts count the hot one too.
+
+        Args:
+            ax: Where to draw; None: a new figure.
+            joint: Name; None: the joint nearest to a limit.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: No such joint, or no joint at all.
         """
         used = {name: one.binding.utilisation or 0.0 if one.binding else 0.0 for name, one in self.joints.items()}
         name = max(used, key=used.__getitem__, default="") if joint is None else joint
@@ -351,5 +361,13 @@ class Selection:
         return shown(repr(self), self.evaluation.summary)
 
     def plot(self, ax: Axes | None = None, *, joint: str | None = None) -> Axes:
-        """The speed-torque plane of one joint's chosen motor, as ``Evaluation.plot`` draws it."""
+        """The speed-torque plane of one joint's chosen motor, as ``Evaluation.plot`` draws it.
+
+        Args:
+            ax: Where to draw; None: a new figure.
+            joint: Name; None: the joint nearest to a limit.
+
+        Returns:
+            The axes.
+        """
         return self.evaluation.plot(ax, joint=joint)

@@ -91,6 +91,19 @@ def periodic_temperature(
     """The temperatures of a torque cycle that repeats for ever, with winding and magnets as warm as they make them.
 
     The resistance follows the winding at every instant, the torque constant the mean housing temperature.
+
+    Args:
+        network: From ``thermal_network``.
+        motor: Resistance, torque constant and their change with temperature.
+        time: Never decreasing [s], (N,); the cycle ends where it starts again. One sample is a constant load.
+        motor_torque: Electromagnetic [N m], (N,), linear between samples.
+        housing_loss: Iron and friction loss that heats the housing [W], (N,); None: none.
+
+    Returns:
+        Temperatures and current in the periodic state.
+
+    Raises:
+        InputError: Lengths that differ, time that decreases or stands still.
     """
     torque = checked_array(motor_torque, (None,), "motor_torque")
     return mixed_temperature(network, motor, time, torque, _one(torque), housing_loss=housing_loss)
@@ -99,7 +112,21 @@ def periodic_temperature(
 def temperature_of_current(
     network: ThermalNetwork, motor: Motor, time: Array, current: Array, *, housing_loss: Array | None = None
 ) -> PeriodicTemperature:
-    """The temperatures of a current cycle that repeats for ever, with the winding as warm as it makes it."""
+    """The temperatures of a current cycle that repeats for ever, with the winding as warm as it makes it.
+
+    Args:
+        network: From ``thermal_network``.
+        motor: Resistance and its change with temperature.
+        time: Never decreasing [s], (N,); the cycle ends where it starts again. One sample is a constant load.
+        current: [A], DC equivalent, (N,), linear between samples.
+        housing_loss: Iron and friction loss that heats the housing [W], (N,); None: none.
+
+    Returns:
+        Temperatures in the periodic state; the magnets decide nothing here and are at the mean housing temperature.
+
+    Raises:
+        InputError: Lengths that differ, time that decreases or stands still.
+    """
     current = checked_array(current, (None,), "current")
     return mixed_temperature_of_current(network, motor, time, current, _one(current), housing_loss=housing_loss)
 

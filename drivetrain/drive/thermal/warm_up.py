@@ -57,7 +57,24 @@ def warm_up(
     start: tuple[float, float] | None = None,
     housing_loss: Any = None,
 ) -> WarmUp:
-    """The temperatures of a current cycle that is repeated a number of times, the winding as warm as it makes it."""
+    """The temperatures of a current cycle that is repeated a number of times, with the winding as warm as it makes it.
+
+    Args:
+        network: From ``thermal_network``; its winding capacity must be known.
+        motor: Resistance and its change with temperature.
+        time: Of one cycle, never decreasing [s], (N,), N >= 2.
+        current: [A], DC equivalent, (N,), linear between samples.
+        cycles: How often it runs [-].
+        start: Temperatures of winding and housing at the start [C]. None: both at ambient.
+        housing_loss: Iron and friction loss that heats the housing [W], (N,); None: none.
+
+    Returns:
+        Temperatures at the ends of all cycles.
+
+    Raises:
+        InputError: Lengths that differ, time that decreases or stands still, no whole positive number of cycles, or a
+            network without the capacity of the winding.
+    """
     amperes = checked_array(current, (None,), "current")
     faults = []
     if isinstance(cycles, bool) or not isinstance(cycles, (int, np.integer)) or cycles < 1:
