@@ -234,8 +234,8 @@ def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) ->
         page = simulation_report(found)
     say("")
     lines(simulation_lines(found))
-    _save(recording, asked.out or report_folder(loaded.name))
     write_page(loaded, asked.out, {"simulation.html": page})
+    _save(recording, asked.out or report_folder(loaded.name))
     return recording.stopped_by is None and (decided is None or decided.verdict is not Verdict.FAIL)
 
 
