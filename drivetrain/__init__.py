@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from drivetrain.arm.bodies import with_body as with_body
     from drivetrain.arm.bodies import with_payload as with_payload
     from drivetrain.arm.book_lists import book_lists as book_lists
+    from drivetrain.arm.closures import Closure as Closure
+    from drivetrain.arm.closures import LoopLink as LoopLink
+    from drivetrain.arm.closures import with_closures as with_closures
     from drivetrain.arm.coupling import belts_over as belts_over
     from drivetrain.arm.coupling import differential as differential
     from drivetrain.arm.coupling import with_coupling as with_coupling
@@ -218,6 +221,9 @@ _HOME = {
     "with_body": "arm.bodies",
     "with_payload": "arm.bodies",
     "book_lists": "arm.book_lists",
+    "Closure": "arm.closures",
+    "LoopLink": "arm.closures",
+    "with_closures": "arm.closures",
     "belts_over": "arm.coupling",
     "differential": "arm.coupling",
     "with_coupling": "arm.coupling",

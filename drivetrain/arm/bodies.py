@@ -35,6 +35,11 @@ def with_body(arm: Arm, link: int, mass: float, com: Any, inertia: Any) -> Arm:
         InputError: No such link; no body; or more taken away than the link has.
     """
     body = RigidBody(mass, com, checked_inertia(inertia, "inertia"))
+    if arm.linkage is not None and 0 <= link < len(arm.linkage.loops.owner):
+        loops, chains = arm.linkage.loops, arm.linkage.chains
+        at = loops.owner[link]
+        chain = with_body(chains[at], loops.paths[at].index(link), mass, com, inertia)
+        return replace(arm, linkage=arm.linkage.with_chain(at, chain))
     if isinstance(link, bool) or not isinstance(link, (int, np.integer)) or not -1 <= link < arm.n:
         raise InputError(Fault("link", f"must be between -1 (the base) and {arm.n - 1}", link))
     if link == -1:
@@ -75,7 +80,8 @@ def with_payload(arm: Arm, mass: float, com: Any, inertia: Any) -> Arm:
     """
     tensor = checked_inertia(inertia, "inertia")
     body = RigidBody(mass, checked_array(com, (3,), "com"), tensor).seen_from(arm.tip)
-    return with_body(arm, arm.n - 1, body.mass, body.com, 0.5 * (body.inertia + body.inertia.T))
+    last = arm.n - 1 if arm.linkage is None else arm.linkage.chains[0].n - 1
+    return with_body(arm, last, body.mass, body.com, 0.5 * (body.inertia + body.inertia.T))
 
 
 def _check_remainder(arm: Arm, link: int, mass: float, tensor: Array) -> None:

@@ -21,6 +21,7 @@ from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.records import LINK, ROTOR
+from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.rotations import frame_along
 
 # On angles, on lengths over the arm's, on inertias over the rotor's: above rounding, far below any workshop.
@@ -63,6 +64,7 @@ def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
     Args:
         free: Joints whose rotors move on their own: their stand-ins count as far as the gear's output would turn.
     """
+    refuse_loops(arm)
     frames = link_frames(arm)
     ratios = [1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]
     inverse = inverse_poses(frames)
@@ -83,6 +85,13 @@ def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
         np.array(ratios),
         _spread(arm, apart) if apart and not free else None,
     )
+
+
+def refuse_loops(arm: Arm) -> None:
+    """Raises InputError for an arm with closed loops, whose rows are not all of its joints."""
+    if arm.linkage is not None:
+        hint = "inverse dynamics and evaluations know such arms; constraints on an open chain go through LoopClosure"
+        raise InputError(Fault("arm", "has closed loops (closures), which is not computed here", arm.name, hint))
 
 
 def _set(links: np.ndarray, names: str, values: Array) -> None:
