@@ -194,5 +194,7 @@ def _shown(arm: Arm, linkage: Linkage) -> Arm:
         return values
 
     arrays = ("home", "screws", "masses", "inertias", "joint_points", "lower", "upper", "speed_limits")
-    names = {name: tuple(str(getattr(chain, name)[at]) for chain, at in rows) for name in ("joint_names", "link_names")}
-    return replace(arm, **{name: column(name) for name in arrays}, **names, rotors=(None,) * len(rows), linkage=linkage)
+    changes: dict[str, Any] = {name: column(name) for name in arrays}
+    for name in ("joint_names", "link_names"):
+        changes[name] = tuple(str(getattr(chain, name)[at]) for chain, at in rows)
+    return replace(arm, **changes, rotors=(None,) * len(rows), linkage=linkage)

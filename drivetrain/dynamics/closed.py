@@ -137,11 +137,12 @@ def _least(matrix: Array, asked: Array) -> Array:
 
 
 def _pins(loops: Loops, screws: list[Array], position: Array, velocity: Array) -> tuple[Array, Array, Array]:
-    """How far pins are open [m], its Jacobian, and its second derivative at constant rates, (N, k), (N, k, m), (N, k)."""
+    """How far pins are open [m], (N, k), its Jacobian, (N, k, m), and its second derivative at constant rates, (N, k)."""
     count, m = position.shape
     error, drift = np.zeros((2, count, 3 * len(loops.pins)))
     jacobian = np.zeros((count, 3 * len(loops.pins), m))
-    frames, columns = np.empty(count, FRAME), {}
+    frames = np.empty(count, FRAME)
+    columns: dict[int, Array] = {}
     for k, (first, second, point) in enumerate(loops.pins):
         rows = slice(3 * k, 3 * k + 3)
         for (chain, length), sign in ((first, 1.0), (second, -1.0)):

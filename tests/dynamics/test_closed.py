@@ -1,4 +1,4 @@
-"""Arms with closed loops: a palletiser against MuJoCo with equality constraints and against numpy, a screw on a triangle."""
+"""Arms with closed loops: palletisers and a screw on a triangle, against MuJoCo with equality constraints and numpy."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.arm.closures import Closure, LoopLink, with_closures
-from drivetrain.dynamics.closed import main_chain, whole_motion
+from drivetrain.dynamics.closed import whole_motion
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
 from drivetrain.spatial.poses import exp_pose, pose
 
