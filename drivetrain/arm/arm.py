@@ -87,11 +87,25 @@ class Arm:
         return len(self.masses)
 
     def body_before(self, joint: int) -> int:
-        """Index of the body that a joint hangs on; -1 is the base."""
+        """The body that a joint hangs on.
+
+        Args:
+            joint: Index of the joint [-].
+
+        Returns:
+            Index of the link, of all bodies where loops close [-]; -1 is the base.
+        """
         return joint - 1 if self.linkage is None else self.linkage.loops.before(self.linkage.loops.driven[joint])
 
     def body_after(self, joint: int) -> int:
-        """Index of the body that a joint moves."""
+        """The body that a joint moves.
+
+        Args:
+            joint: Index of the joint [-].
+
+        Returns:
+            Index of the link, of all bodies where loops close [-].
+        """
         return joint if self.linkage is None else self.linkage.loops.driven[joint]
 
     def link_frame(self, name: str) -> Array:

@@ -44,9 +44,13 @@ class WholeMotion(NamedTuple):
 
 def whole_motion(linkage: Linkage, q: Array, qd: Array, qdd: Array) -> WholeMotion:
     """What all joints do in a motion of the driven ones; raises InputError where pins cannot stay closed."""
-    key = tuple(np.ascontiguousarray(values).tobytes() for values in (q, qd, qdd))
-    screws = tuple(chain.screws.tobytes() for chain in linkage.chains)
-    return _whole_motion(_Geometry(linkage.loops, screws), key, len(q))
+    geometry = _Geometry(linkage.loops, tuple(chain.screws.tobytes() for chain in linkage.chains))
+    position, turns, follows = _assembly(geometry, np.ascontiguousarray(q).tobytes(), len(q))
+    velocity, acceleration = ((turns @ values[:, :, None])[..., 0] for values in (qd, qdd))
+    if qd.any():
+        drift = _pins(geometry.loops, geometry.screws, position, velocity)[2]
+        acceleration[:, list(geometry.loops.passive)] -= (follows @ drift[:, :, None])[..., 0]
+    return WholeMotion(position, velocity, acceleration, turns)
 
 
 class _Geometry(NamedTuple):
@@ -62,22 +66,20 @@ class _Geometry(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def _whole_motion(geometry: _Geometry, key: tuple[bytes, ...], count: int) -> WholeMotion:
+def _assembly(geometry: _Geometry, key: bytes, count: int) -> tuple[Array, Array, Array]:
+    """Positions of all joints, J, and the pseudo-inverse of what pins ask of those that follow; kept for positions."""
     loops, screws = geometry.loops, geometry.screws
     driven, passive = list(loops.driven), list(loops.passive)
-    q, qd, qdd = (np.frombuffer(values).reshape(count, -1) for values in key)
+    q = np.frombuffer(key).reshape(count, -1)
     different, back = np.unique(q, axis=0, return_inverse=True)
-    position = _closed_positions(loops, screws, different)[back.reshape(-1)]
+    position = _closed_positions(loops, screws, different)
     _, jacobian, _ = _pins(loops, screws, position, np.zeros_like(position))
-    follows = _following(jacobian, passive, q)
-    turns = np.zeros((count, len(loops.owner), len(driven)))
+    follows = _following(jacobian, passive, different)
+    turns = np.zeros((len(different), len(loops.owner), len(driven)))
     turns[:, driven] = np.eye(len(driven))
     turns[:, passive] = -follows @ jacobian[:, :, driven]
-    velocity = (turns @ qd[:, :, None])[..., 0]
-    drift = _pins(loops, screws, position, velocity)[2]
-    acceleration = (turns @ qdd[:, :, None])[..., 0]
-    acceleration[:, passive] -= (follows @ drift[:, :, None])[..., 0]
-    return WholeMotion(position, velocity, acceleration, turns)
+    every = back.reshape(-1)
+    return position[every], turns[every], follows[every]
 
 
 def _following(jacobian: Array, passive: list[int], q: Array) -> Array:
@@ -137,7 +139,7 @@ def _least(matrix: Array, asked: Array) -> Array:
 
 
 def _pins(loops: Loops, screws: list[Array], position: Array, velocity: Array) -> tuple[Array, Array, Array]:
-    """How far pins are open [m], (N, k), its Jacobian, (N, k, m), and its second derivative at constant rates, (N, k)."""
+    """How far pins are open [m], (N, k), its Jacobian, (N, k, m), and second derivative at constant rates, (N, k)."""
     count, m = position.shape
     error, drift = np.zeros((2, count, 3 * len(loops.pins)))
     jacobian = np.zeros((count, 3 * len(loops.pins), m))

@@ -15,8 +15,8 @@ from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.closures import Closure, LoopLink, with_closures
 from drivetrain.arm.coupling import belts_over, coupled_groups, differential, placed, with_coupling
 from drivetrain.arm.dh import DHRow, JointKind, arm_from_dh
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.load import SUFFIXES, load_arm
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array, frozen_array
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.study.document import Place
