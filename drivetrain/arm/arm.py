@@ -274,6 +274,13 @@ class Linkage:
         return replace(self, chains=(*self.chains[:index], chain, *self.chains[index + 1 :]))
 
 
+def refuse_loops(arm: Arm) -> None:
+    """Raises InputError for an arm with closed loops, whose rows are not all of its joints."""
+    if arm.linkage is not None:
+        hint = "inverse dynamics and evaluations know such arms; constraints on an open chain go through LoopClosure"
+        raise InputError(Fault("arm", "has closed loops (closures), which is not computed here", arm.name, hint))
+
+
 def _frozen(array: Array | None) -> Array:
     """A read-only view of an array that has passed its check."""
     result = np.asarray(array)

@@ -110,7 +110,7 @@ def on_moving_base(arm: Arm) -> Arm:
         "joint_points": np.zeros((6, 3)), "lower": np.full(6, -np.inf), "upper": np.full(6, np.inf),
         "speed_limits": np.full(6, np.inf),
     }  # fmt: skip
-    joined = {name: np.concatenate([values, getattr(arm, name)]) for name, values in before.items()}
+    joined: dict[str, Any] = {name: np.concatenate([values, getattr(arm, name)]) for name, values in before.items()}
     for values in joined.values():
         values.setflags(write=False)
     names = tuple(f"base_{name}" for name in ("x", "y", "z", "yaw", "pitch", "roll"))

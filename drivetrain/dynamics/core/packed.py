@@ -16,12 +16,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.records import LINK, ROTOR
-from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.rotations import frame_along
 
 # On angles, on lengths over the arm's, on inertias over the rotor's: above rounding, far below any workshop.
@@ -59,11 +58,7 @@ class Packed:
 
 @lru_cache(maxsize=64)
 def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
-    """The arm for the kernels, remembered by the identity of the arm.
-
-    Args:
-        free: Joints whose rotors move on their own: their stand-ins count as far as the gear's output would turn.
-    """
+    """The arm for the kernels, remembered by the identity of the arm."""
     refuse_loops(arm)
     frames = link_frames(arm)
     ratios = [1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]
@@ -87,13 +82,6 @@ def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
     )
 
 
-def refuse_loops(arm: Arm) -> None:
-    """Raises InputError for an arm with closed loops, whose rows are not all of its joints."""
-    if arm.linkage is not None:
-        hint = "inverse dynamics and evaluations know such arms; constraints on an open chain go through LoopClosure"
-        raise InputError(Fault("arm", "has closed loops (closures), which is not computed here", arm.name, hint))
-
-
 def _set(links: np.ndarray, names: str, values: Array) -> None:
     """Values side by side into fields of records."""
     for name, value in zip(names.split(), np.moveaxis(np.asarray(values), -1, 0), strict=True):
@@ -113,11 +101,7 @@ def followers(arm: Arm) -> list[int]:
 
 
 def axis_directions(arm: Arm) -> Array:
-    """The directions of the joint axes, along which the z axes of the joint frames lie.
-
-    Returns:
-        Unit directions in the base frame, all joints zero [-], (n, 3).
-    """
+    """The directions of the joint axes, along which the z axes of the joint frames lie."""
     turning = _turning(arm)
     return np.where(turning[:, None], arm.screws[:, :3], arm.screws[:, 3:])
 
@@ -127,9 +111,6 @@ def link_frames(arm: Arm) -> Array:
 
     The origin of link i is the point of joint axis i nearest to ``joint_points[i]``, its z axis is the joint's, its x
     axis is at right angles to the next joint's too. The base has the frame of link 0.
-
-    Returns:
-        Poses in the base frame [m], (n + 1, 4, 4).
     """
     axes = axis_directions(arm)
     turning = _turning(arm)[:, None]
