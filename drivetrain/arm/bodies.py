@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.checks import called, checked_inertia, warn_of_inertias
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError
@@ -100,8 +100,7 @@ def on_moving_base(arm: Arm) -> Arm:
     Raises:
         InputError: An arm with closed loops.
     """
-    if arm.linkage is not None:
-        raise InputError(Fault("arm", "has closed loops: a moving base is not computed there", arm.name))
+    refuse_loops(arm)
     n, turns, slides = arm.n, np.eye(3)[::-1], np.eye(3)
     screws = np.zeros((6, 6))
     screws[:3, 3:], screws[3:, :3] = slides, turns

@@ -10,6 +10,7 @@ import drivetrain as dt
 from drivetrain.arm.closures import Closure, LoopLink, with_closures
 from drivetrain.dynamics.closed import whole_motion
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
+from drivetrain.export.urdf import urdf_text
 from drivetrain.spatial.poses import exp_pose, pose
 
 Y, Z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
@@ -209,6 +210,9 @@ def test_refuses_what_does_not_know_loops():
     for call in (dt.mass_matrix, dt.tip_pose, dt.gravity_torque):
         with pytest.raises(dt.InputError, match="closed loops"):
             call(arm, q)
+    for once in (dt.torque_parameters, urdf_text, dt.book_lists, dt.symbolic_dynamics, dt.on_moving_base):
+        with pytest.raises(dt.InputError, match="closed loops"):
+            once(arm)
 
 
 def test_dead_centres_and_reach():
