@@ -96,8 +96,9 @@ def test_without_weight_a_torque_limit_gives_the_root_of_its_utilisation(study: 
     assert all(used.values())
     result = fastest(light, DRIVES)
     assert {move.check for move in result.moves} == {"gear repeated peak torque"}
-    slowest = max(move.after / move.before for move in result.moves)
-    assert slowest == pytest.approx(max(used.values()) ** 0.5, rel=8.0 * CLOSE)
+    kept = _paced(light, DRIVES, light.cycle, moves_of(light.cycle))
+    assert kept.edges.max() == pytest.approx(max(used.values()) ** 0.5, rel=8.0 * CLOSE)
+    assert max(move.after / move.before for move in result.moves) < kept.edges.max()  # timed within
 
 
 def test_weight_that_no_pace_can_hold_is_an_answer(study: Study) -> None:

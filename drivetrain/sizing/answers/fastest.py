@@ -90,7 +90,7 @@ class Fastest:
 def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
     """The shortest cycle in which the drives hold every check, dwells and the way of each move kept.
 
-    Where no check over the whole cycle binds, heat before all, moves are timed within too: their accelerations then step.
+    Where no check over the whole cycle binds, heat before all, moves are timed within too: accelerations then step.
 
     Args:
         study: Of an arm.
