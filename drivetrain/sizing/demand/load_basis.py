@@ -64,12 +64,15 @@ class JointBasis:
     Attributes:
         bare: Of arm and payload; the leading axis is dropped.
         slides: Whether the joint is prismatic.
+        told: Whether the wrench is one on the gear's bearing: not where a guide carries the joint, where the gear turns
+            a shaft away from it, or where a loop closes around it.
         drives: Joints whose drives load this one, in the order of their rows.
         force, wrench, inertia: Added by one unit, NUMBERS rows a drive, (rows, N), (rows, 6 N), (rows, N).
     """
 
     bare: Loads
     slides: bool
+    told: bool
     drives: tuple[int, ...]
     force: Array
     wrench: Array
@@ -162,7 +165,7 @@ def _with_payloads(study: Study, arm: Arm, loads: Callable[..., Loads]) -> Loads
 def _units(study: Study, arm: Arm, reference: Loads, joint: int, loads: Callable[..., Loads]) -> list[Loads]:
     """What one unit of each number of one joint's drive adds to all joints."""
     mount = study.joints[joint].mount
-    link, point = carrier_link(joint, mount), mount_point(arm, joint, mount)
+    link, point = carrier_link(arm, joint, mount), mount_point(arm, joint, mount)
     axis = joint_axis(arm, seat(joint, mount))
     across = np.eye(3) - np.outer(axis, axis)
 
@@ -189,10 +192,14 @@ def _units(study: Study, arm: Arm, reference: Loads, joint: int, loads: Callable
 
 def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
     """The drives that may load a joint, or where motors are coupled its shaft."""
-    names = [task.name for task in study.joints]
+    assert study.arm is not None
+    names, linkage = [task.name for task in study.joints], study.arm.linkage
+    carriers = [carrier_link(study.arm, k, task.mount) for k, task in enumerate(study.joints)]
+    if linkage is not None:
+        return tuple(k for k, carrier in enumerate(carriers) if joint in linkage.loops.moving(carrier))
     coupled = study.joints[joint].coupled
     first = min((names.index(name) for name in coupled), default=joint)
-    riding = {k for k, task in enumerate(study.joints) if carrier_link(k, task.mount) >= first}
+    riding = {k for k, carrier in enumerate(carriers) if carrier >= first}
     own = {joint} & riding
     others = riding if coupled else set[int]()
     return tuple(sorted({*range(joint + 1, len(names)), *own, *others}))
@@ -212,7 +219,8 @@ def _of_joint(study: Study, bare: Loads, units: list[list[Loads]], joint: int, s
     if joint in drives:  # the load's inertia leaves the joint's own rotor out
         at = NUMBERS * drives.index(joint)
         inertia[at + 3 : at + NUMBERS] = 0.0
-    return JointBasis(own, slides, drives, stacked("force"), stacked("wrench"), inertia)
+    told = not (slides or study.joints[joint].coupled or np.isnan(own.wrench).any())
+    return JointBasis(own, slides, told, drives, stacked("force"), stacked("wrench"), inertia)
 
 
 def _difference(first: Loads, second: Loads) -> Loads:
