@@ -7,7 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.drive.friction import Friction
+from drivetrain.drive.friction import (
+    Friction,
+    friction_curve,
+    friction_torque,
+    sliding_friction,
+    smooth_lack,
+    tanh_slope,
+)
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import bounded
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
@@ -15,40 +22,53 @@ from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.field_types import side_faults
 from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
 from drivetrain.errors import InputError
+from drivetrain.jit import law
 
 
 @dataclass
 class Own:
-    """What it keeps: its side, damping either way [N m s/rad], power [W]."""
+    """What it keeps: its side, damping either way [N m s/rad], Coulomb's torques and speed of a smooth law; power."""
 
     side: int
+    viscous_forward: float
+    viscous_backward: float
     forward: float
     backward: float
+    tanh_speed: float
     power: float = 0.0
+
+
+@law
+def _torque(own: Any, speed: float) -> float:
+    """All of it; without a smooth part Coulomb's torques are 0."""
+    torque = sliding_friction(own, speed)
+    return torque + smooth_lack(own, speed) if own.tanh_speed > 0.0 else torque
 
 
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     flange = flange_of(joint, own.side)
-    damping = own.forward if flange.speed >= 0.0 else own.backward
-    flange.torque -= damping * flange.speed
-    flange.damping += damping
+    flange.torque -= _torque(own, flange.speed)
+    flange.damping += own.viscous_forward if flange.speed >= 0.0 else own.viscous_backward
+    if own.tanh_speed > 0.0:
+        flange.damping += tanh_slope(own, flange.speed)
 
 
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     speed = flange_of(joint, own.side).speed
-    own.power = (own.forward if speed >= 0.0 else own.backward) * speed * speed
+    own.power = _torque(own, speed) * speed
     if own.side == MOTOR:
         joint.heat.viscous_power = own.power
 
 
 @dataclass(frozen=True)
 class ViscousFriction(Effect):
-    """A torque against the motion, proportional to speed.
+    """A torque against the motion, proportional to speed or growing smoothly with it.
 
     Attributes:
-        friction: Of which ``viscous`` and ``viscous_negative`` are taken; dry friction is an effect of its own.
+        friction: Of which ``viscous`` and ``viscous_negative`` are taken, and Coulomb's torque where it rises as tanh;
+            dry friction is an effect of its own.
         side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
     """
 
@@ -74,16 +94,17 @@ class ViscousFriction(Effect):
         )
 
     def own(self, place: Place) -> Own:
-        law = self.friction
-        backward = law.viscous if law.viscous_negative is None else law.viscous_negative
-        return Own(side_of(self.side, place), law.viscous, backward)
+        curve = friction_curve(self.friction)
+        forward, backward = (curve.forward, curve.backward) if curve.tanh_speed else (0.0, 0.0)
+        viscous = curve.viscous_forward, curve.viscous_backward
+        return Own(side_of(self.side, place), *viscous, forward, backward, curve.tanh_speed)
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
         if conditions.series is not None:
             return self._along(place, conditions, conditions.series)
         damping = max(self.friction.viscous, self.friction.viscous_negative or 0.0)
         damping *= place.ratio**2 if self.side == "motor" else 1.0
-        torque = damping * conditions.peak_speed
+        torque = damping * conditions.peak_speed + (self.friction.coulomb if self.friction.tanh_speed else 0.0)
         peak, mean = torque / max(conditions.peak_torque, 1e-300), torque / max(conditions.rms_torque, 1e-300)
         why = "torque at peak speed over peak and RMS torque; squared on the copper loss"
         return Estimate(peak, mean, 2.0 * mean + mean**2, 0.0, conditions.free, why)
@@ -92,8 +113,9 @@ class ViscousFriction(Effect):
         """Its torque at the commanded speed, at every instant."""
         motor, ratio = self.side == "motor", abs(place.ratio)
         speed = series.speed * (place.ratio if motor else 1.0)
-        own = self.own(place)
-        torque = np.where(speed >= 0.0, own.forward, own.backward) * np.abs(speed)
+        stated = self.friction
+        viscous = Friction(viscous=stated.viscous, viscous_negative=stated.viscous_negative)
+        torque = np.abs(friction_torque(stated if stated.tanh_speed else viscous, speed))
         at_motor = torque if motor else torque / ratio * conditions.mesh_share
         away = float(np.abs(at_motor).max()) * ratio / conditions.loop_stiffness
         why = "damping times the commanded speed, at every instant"
