@@ -16,11 +16,13 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.bodies import with_body
-from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.arm.coupling import shaft_motion
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
+from drivetrain.dynamics.core.packed import link_frames
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
+from drivetrain.sizing.demand.unit_loads import NUMBERS, Along, Riders, fill_rows, go_along
+from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.parts.mounting import (
     carrier_link,
@@ -31,10 +33,9 @@ from drivetrain.study.parts.mounting import (
     mount_point,
     rotor_ratio,
     seat,
-    seated_rotor,
 )
 
-NUMBERS = 5  # of a drive: mass, inertia across, along, of the rotor, of the rotor times ratio
+AT_ONCE = 1024  # samples gone along at once: what rows are made of stays in a near cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,11 +92,7 @@ def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, 
     if study.arm is None:
         return ()
     arm = emptied(study)
-    loads = _forces if forces_only else _loads
-    bare = _with_payloads(study, arm, loads)
-    reference = loads(study, arm)
-    units = [_units(study, arm, reference, joint, loads) for joint in range(arm.n)]
-    return tuple(_of_joint(study, bare, units, joint, not arm.screws[joint, :3].any()) for joint in range(arm.n))
+    return _with_units(study, arm, _with_payloads(study, arm, _forces if forces_only else _loads))
 
 
 def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
@@ -165,34 +162,6 @@ def _with_payloads(study: Study, arm: Arm, loads: Callable[..., Loads]) -> Loads
     return Loads(*(np.concatenate(parts[name], axis=1)[:, back] for name in names))
 
 
-def _units(study: Study, arm: Arm, reference: Loads, joint: int, loads: Callable[..., Loads]) -> list[Loads]:
-    """What one unit of each number of one joint's drive adds to all joints."""
-    mount = study.joints[joint].mount
-    link, point = carrier_link(joint, mount), mount_point(arm, joint, mount)
-    axis = joint_axis(arm, seat(joint, mount))
-    across = np.eye(3) - np.outer(axis, axis)
-
-    def with_rotor(ratio: float) -> Loads:
-        """With a rotor of unit inertia."""
-        own = seated_rotor(arm, joint, mount, ratio, 1.0)
-        return loads(study, with_rotors(arm, [own if index == joint else None for index in range(arm.n)]))
-
-    forward, backward = with_rotor(1.0), with_rotor(-1.0)
-    spinning = [
-        _difference(_scaled_sum(forward, backward, 0.5), reference),
-        _scaled_sum(forward, _negative(backward), 0.5),
-    ]
-    nothing = _difference(reference, reference)
-    if link < 0 or study.drive_mass is DriveMass.INCLUDED:
-        return [nothing, nothing, nothing, *spinning]
-    # A body of mass 1 with no inertia, with one across its axis, and with one all round: differences are the units.
-    point_mass = loads(study, with_body(arm, link, 1.0, point, np.zeros((3, 3))))
-    rod = loads(study, with_body(arm, link, 1.0, point, across))
-    ball = loads(study, with_body(arm, link, 1.0, point, np.eye(3)))
-    moved = [_difference(point_mass, reference), _difference(rod, point_mass), _difference(ball, rod)]
-    return [*moved, *spinning]
-
-
 def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
     """The drives that may load a joint, or where motors are coupled its shaft."""
     names = [task.name for task in study.joints]
@@ -204,35 +173,39 @@ def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
     return tuple(sorted({*range(joint + 1, len(names)), *own, *others}))
 
 
-def _of_joint(study: Study, bare: Loads, units: list[list[Loads]], joint: int, slides: bool) -> JointBasis:
-    drives = loading_drives(study, joint)
-    rows = [unit for k in drives for unit in units[k]]
-
-    def stacked(name: str) -> Array:
-        """One row a number."""
-        values = [getattr(unit, name)[joint].reshape(-1) for unit in rows]
-        return np.stack(values) if values else np.zeros((0, getattr(bare, name)[joint].size))
-
-    own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
-    inertia = stacked("inertia")
-    if joint in drives:  # the load's inertia leaves the joint's own rotor out
-        at = NUMBERS * drives.index(joint)
-        inertia[at + 3 : at + NUMBERS] = 0.0
-    return JointBasis(own, slides, drives, stacked("force"), stacked("wrench"), inertia)
-
-
-def _difference(first: Loads, second: Loads) -> Loads:
-    return _scaled_sum(first, _negative(second), 1.0)
-
-
-def _negative(loads: Loads) -> Loads:
-    return replace(loads, force=-loads.force, wrench=-loads.wrench, inertia=-loads.inertia)
-
-
-def _scaled_sum(first: Loads, second: Loads, scale: float) -> Loads:
-    return replace(
-        first,
-        force=scale * (first.force + second.force),
-        wrench=scale * (first.wrench + second.wrench),
-        inertia=scale * (first.inertia + second.inertia),
+def _with_units(study: Study, arm: Arm, bare: Loads) -> tuple[JointBasis, ...]:
+    """Every joint with what a unit of each number of the drives that load it adds."""
+    cycle, n, samples = study.cycle, arm.n, len(study.cycle.time)
+    mounts = [task.mount for task in study.joints]
+    axes = [joint_axis(arm, i) for i in range(n)]
+    riders = Riders(
+        np.array([carrier_link(k, mount) for k, mount in enumerate(mounts)]),
+        np.array([mount_point(arm, k, mount) for k, mount in enumerate(mounts)]),
+        np.array([axes[seat(k, mount)] for k, mount in enumerate(mounts)]),
+        np.full(n, study.drive_mass is not DriveMass.INCLUDED),
     )
+    frames = link_frames(arm)[1:, :3]
+    frames[:, :, :3] = [frame_along(axis) for axis in axes]
+    turns = np.eye(n) if arm.coupling is None else np.array(np.linalg.inv(arm.coupling).T)  # a row a shaft
+    full, joints = bare.inertia.shape[-1], []
+    for joint in range(n):
+        drives = loading_drives(study, joint)
+        force, wrench, inertia = (
+            np.zeros((NUMBERS * len(drives), *shape)) for shape in ((samples,), (full, 6), (full,))
+        )
+        own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
+        joints.append(JointBasis(own, not arm.screws[joint, :3].any(), drives, force, wrench, inertia))
+    for first in range(0, samples, AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        motion = [np.array(row[part]) for row in (cycle.position, cycle.velocity, cycle.acceleration)]
+        shafts = [np.ascontiguousarray(shaft_motion(arm, row)) for row in motion[1:]]
+        along = Along(*(np.empty((n, *rows, len(motion[0]))) for rows in ((6,), (12,), (NUMBERS, 6), (6,))))
+        go_along(np.array(arm.screws), frames, np.array(arm.gravity), riders, *motion, *shafts, along)
+        for joint, basis in enumerate(joints):
+            rows = (basis.force, basis.wrench, basis.inertia)
+            for at, drive in enumerate(basis.drives):
+                of = slice(NUMBERS * at, NUMBERS * (at + 1))
+                fill_rows(along, riders, joint, drive, turns[joint], first, *(row[of] for row in rows))
+                if joint == drive:  # the load's inertia leaves the joint's own rotor out
+                    basis.inertia[of][3:] = 0.0
+    return tuple(replace(one, wrench=one.wrench.reshape(len(one.wrench), 6 * full)) for one in joints)
