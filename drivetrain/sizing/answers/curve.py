@@ -195,7 +195,7 @@ def optimum_curve(
     starts = [(grid[0], found[0])]
     for before, one in itertools.pairwise(found):
         if row.often is None:
-            _between(row, starts, one, tolerance)
+            _between(row, starts, one, tolerance, SLIVER * (grid[1] - grid[0]))
         elif one.drives != before.drives:  # whether a set is feasible often enough is too dear to be asked on the way
             starts.append((0.5 * (before.value + one.value), one))
     step = grid[1] - grid[0]
@@ -310,7 +310,9 @@ def _robust(study: Study, value: float) -> CurvePoint:
     return CurvePoint(value, dict(best.drives), best.objective, best.criteria, proof, found.chosen.chance)
 
 
-def _between(row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint, tolerance: float) -> None:
+def _between(
+    row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint, tolerance: float, narrow: float
+) -> None:  # fmt: skip
     """Go on from the last set to the set at a further value, breakpoint by breakpoint.
 
     ``starts``: where each best set begins, and the set, by rising value; those on the way are put in.
@@ -319,10 +321,13 @@ def _between(row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint,
         start = starts[-1][1]
         low, high = edge(partial(_goes_on, row, start.drives, end.drives), start.value, end.value,
                          error=0.0, least=tolerance)  # fmt: skip
+        if end.value - start.value < narrow and math.isfinite(row.worth(end.drives, high)):
+            starts.append((0.5 * (low + high), end))  # a third set between them would be a sliver
+            return
         before = row.selected(low, start)
         if before.drives != start.drives and low > start.value:
             # A third set is better somewhere before the edge: look for its own edge first.
-            _between(row, starts, before, tolerance)
+            _between(row, starts, before, tolerance, narrow)
             continue
         after = far = row.selected(high, end)
         if before.objective == after.objective and after.drives != end.drives:
@@ -331,7 +336,7 @@ def _between(row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint,
             if row.worth(far.drives, high) <= after.objective * (1.0 + EQUAL):
                 after = replace(after, drives=far.drives)
         starts.append((0.5 * (low + high), after))
-        _between(row, starts, far, tolerance)
+        _between(row, starts, far, tolerance, narrow)
         if high >= end.value:
             return
 

@@ -84,7 +84,7 @@ def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, 
     """The basis of every joint.
 
     Args:
-        forces_only: Without wrenches and inertias, which take six of seven runs of the arm: rows of no width.
+        forces_only: Without wrenches and inertias: rows of no width.
 
     Returns:
         One a joint [SI]; empty when the study has no arm.
