@@ -21,11 +21,12 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import NUMBERS
+from drivetrain.sizing.search.arm_wishes import arm_use
 from drivetrain.sizing.search.bounds import BELOW
 from drivetrain.sizing.search.branch_and_bound import BranchAndBound, Node, Pairs, Tell, halves, split
 from drivetrain.sizing.search.domains import Domain, Mask
 from drivetrain.sizing.search.problem import ROUNDING
-from drivetrain.sizing.search.propagate import arm_use, supply_limited, supply_use
+from drivetrain.sizing.search.propagate import supply_limited, supply_use
 from drivetrain.sizing.search.zones import Zones, reaching, survivors
 
 MASS, PRICE, ENERGY, USED = range(4)
