@@ -16,7 +16,7 @@ from drivetrain.study.document import Document, parsed_document, read_document
 from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.form import form_of, given, made, over
 from drivetrain.study.model import DriveMass, Payload, Prices, Study
-from drivetrain.study.parts.arm import arm_files, resolve_arm, resolve_coupling, resolve_payloads
+from drivetrain.study.parts.arm import arm_files, resolve_arm, resolve_closures, resolve_coupling, resolve_payloads
 from drivetrain.study.parts.joints import Surroundings, resolve_joints
 from drivetrain.study.parts.motions import motion_files, resolve_cycle, resolve_motions
 from drivetrain.study.parts.selection import TERMS, SelectionOptions, TradeOffs
@@ -54,7 +54,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     """A study from its file as read, or as changed since; notes go before those found here."""
     form, faults, places = read_form(document)
     ledger = Ledger(document, faults, places, list(notes))
-    arm = resolve_coupling(form, resolve_arm(form, ledger), ledger)
+    arm = resolve_coupling(form, resolve_closures(form, resolve_arm(form, ledger), ledger), ledger)
     payloads = resolve_payloads(form, ledger)
     catalog = resolve_catalog(form, ledger)
     motions = resolve_motions(form, arm, ledger)
@@ -75,6 +75,8 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     stiffness = made(form.stiffness)
     if stiffness.asked and arm is None:
         ledger.fault(("stiffness",), "goes with studies of an arm: a load table does not say where a tip is")
+    elif stiffness.asked and arm is not None and arm.linkage is not None:
+        ledger.fault(("stiffness",), "is not computed of arms with closures")
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))

@@ -267,7 +267,7 @@ class JointWork:
             )  # fmt: skip
         basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
         carrier = self._carrier(self.work.basis, cycle.acceleration)
-        across = None if basis.slides or task.coupled else sums.wrench.reshape(-1, 6)
+        across = sums.wrench.reshape(-1, 6) if basis.told else None
         return JointDemand(
             cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
             sums.force * travel, task.friction, cycle.payload, across, sums.inertia * travel**2, cycle,

@@ -16,7 +16,9 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.bodies import with_body
 from drivetrain.arm.coupling import shaft_motion
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.dynamics.core.packed import link_frames
@@ -33,6 +35,7 @@ from drivetrain.study.parts.mounting import (
     mount_point,
     rotor_ratio,
     seat,
+    seated_rotor,
 )
 
 AT_ONCE = 1024  # samples gone along at once: what rows are made of stays in a near cache
@@ -63,12 +66,15 @@ class JointBasis:
     Attributes:
         bare: Of arm and payload; the leading axis is dropped.
         slides: Whether the joint is prismatic.
+        told: Whether the wrench is one on the gear's bearing: not where a guide carries the joint, where the gear turns
+            a shaft away from it, or where a loop closes around it.
         drives: Joints whose drives load this one, in the order of their rows.
         force, wrench, inertia: Added by one unit, NUMBERS rows a drive, (rows, N), (rows, 6 N), (rows, N).
     """
 
     bare: Loads
     slides: bool
+    told: bool
     drives: tuple[int, ...]
     force: Array
     wrench: Array
@@ -84,8 +90,13 @@ def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, 
     """The basis of every joint; with ``forces_only`` wrenches and inertias are rows of no width."""
     if study.arm is None:
         return ()
-    arm = emptied(study)
-    return _with_units(study, arm, _with_payloads(study, arm, _forces if forces_only else _loads))
+    arm, loads = emptied(study), _forces if forces_only else _loads
+    bare = _with_payloads(study, arm, loads)
+    if arm.linkage is None:
+        return _with_units(study, arm, bare)
+    reference = loads(study, arm)  # a loop carries what a drive weighs to joints elsewhere: differences of whole runs
+    units = [_units(study, arm, reference, joint, loads) for joint in range(arm.n)]
+    return tuple(_of_joint(study, bare, units, joint, not arm.screws[joint, :3].any()) for joint in range(arm.n))
 
 
 def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
@@ -146,15 +157,82 @@ def _with_payloads(study: Study, arm: Arm, loads: Callable[..., Loads]) -> Loads
     return Loads(*(np.concatenate(parts[name], axis=1)[:, back] for name in names))
 
 
+def _units(study: Study, arm: Arm, reference: Loads, joint: int, loads: Callable[..., Loads]) -> list[Loads]:
+    """What one unit of each number of one joint's drive adds to all joints."""
+    mount = study.joints[joint].mount
+    link, point = carrier_link(arm, joint, mount), mount_point(arm, joint, mount)
+    axis = joint_axis(arm, seat(joint, mount))
+    across = np.eye(3) - np.outer(axis, axis)
+
+    def with_rotor(ratio: float) -> Loads:
+        """With a rotor of unit inertia."""
+        own = seated_rotor(arm, joint, mount, ratio, 1.0)
+        return loads(study, with_rotors(arm, [own if index == joint else None for index in range(arm.n)]))
+
+    forward, backward = with_rotor(1.0), with_rotor(-1.0)
+    spinning = [
+        _difference(_scaled_sum(forward, backward, 0.5), reference),
+        _scaled_sum(forward, _negative(backward), 0.5),
+    ]
+    nothing = _difference(reference, reference)
+    if link < 0 or study.drive_mass is DriveMass.INCLUDED:
+        return [nothing, nothing, nothing, *spinning]
+    # A body of mass 1 with no inertia, with one across its axis, and with one all round: differences are the units.
+    point_mass = loads(study, with_body(arm, link, 1.0, point, np.zeros((3, 3))))
+    rod = loads(study, with_body(arm, link, 1.0, point, across))
+    ball = loads(study, with_body(arm, link, 1.0, point, np.eye(3)))
+    moved = [_difference(point_mass, reference), _difference(rod, point_mass), _difference(ball, rod)]
+    return [*moved, *spinning]
+
+
 def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
     """The drives that may load a joint, or where motors are coupled its shaft."""
-    names = [task.name for task in study.joints]
+    assert study.arm is not None
+    names, linkage = [task.name for task in study.joints], study.arm.linkage
+    carriers = [carrier_link(study.arm, k, task.mount) for k, task in enumerate(study.joints)]
+    if linkage is not None:
+        return tuple(k for k, carrier in enumerate(carriers) if joint in linkage.loops.moving(carrier))
     coupled = study.joints[joint].coupled
     first = min((names.index(name) for name in coupled), default=joint)
-    riding = {k for k, task in enumerate(study.joints) if carrier_link(k, task.mount) >= first}
+    riding = {k for k, carrier in enumerate(carriers) if carrier >= first}
     own = {joint} & riding
     others = riding if coupled else set[int]()
     return tuple(sorted({*range(joint + 1, len(names)), *own, *others}))
+
+
+def _of_joint(study: Study, bare: Loads, units: list[list[Loads]], joint: int, slides: bool) -> JointBasis:
+    drives = loading_drives(study, joint)
+    rows = [unit for k in drives for unit in units[k]]
+
+    def stacked(name: str) -> Array:
+        """One row a number."""
+        values = [getattr(unit, name)[joint].reshape(-1) for unit in rows]
+        return np.stack(values) if values else np.zeros((0, getattr(bare, name)[joint].size))
+
+    own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
+    inertia = stacked("inertia")
+    if joint in drives:  # the load's inertia leaves the joint's own rotor out
+        at = NUMBERS * drives.index(joint)
+        inertia[at + 3 : at + NUMBERS] = 0.0
+    told = not (slides or study.joints[joint].coupled or np.isnan(own.wrench).any())
+    return JointBasis(own, slides, told, drives, stacked("force"), stacked("wrench"), inertia)
+
+
+def _difference(first: Loads, second: Loads) -> Loads:
+    return _scaled_sum(first, _negative(second), 1.0)
+
+
+def _negative(loads: Loads) -> Loads:
+    return replace(loads, force=-loads.force, wrench=-loads.wrench, inertia=-loads.inertia)
+
+
+def _scaled_sum(first: Loads, second: Loads, scale: float) -> Loads:
+    return replace(
+        first,
+        force=scale * (first.force + second.force),
+        wrench=scale * (first.wrench + second.wrench),
+        inertia=scale * (first.inertia + second.inertia),
+    )
 
 
 def _with_units(study: Study, arm: Arm, bare: Loads) -> tuple[JointBasis, ...]:
@@ -163,7 +241,7 @@ def _with_units(study: Study, arm: Arm, bare: Loads) -> tuple[JointBasis, ...]:
     mounts = [task.mount for task in study.joints]
     axes = [joint_axis(arm, i) for i in range(n)]
     riders = Riders(
-        np.array([carrier_link(k, mount) for k, mount in enumerate(mounts)]),
+        np.array([carrier_link(arm, k, mount) for k, mount in enumerate(mounts)]),
         np.array([mount_point(arm, k, mount) for k, mount in enumerate(mounts)]),
         np.array([axes[seat(k, mount)] for k, mount in enumerate(mounts)]),
         np.full(n, study.drive_mass is not DriveMass.INCLUDED),
@@ -178,7 +256,9 @@ def _with_units(study: Study, arm: Arm, bare: Loads) -> tuple[JointBasis, ...]:
             np.zeros((NUMBERS * len(drives), *shape)) for shape in ((samples,), (full, 6), (full,))
         )
         own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
-        joints.append(JointBasis(own, not arm.screws[joint, :3].any(), drives, force, wrench, inertia))
+        slides = not arm.screws[joint, :3].any()
+        told = not (slides or study.joints[joint].coupled)
+        joints.append(JointBasis(own, slides, told, drives, force, wrench, inertia))
     for first in range(0, samples, AT_ONCE):
         part = slice(first, first + AT_ONCE)
         motion = [np.array(row[part]) for row in (cycle.position, cycle.velocity, cycle.acceleration)]

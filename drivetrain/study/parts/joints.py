@@ -170,6 +170,8 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     with ledger.gather((*place, "motor_friction")):
         motor_friction = made(form.motor_friction)
     amplifiers = _amplifiers(around, form, place)
+    if around.arm is not None and around.arm.linkage is not None:
+        _closed_faults(around.arm, index, form, resolve_stop(around, form, place), ledger, place)
     brakes, told = _brakes(around, form, (*place, "brake"))
     if brakes:
         given = () if drive is None else _with_brakes(around, (drive,), brakes)
@@ -198,6 +200,23 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         load_inertia=_load_inertia(around, form, place),
         brakes=brakes,
     )
+
+
+def _closed_faults(arm: Arm, index: int, form: JointForm, stop: Stop, ledger: Ledger, place: Place) -> None:
+    """What a joint of an arm with closures must state, as it is not computed there."""
+    assert arm.linkage is not None
+    loops = arm.linkage.loops
+    if loops.inside(loops.driven[index]) and form.output_bearing == "gear" and arm.screws[index, :3].any():
+        problem = f"must be external at {arm.joint_names[index]}: how pins and bearings share the loads in a loop is "
+        ledger.fault(
+            (*place, "output_bearing"), problem + "not determined, so a gear's bearing cannot be checked there"
+        )
+    if form.brake and stop.power_off:
+        problem = "must be false with closures: how an arm with closed loops falls until brakes bite is not computed"
+        ledger.fault((*place, "stop", "power_off"), problem)
+    if stop.ramp is None:
+        problem = "is missing: with closures a stop is checked along a ramp, not at the limit of a current"
+        ledger.fault((*place, "stop", "ramp"), problem, hint="stop: {ramp: 0.3 s}")
 
 
 def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[Brake, ...], tuple[str, ...]]:
