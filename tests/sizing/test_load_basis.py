@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drivetrain.dynamics.mass_matrix import mass_matrix
 from random_tasks import random_study
 
 from drivetrain.drive.drive import drive_inertia
 from drivetrain.dynamics.inverse import joint_loads
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.sizing.demand import load_basis
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.vary import named_drives
