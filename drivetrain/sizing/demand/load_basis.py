@@ -17,9 +17,10 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.bodies import with_body
-from drivetrain.arm.coupling import shaft_motion
+from drivetrain.arm.coupling import shaft_motion, shaft_torques
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arrays import Array
+from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.dynamics.core.packed import link_frames
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
@@ -92,11 +93,19 @@ def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, 
         return ()
     arm, loads = emptied(study), _forces if forces_only else _loads
     bare = _with_payloads(study, arm, loads)
+    bare = replace(bare, force=bare.force - counterbalance_torques(study, study.cycle.position).T)
     if arm.linkage is None:
         return _with_units(study, arm, bare)
     reference = loads(study, arm)  # a loop carries what a drive weighs to joints elsewhere: differences of whole runs
     units = [_units(study, arm, reference, joint, loads) for joint in range(arm.n)]
     return tuple(_of_joint(study, bare, units, joint, not arm.screws[joint, :3].any()) for joint in range(arm.n))
+
+
+def counterbalance_torques(study: Study, position: Array) -> Array:
+    """What counterbalances give to the joints, at the shafts where motors are coupled [N m], (N, n)."""
+    columns = [counterbalance_torque(task.counterbalances, position[:, i]) for i, task in enumerate(study.joints)]
+    torque = np.column_stack(columns)
+    return torque if study.arm is None else shaft_torques(study.arm, torque)
 
 
 def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
