@@ -21,6 +21,7 @@ from drivetrain.commands import (
     export,
     fastest,
     identify,
+    serve,
     sizing,
     sweep,
     warm,
@@ -42,6 +43,7 @@ app.add_typer(export.app)
 app.add_typer(answers.app)
 app.add_typer(fastest.app)
 app.add_typer(sweep.app)
+app.add_typer(serve.app)
 app.add_typer(arm.app)
 app.add_typer(accuracy.app)
 app.add_typer(identify.app)

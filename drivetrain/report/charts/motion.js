@@ -1,6 +1,6 @@
 // The moving pictures of a report: planes with ratios, strips and the arm on one clock, the rejected candidates.
 "use strict";
-(function () {
+page.setup(function () {
   const motion = page.data.motion, byId = (id) => document.getElementById(id);
   const COLOURS = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#7f6a3f", "#888888"];
   const percent = (share) => (Number.isFinite(share) ? (100 * share).toFixed(share > 0.99 && share < 1.01 ? 1 : 0) + " %" : "–");
@@ -365,4 +365,4 @@
     }));
     table();
   }
-})();
+});
