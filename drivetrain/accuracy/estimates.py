@@ -11,8 +11,8 @@ import numpy as np
 from drivetrain.accuracy.decision import Basis
 from drivetrain.accuracy.scenes import SPRINGS, choices, place_of
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import at_level
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.arm.with_rotors import at_level
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import resting
 from drivetrain.drive.friction import friction_torque
@@ -21,7 +21,7 @@ from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant
 from drivetrain.drive.thermal.heat import periodic_temperature
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.dynamics.kinematics import body_jacobian
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.effects.bounds import OVERSHOOT, bounded, mean_of, rms_of
 from drivetrain.effects.control.cascade_loop import CascadeLoop
 from drivetrain.effects.control.position_loop import PositionLoop
@@ -37,7 +37,7 @@ from drivetrain.effects.gear.mesh_loss import MeshLoss
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Change, Choice
 from drivetrain.simulation.engines.inverse_demand import Demand, demanded
-from drivetrain.simulation.plan.plan import Plan, plan
+from drivetrain.simulation.planning.plan import Plan, plan
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.study_scene import command_times
 

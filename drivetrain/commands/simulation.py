@@ -60,7 +60,7 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
     from drivetrain.accuracy.study_run import engine_of, study_scene
     from drivetrain.accuracy.verify import verified, whole_run
     from drivetrain.report.pages.simulation_page import SimulationFound, simulation_lines, simulation_report
-    from drivetrain.simulation.plan.plan import plan
+    from drivetrain.simulation.planning.plan import plan
     from drivetrain.sizing.results import Verdict
     from drivetrain.study.parts.simulation import Simulation
     from drivetrain.whole_files import write_files

@@ -35,7 +35,7 @@ from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.cost_results import Choice
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
 UNSAFE = 1.25  # measured over estimated: estimate over measured at least 0.8

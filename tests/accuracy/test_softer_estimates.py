@@ -26,7 +26,7 @@ from drivetrain.effects.friction.lugre_friction import LuGreFriction
 from drivetrain.effects.gear import twisting
 from drivetrain.effects.gear.backlash import Backlash
 from drivetrain.effects.gear.flexible_joint import FlexibleJoint
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
 Rng = np.random.Generator

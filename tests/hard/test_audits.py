@@ -37,7 +37,7 @@ from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.engines.inverse import Inverse
 from drivetrain.simulation.engines.inverse_demand import demanded
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
 from drivetrain.simulation.study_scene import command_times, with_feed_forward

@@ -5,7 +5,7 @@ import io
 from rich.console import Console
 
 from drivetrain.catalog.findings import Severity
-from drivetrain.catalog.lint import LintFault
+from drivetrain.catalog.linting import LintFault
 from drivetrain.errors import DrivetrainError, Fault, InputError
 from drivetrain.report.terminal import fault_lines, lint_table, progress
 from drivetrain.report.verdict_lines import verdict_lines, verdict_table

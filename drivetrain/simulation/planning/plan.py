@@ -22,9 +22,9 @@ from drivetrain.effects.signals import (
 )
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.core import equations
-from drivetrain.simulation.plan.mechanics import Mechanics, coupling_of, mechanics, ratios_of
-from drivetrain.simulation.plan.memory import Memory, lay_out, recorded_signals
-from drivetrain.simulation.plan.wiring import (
+from drivetrain.simulation.planning.mechanics import Mechanics, coupling_of, mechanics, ratios_of
+from drivetrain.simulation.planning.memory import Memory, lay_out, recorded_signals
+from drivetrain.simulation.planning.wiring import (
     MECHANICS,
     Directory,
     Group,

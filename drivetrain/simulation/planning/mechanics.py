@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.equation_of_motion import BODY, moving_bodies
 from drivetrain.dynamics.core.packed import followers, link_frames, packed

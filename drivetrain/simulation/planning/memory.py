@@ -21,8 +21,8 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.records import fill, record_type
 from drivetrain.simulation.core import equations
 from drivetrain.simulation.core import records as r
-from drivetrain.simulation.plan.mechanics import Mechanics
-from drivetrain.simulation.plan.wiring import Directory, Group, Instance, ranked
+from drivetrain.simulation.planning.mechanics import Mechanics
+from drivetrain.simulation.planning.wiring import Directory, Group, Instance, ranked
 
 ENERGIES = (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
 SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, *ENERGIES, named.PAYLOAD_ENERGY)

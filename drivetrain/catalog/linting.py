@@ -58,6 +58,13 @@ class LintFault:
 def lint(folder: str | Path, *, beside: Iterable[str | Path] = ()) -> list[LintFault]:
     """Every fault of a catalogue folder.
 
+    Args:
+        folder: That holds motors.csv, gears.csv or other tables of a catalogue.
+        beside: Folders whose keys its rows may refer to as well.
+
+    Returns:
+        Errors and warnings with file, row, column and value; none where all is well.
+
     Raises:
         InputError: The folder holds none of the tables, or one of them is not text.
     """
