@@ -41,7 +41,8 @@ def _serve(
         except OSError as error:
             raise InputError(Fault("--port", f"cannot be used: {error.strerror}", port, "name another")) from None
         say(f"page: http://{LOOPBACK}:{server.server_port}/  (this machine only; Ctrl-C ends it)")
-        server.serve_forever()
+        with server:
+            server.serve_forever()
 
 
 def server_of(page: LivePage, port: int = 0) -> ThreadingHTTPServer:

@@ -47,6 +47,8 @@ AsJson = Annotated[
     bool, typer.Option("--json", help="Print result.json to standard output, the table to standard error.")
 ]
 
+AsPdf = Annotated[bool, typer.Option("--pdf", help="Also summary.pdf, one page for those who decide.")]
+
 
 class Objective(StrEnum):
     """What a selection may minimise."""
@@ -117,7 +119,7 @@ def _check(
 
 
 @app.command("size")
-def _size(study: StudyOrResult, out: OutFolder = None, as_json: AsJson = False) -> None:
+def _size(study: StudyOrResult, out: OutFolder = None, pdf: AsPdf = False, as_json: AsJson = False) -> None:
     """Check the drives that the study names, or else selects: margins, verdicts, report, currents."""
     with report_faults():
         faults = FaultCollector()
@@ -126,7 +128,7 @@ def _size(study: StudyOrResult, out: OutFolder = None, as_json: AsJson = False) 
         with faults:
             loaded = load_chosen(study)
         faults.report()
-        raise typer.Exit(_deliver(chosen(loaded), out or report_folder(loaded.name), as_json=as_json))
+        raise typer.Exit(_deliver(chosen(loaded), out or report_folder(loaded.name), pdf=pdf, as_json=as_json))
 
 
 @app.command("select")
@@ -157,6 +159,7 @@ def _select(
         ),
     ] = None,
     out: OutFolder = None,
+    pdf: AsPdf = False,
     as_json: AsJson = False,
 ) -> None:
     """Choose drives for every joint from the catalogues that the study allows."""
@@ -188,7 +191,7 @@ def _select(
 
             check_trade_offs(loaded)
         found = _selected(loaded)
-        code = _deliver(found, out or report_folder(loaded.name), as_json=as_json)
+        code = _deliver(found, out or report_folder(loaded.name), pdf=pdf, as_json=as_json)
         if write is not None:
             write_chosen(found, write)
         raise typer.Exit(code)
@@ -247,7 +250,7 @@ def _selected(study: Study) -> Selection:
         return search(study, progress=step)
 
 
-def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int:
+def _deliver(result: Evaluation | Selection, out: Path, *, pdf: bool = False, as_json: bool) -> int:
     """Write the files, print the verdict, and give the exit code."""
     from drivetrain.report.outputs import write_outputs
     from drivetrain.report.pages.spread_section import spread_lines
@@ -260,6 +263,11 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int
     extra, told_beside = _beside(result)
     with progress(console(errors=True), "drawing the report"):
         files = write_outputs(out, result, spread=found, extra=extra)
+    if pdf:
+        from drivetrain.report.summary import summary_pdf
+        from drivetrain.whole_files import write_whole
+
+        write_whole(out / "summary.pdf", summary_pdf(result))
     screen = console(errors=as_json)
     screen.print(verdict_table(result if isinstance(result, Evaluation) else result.evaluation))
     screen.print()
@@ -270,6 +278,8 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int
     for text in told_beside:
         screen.print(text, soft_wrap=True, highlight=False)
     say(f"report: {files['report.html']}", errors=as_json)
+    if pdf:
+        say(f"summary: {out / 'summary.pdf'}", errors=as_json)
     if as_json:
         sys.stdout.write(result_json(result, spread=found, extra=extra, folder=out))
     return FITS if result.feasible else DOES_NOT_FIT

@@ -8,8 +8,9 @@ const page = (function () {
   const setups = []; // what a script does with the data of the page, again when they are others
   let watcher = null;
 
+  const BRIGHT = { "#0072B2": "#4BA6E3", "#009E73": "#2CC79B", "#D55E00": "#FF8B45", "#7f6a3f": "#b59a62" }; // on dark
   const colour = (name) =>
-    ["ink", "muted", "faint"].includes(name)
+    dark.matches && BRIGHT[name] ? BRIGHT[name] : ["ink", "muted", "faint"].includes(name)
       ? getComputedStyle(document.documentElement).getPropertyValue(name === "faint" ? "--line" : "--" + name).trim()
       : name;
   const ready = library();
@@ -209,7 +210,7 @@ const page = (function () {
     await ready;
     await all();
   }
-  const self = { ready, colour, numbers, frame, mark, show, later, ranges, setup, renew };
+  const self = { ready, dark, colour, numbers, frame, mark, show, later, ranges, setup, renew };
   start(JSON.parse(document.getElementById("data").textContent));
   addEventListener("DOMContentLoaded", () => ready.then(all));
   return self;
