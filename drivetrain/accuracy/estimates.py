@@ -12,6 +12,7 @@ from drivetrain.accuracy.decision import Basis
 from drivetrain.accuracy.scenes import SPRINGS, choices, place_of
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import at_level
+from drivetrain.arm.kinematics import body_jacobian
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import resting
@@ -20,7 +21,6 @@ from drivetrain.drive.gear_loss import drag_torque
 from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant
 from drivetrain.drive.thermal.heat import periodic_temperature
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
-from drivetrain.dynamics.kinematics import body_jacobian
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.effects.bounds import OVERSHOOT, bounded, mean_of, rms_of
 from drivetrain.effects.control.cascade_loop import CascadeLoop

@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
-from drivetrain.commands.shared import report_faults, say
+from drivetrain.commands.shared import command, say
 
 if TYPE_CHECKING:
     from drivetrain.report.pages.live_page import LivePage
-
-app = typer.Typer(rich_markup_mode="rich")
 
 LOOPBACK = "127.0.0.1"
 MOST_BYTES = 1_000_000  # of a question
@@ -24,25 +22,24 @@ POLICY = (
 )
 
 
-@app.command("serve")
-def _serve(
+@command
+def serve(
     study: StudyOrResult,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Of this machine; 0: any that is free.")] = 8765,
 ) -> None:
     """Serve the report as a page on which payload, cycle time, voltage, ambient, drives and ratios can be changed."""
-    with report_faults():
-        from drivetrain.errors import Fault, InputError
-        from drivetrain.report.pages.live_page import LivePage
+    from drivetrain.errors import Fault, InputError
+    from drivetrain.report.pages.live_page import LivePage
 
-        loaded = load_chosen(study)
-        page = LivePage(loaded, chosen(loaded))
-        try:
-            server = server_of(page, port)
-        except OSError as error:
-            raise InputError(Fault("--port", f"cannot be used: {error.strerror}", port, "name another")) from None
-        say(f"page: http://{LOOPBACK}:{server.server_port}/  (this machine only; Ctrl-C ends it)")
-        with server:
-            server.serve_forever()
+    loaded = load_chosen(study)
+    page = LivePage(loaded, chosen(loaded))
+    try:
+        server = server_of(page, port)
+    except OSError as error:
+        raise InputError(Fault("--port", f"cannot be used: {error.strerror}", port, "name another")) from None
+    say(f"page: http://{LOOPBACK}:{server.server_address[1]}/  (this machine only; Ctrl-C ends it)")
+    with server:
+        server.serve_forever()
 
 
 def server_of(page: LivePage, port: int = 0) -> ThreadingHTTPServer:

@@ -6,6 +6,7 @@ import io
 import textwrap
 
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from drivetrain.report.charts.arm_charts import margin_chart
 from drivetrain.report.charts.chart import MUTED
@@ -45,7 +46,7 @@ def summary_pdf(result: Evaluation | Selection) -> bytes:
             axes.axis("off")
             table = axes.table(
                 [_cells(joint) for joint in joints], colLabels=list(COLUMNS), colWidths=list(COLUMNS.values()),
-                cellLoc="left", colLoc="left", bbox=(0.0, 0.0, 1.0, 1.0), edges="horizontal",
+                cellLoc="left", colLoc="left", bbox=Bbox.unit(), edges="horizontal",
             )  # fmt: skip
             table.auto_set_font_size(False)
             for (row, column), cell in table.get_celld().items():

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.ticker import MaxNLocator
 
-from drivetrain.report.charts.chart import BLUE, GREEN, INK, JOINTCOLOURS, MUTED, ORANGE, VERMILLION
+from drivetrain.report.charts.chart import BLUE, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION
 from drivetrain.report.charts.motion_data import regions, temperatures, view
-from drivetrain.report.charts.plotting import TIMECOLOURS, house_style, png_bytes
+from drivetrain.report.charts.plotting import TIME_COLOURS, house_style, png_bytes
 from drivetrain.report.quantities import convert, percent, printed_unit, shown_unit
 from drivetrain.simulation.recording import Recording
 from drivetrain.sizing.results import Evaluation, JointResult
@@ -71,7 +71,7 @@ def _motor_plane(axes: Axes, joint: JointResult, task: JointTask, study: Study) 
     axes.axhline(0, color=MUTED, linewidth=0.7, zorder=2)
     axes.axvline(0, color=MUTED, linewidth=0.7, zorder=2)
     speed, torque = convert(series.motor_speed, "rad/s", "rpm"), convert(series.motor_torque, "N m", unit)
-    axes.scatter(speed, torque, c=series.time, s=6, cmap=TIMECOLOURS, linewidths=0, zorder=4)
+    axes.scatter(speed, torque, c=series.time, s=6, cmap=TIME_COLOURS, linewidths=0, zorder=4)
     axes.xaxis.set_major_locator(MaxNLocator(5))
     return unit
 
@@ -89,7 +89,7 @@ def figure_recording(recording: Recording, *, name: str = "recording") -> Figure
         told: list[str] = []  # the legend that stands already, of the same colours
         for axes, (title, (unit, curves)) in zip(column, groups.items(), strict=True):
             for i, (label, values) in enumerate(curves.items()):
-                axes.plot(recording.time, values, color=JOINTCOLOURS[i % len(JOINT_COLOURS)], label=label)
+                axes.plot(recording.time, values, color=JOINT_COLOURS[i % len(JOINT_COLOURS)], label=label)
             axes.set_ylabel(f"{title} [{printed_unit(unit)}]")
             if len(curves) > 1 and list(curves) != told:
                 told = list(curves)
