@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
-from drivetrain.commands.shared import command, say
+from drivetrain.commands.chain import chosen, load_chosen
+from drivetrain.commands.shared import StudyOrResult, command, say
 
 if TYPE_CHECKING:
     from drivetrain.report.pages.live_page import LivePage
