@@ -77,9 +77,13 @@ def _facts(study: Study) -> list[str]:
 def _cells(joint: JointResult) -> list[str]:
     """One row of the table, long part names on two lines."""
     parts = [
-        "\n".join(textwrap.wrap(f"{key} ({name})" if (name := identity(part)) else key, 34)[:2])
+        "\n".join(textwrap.wrap(_named(key, identity(part)), 34, break_on_hyphens=False)[:2])
         for key, part in ((joint.motor, joint.drive.motor), (joint.gear or "direct drive", joint.drive.gear))
     ]
     binding = joint.binding
     used, limit = ("–", "–") if binding is None else (percent(binding.utilisation), binding.name)
     return [joint.name, *parts, str(joint.verdict), used, "\n".join(textwrap.wrap(limit, 22)[:2])]
+
+
+def _named(key: str, name: str) -> str:
+    return f"{key} ({name})" if name else key

@@ -21,6 +21,13 @@ def test_one_page_names_verdict_and_every_drive(selection: Selection, monkeypatc
     assert found.startswith(b"%PDF") and found.count(b"/Type /Page ") == 1
     assert found == summary_pdf(selection)
     told = "\n".join(text.get_text() for text in figures[0].findobj(matplotlib.text.Text))
+    cells = [
+        cell.get_text().get_text()
+        for one in figures[0].axes
+        for table in one.tables
+        for cell in table.get_celld().values()
+    ]
+    told += "\n".join(cells)
     assert str(selection.verdict) in told
     for name, (motor, gear) in selection.drives.items():
         assert name in told and motor in told and gear in told
