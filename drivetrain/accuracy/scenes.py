@@ -134,14 +134,7 @@ def place_of(scene: Scene, joint: str) -> Place:
 
 
 def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Scene:
-    """The scene with every effect that the sheets have numbers for; what the controller feeds forward is not in yet.
-
-    Args:
-        options: Loops and repetitions; None: the study's own.
-
-    Raises:
-        InputError: As ``scene_of``.
-    """
+    """The scene with every effect that the sheets have numbers for; what the controller feeds forward is not in yet."""
     study = evaluation.study
     told = study.simulation if options is None else options
     built = scene_of(

@@ -109,14 +109,7 @@ def simulate(
 def study_scene(
     evaluation: Evaluation, wishes: Simulation, *, progress: Callable[[int, int, str], None] | None = None
 ) -> StudyScene:
-    """The scene in which a study's drives run its cycle.
-
-    Args:
-        progress: Told (done, of how many, what) while effects are chosen.
-
-    Raises:
-        InputError: What cannot be simulated.
-    """
+    """The scene in which a study's drives run its cycle."""
     full = full_scene(evaluation, wishes)
     if wishes.effects == ("auto",):
         found = choose_effects(
@@ -142,11 +135,7 @@ def engine_of(wishes: Simulation) -> Engine:
 
 
 def gives_all(study: Study) -> bool:
-    """Whether a study names a drive for every joint.
-
-    Raises:
-        InputError: Neither an arm nor one axis whose load's inertia is told.
-    """
+    """Whether a study names a drive for every joint."""
     faults = axis_faults(study) if study.arm is None else []
     if faults:
         raise InputError(faults)
@@ -154,11 +143,7 @@ def gives_all(study: Study) -> bool:
 
 
 def complete(found: Selection) -> Evaluation:
-    """What a search chose, or found nearest, with a drive in every joint.
-
-    Raises:
-        InputError: A joint that nothing may drive.
-    """
+    """What a search chose, or found nearest, with a drive in every joint."""
     study, judged = found.evaluation.study, found.evaluation.joints
     missing = [task.name for task in study.joints if task.name not in judged]
     if missing:

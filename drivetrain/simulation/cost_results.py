@@ -76,22 +76,11 @@ class Change:
     tip: float = 0.0
 
     def largest(self, tip_scale: float) -> float:
-        """The largest share, the tip's beside a length.
-
-        Args:
-            tip_scale: What counts as the whole for the tip [m].
-
-        Returns:
-            A share [-]; NaN shares, of what no sheet tells, are left out.
-        """
+        """The largest share, the tip's beside a length."""
         return max(self._sizes(tip_scale).values(), default=0.0)
 
     def leading(self, tip_scale: float) -> str:
-        """Which quantity the largest share belongs to.
-
-        Args:
-            tip_scale: As for ``largest`` [m].
-        """
+        """Which quantity the largest share belongs to."""
         sizes = self._sizes(tip_scale)
         return max(sizes, key=lambda name: sizes[name], default="tip")
 

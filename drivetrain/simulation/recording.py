@@ -48,11 +48,7 @@ class TableSeries(Mapping[str, Series]):
         columns: Mapping[str, tuple[int, str]],
         derived: Mapping[str, tuple[str, Callable[[Mapping[str, Series]], Array]]],
     ) -> None:
-        """Take a table over; nobody is to change it any more.
-
-        Args:
-            table: Finite numbers, (N, K).
-        """
+        """Take a table over; nobody is to change it any more."""
         self._table, self._columns, self._derived = table, columns, derived
         self._made: dict[str, Series] = {}
 
@@ -62,14 +58,7 @@ class TableSeries(Mapping[str, Series]):
         return len(self._table)
 
     def __getitem__(self, name: str) -> Series:
-        """A series.
-
-        Returns:
-            Unit and values, (N,), read-only.
-
-        Raises:
-            KeyError: No such series.
-        """
+        """A series."""
         made = self._made.get(name)
         if made is None:
             made = self._made[name] = self._make(name)
@@ -152,17 +141,7 @@ class Recording:
             object.__setattr__(self, "series", _frozen(self.series, len(time)))
 
     def __getitem__(self, name: str) -> Array:
-        """The values of a series.
-
-        Args:
-            name: Of the series.
-
-        Returns:
-            Values in the series' unit, (N,).
-
-        Raises:
-            InputError: No such series.
-        """
+        """The values of a series."""
         return self._find(name).values
 
     def __repr__(self) -> str:

@@ -40,18 +40,7 @@ def simulate(
     progress: Progress | None = None,
     start: str | Mapping[str, float] = EQUILIBRIUM,
 ) -> Recording:
-    """What happens when a scene runs.
-
-    Args:
-        solver: The engine; None: fixed implicit steps of a millisecond. A solver that runs compiled, such as
-            Rodas4(rtol=1e-6), stands for the adaptive engine with it.
-        duration: Replaces that of the scene [s].
-        interval: Between two recorded instants [s].
-        start: ``equilibrium``, or states that are given instead, by name [their own units].
-
-    Raises:
-        InputError: A scene that contradicts itself, or an earlier recording of another.
-    """
+    """What happens when a scene runs."""
     if not isinstance(scene, Scene | Plan):
         raise InputError(Fault("scene", "must be a scene or its plan", type(scene).__name__))
     engine = engine_of(solver)
@@ -73,11 +62,7 @@ def simulate(
 
 
 def engine_of(solver: Engine | Solver | None) -> Engine:
-    """The engine that is meant.
-
-    Raises:
-        InputError: Neither an engine nor a solver.
-    """
+    """The engine that is meant."""
     engine = FixedStep() if solver is None else AdaptiveStep(solver) if isinstance(solver, Solver) else solver
     if not isinstance(engine, Engine):
         raise InputError(Fault("solver", "must be an engine, such as FixedStep(0.001)", solver))
