@@ -13,7 +13,7 @@ LOCKED ?=
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 INSTALL_LOCKED := $(INSTALL) --require-hashes --requirement .ci/lock.txt && $(INSTALL) --no-deps --no-build-isolation --editable .
 
-.PHONY: demo test shuffled lowest lock check bench page-check gallery docs clean
+.PHONY: demo test shuffled lowest audit fuzz lock check bench page-check gallery docs clean
 
 demo: $(VENV)/.installed
 	$(BIN)/drivetrain demo
@@ -26,6 +26,16 @@ shuffled: $(VENV)/.test-installed
 
 lowest: $(LOWEST)/.installed
 	$(LOWEST)/bin/python -m pytest -o addopts="-q --import-mode=importlib" -o filterwarnings=default $(LOWEST_TESTS)
+
+audit: $(VENV)/bin/python # known vulnerabilities of what is locked; needs a database that can be reached
+	$(INSTALL) pip-audit
+	$(BIN)/pip-audit --requirement .ci/lock.txt --disable-pip --require-hashes
+
+SECONDS_EACH ?= 520
+fuzz: $(VENV)/.test-installed # an hour in total: seven readers
+	$(INSTALL) atheris
+	for reader in study urdf mjcf sdf motion recording catalogue; do \
+		$(BIN)/python tests/hard/fuzz_readers.py $$reader $(SECONDS_EACH); done
 
 lock: $(VENV)/bin/python
 	$(BIN)/python .ci/lock.py > .ci/lock.new

@@ -34,8 +34,8 @@ from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.effects.motor.winding import Winding
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.engines.engine import Engine
-from drivetrain.simulation.plan.plan import Plan
-from drivetrain.simulation.plan.plan import plan as planned
+from drivetrain.simulation.planning.plan import Plan
+from drivetrain.simulation.planning.plan import plan as planned
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
 

@@ -45,8 +45,8 @@ from selection_tasks import (
 
 import drivetrain as dt
 from drivetrain.errors import PhysicsWarning
-from drivetrain.report.colours import BLUE, ORANGE
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.chart import BLUE, ORANGE
+from drivetrain.report.charts.plotting import house_style, png_bytes
 from drivetrain.sizing.search.candidates import Candidates, candidates
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.tree import Tree

@@ -34,7 +34,7 @@ from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene

@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetrain.errors import LARGEST, Fault, InputError
 
-Array = NDArray[np.float64]
+Array = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]
 
 
 def frozen_array(value: Any, shape: Sequence[int | None], name: str) -> Array:

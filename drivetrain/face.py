@@ -1,4 +1,7 @@
-"""What a call of a public function with arguments of the wrong kind says: their names, not where it went wrong inside.
+"""What ``dt`` and its rooms show, and what a call with arguments of the wrong kind says.
+
+A room's ``__init__`` imports its public names for type checkers alone. That list is read here, so that it is the one
+place that names them, and each is imported when it is first used.
 
 A call that succeeds is not looked at. Where one ends in an error of Python's own, its arguments are held against the
 function's annotations; where these are right the error is ours and stays as it is.
@@ -6,23 +9,75 @@ function's annotations; where these are right the error is ours and stays as it 
 
 from __future__ import annotations
 
+import ast
 import inspect
+import sys
 import types
-from collections.abc import Callable, Sequence
-from functools import wraps
+from collections.abc import Callable, Iterable, Sequence
+from enum import Enum
+from functools import cache, wraps
+from importlib import import_module
+from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from drivetrain.errors import DrivetrainError, Fault, InputError, nearest
 
+_PACKAGE = Path(__file__).resolve().parent
 
-def guarded(function: Callable[..., Any], module: str) -> Callable[..., Any]:
-    """The function, saying which of its arguments are none that it takes.
 
-    Args:
-        function: A public one.
-        module: In which it is found by its own name.
-    """
+@cache
+def homes(room: str) -> dict[str, str]:
+    """The public names of a room, and the module in which each lives."""
+    source = _PACKAGE.joinpath(*room.split(".")[1:], "__init__.py").read_text(encoding="utf-8")
+    block = next(node for node in ast.parse(source).body if isinstance(node, ast.If))
+    imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
+    return {alias.name: node.module or "" for node in imports for alias in node.names if alias.name != "*"}
 
+
+def shown(room: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """The ``__getattr__`` and the ``__dir__`` of a room."""
+
+    def load(name: str) -> Any:
+        if name == "__all__":
+            return names()
+        home = homes(room).get(name)
+        if home is None:
+            raise AttributeError(f"module {room!r} has no attribute {name!r}")
+        if home == room:  # a module, shown as it is
+            return import_module(f"{room}.{name}")
+        found = guarded(getattr(import_module(home), name), room)
+        setattr(sys.modules[room], name, found)
+        return found
+
+    def names() -> list[str]:
+        return sorted(homes(room))
+
+    return load, names
+
+
+def guarded(found: Any, room: str) -> Any:
+    """A public function, or a class with its methods, which say which of their arguments are none that they take."""
+    if isinstance(found, types.FunctionType):
+        call = _guard(found)
+        call.__module__ = room  # so that other processes find it
+        return call
+    if isinstance(found, type) and not issubclass(found, Exception | Enum | tuple):
+        for kind in (one for one in found.__mro__ if one.__module__.startswith("drivetrain.")):
+            for name, method in list(vars(kind).items()):
+                if name == "__init__" or not name.startswith("_"):
+                    _guard_method(kind, name, method)
+    return found
+
+
+def _guard_method(kind: type, name: str, method: Any) -> None:
+    """Put a guard before a method, once."""
+    function = method.__func__ if isinstance(method, classmethod | staticmethod) else method
+    if isinstance(function, types.FunctionType) and not hasattr(function, "__wrapped__"):
+        call = _guard(function)
+        setattr(kind, name, call if function is method else type(method)(call))
+
+
+def _guard(function: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(function)
     def call(*args: Any, **named: Any) -> Any:
         try:
@@ -35,17 +90,16 @@ def guarded(function: Callable[..., Any], module: str) -> Callable[..., Any]:
                 raise
             raise InputError(faults) from error
 
-    call.__module__ = module  # so that other processes find it
     return call
 
 
 def misused(function: Callable[..., Any], args: tuple[Any, ...], named: dict[str, Any]) -> list[Fault]:
     """What is wrong with the names and the kinds of a call's arguments; what cannot be told is taken for right."""
-    signature = inspect.signature(function)
+    signature, called = inspect.signature(function), function.__qualname__.removesuffix(".__init__")
     known = list(signature.parameters)
     spreads = any(one.kind is one.VAR_KEYWORD for one in signature.parameters.values())
     faults = [
-        Fault(f"{function.__name__}({name}=)", "is no argument of it", hint=nearest(name, known))
+        Fault(f"{called}({name}=)", "is no argument of it", hint=nearest(name, known))
         for name in named
         if name not in known and not spreads
     ]
@@ -54,14 +108,14 @@ def misused(function: Callable[..., Any], args: tuple[Any, ...], named: dict[str
     try:
         given = signature.bind(*args, **named).arguments
     except TypeError as error:
-        return [Fault(f"{function.__name__}()", str(error))]
+        return [Fault(f"{called}()", str(error))]
     try:
         hints = get_type_hints(function)
     except NameError:  # a name that is only imported for type checkers
         return []
     single = {name: value for name, value in given.items() if signature.parameters[name].kind not in (2, 4)}
     return [
-        Fault(f"{function.__name__}({name}=)", f"must be {_described(hints[name])}", _kind(value))
+        Fault(f"{called}({name}=)", f"must be {_described(hints[name])}", _kind(value))
         for name, value in single.items()
         if name in hints and not _is(value, hints[name])
     ]
@@ -81,11 +135,23 @@ def _is(value: Any, hint: Any) -> bool:
     if hint is int:
         return hasattr(value, "__index__")
     kind = origin or hint
-    if hint is Any or not isinstance(kind, type) or kind.__module__.partition(".")[0] == "numpy":
-        return True  # Any; what becomes an array is looked at by who makes it one
-    if kind is Sequence and isinstance(value, str):
+    if isinstance(kind, type) and kind.__module__.partition(".")[0] == "numpy":
+        return _becomes_array(value)
+    if hint is Any or not isinstance(kind, type) or getattr(kind, "_is_protocol", False):
+        return True
+    if kind in (Sequence, Iterable) and isinstance(value, str):
         return False
     return isinstance(value, kind)
+
+
+def _becomes_array(value: Any) -> bool:
+    """Whether numpy makes an array of numbers of it."""
+    import numpy as np
+
+    try:
+        return np.asarray(value, dtype=float).ndim > 0
+    except (TypeError, ValueError):
+        return False
 
 
 def _described(hint: Any) -> str:
@@ -98,7 +164,9 @@ def _described(hint: Any) -> str:
     if hint is types.NoneType:
         return "None"
     name = getattr(get_origin(hint) or hint, "__name__", str(hint))
-    return {"str": "a text", "float": "a number", "int": "a whole number"}.get(name, f"of kind {name}")
+    return {"str": "a text", "float": "a number", "int": "a whole number", "ndarray": "an array of numbers"}.get(
+        name, f"of kind {name}"
+    )
 
 
 def _kind(value: Any) -> str:

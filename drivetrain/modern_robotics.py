@@ -2,7 +2,7 @@
 
 A reader of the book changes ``import modern_robotics as mr`` to ``import drivetrain.modern_robotics as mr``. All of it
 is this package's dynamics in the book's clothes; an arm is built once for each content of ``Mlist``, ``Glist`` and
-``Slist`` and remembered. For rotors, URDF files and the rest, use the ``Arm``; ``drivetrain.arm.book_lists`` turns
+``Slist`` and remembered. For rotors, URDF files and the rest, use the ``Arm``; ``drivetrain.arm.lists`` turns
 one into such lists.
 
 The other chapters' functions (``FKinSpace``, ``CubicTimeScaling``, ...) are those of the package ``modern_robotics``
@@ -28,12 +28,12 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.book_lists import BookArm, arm_from_lists
+from drivetrain.arm.lists import BookArm, arm_from_lists
 from drivetrain.arrays import Array, axes_of, checked_array, checked_number
 from drivetrain.dynamics.forward import articulated_body
 from drivetrain.dynamics.from_positions import torque_from_positions
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics, tip_torque, velocity_torque
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.wrenches import bracket
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import drivetrain as dt
-from drivetrain.report.figures_overview import overview_png
+from drivetrain.report.charts.figures import overview_png
 from drivetrain.report.outputs import write_outputs
-from drivetrain.report.trade_off_sections import trade_off_extra
+from drivetrain.report.pages.curve_page import trade_off_extra
 from drivetrain.sizing.answers.spread import spread
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -204,7 +204,7 @@ def test_a_fault_of_the_program_is_one_line_and_code_3(monkeypatch: pytest.Monke
     def broken(*_: object) -> None:
         raise AssertionError("should not be")
 
-    monkeypatch.setattr("drivetrain.catalog.lint.lint", broken)
+    monkeypatch.setattr("drivetrain.catalog.linting.lint", broken)
     monkeypatch.delenv("DRIVETRAIN_DEBUG", raising=False)
     done = CliRunner().invoke(app, ["catalog", "lint", str(ROOT / "catalogs")])
     assert done.exit_code == 3

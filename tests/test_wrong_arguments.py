@@ -16,6 +16,7 @@ CALLABLE = [
     if callable(getattr(dt, name)) and name not in ("Effect", "Recording")  # abstract; made by simulate
     and not (isinstance(getattr(dt, name), type) and issubclass(getattr(dt, name), (Exception, Enum)))
 ]  # fmt: skip
+CLASSES = [getattr(dt, name) for name in dt.__all__ if isinstance(getattr(dt, name), type)]
 
 
 @pytest.mark.parametrize(
@@ -38,13 +39,36 @@ def test_every_public_callable_takes_or_refuses_any_value(value: Any) -> None:
     assert not strange, "\n".join(strange)
 
 
-@pytest.mark.parametrize("name", [name for name in CALLABLE if not isinstance(getattr(dt, name), type)])
+@pytest.mark.parametrize("name", CALLABLE)
 def test_an_unknown_keyword_is_named(name: str) -> None:
     called = getattr(dt, name)
     if any(one.kind is one.VAR_KEYWORD for one in inspect.signature(called).parameters.values()):
         return
     with pytest.raises(dt.InputError, match="quark"):
         called(quark=1)
+
+
+def test_an_unknown_keyword_of_a_method_is_named() -> None:
+    asked = 0
+    for kind in CLASSES:
+        if issubclass(kind, Exception | Enum | tuple):
+            continue
+        for name, method in inspect.getmembers(kind, inspect.isroutine):
+            unwrapped = getattr(method, "__func__", method)
+            if name.startswith("_") or not unwrapped.__module__.startswith("drivetrain."):
+                continue
+            self = [] if not inspect.isfunction(inspect.getattr_static(kind, name)) else [object()]
+            with pytest.raises(dt.InputError, match=rf"{unwrapped.__name__}\(quark=\)"):
+                method(*self, quark=1)
+            asked += 1
+    assert asked > 100
+
+
+def test_arguments_of_classes_are_named() -> None:
+    with pytest.raises(dt.InputError, match=r"RigidBody\(\): missing a required argument: 'com'"):
+        dt.RigidBody(1.0)  # type: ignore[call-arg]
+    with pytest.raises(dt.InputError, match="did you mean 'resistance'"):
+        dt.Motor("m", resistence=1.0)  # type: ignore[call-arg]
 
 
 def test_the_message_names_the_argument_and_what_it_may_be() -> None:

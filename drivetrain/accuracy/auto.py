@@ -15,7 +15,7 @@ from drivetrain.accuracy.scenes import LABELS, without
 from drivetrain.arrays import Array
 from drivetrain.simulation.cost_results import AutoChoice, Change, Choice, Decision, Judged, Proof
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import Plan, plan
+from drivetrain.simulation.planning.plan import Plan, plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.solvers.solver import check_positive

@@ -14,7 +14,7 @@ from drivetrain.simulation.cost_results import Choice, Decision, EffectCost, Eff
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import Plan, plan
+from drivetrain.simulation.planning.plan import Plan, plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene

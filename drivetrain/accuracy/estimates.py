@@ -12,7 +12,7 @@ from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Change, Choice, Decision
 from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import Scene
 
 COARSE = 5e-4  # s

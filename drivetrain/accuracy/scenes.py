@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import at_level
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.arm.with_rotors import at_level
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
@@ -29,8 +29,8 @@ from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice
 from drivetrain.simulation.engines.inverse_demand import demanded
-from drivetrain.simulation.plan.mechanics import coupling_of, ratios_of
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.mechanics import coupling_of, ratios_of
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.study_scene import SceneOptions, scene_of, with_feed_forward
 from drivetrain.sizing.results import Evaluation, JointResult

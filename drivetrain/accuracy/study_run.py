@@ -17,7 +17,7 @@ from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.engine import Engine, Progress
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.engines.inverse import Inverse
-from drivetrain.simulation.plan.plan import Plan
+from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.study_scene import axis_faults

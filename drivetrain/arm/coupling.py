@@ -64,7 +64,11 @@ def checked_coupling(coupling: Any, n: int) -> Array | None:
 def rotor_turns(arm: Arm) -> Array:
     """N, the rotors' speeds for a unit speed of each joint.
 
-    N [-; rad/m where a joint is prismatic], (n, n): row i is ``ratio_i`` times that of the coupling.
+    Args:
+        arm: With n joints, geared or not.
+
+    Returns:
+        N [-; rad/m where a joint is prismatic], (n, n): row i is ``ratio_i`` times that of the coupling.
     """
     ratios = np.array([1.0 if rotor is None else rotor.ratio for rotor in arm.rotors])
     return np.asarray(np.diag(ratios) if arm.coupling is None else ratios[:, None] * arm.coupling)

@@ -13,6 +13,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_arm, builtin_names
 from drivetrain.arm.coupling import placed, with_coupling
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.mjcf import read_mjcf
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.sdf import read_sdf
@@ -20,7 +21,6 @@ from drivetrain.arm.urdf.drives import UrdfCoupling, UrdfDrive
 from drivetrain.arm.urdf.model import read_model
 from drivetrain.arm.urdf.read import arm_from_model, warn_each
 from drivetrain.arm.urdf.xml import read_document
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.errors import Fault, InputError, nearest
 
 SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf", ".mjcf")

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 
 from drivetrain.catalog.findings import Severity
 from drivetrain.catalog.formats import MGDB, TABLE, Format, translate
-from drivetrain.catalog.lint import lint
+from drivetrain.catalog.linting import lint
 from drivetrain.catalog.schema import (
     CURRENT_BASES,
     GEARS,

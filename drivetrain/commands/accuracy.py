@@ -43,7 +43,7 @@ def _accuracy(
         from drivetrain.accuracy.decision import basis_of
         from drivetrain.accuracy.inverse_forward import inverse_against_forward
         from drivetrain.accuracy.scenes import full_scene, without
-        from drivetrain.report.accuracy_page import AccuracyFound, accuracy_json, accuracy_lines, accuracy_report
+        from drivetrain.report.pages.accuracy_page import AccuracyFound, accuracy_json, accuracy_lines, accuracy_report
         from drivetrain.simulation.engines.fixed_step import FixedStep
         from drivetrain.sizing.results import Verdict
         from drivetrain.units import quantity
@@ -92,7 +92,7 @@ def _loops(
 ) -> None:
     """Lay out each joint's position, speed and current loop: gains for the amplifier, margins, Bode, step response."""
     with report_faults():
-        from drivetrain.report.loops_page import loops_json, loops_report, loops_sentence
+        from drivetrain.report.pages.loops_page import loops_json, loops_report, loops_sentence
         from drivetrain.sizing.answers.loops import study_loops
         from drivetrain.whole_files import write_files
 

@@ -45,7 +45,7 @@ def _why_not(
 ) -> None:
     """Say why a motor, a gear or a pair was not chosen, what would let it pass, and what it would cost."""
     with report_faults():
-        from drivetrain.report.why_not_page import why_not_lines, why_not_report
+        from drivetrain.report.pages.why_not_page import why_not_lines, why_not_report
         from drivetrain.sizing.answers.why_not import why_not
         from drivetrain.study.read import load_study
         from drivetrain.whole_files import write_files
@@ -78,7 +78,7 @@ def _explain(
 ) -> None:
     """Say how each check comes about: formula, numbers, instant, limit and its source."""
     with report_faults():
-        from drivetrain.report.explain import explanation
+        from drivetrain.report.verdict_lines import explanation
         from drivetrain.sizing.judge.checks import REQUIREMENTS
 
         faults, checks = FaultCollector(), [row.name for row in REQUIREMENTS]
@@ -107,7 +107,7 @@ def _curve(
     """Show what the best drives become as payload, cycle time, supply voltage or air temperature change."""
     with report_faults():
         from drivetrain.errors import Fault, InputError
-        from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
+        from drivetrain.report.pages.curve_page import curve_lines, curve_report, curve_sentence
         from drivetrain.sizing.answers.curve import optimum_curve, varied
         from drivetrain.study.read import load_study
         from drivetrain.whole_files import write_files
@@ -165,7 +165,7 @@ def _front(
 ) -> None:
     """Find every set of drives that no other beats in mass, price, energy a cycle and utilisation at once."""
     with report_faults():
-        from drivetrain.report.front_page import front_json, front_lines, front_report, front_sentence
+        from drivetrain.report.pages.front_page import front_json, front_lines, front_report, front_sentence
         from drivetrain.sizing.search.front import pareto_front
         from drivetrain.study.parts.selection import read_criterion
         from drivetrain.study.read import load_study
@@ -205,7 +205,7 @@ def _free_ratio(
 ) -> None:
     """Find the best ratio of every joint that the study gives a free_ratio, and the nearest gears of the catalogue."""
     with report_faults():
-        from drivetrain.report.free_ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
+        from drivetrain.report.pages.ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
         from drivetrain.sizing.answers.free_ratio import free_ratios, goal_of
         from drivetrain.study.read import load_study
         from drivetrain.whole_files import write_files

@@ -148,8 +148,8 @@ def _start(arm: Arm, text: str) -> Array:
 
 def _deliver(recording: Recording, folder: Path) -> None:
     """Write the recording and its picture, and say what is in them."""
-    from drivetrain.report.figures_recording import figure_recording
-    from drivetrain.report.plotting import house_style, svg_text
+    from drivetrain.report.charts.figures import figure_recording
+    from drivetrain.report.charts.plotting import house_style, svg_text
     from drivetrain.whole_files import write_files
 
     with house_style("recording"):

@@ -33,7 +33,7 @@ def _lint(
     """List everything wrong with a catalogue at once; exit code 1 when a row cannot be right."""
     with report_faults():
         from drivetrain.catalog.findings import Severity
-        from drivetrain.catalog.lint import lint
+        from drivetrain.catalog.linting import lint
         from drivetrain.report.terminal import console, lint_table
 
         found = lint(folder)

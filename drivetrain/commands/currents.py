@@ -70,8 +70,8 @@ def _currents(
     """Write the current command of every joint over the cycle, for the drives that the study names or selects."""
     with report_faults():
         from drivetrain.errors import Fault
-        from drivetrain.export.current_scales import current_scales
         from drivetrain.export.currents import write_currents
+        from drivetrain.export.scales import current_scales
         from drivetrain.report.outputs import currents_csv
         from drivetrain.units import quantity
         from drivetrain.whole_files import write_files

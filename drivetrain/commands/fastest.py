@@ -35,8 +35,8 @@ def _fastest(
 ) -> None:
     """Find the fastest cycle that the drives can hold, dwells kept, and which limit binds each move."""
     with report_faults():
-        from drivetrain.report.fastest_lines import fastest_lines, motion_csv
         from drivetrain.report.outputs import write_outputs
+        from drivetrain.report.verdict_lines import fastest_lines, motion_csv
         from drivetrain.sizing.answers.fastest import fastest
         from drivetrain.whole_files import write_files
 

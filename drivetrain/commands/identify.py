@@ -35,7 +35,7 @@ def _identify(
     """Find bodies and friction of the arm from a recording, and write the study with them."""
     with report_faults():
         from drivetrain.errors import Fault, InputError
-        from drivetrain.identification.identify import identify
+        from drivetrain.identification.fit import identify
         from drivetrain.identification.outputs import write_identification
         from drivetrain.motion.recording import read_recording
         from drivetrain.study.read import load_study

@@ -13,7 +13,7 @@ from drivetrain.commands.shared import DOES_NOT_FIT, FITS, FaultCollector, repor
 
 if TYPE_CHECKING:
     from drivetrain.errors import Fault
-    from drivetrain.report.simulation_page import SimulationFound
+    from drivetrain.report.pages.simulation_page import SimulationFound
     from drivetrain.simulation.recording import Recording
     from drivetrain.simulation.scene import Scene
     from drivetrain.sizing.results import Evaluation
@@ -59,8 +59,8 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
     from drivetrain.accuracy.decision import basis_of, decision
     from drivetrain.accuracy.study_run import engine_of, study_scene
     from drivetrain.accuracy.verify import verified, whole_run
-    from drivetrain.report.simulation_page import SimulationFound, simulation_lines, simulation_report
-    from drivetrain.simulation.plan.plan import plan
+    from drivetrain.report.pages.simulation_page import SimulationFound, simulation_lines, simulation_report
+    from drivetrain.simulation.planning.plan import plan
     from drivetrain.sizing.results import Verdict
     from drivetrain.study.parts.simulation import Simulation
     from drivetrain.whole_files import write_files

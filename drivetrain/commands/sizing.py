@@ -24,7 +24,7 @@ from drivetrain.commands.shared import (
 )
 
 if TYPE_CHECKING:
-    from drivetrain.report.sections import Extra
+    from drivetrain.report.pages.sheet import Extra
     from drivetrain.sizing.answers.spread import Spread
     from drivetrain.sizing.results import Evaluation, Selection
     from drivetrain.study.model import Study
@@ -205,8 +205,7 @@ def _ratio(
 ) -> None:
     """Vary each joint's gear ratio: torque, heat, every check, and the window in which all hold."""
     with report_faults():
-        from drivetrain.report.ratio_json import ratio_json
-        from drivetrain.report.ratio_page import ratio_report, ratio_sentence
+        from drivetrain.report.pages.ratio_page import ratio_json, ratio_report, ratio_sentence
         from drivetrain.sizing.answers.ratio import ratio_studies, ratio_study
         from drivetrain.whole_files import write_files
 
@@ -251,10 +250,10 @@ def _selected(study: Study) -> Selection:
 def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int:
     """Write the files, print the verdict, and give the exit code."""
     from drivetrain.report.outputs import write_outputs
+    from drivetrain.report.pages.spread_section import spread_lines
     from drivetrain.report.result_json import result_json
-    from drivetrain.report.spread_section import spread_lines
-    from drivetrain.report.table import verdict_lines, verdict_table
     from drivetrain.report.terminal import console, progress
+    from drivetrain.report.verdict_lines import verdict_lines, verdict_table
     from drivetrain.sizing.results import Evaluation
 
     result, found = _spread(result)
@@ -284,7 +283,7 @@ def _beside(result: Evaluation | Selection) -> tuple[Extra | None, list[str]]:
     found = beside(result) if isinstance(result, Selection) else None
     if found is None or not isinstance(result, Selection):
         return None, []
-    from drivetrain.report.trade_off_sections import trade_off_extra, trade_off_lines
+    from drivetrain.report.pages.curve_page import trade_off_extra, trade_off_lines
 
     return trade_off_extra(found, result), trade_off_lines(found)
 
@@ -305,7 +304,7 @@ def _spread(result: Evaluation | Selection) -> tuple[Evaluation | Selection, Spr
 
 def _summarise(study: Study, *, errors: bool) -> None:
     """What was read, in a few lines."""
-    from drivetrain.report.views import passed_over
+    from drivetrain.report.pages.views import passed_over
 
     cycle = study.cycle
     say(

@@ -27,7 +27,7 @@ def _sweep(
     with report_faults():
         _demand_libraries()
         from drivetrain.errors import Fault, InputError
-        from drivetrain.report.sweep_page import sweep_report
+        from drivetrain.report.pages.sweep_page import sweep_report
         from drivetrain.study.read import study_from
         from drivetrain.sweep.points import read_sweep
         from drivetrain.sweep.run import run_sweep

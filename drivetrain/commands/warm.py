@@ -109,7 +109,7 @@ def _dynamics() -> None:
     from drivetrain.arm.load import load_arm
     from drivetrain.dynamics.forward import articulated_body, forward_dynamics
     from drivetrain.dynamics.inverse import inverse_dynamics
-    from drivetrain.dynamics.mass_matrix import mass_matrix
+    from drivetrain.dynamics.mass import mass_matrix
 
     arm, rest = load_arm("planar-2r"), np.zeros((1, 2))
     inverse_dynamics(arm, rest, rest, rest)

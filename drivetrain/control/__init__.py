@@ -1,1 +1,11 @@
 """What runs in the loop of a real controller: currents tick by tick, in Python and in C."""
+
+from typing import TYPE_CHECKING
+
+from drivetrain.face import shown
+
+if TYPE_CHECKING:
+    from drivetrain.control.c_code import write_c as write_c
+    from drivetrain.control.commander import Commander as Commander
+
+__getattr__, __dir__ = shown(__name__)

@@ -464,7 +464,7 @@ def average_torque(exponent: float, torque: Array, speed: Array, weights: Array)
         [N m]; 0 when nothing turns.
 
     Reference:
-        (sum |n T^e| t / sum |n| t)^(1/e), Harmonic Drive catalogue SHG, p. 30.
+        ``(sum |n T^e| t / sum |n| t)^(1/e)``, Harmonic Drive catalogue SHG, p. 30.
     """
     travel = np.abs(speed) * weights
     total = float(np.sum(travel))

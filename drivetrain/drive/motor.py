@@ -172,14 +172,24 @@ def copper_coefficient(temperature: float) -> float:
 
 @law
 def winding_resistance(motor: Motor | Terminals, temperature: Values) -> Values:
-    """Terminal resistance R = R0 (1 + a (T - T0)) [ohm] at a winding temperature [C]; a as ``copper_coefficient``."""
+    """Terminal resistance R = R0 (1 + a (T - T0)) [ohm]; a as ``copper_coefficient``.
+
+    Args:
+        motor: With R0 and T0.
+        temperature: T, of the winding [C].
+    """
     rise = temperature - motor.reference_temperature
     return motor.resistance * (1.0 + copper_coefficient(motor.reference_temperature) * rise)
 
 
 @law
 def torque_constant(motor: Motor | Terminals, magnet_temperature: Values) -> Values:
-    """Torque constant kt = kt0 (1 + b (T - T0)) [N m/A] = [V s/rad] at a magnet temperature [C]."""
+    """Torque constant kt = kt0 (1 + b (T - T0)) [N m/A] = [V s/rad].
+
+    Args:
+        motor: With kt0, b and T0.
+        magnet_temperature: T [C].
+    """
     rise = magnet_temperature - motor.reference_temperature
     return motor.torque_constant * (1.0 + motor.magnet_coefficient * rise)
 

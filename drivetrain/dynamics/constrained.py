@@ -30,7 +30,7 @@ from drivetrain.dynamics.constraints import Constraint, checked_constraints, sta
 from drivetrain.dynamics.core import factor
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.inverse import bias_torque
-from drivetrain.dynamics.mass_matrix import (
+from drivetrain.dynamics.mass import (
     mass_factor,
     mass_matrices,
     mass_matrix,

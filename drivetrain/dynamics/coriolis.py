@@ -16,7 +16,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.packed import Packed, packed
 from drivetrain.dynamics.derivatives import derivatives, one_derivatives
-from drivetrain.dynamics.mass_matrix import CHUNK
+from drivetrain.dynamics.mass import CHUNK
 from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, finite_samples, run
 
 

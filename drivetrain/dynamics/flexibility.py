@@ -20,7 +20,7 @@ from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, real_array
 from drivetrain.dynamics.kinematics import link_poses, space_jacobian, tip_jacobian, tip_pose
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import LARGEST, Fault, InputError
 from drivetrain.spatial.beams import Beam, beam_compliance

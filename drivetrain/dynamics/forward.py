@@ -21,7 +21,7 @@ from drivetrain.arrays import Array
 from drivetrain.dynamics.core.articulated import articulated_accelerations
 from drivetrain.dynamics.core.factor import solve
 from drivetrain.dynamics.core.packed import packed
-from drivetrain.dynamics.mass_matrix import mass_matrices, no_inertia
+from drivetrain.dynamics.mass import mass_matrices, no_inertia
 from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, finite_samples, run, tip_samples
 from drivetrain.errors import Fault, InputError
 

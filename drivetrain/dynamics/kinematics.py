@@ -219,7 +219,13 @@ def tip_acceleration_terms(arm: Arm, q: Any, qd: Any) -> Array:
     Entry j, j is the centripetal acceleration by joint j alone; entries j, k and k, j together are the Coriolis
     acceleration of that pair. All entries together are the acceleration of the tip when no joint accelerates.
 
-    Base axes [m/s^2], (n, n, 3) or (N, n, n, 3), symmetric in j and k.
+    Args:
+        arm: With n joints.
+        q: Joint positions [rad or m], (n,) or (N, n).
+        qd: Joint speeds [rad/s or m/s], as q.
+
+    Returns:
+        Base axes [m/s^2], (n, n, 3) or (N, n, n, 3), symmetric in j and k.
 
     Reference: Modern Robotics, equation 8.12 and figure 8.2, for any arm.
     """

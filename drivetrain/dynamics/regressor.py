@@ -24,7 +24,7 @@ from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.packed import carried_moments, inverse_poses, spin_frame
 from drivetrain.dynamics.kinematics import displacements, screw_columns, screw_displacements
-from drivetrain.dynamics.mass_matrix import CHUNK
+from drivetrain.dynamics.mass import CHUNK
 from drivetrain.dynamics.samples import finite_samples
 
 BODY_PARAMETERS = ("mass", "hx", "hy", "hz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")

@@ -34,7 +34,7 @@ from drivetrain.dynamics.kinematics import (
     tip_jacobian,
     tip_pose,
 )
-from drivetrain.dynamics.mass_matrix import mass_factor, solve_lower
+from drivetrain.dynamics.mass import mass_factor, solve_lower
 from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.rotation_coordinates import ROTATION_VECTOR, RotationCoordinates

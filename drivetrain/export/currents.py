@@ -12,8 +12,8 @@ import pandas as pd
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.export.current_scales import CurrentScale, in_scale
 from drivetrain.export.files import write_text
+from drivetrain.export.scales import CurrentScale, in_scale
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation
 from drivetrain.version import __version__

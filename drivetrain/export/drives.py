@@ -9,8 +9,8 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.checks import Faults
+from drivetrain.arm.geared import at_level
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.arm.with_rotors import at_level
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import drive_inertia, shaft_friction

@@ -13,7 +13,7 @@ from drivetrain.arm.arm import STANDARD_GRAVITY
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import Fault, InputError
 from drivetrain.export.urdf import urdf_text
-from drivetrain.identification.identify import Identification
+from drivetrain.identification.fit import Identification
 from drivetrain.study.document import read_document, varied
 from drivetrain.study.written import written
 from drivetrain.whole_files import write_files

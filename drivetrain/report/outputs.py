@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from drivetrain.report.page import html_report
-from drivetrain.report.rejected_columns import rejected_text
+from drivetrain.report.pages.report_page import html_report
+from drivetrain.report.pages.sheet import Extra
+from drivetrain.report.rejected import rejected_text
 from drivetrain.report.result_json import result_json
-from drivetrain.report.sections import Extra
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation, Selection
@@ -34,14 +34,13 @@ def write_outputs(
         InputError: The folder cannot be made or written to.
     """
     evaluation = result.evaluation if isinstance(result, Selection) else result
-    fallen = result.rejected if isinstance(result, Selection) else None
     texts = {
-        "report.html": html_report(result, fallen=fallen, spread=spread, extra=extra),
-        "result.json": result_json(result, fallen=fallen, spread=spread, extra=extra, folder=Path(out_dir)),
+        "report.html": html_report(result, spread=spread, extra=extra),
+        "result.json": result_json(result, spread=spread, extra=extra, folder=Path(out_dir)),
         "currents.csv": currents_csv(evaluation),
     }
-    if fallen is not None:
-        texts["rejected.csv"] = rejected_text(fallen)
+    if isinstance(result, Selection):
+        texts["rejected.csv"] = rejected_text(result.rejected)
     return write_files(out_dir, texts)
 
 

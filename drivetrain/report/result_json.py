@@ -7,13 +7,11 @@ import os
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from drivetrain.drive.amplifier import from_dc
 from drivetrain.report.json_text import json_text, plain
-from drivetrain.report.rejected_columns import counted
-from drivetrain.report.sections import Extra
-from drivetrain.report.spread_section import spread_data
+from drivetrain.report.pages.sheet import Extra
+from drivetrain.report.pages.spread_section import spread_data
+from drivetrain.report.rejected import counted
 from drivetrain.report.words import heat_model, identity
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.missing import Gap, gaps, uncounted
@@ -27,7 +25,6 @@ SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new
 def result_json(
     result: Evaluation | Selection,
     *,
-    fallen: pd.DataFrame | None = None,
     spread: Spread | None = None,
     extra: Extra | None = None,
     folder: Path | None = None,
@@ -41,7 +38,7 @@ def result_json(
         JSON with a ``schema_version``; numbers in SI, null where a number is unknown or not finite; the same result
         gives the same bytes.
     """
-    data = result_data(result, fallen=fallen, folder=folder)
+    data = result_data(result, folder=folder)
     if spread is not None:
         data["robustness"] = plain(spread_data(spread))
     if extra is not None:
@@ -49,9 +46,7 @@ def result_json(
     return json_text(data)
 
 
-def result_data(
-    result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None, folder: Path | None = None
-) -> dict[str, Any]:
+def result_data(result: Evaluation | Selection, *, folder: Path | None = None) -> dict[str, Any]:
     """An evaluation or a selection as plain data."""
     selection = result if isinstance(result, Selection) else None
     evaluation = result.evaluation if isinstance(result, Selection) else result
@@ -83,7 +78,7 @@ def result_data(
     }
     if selection is None:
         return data
-    return data | _search(selection, counted(selection.rejected if fallen is None else fallen))
+    return data | _search(selection, counted(selection.rejected))
 
 
 def _study_file(path: str, folder: Path | None) -> str | None:
@@ -172,9 +167,9 @@ def _set(one: DriveSet) -> dict[str, Any]:
 
 def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[str, Any]:
     """What only a selection knows."""
-    fallen: dict[str, dict[str, int]] = {joint: {} for joint in selection.evaluation.joints}
+    rejected: dict[str, dict[str, int]] = {joint: {} for joint in selection.evaluation.joints}
     for (joint, check), count in sorted(by_check.items(), key=lambda item: (-item[1], item[0])):
-        fallen.setdefault(joint, {})[check] = count
+        rejected.setdefault(joint, {})[check] = count
     return {
         "proof": selection.proof,
         "bound": _finite(selection.bound),
@@ -184,7 +179,7 @@ def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[
             joint: [{"motor": motor, "gear": gear, "objective": _finite(share)} for motor, gear, share in found]
             for joint, found in selection.alternatives.items()
         },
-        "fallen": {"count": len(selection.fallen), "by_joint_and_check": fallen},
+        "fallen": {"count": len(selection.fallen), "by_joint_and_check": rejected},
         "advice": list(selection.advice),
         "notes": list(selection.notes),
         "counters": dict(sorted(selection.counters.items())),

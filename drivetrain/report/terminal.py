@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drivetrain.catalog.findings import Severity
-from drivetrain.catalog.lint import LintFault
+from drivetrain.catalog.linting import LintFault
 from drivetrain.errors import DrivetrainError, Fault, InputError, plain
 
 WIDTH_WITHOUT_TERMINAL = 160  # columns when the output is piped: no line is cut to a screen that is not there

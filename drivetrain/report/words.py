@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from drivetrain.drive.amplifier import from_dc
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import thermal_network
-from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
+from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit, with_unit
 from drivetrain.sizing.judge.missing import gap_lines, uncounted
 from drivetrain.sizing.judge.missing import gaps as missing_gaps
 from drivetrain.sizing.judge.objectives import drive_price
@@ -285,3 +286,37 @@ def safety_lines(study: Study) -> list[tuple[str, str]]:
         ("load to rotor inertia", ratio),
         ("gear life", life),
     ]
+
+
+NEGLIGIBLE = 1e-9  # m or rad
+
+
+@dataclass(frozen=True)
+class End:
+    """What deviates.
+
+    Attributes:
+        name: In words.
+        unit: Of its deviation.
+    """
+
+    name: str
+    unit: str
+
+    def far(self, deviation: float) -> str:
+        """A deviation in words.
+
+        Args:
+            deviation: [m or rad].
+        """
+        shown = "mrad" if self.unit == "rad" else ""  # as pictures and tables say it
+        return "0" if deviation < NEGLIGIBLE else with_unit(deviation, self.unit, shown=shown)
+
+
+def end_of(study: Study) -> End:
+    """What deviates in a study's run.
+
+    Returns:
+        The tip in metres, or the axis in radians.
+    """
+    return End("axis", "rad") if study.arm is None else End("tip", "m")

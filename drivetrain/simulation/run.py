@@ -16,8 +16,8 @@ from drivetrain.simulation.engines.engine import Engine, Outcome, Progress, RunO
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.engines.starting import sinking, start_words
 from drivetrain.simulation.passive import limit_events
-from drivetrain.simulation.plan.plan import Audit, Plan
-from drivetrain.simulation.plan.plan import plan as planned
+from drivetrain.simulation.planning.plan import Audit, Plan
+from drivetrain.simulation.planning.plan import plan as planned
 from drivetrain.simulation.recording import Event, Recording, TableSeries
 from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.unaccounted import energy_event

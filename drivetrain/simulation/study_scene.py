@@ -17,7 +17,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import complete, mesh, unknown_loss
 from drivetrain.drive.motor import torque_constant
 from drivetrain.drive.thermal.thermal_network import thermal_network
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
@@ -37,7 +37,7 @@ from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle
 from drivetrain.motion.motion import Motion
 from drivetrain.records import as_record, known
 from drivetrain.simulation.engines.inverse_demand import demanded
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.mounting import loaded_arm

@@ -13,7 +13,7 @@ from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.friction.lugre_friction import LuGreFriction
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.simulation.engines.engine import Engine
-from drivetrain.simulation.plan.plan import Plan
+from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 
 HOTTEST_MAGNETS = 150.0  # C, ASSUMED: above it the usual sintered magnets stay weaker for good

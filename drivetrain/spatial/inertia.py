@@ -111,7 +111,12 @@ class RigidBody:
 def combined(bodies: Iterable[RigidBody]) -> RigidBody:
     """The bodies fixed together, all given in one frame.
 
-    One body in the same frame. Its centre of mass is that of the first body when the masses sum to zero.
+    Args:
+        bodies: Any number.
+
+    Returns:
+        One body in the same frame. Its centre of mass is that of the first body when the
+            masses sum to zero.
     """
     parts = tuple(bodies)
     mass = sum(part.mass for part in parts)

@@ -14,7 +14,12 @@ from drivetrain.spatial.rotations import exp_rotation, exp_series, log_rotation,
 def pose(rotation: Any | None = None, point: Any | None = None) -> Array:
     """The pose made of a rotation and an origin.
 
-    Homogeneous matrix, (4, 4).
+    Args:
+        rotation: Matrix, (3, 3); None: none.
+        point: Origin [m], (3,); None: zero.
+
+    Returns:
+        Homogeneous matrix, (4, 4).
     """
     result = np.eye(4)
     if rotation is not None:
@@ -35,7 +40,11 @@ def pose_from_xyz_rpy(xyz: Any, rpy: Any) -> Array:
 def inverse_pose(pose_a_b: Any) -> Array:
     """The pose of a seen from b, given that of b seen from a.
 
-    Homogeneous matrix, (4, 4); translation [m].
+    Args:
+        pose_a_b: Homogeneous matrix, (4, 4).
+
+    Returns:
+        Homogeneous matrix, (4, 4); translation [m].
     """
     t = checked_array(pose_a_b, (4, 4), "pose_a_b")
     back = t[:3, :3].T
@@ -45,7 +54,11 @@ def inverse_pose(pose_a_b: Any) -> Array:
 def exp_pose(twist: Any) -> Array:
     """The pose reached by following a constant twist for one unit of time.
 
-    Homogeneous matrix, (4, 4).
+    Args:
+        twist: Angular [rad] and linear [m] part, (6,).
+
+    Returns:
+        Homogeneous matrix, (4, 4).
 
     Reference: Modern Robotics, proposition 3.25.
     """
@@ -59,7 +72,11 @@ def exp_pose(twist: Any) -> Array:
 def log_pose(pose_a_b: Any) -> Array:
     """The constant twist that reaches a pose in one unit of time.
 
-    Angular [rad] and linear [m] part, (6,); angle at most pi.
+    Args:
+        pose_a_b: Homogeneous matrix, (4, 4).
+
+    Returns:
+        Angular [rad] and linear [m] part, (6,); angle at most pi.
 
     Reference: Modern Robotics, section 3.3.3.2.
     """
@@ -84,7 +101,11 @@ def _log_factor(angle: float) -> float:
 def adjoint(pose_a_b: Any) -> Array:
     """The matrix that re-expresses a twist given in b as seen in a.
 
-    (6, 6), for twists (angular, linear) [rad/s, m/s].
+    Args:
+        pose_a_b: Homogeneous matrix, (4, 4).
+
+    Returns:
+        (6, 6), for twists (angular, linear) [rad/s, m/s].
 
     Reference: Modern Robotics, definition 3.20.
     """

@@ -20,9 +20,13 @@ def skew(vector: Any) -> Array:
 
 
 def exp_rotation(rotation_vector: Any) -> Array:
-    """The rotation by |vector| about the vector.
+    """The rotation about a vector, by the length of it.
 
-    Rotation matrix [-], (3, 3), to a few units of rounding at every angle.
+    Args:
+        rotation_vector: Axis times angle [rad], (3,).
+
+    Returns:
+        Rotation matrix [-], (3, 3), to a few units of rounding at every angle.
 
     Reference: Modern Robotics (Lynch and Park), equation 3.51 (Rodrigues).
     """
@@ -53,8 +57,12 @@ def log_rotation(rotation: Any) -> Array:
     By Shepperd's quaternion and atan2, which lose no digits at small angles nor near half a turn, where the textbook
     way by acos and division by the sine does.
 
-    Axis times angle [rad], (3,), angle between 0 and pi. At exactly half a turn, where both signs are right, the
-    one whose largest component is positive.
+    Args:
+        rotation: Matrix, (3, 3).
+
+    Returns:
+        Axis times angle [rad], (3,), angle between 0 and pi. At exactly half a turn, where both signs are right, the
+        one whose largest component is positive.
 
     Reference: Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1 (1978) 223-224.
     """
@@ -94,7 +102,11 @@ def _axial(r: Array) -> Array:
 def rotation_from_rpy(rpy: Any) -> Array:
     """The rotation by roll about x, then pitch about y, then yaw about z, all fixed axes.
 
-    Rotation matrix [-], (3, 3).
+    Args:
+        rpy: Roll, pitch and yaw [rad], (3,).
+
+    Returns:
+        Rotation matrix [-], (3, 3).
     """
     roll, pitch, yaw = checked_array(rpy, (3,), "rpy")
     cr, sr, cp, sp, cy, sy = cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)

@@ -13,7 +13,7 @@ from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm, planar_2
 from drivetrain.dynamics.book.symbolic import symbolic_dynamics
 from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy, power_balance
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 
 
 def main(picture: Path) -> None:

@@ -10,7 +10,7 @@ from figures.mass_matrix import figure_mass_ellipsoids
 
 from drivetrain.dynamics.book.ellipsoids import acceleration_ellipsoid, torque_ellipsoid
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 
 
 def main(picture: Path) -> None:

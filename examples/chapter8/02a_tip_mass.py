@@ -11,7 +11,7 @@ from figures.mass_matrix import PLANE_XY, figure_tip_mass
 import drivetrain as dt
 from drivetrain.dynamics.book.ellipsoids import effective_mass, tip_acceleration_ellipsoid, tip_force_ellipsoid
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 
 
 def main(picture: Path) -> None:

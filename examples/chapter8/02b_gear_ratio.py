@@ -11,7 +11,7 @@ from figures.mass_matrix import figure_ratio_sweep
 import drivetrain as dt
 from drivetrain.dynamics.book.ratio_sweep import sweep_ratio, with_ratio
 from drivetrain.dynamics.book.symbolic import symbolic_dynamics
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 
 
 def main(picture: Path) -> None:

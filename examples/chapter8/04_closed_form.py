@@ -12,7 +12,7 @@ from figures.closed_form import figure_stacked
 import drivetrain as dt
 from drivetrain.dynamics.book.closed_form import closed_form, closed_form_torque, mass_matrix_rate, stacked
 from drivetrain.dynamics.inverse import bias_torque, tip_torque, velocity_torque
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 
 
 def main(picture: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from figures.steps import figure_step_study
 
 import drivetrain as dt
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 from drivetrain.simulation.passive import step_study
 from drivetrain.solvers.solver import DormandPrince853, Euler, RungeKutta4, SemiImplicitEuler
 

@@ -12,7 +12,7 @@ import drivetrain as dt
 from drivetrain.dynamics.inverse import bias_torque
 from drivetrain.dynamics.kinematics import body_jacobian, body_jacobian_rate
 from drivetrain.dynamics.task_space import Damped, Reduced, task_space_dynamics
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 
 READY = np.radians([0.0, -90.0, 90.0, -90.0, -90.0, 0.0])
 SPEED = np.array([0.3, -0.2, 0.4, 0.1, -0.5, 0.2])  # rad/s

@@ -13,7 +13,7 @@ from drivetrain.dynamics.constrained import constrained_inverse_dynamics, constr
 from drivetrain.dynamics.constraints import Attachment, Plane, PointOnSurface
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.dynamics.task_space import TipVelocity
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained
 from drivetrain.solvers.solver import RungeKutta4
 from drivetrain.spatial.rotations import log_rotation

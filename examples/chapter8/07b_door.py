@@ -13,7 +13,7 @@ from drivetrain.arm.bodies import with_body
 from drivetrain.dynamics.constrained import constrained_forward_dynamics
 from drivetrain.dynamics.constraints import Attachment, ClosingJoint, LoopClosure
 from drivetrain.dynamics.kinematics import body_jacobian, tip_pose
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained
 from drivetrain.spatial.inertia import cuboid
 

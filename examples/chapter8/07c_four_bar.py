@@ -11,7 +11,7 @@ from figures.constrained import figure_drift
 import drivetrain as dt
 from drivetrain.dynamics.constrained import closed_position, constrained_forward_dynamics, constraint_projectors
 from drivetrain.dynamics.constraints import Attachment, ClosingJoint, LoopClosure
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 from drivetrain.simulation.constrained import Baumgarte, Drifting, Projection, simulate_constrained
 from drivetrain.solvers.solver import RungeKutta4, SemiImplicitEuler
 from drivetrain.spatial.poses import pose

@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 from drivetrain.drive.matching import inertia_matching_ratio
-from drivetrain.report.answer_charts import ratio_charts
-from drivetrain.report.plotting import figure_of
-from drivetrain.report.ratio_page import ratio_sentence
+from drivetrain.report.charts.answer_charts import ratio_charts
+from drivetrain.report.charts.plotting import figure_of
+from drivetrain.report.pages.ratio_page import ratio_sentence
 from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.ratio import ratio_study
 from drivetrain.study.read import load_study

@@ -13,7 +13,7 @@ import drivetrain as dt
 from drivetrain.arm.coupling import belts_over, placed, rotor_turns
 from drivetrain.dynamics.energy import power_balance
 from drivetrain.export.urdf import write_urdf
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 
 
 def swing(n: int, joints: dict[int, float], duration: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -30,7 +30,7 @@ from drivetrain.effects.motor.supply_bus import StiffSupply
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
 MATTERS = 1e-3  # of a quantity, or rad or m: nobody asks for less

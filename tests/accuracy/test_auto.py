@@ -21,7 +21,7 @@ from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Change, Choice
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import Scene
 from drivetrain.sizing.results import Evaluation
 

@@ -28,7 +28,7 @@ from drivetrain.effects.motor.winding import Winding
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene
 from drivetrain.sizing.results import Evaluation

@@ -11,8 +11,8 @@ from chains import chain, exact_accelerations
 from in_pinocchio import InPinocchio
 from random_arms import EVERY_JOINT, balanced_rotor, error, motion, random_arm, rotors_of, unbalanced_rotor
 
+from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.forward import articulated_body, forward_dynamics
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError

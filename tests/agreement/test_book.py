@@ -7,7 +7,7 @@ import pytest
 from book_newton_euler import book_torques
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
-from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.arm.geared import with_rotors
 from drivetrain.dynamics.inverse import drive_torques, inverse_dynamics
 
 # The oracle turns its rotors by matrix exponentials of up to 400 rad, good to 1e-12 or so.

@@ -10,7 +10,7 @@ from in_pinocchio import InPinocchio
 from random_arms import EVERY_JOINT, error, motion, pose, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.arm.geared import with_rotors
 from drivetrain.dynamics.constrained import (
     closed_position,
     closed_speed,
@@ -34,7 +34,7 @@ from drivetrain.dynamics.constraints import (
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import bias_torque
 from drivetrain.dynamics.kinematics import link_poses, tip_pose
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 
 STEP = 1e-4  # of five-point differences

@@ -11,8 +11,8 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns, shaft_motion, shaft_torques, with_coupling
+from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.book.closed_form import closed_form
 from drivetrain.dynamics.book.symbolic import symbolic_dynamics
 from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
@@ -26,7 +26,7 @@ from drivetrain.dynamics.flexibility import (
 )
 from drivetrain.dynamics.forward import articulated_body, forward_dynamics, unchecked_accelerations
 from drivetrain.dynamics.inverse import drive_torques, gravity_torque, inverse_dynamics, joint_loads
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 
 TOLERANCE = 1e-10  # as of the other comparisons with pinocchio; what is found is some 1e-13
 ROUNDING = 1e-12

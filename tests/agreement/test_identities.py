@@ -9,14 +9,14 @@ import pytest
 from random_arms import EVERY_JOINT, coaxial_rotor, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.coriolis import coriolis_matrix
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import drive_torques, gravity_torque, inverse_dynamics
 from drivetrain.dynamics.kinematics import body_jacobian, link_poses
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 
 ROUNDING = 1e-12  # some thousand operations, each good to 1e-16, on values of one size
 CASES = [(seed, kind, level) for seed in range(3) for kind in ("coaxial", "balanced", "mixed") for level in RotorLevel]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from random_arms import balanced_rotor, coaxial_rotor, error, motion, random_arm, unbalanced_rotor
 
+from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.book.symbolic import symbolic_dynamics
 from drivetrain.dynamics.inverse import inverse_dynamics
 

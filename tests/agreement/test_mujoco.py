@@ -7,11 +7,11 @@ import pytest
 from in_mujoco import InMujoco
 from random_arms import coaxial_rotor, error, motion, random_arm
 
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 
 TOLERANCE = 1e-10  # asked for; MuJoCo keeps inertias as principal moments and quaternions, which costs some digits
 

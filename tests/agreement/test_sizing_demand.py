@@ -16,7 +16,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.dynamics.inverse import joint_loads
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.demand.demand import joint_demand
 from drivetrain.study.model import ContainedDrive, DriveMass, JointTask, Mount, Payload, Safety, Study

@@ -13,7 +13,7 @@ from drivetrain.arm.builtin import ROBOTS
 from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.kinematics import tip_pose
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 
 MJCF = """<mujoco model="crane"><compiler angle="{angle}" eulerseq="{sequence}"/><option gravity="0 1 -9"/>

@@ -257,6 +257,13 @@ def test_bad_files_are_told_with_the_file_and_the_mend(tmp_path: Path, body: str
     assert str(path) in message
 
 
+@pytest.mark.parametrize("encoding", ["shift_jis", "utf-7", "nonsense"])
+def test_an_encoding_that_cannot_be_read_is_a_message(tmp_path: Path, encoding: str) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(f'<?xml version="1.0" encoding="{encoding}"?><robot name="arm"/>', encoding="ascii")
+    assert "must be UTF-8" in faults_of(path)
+
+
 def test_all_faults_of_a_file_at_once(tmp_path: Path) -> None:
     body = chain(joint="<axis xyz='0 0 0'/>").replace('mass value="2"', 'mass value="two"').replace('iyz="0"', "")
     with pytest.raises(InputError) as error:

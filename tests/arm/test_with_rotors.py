@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import MountedRotor, Rotor, RotorLevel
-from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.errors import InputError
 from drivetrain.spatial.poses import pose
 from drivetrain.spatial.rotations import exp_rotation, unit

@@ -11,7 +11,7 @@ import pytest
 
 from drivetrain.catalog import importers
 from drivetrain.catalog.importers import import_mgdb, import_table
-from drivetrain.catalog.lint import lint
+from drivetrain.catalog.linting import lint
 from drivetrain.catalog.read import read_catalog
 from drivetrain.errors import InputError
 

@@ -13,7 +13,7 @@ import pytest
 from drivetrain.catalog.findings import Severity, slip
 from drivetrain.catalog.gear_rules import FAMILY, check_families, check_gear, exact_ratio
 from drivetrain.catalog.importers import import_table
-from drivetrain.catalog.lint import LintFault, lint
+from drivetrain.catalog.linting import LintFault, lint
 from drivetrain.catalog.motor_rules import check_motor
 from drivetrain.catalog.table import Cell, Row
 from drivetrain.errors import InputError

@@ -7,11 +7,11 @@ import pytest
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 
 KINDS = ("coaxial", "balanced", "unbalanced", "mixed")

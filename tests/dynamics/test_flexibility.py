@@ -10,9 +10,9 @@ import pinocchio as pin
 import pytest
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.flexibility import (
     carried_to,
     free_frequencies,
@@ -22,7 +22,7 @@ from drivetrain.dynamics.flexibility import (
     tip_jacobian,
 )
 from drivetrain.dynamics.kinematics import tip_pose
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.spatial.beams import Beam, beam_compliance, round_tube
 

@@ -7,8 +7,8 @@ import pytest
 from random_arms import motion, random_arm
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.errors import InputError
 

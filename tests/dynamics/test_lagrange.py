@@ -7,8 +7,8 @@ import pytest
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy, power_balance
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics

@@ -7,12 +7,12 @@ import pytest
 from random_arms import motion, random_arm
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics import mass_matrix as module
 from drivetrain.dynamics.coriolis import coriolis_matrix
 from drivetrain.dynamics.inverse import gravity_torque
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.inverse import drive_torques, gravity_torque, inverse_dynamics, joint_loads
 from drivetrain.errors import InputError
 

@@ -8,8 +8,8 @@ from in_pinocchio import InPinocchio
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotation
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.core.packed import axis_directions, link_frames, packed
 from drivetrain.dynamics.inverse import inverse_dynamics
 

@@ -9,7 +9,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm, planar_2r_terms, planar_2r_torque
 from drivetrain.dynamics.coriolis import coriolis_matrix
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 
 CHAINS = [Planar2R(), Planar2R((1.3, 0.4), (0.7, 1.9), 3.7), Planar2R((5.0, 0.02), (0.2, 0.1), -1.0)]

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from random_arms import balanced_rotor, motion, random_arm
 
+from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.book.ratio_sweep import coupling, sweep_ratio, with_ratio
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 
 ELBOWS = np.column_stack([np.zeros(19), np.linspace(0.0, np.pi, 19)])

@@ -9,8 +9,8 @@ from in_pinocchio import InPinocchio
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.coupling import with_coupling
+from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.regressor import parameter_names, torque_parameters, torque_regressor
 from drivetrain.errors import InputError

@@ -22,7 +22,7 @@ from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
 

@@ -21,7 +21,7 @@ from drivetrain.motion.motion import Motion
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene

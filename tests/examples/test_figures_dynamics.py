@@ -13,8 +13,8 @@ from drivetrain.dynamics.book.closed_form import closed_form, stacked
 from drivetrain.dynamics.from_positions import torque_from_positions
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError
-from drivetrain.report.plotting import house_style, png_bytes
-from drivetrain.spatial.free_motion import free_motion
+from drivetrain.report.charts.plotting import house_style, png_bytes
+from drivetrain.spatial.free_body import free_motion
 from drivetrain.spatial.inertia import cuboid
 
 

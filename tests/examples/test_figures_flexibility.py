@@ -7,7 +7,7 @@ from figures.flexibility import figure_flexibility
 from figures.friction import figure_friction
 
 from drivetrain.drive.friction import Friction, book_curves, friction_torque
-from drivetrain.report.plotting import house_style, svg_text
+from drivetrain.report.charts.plotting import house_style, svg_text
 from drivetrain.sizing.deflection import TipDeflection, Vibration
 
 

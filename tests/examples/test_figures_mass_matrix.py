@@ -17,7 +17,7 @@ from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
 from drivetrain.dynamics.book.ratio_sweep import sweep_ratio
 from drivetrain.errors import InputError
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import house_style, png_bytes
 
 ARM = planar_2r_arm(Planar2R())
 POSTURES = np.radians([[0.0, 90.0], [0.0, 150.0]])

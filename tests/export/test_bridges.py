@@ -18,14 +18,14 @@ import yaml
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import differential, placed, with_coupling
+from drivetrain.arm.geared import at_level
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.arm.with_rotors import at_level
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.friction import FRICTIONLESS, Friction
 from drivetrain.drive.gear import Gear
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.export.drives import exported
 from drivetrain.export.limits import write_drive_urdf, write_physx, write_ros2

@@ -15,8 +15,8 @@ import yaml
 
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.errors import InputError
-from drivetrain.export.current_scales import current_scales
 from drivetrain.export.currents import write_currents
+from drivetrain.export.scales import current_scales
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.read import load_study

@@ -13,11 +13,11 @@ from in_pinocchio import InPinocchio
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.forward import articulated_body, forward_dynamics
 from drivetrain.dynamics.inverse import inverse_dynamics
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 
 Forward = Callable[[Arm, np.ndarray, np.ndarray, np.ndarray], np.ndarray]

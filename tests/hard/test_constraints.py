@@ -21,7 +21,7 @@ from drivetrain.dynamics.constraints import (
     PointOnSurface,
 )
 from drivetrain.dynamics.inverse import bias_torque
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.simulation.constrained import Baumgarte, Drifting, simulate_constrained
 from drivetrain.solvers.solver import RungeKutta4, SemiImplicitEuler

@@ -6,9 +6,9 @@ import numpy as np
 from hard_case import Figure, hard_case
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.with_rotors import at_level, with_rotors
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 
 ANGLE = 1.0
 # Printed on p. 311 without the terms in the cosine; the last digit of each is rounded (1.125 to 1.13).

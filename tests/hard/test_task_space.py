@@ -8,7 +8,7 @@ from hard_case import Figure, hard_case
 from random_arms import error
 
 from drivetrain.arm.arm import Arm
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.dynamics.task_space import Damped, TipVelocity, task_space_dynamics
 
 TASK = TipVelocity((3, 4))

@@ -11,7 +11,7 @@ import pandas as pd
 from hard_case import Figure, hard_case
 
 from drivetrain.catalog.findings import Severity
-from drivetrain.catalog.lint import lint
+from drivetrain.catalog.linting import lint
 from drivetrain.catalog.motor_rules import check_motor
 from drivetrain.catalog.schema import MOTOR_COLUMNS
 from drivetrain.catalog.table import read_table

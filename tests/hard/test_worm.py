@@ -12,7 +12,7 @@ from drivetrain.effects.gear.mesh_loss import MeshLoss
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.errors import InputError
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
 from drivetrain.solvers.solver import Rodas4

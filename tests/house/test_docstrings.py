@@ -11,9 +11,11 @@ from pathlib import Path
 import pytest
 
 import drivetrain as dt
+from drivetrain.face import homes
 
 PACKAGE = Path(__file__).resolve().parents[2] / "drivetrain"
 FILES = sorted(PACKAGE.rglob("*.py"))
+PUBLIC = {(home, name) for room in dt._ROOMS for name, home in homes(f"drivetrain.{room}").items()}
 SECTION = re.compile(r"^(Args|Returns|Raises|Reference|References|Attributes|Yields|Example|Examples|Note|Notes):")
 
 
@@ -58,8 +60,8 @@ def named(lines: list[str]) -> set[str]:
 def faults(path: Path) -> list[str]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     found = [] if ast.get_docstring(tree) else ["the module has no docstring"]
-    home = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
-    for node in public_definitions(tree, {name for name, place in dt._HOME.items() if place == home}):
+    home = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
+    for node in public_definitions(tree, {name for place, name in PUBLIC if place == home}):
         doc = ast.get_docstring(node)
         if not doc:
             found.append(f"{node.name} has no docstring")

@@ -1,4 +1,4 @@
-"""Every public name exists, comes from where the package says, and is seen by type checkers too."""
+"""Every public name exists, is said in one place, and stands in a room; ``dt`` shows the ones to begin with."""
 
 from __future__ import annotations
 
@@ -9,31 +9,53 @@ from pathlib import Path
 import pytest
 
 import drivetrain as dt
+from drivetrain.face import homes
 
+ROOMS = [f"drivetrain.{room}" for room in dt._ROOMS]
 FIXED = {
     "load_arm", "Arm", "Rotor", "with_rotors", "inverse_dynamics", "drive_torques", "mass_matrix", "coriolis_matrix",
     "gravity_torque", "forward_dynamics", "load_study", "evaluate", "select", "current_commands",
 }  # fmt: skip
+PACKAGE = Path(dt.__file__).parent
 
 
-@pytest.mark.parametrize("name", dt.__all__)
-def test_public_name_exists(name: str) -> None:
-    assert getattr(dt, name) is not None
-    if name in dt._HOME:
-        assert inspect.unwrap(getattr(dt, name)).__module__ == f"drivetrain.{dt._HOME[name]}"
+@pytest.mark.parametrize("room", ROOMS)
+def test_names_of_a_room(room: str) -> None:
+    shown = getattr(dt, room.partition(".")[2])
+    assert dir(shown) == sorted(homes(room))
+    for name, home in homes(room).items():
+        found = getattr(shown, name)
+        assert getattr(dt, name) is found
+        assert home == room or not hasattr(found, "__module__") or inspect.unwrap(found).__module__ == home
 
 
-def test_the_fixed_face_is_public() -> None:
-    assert set(dt.__all__) >= FIXED
+@pytest.mark.parametrize("room", ROOMS)
+def test_no_file_of_a_room_hides_a_public_name(room: str) -> None:
+    """The import of a submodule sets an attribute of its name."""
+    files = {path.stem for path in (PACKAGE / room.partition(".")[2]).iterdir()}
+    assert {name for name, home in homes(room).items() if home != room} & files == set()
 
 
-def test_type_checkers_see_the_same_names() -> None:
-    tree = ast.parse(Path(dt.__file__).read_text(encoding="utf-8"))
-    (block,) = [node for node in tree.body if isinstance(node, ast.If)]
-    seen = {(alias.name, node.module) for node in block.body for alias in node.names}  # type: ignore[attr-defined]
-    assert seen == {(name, f"drivetrain.{home}") for name, home in dt._HOME.items()}
+def test_no_name_is_public_twice() -> None:
+    names = [name for room in ROOMS for name in homes(room)]
+    assert len(names) == len(set(names)) and set(names) & set(dt._ROOMS) == set()
+
+
+def test_what_dt_shows_is_the_fixed_face_and_little_more() -> None:
+    assert set(dir(dt)) >= FIXED | set(dt._ROOMS)
+    assert set(dir(dt)) <= set(dt.__all__) and len(dir(dt)) < 75
+
+
+def test_type_checkers_see_every_room() -> None:
+    (block,) = [
+        node for node in ast.parse(Path(dt.__file__).read_text(encoding="utf-8")).body if isinstance(node, ast.If)
+    ]
+    stars = [node.module for node in block.body if isinstance(node, ast.ImportFrom) and node.names[0].name == "*"]
+    assert sorted(stars) == ROOMS
 
 
 def test_unknown_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="nonsense"):
         dt.nonsense  # noqa: B018
+    with pytest.raises(AttributeError, match="nonsense"):
+        dt.motion.nonsense  # noqa: B018

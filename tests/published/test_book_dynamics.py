@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.coriolis import coriolis_matrix
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import drive_torques, gravity_torque, inverse_dynamics
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 
 L1, L2, M1, M2, G = 0.7, 1.3, 2.5, 1.1, 9.81  # unlike each other, so that each stands where it should
 ANGLES = [(0.0, 0.0), (0.4, -1.1), (-2.0, 2.5), (np.pi / 2, np.pi / 2)]

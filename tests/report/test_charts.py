@@ -13,13 +13,12 @@ import pytest
 from drivetrain.drive.motor_limits import operating_region
 from drivetrain.dynamics.kinematics import link_poses
 from drivetrain.motion.duty_cycle import sample_weights
-from drivetrain.report.arm_charts import heat_chart, margin_chart, power_chart
-from drivetrain.report.chart import Chart, Mark, Pictures, rounded
-from drivetrain.report.figures_overview import overview_png
-from drivetrain.report.motion_data import FOLLOWS, kept_samples, motion_data
-from drivetrain.report.page import html_report
-from drivetrain.report.planes import regions, temperatures
-from drivetrain.report.plotting import figure_of
+from drivetrain.report.charts.arm_charts import heat_chart, margin_chart, power_chart
+from drivetrain.report.charts.chart import Chart, Mark, Pictures, rounded
+from drivetrain.report.charts.figures import overview_png
+from drivetrain.report.charts.motion_data import FOLLOWS, kept_samples, motion_data, regions, temperatures
+from drivetrain.report.charts.plotting import figure_of
+from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.quantities import convert
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate

@@ -8,14 +8,14 @@ from figures.constrained import figure_drift, figure_held_arm
 from figures.steps import figure_step_study
 from figures.task_space import figure_task_space
 
+from drivetrain.arm.geared import at_level
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.arm.with_rotors import at_level
 from drivetrain.dynamics.constraints import Attachment, Plane, PointOnSurface
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.dynamics.task_space import Damped, TipVelocity, task_space_dynamics
-from drivetrain.report.figures_recording import figure_recording
-from drivetrain.report.plotting import house_style, png_bytes
+from drivetrain.report.charts.figures import figure_recording
+from drivetrain.report.charts.plotting import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained
 from drivetrain.simulation.passive import simulate_passive, step_study
 from drivetrain.simulation.recording import Event, Recording, Series

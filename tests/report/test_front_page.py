@@ -11,8 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 from drivetrain.cli import app
-from drivetrain.report.answer_charts import front_charts
-from drivetrain.report.front_page import front_json, front_lines, front_report, front_sentence
+from drivetrain.report.charts.answer_charts import front_charts
+from drivetrain.report.pages.front_page import front_json, front_lines, front_report, front_sentence
 from drivetrain.shipped import shipped
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.front import Front

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import drivetrain as dt
 from drivetrain.cli import app
 from drivetrain.drive.loops.loop_design import MODULUS_MARGIN
-from drivetrain.report.loops_page import loops_json, loops_report, loops_sentence
+from drivetrain.report.pages.loops_page import loops_json, loops_report, loops_sentence
 from drivetrain.sizing.answers.loops import study_loops
 
 TABLE = "time [s],torque_door [N m],speed_door [rpm]\n0,1,0\n0.5,2,20\n1.5,2,20\n2,1,0\n2.5,-1,-20\n4,1,0\n"

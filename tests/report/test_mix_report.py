@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from drivetrain.motion.mix import build_mix
-from drivetrain.report.arm_charts import power_chart
-from drivetrain.report.motion_data import kept_samples, motion_data
-from drivetrain.report.page import html_report
+from drivetrain.report.charts.arm_charts import power_chart
+from drivetrain.report.charts.motion_data import kept_samples, motion_data
+from drivetrain.report.pages.report_page import html_report
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select

@@ -10,8 +10,8 @@ import pytest
 
 from drivetrain.report import outputs
 from drivetrain.report.outputs import currents_csv, write_outputs
-from drivetrain.report.rejected_columns import COLUMNS as FALLEN_COLUMNS
-from drivetrain.report.rejected_columns import rejected_text
+from drivetrain.report.rejected import COLUMNS as FALLEN_COLUMNS
+from drivetrain.report.rejected import rejected_text
 from drivetrain.sizing.results import Evaluation, Selection
 
 

@@ -15,11 +15,11 @@ from pathlib import Path
 
 import pytest
 
-from drivetrain.report.motion_data import FOLLOWS
-from drivetrain.report.page import html_report
+from drivetrain.report.charts.motion_data import FOLLOWS
+from drivetrain.report.pages.report_page import html_report
+from drivetrain.report.pages.views import anchor, check_rows, nearest_misses
 from drivetrain.report.quantities import percent
 from drivetrain.report.result_json import result_json
-from drivetrain.report.views import anchor, check_rows, nearest_misses
 from drivetrain.report.words import OUTSIDE, check_sentence, headline, heat_model, overall_sentence, required_text
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, Selection
@@ -253,7 +253,7 @@ def test_same_bytes_in_another_process(selected: str) -> None:
         "import importlib.util, sys, hashlib\n"
         f"spec = importlib.util.spec_from_file_location('factory', {str(factory)!r})\n"
         "factory = importlib.util.module_from_spec(spec); spec.loader.exec_module(factory)\n"
-        "from drivetrain.report.page import html_report\n"
+        "from drivetrain.report.pages.report_page import html_report\n"
         "page = html_report(factory.made_up_selection())\n"
         "print(hashlib.sha256(page.encode()).hexdigest())\n"
     )

@@ -6,7 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from drivetrain.report.plotting import house_style, png_bytes, svg_text
+from drivetrain.report.charts.plotting import house_style, png_bytes, svg_text
 
 
 def picture(name: str, points: int = 50) -> str:

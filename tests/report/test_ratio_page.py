@@ -18,9 +18,8 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import InputError
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.report.answer_charts import ratio_charts
-from drivetrain.report.ratio_json import ratio_json
-from drivetrain.report.ratio_page import ratio_report, ratio_rows, ratio_sentence
+from drivetrain.report.charts.answer_charts import ratio_charts
+from drivetrain.report.pages.ratio_page import ratio_json, ratio_report, ratio_rows, ratio_sentence
 from drivetrain.sizing.answers.ratio import RatioStudy, ratio_studies, ratio_study
 from drivetrain.study.model import JointTask, Mount, Safety, Study
 

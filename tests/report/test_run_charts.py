@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivetrain.report.run_charts import energy_charts, run_charts
+from drivetrain.report.charts.run_charts import energy_charts, run_charts
 from drivetrain.simulation.recording import Recording, Series
 
 TIME = np.linspace(0.0, 1.0, 11)

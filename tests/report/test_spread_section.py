@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivetrain.report.arm_charts import tornado_chart
+from drivetrain.report.charts.arm_charts import tornado_chart
 from drivetrain.report.outputs import write_outputs
-from drivetrain.report.page import html_report
+from drivetrain.report.pages.report_page import html_report
+from drivetrain.report.pages.spread_section import chance_rows, law_lines, spread_lines
 from drivetrain.report.result_json import result_json
-from drivetrain.report.spread_section import chance_rows, law_lines, spread_lines
 from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.spread import robustly, spread
 from drivetrain.sizing.judge.evaluate import evaluate

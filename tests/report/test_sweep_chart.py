@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from drivetrain.report.answer_charts import sweep_chart
+from drivetrain.report.charts.answer_charts import sweep_chart
 
 NAMES = ("supply.voltage", "scale.payload")
 

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from drivetrain.cli import app
-from drivetrain.report.why_not_page import change_sentence, why_not_lines, why_not_report
+from drivetrain.report.pages.why_not_page import change_sentence, why_not_lines, why_not_report
 from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.why_not import SmallestChange, why_not
 from drivetrain.study.read import load_study

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from drivetrain.report.page import html_report
-from drivetrain.report.table import verdict_lines
+from drivetrain.report.pages.report_page import html_report
+from drivetrain.report.verdict_lines import verdict_lines
 from drivetrain.sizing.results import Selection
 
 ROOT = Path(__file__).resolve().parents[2]

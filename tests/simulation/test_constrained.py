@@ -9,9 +9,9 @@ import pytest
 from scipy.special import ellipk
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.constrained import closed_position
 from drivetrain.dynamics.constraints import Attachment, ClosingJoint, KnifeEdge, LoopClosure, PointOnSurface, Sphere
 from drivetrain.dynamics.kinematics import tip_pose

@@ -44,7 +44,7 @@ from drivetrain.motion.motion import Motion
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.engines.inverse import Inverse
 from drivetrain.simulation.engines.inverse_demand import demanded
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.study_scene import scene_of, with_feed_forward

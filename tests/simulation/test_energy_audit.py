@@ -17,7 +17,7 @@ from drivetrain.effects.motor.given_current import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
 

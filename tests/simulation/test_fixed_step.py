@@ -20,7 +20,7 @@ from drivetrain.effects.loads.wall_spring import WallSpring
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.errors import InputError
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene

@@ -50,7 +50,7 @@ from drivetrain.simulation.core.records import parts_of
 from drivetrain.simulation.engines import adaptive_step
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.starting import started
-from drivetrain.simulation.plan.plan import Plan, plan
+from drivetrain.simulation.planning.plan import Plan, plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.solvers.compiled_function import evaluate

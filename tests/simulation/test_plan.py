@@ -29,7 +29,7 @@ from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.recording import load_recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene

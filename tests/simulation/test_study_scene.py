@@ -14,7 +14,7 @@ from drivetrain.errors import InputError
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.engines.inverse import Inverse
 from drivetrain.simulation.engines.inverse_demand import demanded
-from drivetrain.simulation.plan.plan import plan
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
 from drivetrain.simulation.study_scene import SceneOptions, scene_of, with_feed_forward

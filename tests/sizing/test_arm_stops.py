@@ -16,7 +16,7 @@ from drivetrain.drive.motor import braked
 from drivetrain.drive.stops import braked as stopped
 from drivetrain.drive.stops import overshoot
 from drivetrain.dynamics.inverse import bias_torque
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.effects.friction.holding_brake import HoldingBrake
 from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss

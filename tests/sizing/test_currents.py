@@ -12,7 +12,7 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.drive import drive_inertia
 from drivetrain.drive.friction import Friction
 from drivetrain.dynamics.inverse import gravity_torque, velocity_torque
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.sizing.currents import PARTS, current_commands
 from drivetrain.sizing.judge.evaluate import evaluate

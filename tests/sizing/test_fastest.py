@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.report.fastest_lines import fastest_lines, motion_csv
+from drivetrain.report.verdict_lines import fastest_lines, motion_csv
 from drivetrain.sizing.answers.fastest import CLOSE, Fastest, fastest, moves_of, retimed
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.change import TaskChange, changed

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount

@@ -11,7 +11,7 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.dynamics.kinematics import tip_pose
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import gaps

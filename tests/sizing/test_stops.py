@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.friction import Friction
 from drivetrain.dynamics.inverse import joint_loads
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.model import DriveMass, Stop

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.spatial.free_motion import free_motion, space_momentum
+from drivetrain.spatial.free_body import free_motion, space_momentum
 from drivetrain.spatial.inertia import cuboid, cylinder
 from drivetrain.spatial.poses import adjoint, inverse_pose, pose
 from drivetrain.spatial.rigid_body import kinetic_energy, momentum

@@ -48,6 +48,8 @@ def read_document(path: Path) -> ElementTree.Element:
     except expat.ExpatError as error:
         place = f"line {error.lineno}, column {error.offset}"
         raise InputError(Fault(place, f"malformed XML: {expat.ErrorString(error.code)}", file=str(path))) from None
+    except (ValueError, LookupError) as error:  # an encoding that no one-byte table holds, or that nobody knows
+        raise InputError(Fault("encoding", f"{error}; must be UTF-8", file=str(path))) from None
     root = builder.close()
     if root.tag not in ROOTS:
         problem = "must be a <robot> element, or that of another known format: <sdf>, <mujoco>"

@@ -16,7 +16,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, batch, checked_array
 from drivetrain.dynamics.core.factor import factorise
 from drivetrain.dynamics.kinematics import tip_jacobian
-from drivetrain.dynamics.mass_matrix import mass_matrix, solve_lower
+from drivetrain.dynamics.mass import mass_matrix, solve_lower
 from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 

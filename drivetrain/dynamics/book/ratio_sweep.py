@@ -14,7 +14,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, axes_of, checked_array
-from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 

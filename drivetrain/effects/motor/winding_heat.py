@@ -185,7 +185,7 @@ class WindingHeat(Effect):
         else:
             first, second = 1.0 / (net.winding_capacity or math.inf), 1.0 / (net.housing_capacity or math.inf)
             flow = np.array([[-first / inner, first / inner], [second / inner, -second / inner - second / outer]])
-            decay, modes = np.linalg.eig(flow)
+            decay, modes = (part.real for part in np.linalg.eig(flow))  # real; numpy from 2.5 on types them complex
             inverse = np.linalg.inv(modes)
         period = self.every or SHARE * (net.winding_time_constant or 1.0)
         return Own(period, self.gear_heat, net.ambient, inner, outer, modes.ravel(), inverse.ravel(), decay)

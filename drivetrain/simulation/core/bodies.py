@@ -23,7 +23,7 @@ from drivetrain.simulation.core.records import (
     rows_of,
     world_of,
 )
-from drivetrain.simulation.plan.mechanics import PAYLOAD
+from drivetrain.simulation.planning.mechanics import PAYLOAD
 
 
 @part

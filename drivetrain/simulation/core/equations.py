@@ -44,7 +44,7 @@ from drivetrain.simulation.core.records import (
     words_of,
     world_of,
 )
-from drivetrain.simulation.plan.mechanics import PAYLOAD
+from drivetrain.simulation.planning.mechanics import PAYLOAD
 from drivetrain.solvers.compiled_function import evaluate
 
 MOST = 60  # solutions of a step, at most

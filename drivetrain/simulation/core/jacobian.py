@@ -37,7 +37,7 @@ from drivetrain.simulation.core.records import (
     words_of,
     world_of,
 )
-from drivetrain.simulation.plan.plan import Plan
+from drivetrain.simulation.planning.plan import Plan
 from drivetrain.solvers.linear import column_groups
 
 TIP = tuple(signal.name for signal in named.TIP_TAKEN)

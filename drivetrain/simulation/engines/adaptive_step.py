@@ -55,7 +55,7 @@ from drivetrain.simulation.core.records import (
 from drivetrain.simulation.engines.engine import Engine, Outcome, RunOptions
 from drivetrain.simulation.engines.fixed_step import mode_event, resumed
 from drivetrain.simulation.engines.starting import started
-from drivetrain.simulation.plan.plan import Plan
+from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 from drivetrain.solvers import records as at
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks

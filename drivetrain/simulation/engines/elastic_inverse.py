@@ -16,7 +16,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.motor import terminal_voltage, torque_constant
 from drivetrain.simulation.engines.inverse_demand import Demand, demanded, motor_of
-from drivetrain.simulation.plan.plan import Plan
+from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 
 APART = 2e-3  # s, between the instants of a difference, less noise than samples of 1 ms make; of a short run its share

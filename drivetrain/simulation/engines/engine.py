@@ -9,7 +9,7 @@ from typing import Any
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation.plan.plan import Plan
+from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event, Series
 
 Progress = Callable[[float], bool | None]  # told the share done [-]; False stops the run

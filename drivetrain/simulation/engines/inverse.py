@@ -16,8 +16,8 @@ from drivetrain.simulation.engines.elastic_inverse import with_springs
 from drivetrain.simulation.engines.engine import Engine, Outcome, RunOptions
 from drivetrain.simulation.engines.inverse_demand import Demand, demanded
 from drivetrain.simulation.passive import recorded_times
-from drivetrain.simulation.plan.plan import Plan
-from drivetrain.simulation.plan.wiring import unit_at
+from drivetrain.simulation.planning.plan import Plan
+from drivetrain.simulation.planning.wiring import unit_at
 from drivetrain.simulation.recording import Series
 
 

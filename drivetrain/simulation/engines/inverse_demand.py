@@ -16,9 +16,9 @@ from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Effect
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.core import equations
-from drivetrain.simulation.plan.plan import Plan
-from drivetrain.simulation.plan.plan import plan as planned
-from drivetrain.simulation.plan.wiring import Instance
+from drivetrain.simulation.planning.plan import Plan
+from drivetrain.simulation.planning.plan import plan as planned
+from drivetrain.simulation.planning.wiring import Instance
 
 MECHANICAL = {signal.name for signal in (*named.TAKEN, *named.SHAFT_TAKEN)}
 ASKED = (named.COMMAND_POSITION.name, named.COMMAND_SPEED.name, named.COMMAND_ACCELERATION.name)

@@ -16,7 +16,7 @@ from drivetrain.drive.motor import Motor, torque_constant
 from drivetrain.effects import signals as s
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.simulation.core import equations
-from drivetrain.simulation.plan.plan import Plan
+from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 
 PASSES = 6  # states that depend on states that depend on states

@@ -17,7 +17,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.bodies import with_body
-from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads

@@ -10,8 +10,8 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.bodies import with_body, with_payload
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
-from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.errors import Fault, InputError

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.book.closed_form import closed_form, stacked
-from drivetrain.report.colours import FAINT, MUTED
-from drivetrain.report.plotting import house_style
+from drivetrain.report.charts.chart import FAINT, MUTED
+from drivetrain.report.charts.plotting import house_style
 
 NEGLIGIBLE = 1e-12  # of the largest entry: rounding, drawn as zero
 NARROW = 0.17  # width of A over that of the square matrices

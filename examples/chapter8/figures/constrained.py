@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.kinematics import skeleton
-from drivetrain.report.colours import BLUE, INK, JOINT_COLOURS, MUTED, VERMILLION
-from drivetrain.report.plotting import TIME_COLOURS, house_style
+from drivetrain.report.charts.chart import BLUE, INK, JOINT_COLOURS, MUTED, VERMILLION
+from drivetrain.report.charts.plotting import TIME_COLOURS, house_style
 from drivetrain.report.quantities import axis_name, printed_unit
 from drivetrain.simulation.recording import Recording
 

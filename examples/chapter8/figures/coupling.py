@@ -15,8 +15,8 @@ from drivetrain.arm.coupling import coupled_groups, rotor_turns, with_coupling
 from drivetrain.arrays import Array
 from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import Fault, InputError
-from drivetrain.report.colours import JOINT_COLOURS, MUTED
-from drivetrain.report.plotting import house_style
+from drivetrain.report.charts.chart import JOINT_COLOURS, MUTED
+from drivetrain.report.charts.plotting import house_style
 from drivetrain.report.quantities import convert, printed_unit, shown_unit
 
 Motion = tuple[Any, Any, Any]

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drivetrain.arrays import Array
-from drivetrain.report.colours import BLUE, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION
-from drivetrain.report.plotting import house_style
+from drivetrain.report.charts.chart import BLUE, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION
+from drivetrain.report.charts.plotting import house_style
 from drivetrain.report.quantities import convert, number, printed_unit, shown_unit
 from drivetrain.sizing.deflection import TipDeflection, Vibration
 

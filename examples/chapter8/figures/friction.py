@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from drivetrain.arrays import Array
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
-from drivetrain.report.colours import BLUE, INK, MUTED, VERMILLION
-from drivetrain.report.plotting import house_style
+from drivetrain.report.charts.chart import BLUE, INK, MUTED, VERMILLION
+from drivetrain.report.charts.plotting import house_style
 from drivetrain.report.quantities import convert, printed_unit, shown_unit
 
 SHARE_NEAR_REST = 1e-6  # of the top speed: where the sliding curve begins

@@ -26,8 +26,8 @@ from drivetrain.dynamics.book.ellipsoids import (
 from drivetrain.dynamics.book.ratio_sweep import RatioSweep, with_ratio
 from drivetrain.dynamics.kinematics import skeleton, tip_acceleration_terms
 from drivetrain.errors import Fault, InputError
-from drivetrain.report.colours import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, VERMILLION
-from drivetrain.report.plotting import TIME_COLOURS, house_style
+from drivetrain.report.charts.chart import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, VERMILLION
+from drivetrain.report.charts.plotting import TIME_COLOURS, house_style
 from drivetrain.report.quantities import axis_name
 
 PLANE_XY = np.eye(3)[:2]

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.from_positions import TorqueFromPositions
 from drivetrain.errors import Fault, InputError
-from drivetrain.report.colours import BLUE, INK, MUTED, SKY, VERMILLION
-from drivetrain.report.plotting import house_style
+from drivetrain.report.charts.chart import BLUE, INK, MUTED, SKY, VERMILLION
+from drivetrain.report.charts.plotting import house_style
 
 SURE = 2.0  # deviations drawn to either side
 

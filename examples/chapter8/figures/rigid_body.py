@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drivetrain.arrays import Array, checked_array
-from drivetrain.report.colours import FAINT, INK, JOINT_COLOURS, MUTED, VERMILLION
-from drivetrain.report.plotting import house_style
-from drivetrain.spatial.free_motion import FreeMotion
+from drivetrain.report.charts.chart import FAINT, INK, JOINT_COLOURS, MUTED, VERMILLION
+from drivetrain.report.charts.plotting import house_style
+from drivetrain.spatial.free_body import FreeMotion
 
 INNER = 0.985  # radius of the drawn sphere, so that curves on the unit sphere lie in front of it
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from drivetrain.report.colours import JOINT_COLOURS
-from drivetrain.report.plotting import house_style
+from drivetrain.report.charts.chart import JOINT_COLOURS
+from drivetrain.report.charts.plotting import house_style
 from drivetrain.simulation.passive import StepResult
 
 

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.task_space import TaskSpaceDynamics
-from drivetrain.report.colours import JOINT_COLOURS, ORANGE
-from drivetrain.report.plotting import house_style
+from drivetrain.report.charts.chart import JOINT_COLOURS, ORANGE
+from drivetrain.report.charts.plotting import house_style
 
 
 def figure_task_space(

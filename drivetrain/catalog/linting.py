@@ -1,0 +1,190 @@
+"""All that is wrong with a catalogue folder, at once: texts, units, ranges, duplicates, sources and physics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from drivetrain.catalog.findings import Finding, Severity, error, warning
+from drivetrain.catalog.gear_rules import check_families, check_gear
+from drivetrain.catalog.motor_rules import check_motor
+from drivetrain.catalog.part_rules import check_amplifier, check_brake, check_price
+from drivetrain.catalog.schema import AMPLIFIERS, BRAKES, GEARS, MOTORS, PAIRS, PRICES, TABLES
+from drivetrain.catalog.table import Cell, Row, Table, read_table
+from drivetrain.errors import Fault, InputError
+
+Rules = Callable[[Mapping[str, Cell]], list[Finding]]
+RULES: dict[str, Rules] = {
+    MOTORS: check_motor, GEARS: check_gear, BRAKES: check_brake, AMPLIFIERS: check_amplifier, PRICES: check_price,
+}  # fmt: skip
+PARTS = (MOTORS, GEARS, BRAKES, AMPLIFIERS)  # whose keys a price may name
+
+
+@dataclass(frozen=True)
+class LintFault:
+    """One thing wrong with a catalogue.
+
+    Attributes:
+        file: Path of the table.
+        row: As an editor counts; 1 is the header.
+        column: Header of the column as written; empty when it is the whole row.
+        key: Of the motor or gear; empty in the header.
+        severity: ERROR cannot be right; WARNING is unusual.
+        problem: What is wrong.
+        printed: What stands there, in the header's unit.
+        predicted: What the rest of the row implies, in the header's unit; None where no single value is implied.
+        hint: The mend.
+    """
+
+    file: str
+    row: int
+    column: str
+    key: str
+    severity: Severity
+    problem: str
+    printed: object = None
+    predicted: float | None = None
+    hint: str = ""
+
+    def __str__(self) -> str:
+        place = f"{self.file}: row {self.row}" + (f", column {self.column}" if self.column else "")
+        who = f" ({self.key})" if self.key else ""
+        values = "" if self.printed is None else f", printed {_short(self.printed)}"
+        values += "" if self.predicted is None else f", predicted {_short(self.predicted)}"
+        return f"{place}{who}: {self.severity}: {self.problem}{values}" + (f"; {self.hint}" if self.hint else "")
+
+
+def lint(folder: str | Path, *, beside: Iterable[str | Path] = ()) -> list[LintFault]:
+    """Every fault of a catalogue folder.
+
+    Args:
+        folder: That holds motors.csv, gears.csv or other tables of a catalogue.
+        beside: Folders whose keys its rows may refer to as well.
+
+    Returns:
+        Errors and warnings with file, row, column and value; none where all is well.
+
+    Raises:
+        InputError: The folder holds none of the tables, or one of them is not text.
+    """
+    tables = _tables(Path(folder))
+    if not tables:
+        problem = "holds no catalogue table" if Path(folder).is_dir() else "is no folder"
+        raise InputError(Fault(str(folder), problem, hint="it should hold " + ", ".join(TABLES)))
+    faults = [fault for table in tables.values() for fault in _table_faults(table)]
+    for name, rules in RULES.items():
+        if name in tables:
+            faults += _row_faults(tables[name], name, rules)
+    if GEARS in tables:
+        families = check_families(tables[GEARS].rows)
+        faults += [_as_fault(tables[GEARS], GEARS, row, finding) for row, finding in families]
+    groups = [tables, *(_tables(Path(other)) for other in beside)]
+    if PAIRS in tables:
+        faults += _pair_faults(tables[PAIRS], groups)
+    if PRICES in tables:
+        faults += _price_faults(tables[PRICES], groups)
+    order = {str(table.path): index for index, table in enumerate(tables.values())}
+    return sorted(faults, key=lambda fault: (order[fault.file], fault.row))
+
+
+def _tables(folder: Path) -> dict[str, Table]:
+    return {name: read_table(folder / name, columns) for name, columns in TABLES.items() if (folder / name).is_file()}
+
+
+def _table_faults(table: Table) -> Iterator[LintFault]:
+    """What the reader refuses."""
+    keys = {row.line: row.text("key") or row.text("motor_key") for row in table.rows}
+    for fault in table.faults:
+        yield LintFault(
+            str(table.path),
+            fault.line,
+            fault.header,
+            keys.get(fault.line, ""),
+            Severity.ERROR,
+            fault.problem,
+            fault.value,
+            hint=fault.hint,
+        )
+
+
+def _row_faults(table: Table, name: str, rules: Rules) -> list[LintFault]:
+    """Physics, provenance and doubles of one table's rows."""
+    faults: list[LintFault] = []
+    for row in table.rows:
+        findings = [*rules(row.cells), *_provenance(row)]
+        faults += [_as_fault(table, name, row, finding) for finding in findings]
+    return faults + [_as_fault(table, name, row, finding) for row, finding in _doubles(table.rows)]
+
+
+def _provenance(row: Row) -> Iterator[Finding]:
+    if not row.text("source"):
+        yield error("source", "is empty: say where the numbers were read")
+    elif not (row.text("edition") or row.text("date")):
+        yield warning("edition", "is empty: data sheets change by up to 10 % from one edition to the next")
+
+
+def _doubles(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:
+    """Rows that repeat maker, part number and ratio or winding of an earlier row under another key."""
+    first: dict[tuple[object, ...], str] = {}
+    for row in rows:
+        part = row.text("part_number")
+        mark = (row.text("maker"), part, row.number("ratio"), row.number("resistance"))
+        earlier = first.setdefault(mark, row.text("key"))
+        if part and earlier != row.text("key"):
+            yield row, warning("part_number", f"the same part stands under the key {earlier}")
+
+
+def _as_fault(table: Table, name: str, row: Row, finding: Finding) -> LintFault:
+    """A finding with its place, its values as in the file."""
+    cell = row.cells.get(finding.column)
+    printed: object = cell
+    if isinstance(cell, float):
+        printed = table.as_printed(finding.column, cell, TABLES[name])
+    predicted = finding.predicted
+    if predicted is not None:
+        predicted = table.as_printed(finding.column, predicted, TABLES[name])
+    header = table.headers.get(finding.column, finding.column)
+    return LintFault(
+        str(table.path), row.line, header, row.text("key"), finding.severity, finding.problem, printed, predicted
+    )
+
+
+def _pair_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
+    """Pairs that name rows nobody has; where no folder holds the table, its keys are not looked at."""
+    motors, gears = _keys(groups, MOTORS), _keys(groups, GEARS)
+    for row in table.rows:
+        motor, listed = row.text("motor_key"), row.text("gear_keys").split()
+        if motors is not None and motor not in motors:
+            yield _pair_fault(table, row, "motor_key", error("motor_key", "no motor has this key"), motor)
+        for key in listed if gears is not None else ():
+            if key not in (gears or ()):
+                yield _pair_fault(table, row, "gear_keys", error("gear_keys", "no gear has this key"), key)
+        twice = sorted({key for key in listed if listed.count(key) > 1}) if len(set(listed)) < len(listed) else []
+        for key in twice:
+            yield _pair_fault(table, row, "gear_keys", warning("gear_keys", "stands twice in this row"), key)
+
+
+def _price_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
+    """Prices of parts that nobody has."""
+    known = {key for name in PARTS for key in _keys(groups, name) or ()}
+    for row in table.rows:
+        key = row.text("part_key")
+        if key and known and key not in known:
+            yield _pair_fault(table, row, "part_key", error("part_key", "no part has this key"), key)
+
+
+def _pair_fault(table: Table, row: Row, column: str, finding: Finding, value: str) -> LintFault:
+    header = table.headers.get(column, column)
+    motor = row.text("motor_key")
+    return LintFault(str(table.path), row.line, header, motor, finding.severity, finding.problem, value)
+
+
+def _keys(groups: Iterable[Mapping[str, Table]], name: str) -> Collection[str] | None:
+    """The keys of one table over all folders; None when no folder has it."""
+    found = [group[name] for group in groups if name in group]
+    return {row.text("key") for table in found for row in table.rows} if found else None
+
+
+def _short(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else repr(value)

@@ -1,0 +1,276 @@
+"""What the page's moving pictures are drawn from: the engine's series and regions, and what a ratio changes in them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import drive_inertia
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import torque_constant, winding_resistance
+from drivetrain.drive.motor_limits import continuous_current, continuous_region, operating_region
+from drivetrain.dynamics.kinematics import link_poses
+from drivetrain.motion.duty_cycle import Cycle, sample_weights
+from drivetrain.report.charts.chart import rounded
+from drivetrain.report.quantities import convert, percent, printed_unit, scaled
+from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.model import JointTask, Study
+from drivetrain.study.parts.mounting import drive_mass
+
+SAMPLES = 500  # a series, beside its extremes
+POSES = 160
+SUPPLIES = (0.9, 1.0, 1.1)  # of the study's voltage
+# What a check requires follows the largest or the RMS of the motor's torque, its speed, or its voltage.
+FOLLOWS = {
+    "motor peak torque": "peak", "motor peak current": "peak", "amplifier peak current": "peak",
+    "motor RMS current": "rms", "motor RMS torque": "rms", "amplifier continuous current": "rms",
+    "motor speed": "speed", "gear maximum input speed": "speed", "gear mean input speed": "speed",
+    "motor voltage": "voltage",
+}  # fmt: skip
+SERIES = (
+    ("position", "position", "rad"), ("speed", "motor_speed", "rad/s"), ("gear", "gear_torque", "N m"),
+    ("torque", "motor_torque", "N m"), ("rotor", "rotor_torque", "N m"), ("friction", "friction_torque", "N m"),
+    ("current", "current", "A"), ("voltage", "voltage", "V"), ("power", "electrical_power", "W"),
+    ("winding", "winding_temperature", "C"), ("housing", "housing_temperature", "C"),
+)  # fmt: skip
+
+
+def motion_data(evaluation: Evaluation) -> dict[str, Any]:
+    """Series of every joint on one thinned grid of time, regions, limits, and the arm's poses."""
+    study, joints = evaluation.study, list(evaluation.joints.values())
+    if not joints:
+        return {}
+    tasks = {task.name: task for task in study.joints}
+    kept = kept_samples(evaluation)
+    units = {key: _unit(joints, field, unit) for key, field, unit in SERIES}
+    units |= {"rotor": units["torque"], "friction": units["torque"]}
+    return {
+        "time": rounded(joints[0].series.time[kept], 5),
+        "units": {key: printed_unit(unit) for key, unit in units.items()},
+        "clock": clock(study.cycle),
+        "segments": [[rounded([a, b]), name] for a, b, name in segments(study.cycle)],
+        "breaks": [int(np.searchsorted(kept, part.start)) for part in study.cycle.parts[1:]],
+        "supply": study.supply.voltage,
+        "joints": [_joint(joint, tasks[joint.name], study, kept, units) for joint in joints],
+        "arm": _arm(evaluation, kept),
+    }
+
+
+def kept_samples(evaluation: Evaluation) -> NDArray[np.intp]:
+    """Samples that are drawn: evenly spread, the extremes of every series, and every instant that a check names."""
+    joints = list(evaluation.joints.values())
+    n = len(joints[0].series.time)
+    kept = set(range(0, n, max(1, n // SAMPLES)))
+    for part in evaluation.study.cycle.parts:
+        kept |= {part.start, part.stop - 1}
+    for joint in joints:
+        for _, field, _ in SERIES:
+            values = getattr(joint.series, field)
+            if values is not None:
+                kept |= {int(values.argmin()), int(values.argmax())}
+        times = [check.time for check in joint.checks if check.time is not None]
+        kept |= set(np.abs(joint.series.time[:, None] - times).argmin(axis=0).tolist()) if times else set()
+    return np.array(sorted(kept))
+
+
+def clock(cycle: Cycle) -> str:
+    """What the axis of time counts."""
+    return "time in the cycle [s]" if len(cycle.parts) == 1 else "time, one period of each part after another [s]"
+
+
+def segments(cycle: Cycle) -> list[tuple[float, float, str]]:
+    """Begin, end [s] and name of every segment, of a mix of every part; none when there is only one."""
+    if len(cycle.parts) > 1:
+        return [
+            (float(cycle.time[part.start]), float(cycle.time[part.stop - 1]), f"{name}, {percent(share)} of the time")
+            for part, name, share in zip(cycle.parts, cycle.part_names, cycle.shares, strict=True)
+        ]
+    starts = [0, *(np.flatnonzero(np.diff(cycle.segment)) + 1).tolist(), len(cycle.time)]
+    if len(starts) < 3:
+        return []
+    ends = [(float(cycle.time[a]), float(cycle.time[min(b, len(cycle.time) - 1)])) for a, b in pairwise(starts)]
+    names = [cycle.segment_names[int(cycle.segment[first])] for first in starts[:-1]]
+    return [(low, high, name) for (low, high), name in zip(ends, names, strict=True)]
+
+
+def gear_limits(gear: Gear) -> list[tuple[str, float, str]]:
+    """Name, value and SI unit of the limits of torque and input speed that a gear's sheet gives."""
+    lines = (
+        ("rated torque", gear.continuous_torque, "N m"), ("average torque", gear.average_torque_limit, "N m"),
+        ("repeated peak torque", gear.repeated_peak_torque, "N m"), ("momentary torque", gear.momentary_torque, "N m"),
+        ("rated input speed", gear.rated_speed, "rad/s"), ("mean input speed", gear.average_input_speed_limit, "rad/s"),
+        ("maximum input speed", gear.max_input_speed, "rad/s"),
+    )  # fmt: skip
+    return [(name, value, unit) for name, value, unit in lines if value is not None]
+
+
+def _unit(joints: list[JointResult], field: str, unit: str) -> str:
+    """In which all joints show a series."""
+    known = [getattr(joint.series, field) for joint in joints if getattr(joint.series, field) is not None]
+    return scaled(np.concatenate(known), unit)[1] if known else unit
+
+
+def _joint(
+    joint: JointResult, task: JointTask, study: Study, kept: NDArray[np.intp], units: dict[str, str]
+) -> dict[str, Any]:
+    """One joint: series, regions, limits, and what the slider of its ratio needs."""
+    series, drive = joint.series, joint.drive
+    slides = task.travel_per_turn is not None
+
+    def shown(key: str, values: Any, unit: str) -> Array:
+        return convert(values, unit, units[key])
+
+    drawn = {}
+    for key, field, unit in SERIES:
+        values = getattr(series, field)
+        if values is not None:
+            drawn[key] = rounded(values[kept] if key == "position" and slides else shown(key, values[kept], unit))
+    at = temperatures(joint, study)
+    limits: dict[str, list[tuple[str, float | None]]] = {
+        "gear": [("repeated peak", drive.gear.repeated_peak_torque), ("momentary peak", drive.gear.momentary_torque)],
+        "current": [("motor peak", drive.motor.peak_current), ("amplifier peak", task.amplifier.peak_current)],
+        "voltage": [("available", task.amplifier.modulation * study.supply.voltage)],
+        "winding": [("winding limit", drive.motor.max_winding_temperature)],
+    }
+    of = {key: unit for key, _, unit in SERIES}
+    wide, high = view(joint, regions(joint, task, study, at["hot"], study.supply.voltage)[0])
+    constant = torque_constant(drive.motor, at["hot"][1])
+    return {
+        "name": joint.name,
+        "slides": slides,
+        "series": drawn,
+        "view": [float(shown("speed", wide, "rad/s")), float(shown("torque", high, "N m"))],
+        "temperatures": {name: round(warm[0], 1) for name, warm in at.items()},
+        "regions": {
+            f"{name} {share:g}": [
+                None if one is None else
+                [rounded(shown("speed", one[:, 0], "rad/s")), rounded(shown("torque", one[:, 1], "N m"))]
+                for one in regions(joint, task, study, warm, share * study.supply.voltage)
+            ]
+            for name, warm in at.items() for share in SUPPLIES
+        },
+        "limits": {
+            key: [[name, float(shown(key, value, of[key]))] for name, value in told if value is not None]
+            for key, told in limits.items()
+        },
+        "gear_limits": [
+            [name, float(shown("gear" if unit == "N m" else "speed", value, unit)), unit == "N m"]
+            for name, value, unit in gear_limits(drive.gear)
+        ],
+        "checks": {
+            check.name: check.utilisation for check in joint.checks
+            if check.name in FOLLOWS and check.utilisation is not None and np.isfinite(check.utilisation)
+        },
+        "ratio": _ratio(joint, study, kept, units, float(shown("torque", constant, "N m"))),
+        "resistances": {name: float(winding_resistance(drive.motor, warm[0])) for name, warm in at.items()},
+        "mass": drive_mass(drive) or 0.0,
+    }  # fmt: skip
+
+
+def _ratio(
+    joint: JointResult, study: Study, kept: NDArray[np.intp], units: dict[str, str], constant: float
+) -> dict[str, Any]:
+    """What the motor's torque is made of, by what a ratio G does to it: load ~ 1/G, the own spin ~ G, the rest stays.
+
+    Motor torque at G of a drive judged at G0 is a G0/G + b + c (G/G0 - 1): a is all but the rotor, b the rotor's term,
+    c = J G0 acceleration. ``moments`` are the mean products of a, b and c, of which the RMS at any G is made.
+    """
+    series, drive = joint.series, joint.drive
+    weights = sample_weights(series.time) if len(study.cycle.parts) == 1 else study.cycle.weights
+    spin = drive_inertia(drive) * abs(drive.gear.ratio) * series.acceleration
+    spin = spin * np.sign(drive.gear.ratio)
+    parts = convert(np.stack([series.motor_torque - series.rotor_torque, series.rotor_torque, spin]), "N m",
+                    units["torque"])  # fmt: skip
+    moments = (parts * weights) @ parts.T / max(float(weights.sum()), 1e-12)
+    back_emf = constant / float(convert(1.0, "N m", units["torque"])) / float(convert(1.0, "rad/s", units["speed"]))
+    return {
+        "own": abs(drive.gear.ratio),
+        "direct": drive.gear.kind == "ideal",
+        "spin": rounded(parts[2][kept]),
+        "moments": moments.ravel().tolist(),
+        "constant": constant,
+        "back_emf": back_emf,
+    }
+
+
+def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | None:
+    """Base, joints and tip [mm] and the joints' axes over the cycle; None without an arm."""
+    study = evaluation.study
+    arm = study.arm
+    if arm is None:
+        return None
+    at = kept[np.unique(np.linspace(0, len(kept) - 1, POSES).astype(int))]
+    moved = link_poses(arm, study.cycle.position[at]) @ np.linalg.inv(arm.home)
+    points = np.hstack([arm.joint_points, np.ones((arm.n, 1))])
+    places = np.einsum("nkij,kj->nki", moved, points)[..., :3]
+    turns = np.linalg.norm(arm.screws[:, :3], axis=1) > 0.5
+    directions = np.where(turns[:, None], arm.screws[:, :3], arm.screws[:, 3:])
+    axes = np.einsum("nkij,kj->nki", moved[..., :3, :3], directions)
+    tip = (moved[:, -1] @ arm.tip)[:, None, :3, 3]
+    chain = np.concatenate([np.zeros_like(tip), places, tip], axis=1)
+    return {
+        "samples": np.searchsorted(kept, at).tolist(),
+        "points": arm.n + 2,
+        "places": np.round(1e3 * chain).astype(int).ravel().tolist(),
+        "axes": np.round(1e2 * axes).astype(int).ravel().tolist(),
+        "slides": (~turns).tolist(),
+    }
+
+
+FAR = 4.0  # the view ends at this many times the motion's largest value; the region may go on beyond
+
+
+def temperatures(joint: JointResult, study: Study) -> dict[str, tuple[float, float]]:
+    """Temperatures of winding and magnets at which regions are drawn [C], by what they are."""
+    motor, series = joint.drive.motor, joint.series
+    winding, housing, limit = series.winding_temperature, series.housing_temperature, motor.max_winding_temperature
+    cold = study.ambient
+    hot = float(winding.max()) if winding is not None else cold if limit is None else limit
+    magnets = float(housing.mean()) if housing is not None else hot
+    found = {"hot": (hot, magnets), "cold": (cold, cold)}
+    return found if limit is None else found | {"limit": (limit, max(magnets, cold))}
+
+
+def regions(
+    joint: JointResult, task: JointTask, study: Study, at: tuple[float, float], supply: float
+) -> tuple[Array, Array | None]:
+    """What is open for a short time and for ever.
+
+    Args:
+        at: Winding and magnets [C].
+        supply: Voltage [V].
+
+    Returns:
+        Corners (speed [rad/s], torque [N m]), (M, 2) each; None for the second where the sheet does not say enough.
+    """
+    motor = joint.drive.motor
+    short = operating_region(motor, task.amplifier, supply, *at)
+    lasting = continuous_current(motor, study.ambient, housing_to_ambient=task.housing_to_ambient).value
+    if lasting is None:
+        return short, None
+    return short, continuous_region(motor, task.amplifier, supply, lasting, *at)
+
+
+def view(joint: JointResult, corners: Array) -> tuple[float, float]:
+    """Half width and half height of the picture: the motion, and the region unless far larger.
+
+    Args:
+        corners: Of what is open for a short time.
+
+    Returns:
+        [rad/s] and [N m].
+    """
+    speed = float(np.abs(joint.series.motor_speed).max())
+    torque = float(np.abs(joint.series.motor_torque).max())
+    (x0, y0), (x1, y1) = corners[:-1].T, corners[1:].T
+    crossing = (y0 * y1 <= 0) & (y0 != y1)  # the braking corners lie far beyond and tell little
+    at = x0[crossing] - y0[crossing] * (x1[crossing] - x0[crossing]) / (y1[crossing] - y0[crossing])
+    reach = float(np.abs(at).max(initial=0.0)) or float(np.abs(corners[:, 0]).max())
+    right = max(1.15 * speed, min(1.12 * reach, FAR * speed if speed else np.inf))
+    height = float(np.abs(corners[:, 1]).max())
+    top = max(1.2 * torque, min(1.12 * height, FAR * torque if torque else np.inf))
+    return right, top

@@ -1,0 +1,1 @@
+"""One file a page, the parts that pages share, and their templates."""

@@ -1,0 +1,277 @@
+"""What accuracy costs in time as a page, as JSON, and in lines for the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from drivetrain.report.charts.chart import captioned
+from drivetrain.report.charts.run_charts import (
+    SHOWN,
+    auto_charts,
+    effects_charts,
+    roads_charts,
+    solver_charts,
+    told_setting,
+    worst,
+)
+from drivetrain.report.json_text import json_text
+from drivetrain.report.pages.loops_page import bode_section
+from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.pages.views import CSS
+from drivetrain.report.quantities import DASH, number, with_unit
+from drivetrain.report.words import End, end_of
+from drivetrain.simulation.cost_results import AutoChoice, Change, EffectCosts, RoadsCompared, SolverCosts
+from drivetrain.sizing.results import Evaluation
+from drivetrain.study.parts.verdicts import Verdict
+from drivetrain.version import __version__
+
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class AccuracyFound:
+    """All that is told of what accuracy costs.
+
+    Attributes:
+        evaluation: Of the drives.
+        effects, auto, solvers, roads: What was found.
+        current_bandwidth: Of the current loops [rad/s], for the Bode plots.
+    """
+
+    evaluation: Evaluation
+    effects: EffectCosts
+    auto: AutoChoice
+    solvers: SolverCosts
+    roads: RoadsCompared
+    current_bandwidth: float
+
+
+def accuracy_report(found: AccuracyFound) -> str:
+    """The page."""
+    end = end_of(found.evaluation.study)
+    sections = [
+        _effects(found.effects, end), _auto(found.auto, end), _solvers(found.solvers), _roads(found.roads),
+        bode_section(found.evaluation, found.current_bandwidth),
+    ]  # fmt: skip
+    return sheet(found.evaluation.study, "What accuracy costs in time", sections)
+
+
+def _verdict(verdict: Verdict) -> Chip:
+    return Chip(str(verdict), CSS[verdict])
+
+
+def _share(value: float) -> str:
+    """A signed share in per cent, with two digits."""
+    if math.isnan(value):
+        return DASH
+    if abs(value) < 5e-6:
+        return "0"
+    return f"{'+' if value > 0.0 else '−'}{_bound(abs(value))}"
+
+
+def _effects(found: EffectCosts, end: End) -> Section:
+    changes, times = effects_charts(found)
+    tip = found.full.tip_deviation
+    rows: tuple[tuple[str | Chip, ...], ...] = tuple(
+        (
+            row.label, *(_share(value) for value in worst(row, tip)), _verdict(row.verdict), f"{row.time:.2f}",
+            f"{row.work:.2f}",
+        )
+        for row in found.rows
+    )  # fmt: skip
+    headings = ("without", *SHOWN[:4], f"{end.name} deviation", "verdict", "time ×", "work ×")
+    lead = (
+        f"The full scene takes {with_unit(found.seconds, 's')} a run ({found.solver}) and its verdict is "
+        f"{found.full.verdict}; its {end.name} comes as far as {end.far(tip)} from the command. Without any of these "
+        f"effects a run takes {100.0 * found.bare:.0f}\u00a0% of that. Each row leaves one effect out, everywhere: the "
+        "largest change at any joint, and by how much longer a run takes with it."
+    )
+    return Section(
+        "Effects", "effects", str(found.full.verdict), CSS[found.full.verdict], (lead,),
+        ((changes, "Change when left out (logarithmic)."), (times, "The factor in time when kept.")),
+        (SheetTable(headings, rows, "", (1, 2, 3, 4, 5, 7, 8)),),
+        ("time × and work ×: with the effect over without it; times are medians of runs in turns on this machine",),
+    )  # fmt: skip
+
+
+def _auto(found: AutoChoice, end: End) -> Section:
+    proof, caption = found.proof, "Estimated (grey) and measured (blue) change by what was omitted; red: the tolerance."
+    if proof is None:
+        word, css = "all kept", "pass"
+        lead = "No effect may be omitted within this tolerance."
+    else:
+        word, css = ("proven", "pass") if proof.proven else ("not proven", "fail")
+        lead = (
+            f"{len(found.dropped)} of {len(found.effects)} effects are omitted. {proof.why[0].upper()}{proof.why[1:]}; "
+            f"verdict {proof.chosen.verdict} without them, {proof.full.verdict} with them. A run takes "
+            f"{with_unit(proof.seconds_chosen, 's')} instead of {with_unit(proof.seconds_full, 's')}. Steps of "
+            f"{with_unit(proof.steps, 's')}, halved once to find the step's own error; energy audit "
+            f"{number(proof.audit, 2)} of the energy that passes."
+        )
+    told = f"Tolerance {100.0 * found.tolerance:g}\u00a0%, of the {end.name} {end.far(found.tip_tolerance)}."
+    notes = tuple(f"{one.kind} of {one.joint} came back: the measured change was too large" for one in found.restored)
+    tables = (_judged(found, end), *_measured(found, end))
+    return Section(
+        "effects: auto", "auto", word, css, (told, lead), captioned(auto_charts(found), caption), tables, notes
+    )
+
+
+def _judged(found: AutoChoice, end: End) -> SheetTable:
+    rows: tuple[tuple[str | Chip, ...], ...] = tuple(
+        (
+            one.label, one.choice.joint, "kept" if one.kept else Chip("left out", "pass"),
+            *(_bound(value) for value in one.estimate.shares), end.far(one.estimate.tip),
+            "yes" if one.valid else "no", one.why,
+        )
+        for one in found.effects
+    )  # fmt: skip
+    return SheetTable(
+        ("effect", "at", "", *SHOWN[:4], end.name, "valid", "derivation"), rows,
+        "Estimates: each effect left out alone, the largest change at any joint", (3, 4, 5, 6, 7),
+    )  # fmt: skip
+
+
+def _bound(value: float) -> str:
+    if math.isnan(value) or math.isinf(value):
+        return number(value)
+    return "0" if value < 5e-6 else f"{number(100.0 * value, 2)}\u00a0%"
+
+
+def _measured(found: AutoChoice, end: End) -> tuple[SheetTable, ...]:
+    if found.proof is None:
+        return ()
+    rows: list[tuple[str, ...]] = []
+    for joint, measured in found.proof.measured.items():
+        estimated, step = found.proof.estimate[joint], found.proof.numerical[joint]
+        for kind, change in (("estimated", estimated), ("measured", measured), ("of the step", step)):
+            show = _share if kind == "measured" else _bound
+            rows.append((joint, kind, *(show(v) for v in change.shares), end.far(abs(change.tip))))
+    headings = ("joint", "", *SHOWN[:4], end.name)
+    return (SheetTable(headings, tuple(rows), "Estimate against measurement", (2, 3, 4, 5, 6)),)
+
+
+def _solvers(found: SolverCosts) -> Section:
+    rows = tuple(
+        (
+            run.family, told_setting(run.family, run.setting), _error(run.error, found.settled),
+            run.where or DASH, with_unit(run.seconds, "s"), number(float(run.work)), run.note,
+        )
+        for run in found.runs
+    )  # fmt: skip
+    lead = (
+        f"The same scene with every solver, held against the {found.reference}. Two tolerances of that reference agree "
+        f"to {number(found.settled, 2)} in every decision quantity: errors below twice that are not shown."
+    )
+    headings = ("solver", "step or tolerance", "largest error", "in", "time", "work", "")
+    return Section("Solvers", "solvers", lead=(lead,), figures=captioned(solver_charts(found), "Work and precision."),
+                   tables=(SheetTable(headings, rows, "", (1, 2, 4, 5)),))  # fmt: skip
+
+
+def _error(error: float, settled: float) -> str:
+    if math.isnan(error):
+        return DASH
+    return f"below {number(2.0 * settled, 2)}" if error <= 2.0 * settled else number(error, 2)
+
+
+def _roads(found: RoadsCompared) -> Section:
+    rows = tuple(
+        (
+            joint, with_unit(told.peaks[0], "A"), with_unit(told.peaks[1], "A"), with_unit(told.rms[0], "A"),
+            with_unit(told.rms[1], "A"), _bound(told.apart_moving), _bound(told.apart_resting), told.note,
+        )
+        for joint, told in found.joints.items()
+    )  # fmt: skip
+    headings = ("joint", "peak, sizing", "peak, simulated", "RMS, sizing", "RMS, simulated", "apart in motion",
+                "apart at rest", "why")  # fmt: skip
+    lead = "The currents that sizing computes, and those of a simulation with the same effects and nothing else."
+    figures = captioned(roads_charts(found), "Currents by both roads.")
+    return Section("Inverse against forward", "roads", lead=(lead,), figures=figures,
+                   tables=(SheetTable(headings, rows, "", (1, 2, 3, 4, 5, 6)),))  # fmt: skip
+
+
+def accuracy_lines(found: AccuracyFound) -> list[str]:
+    """What was found, for the terminal."""
+    effects, auto, tip = found.effects, found.auto, found.effects.full.tip_deviation
+    shown = (*SHOWN[:4], end_of(found.evaluation.study).name)
+    lines = [f"full scene: {effects.full.verdict}, {with_unit(effects.seconds, 's')} a run"]
+    for row in effects.rows:
+        shares = ", ".join(f"{what} {_share(v)}" for what, v in zip(shown, worst(row, tip), strict=True))
+        lines.append(f"  without {row.label}: {shares}; {row.verdict}; time ×{row.time:.2f}")
+    if auto.proof is None:
+        lines.append(f"auto at {100.0 * auto.tolerance:g} %: every effect is kept")
+    else:
+        proof = auto.proof
+        lines.append(
+            f"auto at {100.0 * auto.tolerance:g} %: {len(auto.dropped)} of {len(auto.effects)} effects left out, "
+            f"{'proven' if proof.proven else 'not proven'}: {proof.why}; "
+            f"{with_unit(proof.seconds_chosen, 's')} instead of {with_unit(proof.seconds_full, 's')}"
+        )
+    good = [run for run in found.solvers.runs if run.error <= 0.01]
+    if good:
+        best = min(good, key=lambda run: run.seconds)
+        lines.append(
+            f"cheapest solver within 1 %: {best.family} at {told_setting(best.family, best.setting)}, "
+            f"{with_unit(best.seconds, 's')}"
+        )
+    for joint, told in found.roads.joints.items():
+        lines.append(
+            f"  {joint}: RMS current {with_unit(told.rms[0], 'A')} by sizing, {with_unit(told.rms[1], 'A')} simulated"
+        )
+    return lines
+
+
+def accuracy_json(found: AccuracyFound) -> str:
+    """All of it for machines.
+
+    Returns:
+        JSON with a ``schema_version``; SI units, null where a number is unknown or not finite.
+    """
+    effects, auto, solvers = found.effects, found.auto, found.solvers
+    study, proof = found.evaluation.study, found.auto.proof
+    data = {
+        "schema_version": SCHEMA_VERSION,
+        "drivetrain": __version__,
+        "study": study.name,
+        "digest": study.digest,
+        "job": "accuracy",
+        "effects": {
+            "verdict": str(effects.full.verdict), "seconds": effects.seconds, "solver": effects.solver,
+            "counters": dict(effects.counters), "tip_deviation": effects.full.tip_deviation,
+            "joints": {name: vars(joint) for name, joint in effects.full.joints.items()},
+            "left_out": [
+                {"effect": row.label, "joints": list(row.joints), "verdict": str(row.verdict), "time": row.time,
+                 "work": row.work, "changes": _changes(row.changes)}
+                for row in effects.rows
+            ],
+        },
+        "auto": {
+            "tolerance": auto.tolerance, "tip_tolerance": auto.tip_tolerance,
+            "effects": [
+                {"effect": one.label, "kind": one.choice.kind, "joint": one.choice.joint, "kept": one.kept,
+                 "valid": one.valid, "why": one.why, "estimate": vars(one.estimate)}
+                for one in auto.effects
+            ],
+            "proof": None if proof is None else {
+                "proven": proof.proven, "why": proof.why, "step": proof.steps, "audit": proof.audit,
+                "verdict": str(proof.chosen.verdict), "verdict_full": str(proof.full.verdict),
+                "seconds": proof.seconds_chosen, "seconds_full": proof.seconds_full,
+                "estimate": _changes(proof.estimate), "measured": _changes(proof.measured),
+                "numerical": _changes(proof.numerical),
+            },
+        },
+        "solvers": {
+            "reference": solvers.reference, "settled": solvers.settled, "runs": [vars(run) for run in solvers.runs],
+        },
+        "inverse_forward": {
+            joint: {"peaks": list(told.peaks), "rms": list(told.rms), "apart_moving": told.apart_moving,
+                    "apart_resting": told.apart_resting, "note": told.note}
+            for joint, told in found.roads.joints.items()
+        },
+    }  # fmt: skip
+    return json_text(data)
+
+
+def _changes(changes: Mapping[str, Change]) -> dict[str, dict[str, float]]:
+    return {joint: vars(change) for joint, change in changes.items()}

@@ -1,0 +1,115 @@
+"""How sure a selection is: the bound, the gap, how the search went, the rules in force, and how to go on."""
+
+from __future__ import annotations
+
+import math
+
+from drivetrain.report.best_sets import WORDS, equals_sentence
+from drivetrain.report.pages.sheet import Section, SheetTable
+from drivetrain.report.quantities import number
+from drivetrain.sizing.results import Selection
+
+UNITS = {"mass": "\u00a0kg", "energy": "\u00a0J"}
+WORK = {
+    "nodes": "search nodes",
+    "nodes made": "search nodes made",
+    "passes": "passes that rule candidates out",
+    "candidates tested": "tests of a candidate against bounds",
+    "candidates judged": "candidates evaluated by all checks",
+    "descents": "descents to a whole set",
+    "sets that fit": "whole sets met that hold every check",
+    "equal sets judged": "equals of the best set, or of the last of the best, that hold every check",
+    "disagreements": "sets on which compiled code and evaluation differed, taken out",
+}  # "pushed" only orders the search
+
+
+def proof_section(selection: Selection) -> Section:
+    """The proof of a selection."""
+    proven = selection.state is None or selection.proof.startswith("optimal")
+    word, css = ("proven", "pass") if proven else ("not proven", "marginal")
+    facts = (*_worth(selection), *_choice(selection), *_rules(selection), *_limit(selection))
+    return Section("The optimum and its proof", "proof", word, css, _lead(selection, proven), facts=facts)
+
+
+def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
+    """What is proven, in words."""
+    worth = WORDS[selection.study.objective]
+    if selection.drives and proven:
+        first = f"No other allowed set of drives that holds every check has {worth}."
+        words = (f"{selection.proof}." if selection.proof != "optimal" else "", equals_sentence(selection))
+        return (first, *(text for text in words if text))
+    if proven:
+        return (f"{selection.proof[0].upper()}{selection.proof[1:]}.",)
+    told = f"The search stopped at its time limit. {selection.proof[0].upper()}{selection.proof[1:]}."
+    on = (
+        "To go on: `drivetrain select` with a longer --time-limit, or selection: {time_limit: ...} in the study; in "
+        "Python `select(study, resume=selection)` goes on from where this search stopped and loses nothing."
+    )
+    return told, on
+
+
+def _worth(selection: Selection) -> list[tuple[str, str]]:
+    """Best, bound and gap."""
+    unit = UNITS.get(selection.study.objective, "")
+    best, bound = selection.objective, selection.bound
+    facts = []
+    if math.isfinite(best):
+        facts.append(("best set found", f"{number(best, 4)}{unit}"))
+    if math.isfinite(bound):
+        facts.append(("lower bound", f"{number(bound, 4)}{unit}"))
+    if math.isfinite(best) and math.isfinite(bound) and best > 0.0:
+        gap = max(best - bound, 0.0)
+        share = f" ({100.0 * gap / best:.2g}\u00a0% of the best)" if gap > 1e-12 * best else ""
+        facts.append(("gap", f"{number(gap, 3) if share else '0'}{unit}{share}"))
+    return facts
+
+
+def _choice(selection: Selection) -> list[tuple[str, str]]:
+    """How much there was to choose from."""
+    counts = [max(len(task.pairs), 1) for task in selection.study.joints]
+    low, high = min(counts), max(counts)
+    each = f"{low}" if low == high else f"{low} to {high}"
+    digits = sum(math.log10(count) for count in counts)
+    sets = f"{math.prod(counts)}" if digits < 6.0 else f"{10.0 ** (digits % 1.0):.1f} × 10{_raised(int(digits))}"
+    return [("to choose from", f"{each} pairs of motor and gear a joint, {sets} sets of drives")]
+
+
+def _rules(selection: Selection) -> list[tuple[str, str]]:
+    """What sets had to respect beside the checks, and what the chosen set makes of it."""
+    wanted, pairs = selection.study.wanted, list(selection.drives.values())
+    used = {"motor": len({motor for motor, _ in pairs}), "gear": len({gear for _, gear in pairs if gear})}
+    facts = []
+    for part, most in (("motor", wanted.most_motor_types), ("gear", wanted.most_gear_types)):
+        told = f"{used[part]} in the chosen set" if pairs else ""
+        limit = "" if most is None else f"at most {most} wanted"
+        text = "; ".join(one for one in (limit, told) if one)
+        if text:
+            facts.append((f"{part} types", text))
+    for group in wanted.same_family:
+        facts.append(("same family", ", ".join(group)))
+    given = [task.name for task in selection.study.joints if task.drive is not None]
+    if given:
+        facts.append(("drive given by the study", ", ".join(given)))
+    if not (wanted.most_motor_types or wanted.most_gear_types or wanted.same_family):
+        facts.append(("rules beside the checks", "none"))
+    return facts
+
+
+def _limit(selection: Selection) -> list[tuple[str, str]]:
+    """Whether the time was enough."""
+    reached = "not needed" if selection.state is None else "reached"
+    return [("time limit of the search", f"{selection.study.wanted.time_limit:g}\u00a0s, {reached}")]
+
+
+def search_table(selection: Selection) -> SheetTable | None:
+    """How the search went; None where it had nothing to do."""
+    rows = tuple(
+        (WORK[name], f"{selection.counters[name]:,}".replace(",", "\u202f"))
+        for name in WORK if selection.counters.get(name)
+    )  # fmt: skip
+    return SheetTable(("work", "count"), rows, numeric=(1,)) if rows else None
+
+
+def _raised(power: int) -> str:
+    """A power of ten in raised digits."""
+    return str(power).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -1,0 +1,338 @@
+"""The page of a ratio study: one picture and its tables a joint, in the look of the report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from drivetrain.drive.matching import RatioRange
+from drivetrain.errors import Fault, InputError
+from drivetrain.report.charts.answer_charts import free_ratio_charts, ratio_charts
+from drivetrain.report.charts.chart import captioned
+from drivetrain.report.json_text import json_text
+from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.pages.views import CSS, anchor
+from drivetrain.report.quantities import DASH, number, percent, with_unit
+from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
+from drivetrain.sizing.answers.ratio import ClosedForms, RatioPoint, RatioStudy, RatioWindow
+from drivetrain.study.parts.verdicts import Verdict
+from drivetrain.version import __version__
+
+METHOD = (
+    "Motor torque at the ratio G is T/G + rotor inertia · G · acceleration, with the mesh's loss by the direction of "
+    "power, friction on both sides of the gear and the acceleration of the link that carries the motor. The RMS of it "
+    "is smallest where both parts weigh alike.",
+    "Matched inertia, √(load inertia / rotor inertia), is the answer for an inertia alone (Modern Robotics, exercise "
+    "8.9); weight and friction ask for more ratio.",
+    "α is what the motor has, rated torque² over rotor inertia; β is what the load takes at its best ratio. Where α is "
+    "smaller, no ratio will do. This method divides by the efficiency even where the load drives, so its range is "
+    "narrower than that of the checks.",
+    "A small ratio ends where torque, current or heat do, a large one where speed or voltage do.",
+)
+
+
+def ratio_report(studies: Sequence[RatioStudy]) -> str:
+    """The ratio studies of one task as one page that needs nothing from outside.
+
+    Raises:
+        InputError: No study.
+    """
+    if not studies:
+        raise InputError(Fault("joints", "none of them moves, so no ratio decides anything"))
+    method = Section("How to read this", "method", notes=METHOD)
+    return sheet(studies[0].study, "Gear ratios", [_overview(studies), *map(_joint, studies), method])
+
+
+@dataclass(frozen=True)
+class RatioRow:
+    """One window of one joint as texts; a joint without any has one row too.
+
+    Attributes:
+        joint, anchor, motor, gear, own: The joint, its place on the page, its drive and the gear's own ratio.
+        low, high, low_binding, high_binding: Ends of the window, and what fails beyond them.
+        best, used: The ratio of least utilisation, and that utilisation.
+        css: Class of the row.
+    """
+
+    joint: str
+    anchor: str
+    motor: str
+    gear: str
+    own: str
+    low: str
+    high: str
+    low_binding: str
+    high_binding: str
+    best: str
+    used: str
+    css: str
+
+
+def ratio_rows(found: RatioStudy) -> list[RatioRow]:
+    """What a table of ratio studies holds of one joint."""
+    nothing = RatioWindow(math.nan, math.nan, found.best.binding, found.best.binding)
+    return [
+        RatioRow(
+            found.joint, anchor(found.joint), found.motor, found.gear or "ideal gear", number(found.drive.gear.ratio),
+            "no ratio" if window is nothing else number(window.low), number(window.high), window.low_binding or DASH,
+            window.high_binding or DASH, number(found.best.ratio), percent(found.best.utilisation),
+            "fail" if window is nothing else "pass",
+        )
+        for window in found.windows or (nothing,)
+    ]  # fmt: skip
+
+
+def ratio_sentence(found: RatioStudy) -> str:
+    """The answer for one joint."""
+    drive = f"{found.motor} behind {found.gear or 'an ideal gear'}"
+    if not found.windows:
+        return (
+            f"No ratio lets {drive} meet all limits: the best, {number(found.best.ratio)}, "
+            f"needs {percent(found.best.utilisation)} of the limit on {found.best.binding}."
+        )
+    spans = " and ".join(_span(window) for window in found.windows)
+    own = abs(found.drive.gear.ratio)
+    inside = any(window.low <= own <= window.high for window in found.windows)
+    where = f"{spans}; its own, {number(own)}, is {'inside' if inside else 'outside'}."
+    if found.lacking:
+        unknown = ", ".join(check.name for check in found.lacking)
+        return f"{drive} is not proven to fit: data are missing to check {unknown}; the rest holds with a ratio {where}"
+    return f"{drive} fits with a ratio {where}"
+
+
+def _span(window: RatioWindow) -> str:
+    """A window in words, with what ends it."""
+    low = f"from {number(window.low)} ({window.low_binding})" if window.low > 0.0 else "of any smallness"
+    high = f"to {number(window.high)} ({window.high_binding})" if window.high < math.inf else "upwards"
+    return f"{low} {high}"
+
+
+def _overview(studies: Sequence[RatioStudy]) -> Section:
+    """One table of all joints."""
+    headings = ("joint", "motor", "gear varied", "its ratio", "every check holds from", "to", "ended below by",
+                "ended above by", "least utilisation at", "utilisation there")  # fmt: skip
+    rows = tuple(
+        (row.joint, row.motor, row.gear, row.own, Chip(row.low, row.css), row.high, row.low_binding, row.high_binding,
+         row.best, row.used)
+        for found in studies for row in ratio_rows(found)
+    )  # fmt: skip
+    return Section("Every joint", "joints", tables=(SheetTable(headings, rows, "", (3, 4, 5, 8, 9)),))
+
+
+def _joint(found: RatioStudy) -> Section:
+    caption = (
+        "Everything on the gear's sheet but its ratio is kept. Shaded: ratios at which every check of the study holds; "
+        "dashed upright: the sheet's own ratio."
+    )
+    charts = ratio_charts(found)
+    if not any("winding" in chart.y for chart in charts):
+        caption += " Winding temperature not computed: no thermal data in the catalogue row."
+    gears = tuple(
+        (one.key, number(one.ratio), Chip(str(one.verdict), CSS[one.verdict]), percent(one.utilisation), one.binding)
+        for one in found.gears
+    )
+    reaction = tuple((joint, _small_percent(share)) for joint, share in found.reaction.items())
+    headings = ("gear", "ratio", "verdict", "utilisation", "of")
+    felt = "What the joints before feel of it: change of their torque over the window, over their own peak"
+    tables = (
+        *(
+            [SheetTable(headings, gears, "Nearest gears of the catalogue, each with its own sheet", (1, 3))]
+            if gears
+            else []
+        ),
+        *([SheetTable(("joint", "change"), reaction, felt, (1,))] if reaction else []),
+    )
+    word, css = ("fits", "pass") if found.feasible else ("no ratio fits", "fail")
+    return Section(found.joint, anchor(found.joint), word, css, (ratio_sentence(found),),
+                   captioned(charts, caption), tables, found.notes,
+                   tuple(_formulas(found.closed_forms, found.limits.continuous_torque)))  # fmt: skip
+
+
+def _formulas(forms: ClosedForms, rated: float | None) -> list[tuple[str, str]]:
+    """The closed forms as texts."""
+    rows = [
+        ("matched inertia, √(I/J)", number(forms.matching)),
+        ("least RMS motor torque", number(forms.least_rms)),
+        ("least peak motor torque", number(forms.least_peak)),
+    ]
+    if forms.rated is not None:
+        spans = [f"{number(span.low)} to {number(span.high)}" for span in forms.rated]
+        rows.append((f"RMS torque within {with_unit(rated, 'N m')}", " and ".join(spans) or "no ratio"))
+    match = forms.load_match
+    if match is not None:
+        span = "no ratio" if match.range is None else f"{number(match.range.low)} to {number(match.range.high)}"
+        rows += [
+            ("accelerating factor α", f"{number(match.accelerating_factor)} W/s"),
+            ("load factor β/η", f"{number(match.load_factor)} W/s"),
+            ("range by α and β", span),
+            ("best ratio by α and β", number(match.best)),
+        ]
+    return rows
+
+
+def _small_percent(share: float) -> str:
+    """A share that is small as a rule."""
+    return f"{number(100.0 * share, 2)}\u00a0%" if share >= 1e-4 else "below 0.01\u00a0%"
+
+
+SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without
+
+
+def ratio_json(studies: Sequence[RatioStudy]) -> str:
+    """The ratio studies of one task as JSON text.
+
+    Returns:
+        JSON with a ``schema_version``; numbers in SI, temperatures in degrees Celsius, null where a number is unknown
+        or not finite; the same studies give the same bytes.
+    """
+    data = {
+        "schema_version": SCHEMA_VERSION,
+        "drivetrain": __version__,
+        "study": studies[0].study.name if studies else "",
+        "digest": studies[0].study.digest if studies else "",
+        "job": "ratio",
+        "feasible": all(found.feasible for found in studies),
+        "joints": {found.joint: _joint_data(found) for found in studies},
+    }
+    return json_text(data)
+
+
+def _range_data(span: RatioRange | None) -> list[float | None] | None:
+    return None if span is None else [span.low, span.high]
+
+
+def _joint_data(found: RatioStudy) -> dict[str, Any]:
+    forms, match, limits = found.closed_forms, found.closed_forms.load_match, found.limits
+    return {
+        "drive": {"motor": found.motor, "gear": found.gear, "ratio": found.drive.gear.ratio},
+        "windows": [
+            {
+                "low": window.low, "high": window.high,
+                "low_binding": window.low_binding, "high_binding": window.high_binding,
+            }
+            for window in found.windows
+        ],
+        "best": _point_data(found.best),
+        "matched_inertia": forms.matching,
+        "least_rms_torque": forms.least_rms,
+        "least_peak_torque": forms.least_peak,
+        "rated_ranges": None if forms.rated is None else [_range_data(span) for span in forms.rated],
+        "load_match": None if match is None else {
+            "accelerating_factor": match.accelerating_factor,
+            "load_factor": match.load_factor,
+            "range": _range_data(match.range),
+            "best": match.best,
+        },
+        "limits": {name: getattr(limits, name) for name in vars(limits)},
+        "gears": [
+            {
+                "gear": gear.key, "ratio": gear.ratio, "utilisation": gear.utilisation,
+                "binding": gear.binding, "verdict": str(gear.verdict), "inside": gear.inside,
+            }
+            for gear in found.gears
+        ],
+        "reaction": {name: share for name, share in found.reaction.items()},
+        "not_checked": [check.name for check in found.lacking],
+        "notes": list(found.notes),
+        "points": [_point_data(point) for point in found.points],
+    }  # fmt: skip
+
+
+def _point_data(point: RatioPoint) -> dict[str, Any]:
+    return {
+        "ratio": point.ratio,
+        "rms_torque": point.rms_torque,
+        "peak_torque": point.peak_torque,
+        "motor_speed": point.motor_speed,
+        "winding_temperature": point.winding_temperature,
+        "utilisation": point.utilisation,
+        "binding": point.binding,
+    }
+
+
+WORDS = {
+    "heat": "mean copper loss", "current": "RMS of the relative motor currents", "energy": "energy a cycle",
+    "mass": "mass of all drives",
+}  # fmt: skip
+
+NO_USE = 1e6  # a ratio by formula beyond this says only that the load turns nothing to speak of
+
+
+def free_ratio_report(found: FreeRatios) -> str:
+    """The best ratios as a page."""
+    caption = (
+        "The goal of the whole arm over the ratio of one joint, the others at their best. Shaded: ratios that speed "
+        "and voltage allow. Dots: gears of the catalogue in the place of the continuous one, with their own sheet."
+    )
+    word = "every check holds" if found.feasible else "not every check holds or could be made"
+    css, charts = "pass" if found.feasible else "fail", captioned(free_ratio_charts(found), caption)
+    first = Section(
+        "Best ratios", "ratios", word, css, (free_ratio_sentence(found),), charts, (_table(found),), found.notes
+    )
+    return sheet(found.study, "Gears as free ratios", [first, *(_free_joint(one) for one in found.joints)])
+
+
+def free_ratio_sentence(found: FreeRatios) -> str:
+    """The answer in words."""
+    value = _value(found, found.value)
+    text = f"With the best ratios the {WORDS[found.goal]} of the arm is {value}"
+    more = found.alone / found.value - 1.0 if found.value else math.nan
+    if math.isfinite(more):
+        small = f"{number(100.0 * more, 2)} %" if abs(more) >= 1e-6 else "less than a ten-thousandth of a percent"
+        text += f"; with every joint at the best for its own motor it is {small} more"
+    short = [one.joint for one in found.joints if one.verdict not in (Verdict.PASS, Verdict.MARGINAL)]
+    told = f" Not every check holds or could be made at {', '.join(short)}." if short else ""
+    return f"{text}.{told}"
+
+
+def free_ratio_lines(found: FreeRatios) -> list[str]:
+    """The ratios for the terminal."""
+    lines = []
+    for one in found.joints:
+        holding = [gear for gear in one.gears if gear.verdict not in ("FAIL", "NOT CHECKED")]
+        beside = "of the catalogue's gears near it none holds"
+        if holding:
+            least = min(holding, key=lambda gear: gear.loss)
+            beside = f"of the catalogue's, {least.key} loses least, {_loss(least.loss)} of the arm's {found.goal}"
+        span = f"{number(one.low)} to {number(one.high)}"
+        lines.append(f"{one.joint}: ratio {number(one.best)}, allowed {span}, {one.verdict}; {beside}")
+    return lines
+
+
+def _value(found: FreeRatios, value: float) -> str:
+    return number(value) if found.goal.unit == "1" else with_unit(value, found.goal.unit)
+
+
+def _loss(share: float) -> str:
+    return DASH if math.isnan(share) else f"{number(100.0 * share, 2)}\u00a0%"
+
+
+def _table(found: FreeRatios) -> SheetTable:
+    rows = []
+    for one in found.joints:
+        mass = one.gear.mass
+        rows.append((
+            one.joint, one.motor, number(one.best), DASH if one.alone > NO_USE else number(one.alone), number(one.low),
+            number(one.high), one.ended_by, with_unit(one.gear.repeated_peak_torque, "N m"), with_unit(mass, "kg"),
+            Chip(str(one.verdict), CSS[one.verdict]),
+        ))  # fmt: skip
+    headings = (
+        "joint", "motor", "best for the arm", "by formula, motor only", "allowed from", "to",
+        "ended above by", "gear's peak torque", "gear's mass", "checks",
+    )  # fmt: skip
+    return SheetTable(headings, tuple(rows), "", (2, 3, 4, 5, 7, 8))
+
+
+def _free_joint(one: FreeJoint) -> Section:
+    rows = tuple(
+        (gear.key, number(gear.ratio), _loss(gear.loss), Chip(str(gear.verdict), CSS[gear.verdict]),
+         percent(gear.utilisation), gear.binding)
+        for gear in one.gears
+    )  # fmt: skip
+    headings = ("gear", "ratio", "goal above the continuous best", "verdict", "utilisation", "of")
+    title = f"Gears of the catalogue nearest to a ratio of {number(one.best)}"
+    tables = (SheetTable(headings, rows, title, (1, 2, 4)),) if rows else ()
+    lead = () if rows else ("No gear of the catalogue goes with this motor.",)
+    return Section(one.joint, anchor(one.joint), str(one.verdict), CSS[one.verdict], lead, tables=tables)

@@ -1,0 +1,242 @@
+"""The report: one self-contained HTML page for one evaluation or one selection."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pandas as pd
+from markupsafe import Markup
+
+from drivetrain.report.best_sets import HEADINGS, set_rows
+from drivetrain.report.charts.arm_charts import heat_chart, margin_chart, power_chart
+from drivetrain.report.charts.chart import INSTANTS, JOINT_COLOURS, Chart, Pictures, moving_script
+from drivetrain.report.charts.motion_data import FOLLOWS, SUPPLIES, gear_limits, motion_data
+from drivetrain.report.pages.assumptions import assumption_groups
+from drivetrain.report.pages.proof_section import proof_section, search_table
+from drivetrain.report.pages.sheet import TEMPLATES, Extra, page_text, with_markup
+from drivetrain.report.pages.spread_section import spread_frame
+from drivetrain.report.pages.views import (
+    CSS,
+    check_row,
+    check_rows,
+    joint_card,
+    matrix,
+    nearest_misses,
+    passed_over,
+    rejected_counts,
+    used_rows,
+)
+from drivetrain.report.quantities import number, percent, with_unit
+from drivetrain.report.rejected import SHARES, counted, rejected_data
+from drivetrain.report.words import (
+    OUTSIDE,
+    gaps,
+    headline,
+    identity,
+    objective_text,
+    overall_sentence,
+)
+from drivetrain.sizing.answers.spread import Spread
+from drivetrain.sizing.judge.checks import factors
+from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.study.model import Study
+from drivetrain.study.parts.verdicts import shared_place
+
+
+def html_report(
+    result: Evaluation | Selection,
+    *,
+    spread: Spread | None = None,
+    extra: Extra | None = None,
+) -> str:
+    """The whole report as one page that needs nothing from outside.
+
+    Args:
+        result: Of ``evaluate`` or ``select``.
+        spread: What the scatter of its numbers means, where the study states tolerances.
+        extra: Sections that were asked for beside.
+
+    Returns:
+        HTML text; the same result gives the same bytes.
+    """
+    selection = result if isinstance(result, Selection) else None
+    evaluation = result.evaluation if isinstance(result, Selection) else result
+    rejected = None if selection is None else selection.rejected
+    pictures = Pictures()
+    content = _frame(evaluation, selection) | _body(evaluation, selection, rejected, pictures)
+    content |= spread_frame(spread, pictures)
+    content["extra"] = [] if extra is None else [with_markup(section, pictures) for section in extra.sections]
+    data: dict[str, Any] = {"instants": INSTANTS, "motion": motion_data(evaluation)} if evaluation.joints else {}
+    if selection is not None and rejected is not None and len(rejected):
+        data["rejected"] = rejected_data(selection, rejected)
+    content["units"] = data.get("motion", {}).get("units", {})
+    content["pictures"] = pictures.end(**data)
+    content["motion_script"] = moving_script() if data else ""
+    return page_text("page.html.j2", **content)
+
+
+def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]:
+    """What stands around the content: title, verdict, navigation, style and script."""
+    study = evaluation.study
+    verdict = evaluation.verdict if selection is None else selection.verdict
+    return {
+        "kind": "Drive sizing report" if selection is None else "Drive selection report",
+        "study": study,
+        "facts": _facts(study),
+        "verdict": str(verdict),
+        "verdict_css": CSS[verdict],
+        "headline": headline(evaluation, selection),
+        "gaps": gaps(evaluation)[: None if selection is None else 1],
+        "binding": overall_sentence(evaluation),
+        "objective": objective_text(evaluation, selection),
+        "proof": None if selection is None else with_markup(proof_section(selection)),
+        "search": None if selection is None else search_table(selection),
+        "proven": "" if selection is None else selection.proof,
+        "advice": () if selection is None else selection.advice,
+        "notes": () if selection is None else selection.notes,
+        "cards": [
+            joint_card(joint, JOINT_COLOURS[k % len(JOINT_COLOURS)])
+            for k, joint in enumerate(evaluation.joints.values())
+        ],
+        "script": Markup((TEMPLATES / "page.js").read_text(encoding="utf-8")),
+    }
+
+
+def _facts(study: Study) -> list[str]:
+    """The line under the title."""
+    arm = f"{len(study.joints)} joint{'s' if len(study.joints) > 1 else ''}"
+    return [
+        arm if study.arm is None else f"{study.arm.name}, {arm}",
+        _task(study),
+        f"supply {with_unit(study.supply.voltage, 'V')}",
+        f"ambient {study.ambient:g} °C",
+    ]
+
+
+def _task(study: Study) -> str:
+    """How long what is repeated, of a mix which shares."""
+    cycle = study.cycle
+    if len(cycle.parts) == 1:
+        return f"cycle of {number(cycle.duration)} s"
+    shares = ", ".join(f"{percent(share)} {name}" for share, name in zip(cycle.shares, cycle.part_names, strict=True))
+    return f"mix of {shares}"
+
+
+def _body(
+    evaluation: Evaluation, selection: Selection | None, rejected: pd.DataFrame | None, pictures: Pictures
+) -> dict[str, Any]:
+    """The content, section by section."""
+    rows = check_rows(evaluation)
+    joints = [_joint(joint, evaluation) for joint in evaluation.joints.values()]
+    if selection is not None and rejected is not None:
+        joints = [one | _others(selection, rejected, name) for one, name in zip(joints, evaluation.joints, strict=True)]
+    checks, counts = rejected_counts({} if rejected is None else counted(rejected), evaluation.joints)
+
+    def picture(chart: Chart | None) -> Markup:
+        return Markup("") if chart is None else pictures.add(chart)
+
+    return {
+        "groups": assumption_groups(evaluation),
+        "rows": rows,
+        "matrix": matrix(evaluation),
+        "unchecked": [row for row in rows if row.css == "unchecked"],
+        "joints": joints,
+        "shared": [check_row(shared_place(check), check) for check in evaluation.shared],
+        "moments": _moments(evaluation),
+        "supplies": {f"{share:g}": _supply(evaluation.study, share) for share in SUPPLIES},
+        "margin_figure": picture(margin_chart(evaluation)),
+        "supply_figure": picture(power_chart(evaluation)),
+        "heat_figure": picture(heat_chart(evaluation)),
+        "rejected": _rejected_words(evaluation, rejected),
+        "sets": [] if selection is None else set_rows(selection),
+        "share_heading": HEADINGS[evaluation.study.objective],
+        "is_selection": selection is not None,
+        "factored": any(
+            factors(evaluation.study.safety)[check.name] != 1.0
+            for joint in evaluation.joints.values()
+            for check in joint.checks
+            if check.utilisation is not None
+        ),
+        "feasible": evaluation.feasible,
+        "rejecting_checks": checks,
+        "rejected_counts": counts,
+        "passed_over": passed_over(evaluation.study.joints),
+        "outside": OUTSIDE,
+    }
+
+
+def _moments(evaluation: Evaluation) -> dict[str, str]:
+    """First and last instant, and the one at which a limit is closest: there the page begins [s]."""
+    time = evaluation.study.cycle.time
+    judged = [check for joint in evaluation.joints.values() for check in joint.checks
+              if check.utilisation is not None and check.time is not None and check.unit != "C"]  # fmt: skip
+    worst = max(judged, key=lambda check: check.utilisation or 0.0, default=None)
+    at = time[0] if worst is None or worst.time is None else worst.time
+    return {name: f"{value:.6g}" for name, value in (("first", time[0]), ("last", time[-1]), ("worst", at))}
+
+
+def _supply(study: Study, share: float) -> str:
+    """A voltage of the switch."""
+    told = "" if share == 1.0 else f" ({percent(share)} of the study's)"
+    return f"{with_unit(share * study.supply.voltage, 'V')}{told}"
+
+
+def _rejected_words(evaluation: Evaluation, rejected: pd.DataFrame | None) -> dict[str, Any] | None:
+    """What the table of rejected candidates is headed by; None where there are none."""
+    if rejected is None or not len(rejected):
+        return None
+    joints = [name for name in evaluation.joints if (rejected["joint"] == name).any()]
+    headings = ("joint", "motor", "gear", "rejected by", "used of the limit", SHARES[evaluation.study.objective])
+    return {"joints": joints, "headings": headings}
+
+
+def _joint(joint: JointResult, evaluation: Evaluation) -> dict[str, Any]:
+    """One joint's section."""
+    gear, study = joint.drive.gear, evaluation.study
+    ratio = abs(gear.ratio)
+    step = 1.0 if ratio >= 20.0 else 0.1
+    follows = [
+        (check.name, FOLLOWS[check.name], percent(check.utilisation)) for check in joint.checks
+        if check.name in FOLLOWS and check.utilisation is not None and math.isfinite(check.utilisation)
+    ]  # fmt: skip
+    ends = {"low": max(step, 0.4 * ratio // step * step), "high": 2.5 * ratio // step * step, "own": ratio}
+    return {
+        "card": joint_card(joint),
+        "ratio": None
+        if gear.kind == "ideal"
+        else {name: f"{value:g}" for name, value in ends.items()} | {"step": "any"},
+        "follows": follows,
+        "gear_limits": [f"{name} {with_unit(value, unit)}" for name, value, unit in gear_limits(gear)],
+        "rows": [check_row(joint.name, check) for check in joint.checks],
+        "assumptions": joint.drive.assumptions,
+        "remarks": joint.remarks,
+        "parts": used_rows(joint, study),
+        "motor_name": identity(joint.drive.motor),
+        "gear_name": identity(gear),
+        "names": {},
+        "alternatives": [],
+        "misses": [],
+        "rejected": 0,
+    }
+
+
+def _others(selection: Selection, rejected: pd.DataFrame, joint: str) -> dict[str, Any]:
+    """What only a selection knows of a joint: who else passes, and who failed by little."""
+    catalog, safety = selection.evaluation.study.catalog, selection.evaluation.study.safety
+    alternatives, misses = _alternatives(selection, joint), nearest_misses(rejected, joint, safety)
+    pairs = [(motor, gear) for motor, gear, _ in alternatives] + [(miss.motor, miss.gear) for miss in misses]
+    names = {motor: identity(catalog.motors.get(motor)) for motor, _ in pairs}
+    return {
+        "alternatives": alternatives,
+        "misses": misses,
+        "names": names | {gear: identity(catalog.gears.get(gear)) for _, gear in pairs},
+        "rejected": int((rejected["joint"] == joint).sum()),
+    }
+
+
+def _alternatives(selection: Selection, joint: str) -> list[tuple[str, str, str]]:
+    """The next best pairs of a joint that also pass."""
+    return [
+        (motor, gear or "direct drive", number(share)) for motor, gear, share in selection.alternatives.get(joint, ())
+    ]

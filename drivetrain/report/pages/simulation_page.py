@@ -1,0 +1,141 @@
+"""A run of a study's arm as a page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from drivetrain.report.charts.run_charts import FRICTION, run_charts
+from drivetrain.report.pages.loops_page import bode_section
+from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.pages.views import CSS
+from drivetrain.report.quantities import DASH, number, printed_unit, with_unit
+from drivetrain.report.words import common_unit, end_of, required_text
+from drivetrain.simulation.cost_results import Decision
+from drivetrain.simulation.recording import Recording
+from drivetrain.simulation.unaccounted import UNACCOUNTED
+from drivetrain.sizing.results import Evaluation
+
+DOUBTS = (UNACCOUNTED, "verify")  # events by which a run says that it is not to be trusted
+MOST_EVENTS = 40  # told in the table; the recording holds them all
+
+
+@dataclass(frozen=True, eq=False)
+class SimulationFound:
+    """A run and what it decides.
+
+    Attributes:
+        evaluation: Of the drives.
+        recording: Of the run.
+        decision: What it decides; None for an inverse run, or one that was stopped.
+        plan: Printed.
+        effects: What was in, in words.
+        limits: ``current`` [A] and ``voltage`` [V] by joint.
+        current_bandwidth: Of the current loops [rad/s].
+    """
+
+    evaluation: Evaluation
+    recording: Recording
+    decision: Decision | None
+    plan: str
+    effects: str
+    limits: Mapping[str, Mapping[str, float]]
+    current_bandwidth: float
+
+
+def simulation_report(found: SimulationFound) -> str:
+    """The page."""
+    sections = [_run(found), _plan(found), bode_section(found.evaluation, found.current_bandwidth)]
+    return sheet(found.evaluation.study, "What happens when it runs", sections)
+
+
+def simulation_lines(found: SimulationFound) -> list[str]:
+    """The run, for the terminal."""
+    recording, told = found.recording, found.decision
+    work = ", ".join(f"{count} {name}" for name, count in recording.counters.items())
+    lines = [f"{found.effects}; {recording.about.get('solver', '')}: {work}"]
+    if recording.stopped_by is not None:
+        lines.append(f"stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}")
+    lines += [f"warning: at {one.time:.4g} s: {one.detail}" for one in recording.events if one.name in DOUBTS]
+    if recording.verified:
+        lines.append(f"run once more, finer: {len(recording.verified)} quantities side by side on the page")
+    if told is not None:
+        for name, joint in told.joints.items():
+            lines.append(
+                f"  {name}: current {with_unit(joint.peak_current, 'A')}, RMS {with_unit(joint.rms_current, 'A')}, "
+                f"winding {with_unit(joint.winding_temperature, 'C')} when the cycle repeats without end"
+            )
+        end = end_of(found.evaluation.study)
+        lines.append(f"{end.name}: at most {end.far(told.tip_deviation)} from the command; verdict {told.verdict}")
+    return lines
+
+
+def _run(found: SimulationFound) -> Section:
+    recording, joints = found.recording, list(found.evaluation.joints)
+    told = found.decision
+    word, css = ("", "") if told is None else (str(told.verdict), CSS[told.verdict])
+    if recording.stopped_by is not None:
+        word, css = "stopped", "fail"
+    work = ", ".join(f"{number(float(count))} {name}" for name, count in recording.counters.items())
+    lead = [f"{found.effects[0].upper()}{found.effects[1:]}. {recording.about.get('solver', '')}: {work}."]
+    if recording.stopped_by is not None:
+        lead.append(f"Stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}.")
+    lead += [f"Warning, at {one.time:.4g} s: {one.detail}." for one in recording.events if one.name in DOUBTS]
+    if told is not None:
+        end = end_of(found.evaluation.study)
+        lead.append(f"The {end.name} comes as far as {end.far(told.tip_deviation)} from the command.")
+    tables = [] if told is None else [_decided(told), _checks(told)]
+    if recording.verified:
+        compared = tuple(
+            (name, number(a, 5), number(b, 5), number(a - b, 2)) for name, (a, b) in recording.verified.items()
+        )
+        caption = "Once more at half the step or a tenth of the tolerance [A, N m, K, rad, m]"
+        tables.append(SheetTable(("decides", "this run", "finer", "difference"), compared, caption, (1, 2, 3)))
+    events = [e for e in recording.events if e.name not in FRICTION][:MOST_EVENTS]
+    if events:
+        rows = tuple((f"{event.time:.4f} s", event.name, event.detail) for event in events)
+        tables.append(SheetTable(("time", "event", ""), rows, "Events", (0,)))
+    return Section("The run", "run", word, css, tuple(lead), run_charts(recording, joints, found.limits), tuple(tables))
+
+
+def _decided(told: Decision) -> SheetTable:
+    rows = tuple(
+        (
+            name, with_unit(joint.peak_current, "A"), with_unit(joint.rms_current, "A"),
+            with_unit(joint.rms_torque, "N m"),
+            DASH if math.isnan(joint.winding_temperature) else with_unit(joint.winding_temperature, "C"),
+            f"{number(1e3 * joint.deviation)}\u00a0mrad",
+        )
+        for name, joint in told.joints.items()
+    )  # fmt: skip
+    headings = ("joint", "peak current", "RMS current", "RMS gear torque", "winding, periodic", "from the command")
+    return SheetTable(headings, rows, "What it decides", (1, 2, 3, 4, 5))
+
+
+def _checks(told: Decision) -> SheetTable:
+    rows: list[tuple[str | Chip, ...]] = []
+    for name, checks in told.checks.items():
+        for check in checks:
+            if check.utilisation is not None:
+                shown = common_unit(check)
+                rows.append((
+                    name, check.name, required_text(check, shown, printed_unit(shown)),
+                    with_unit(check.available, check.unit, shown=shown),
+                    f"{100.0 * check.utilisation:.0f}\u00a0%", Chip(str(check.verdict), CSS[check.verdict]),
+                ))  # fmt: skip
+    return SheetTable(("joint", "check", "required", "available", "used", ""), tuple(rows),
+                      "The study's checks on what was simulated", (2, 3, 4))  # fmt: skip
+
+
+def _plan(found: SimulationFound) -> Section:
+    """The plan line by line, signals left out: they fill pages."""
+    rows, group = [], ""
+    for line in found.plan.splitlines()[1:]:
+        if line and not line.startswith(" "):
+            group = line
+        elif line.strip() and group not in ("Signals", "States"):
+            first, _, second = line.strip().partition("  ")
+            rows.append((group, first, second.strip()))
+    return Section("Plan", "plan", lead=(found.plan.splitlines()[0],),
+                   tables=(SheetTable(("", "", ""), tuple(rows)),))  # fmt: skip

@@ -1,0 +1,327 @@
+"""Rows and cards of the page: results as texts, ready for the template, which only lays them out."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+import pandas as pd
+
+from drivetrain.catalog.schema import BRAKE_COLUMNS, GEAR_COLUMNS, MOTOR_COLUMNS, Column
+from drivetrain.drive.brake import Brake
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
+from drivetrain.report.rejected import COLUMNS
+from drivetrain.report.words import (
+    common_unit,
+    digits_near_limit,
+    identity,
+    in_study_amperes,
+    joint_sentence,
+    nearness,
+    required_text,
+)
+from drivetrain.sizing.judge.checks import factors
+from drivetrain.sizing.results import Evaluation, JointResult, RejectedPair
+from drivetrain.study.model import JointTask, Safety, Study
+from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
+
+CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
+MOST_SHOWN = 8  # candidates a list; the file rejected.csv holds them all
+
+
+@dataclass(frozen=True)
+class CheckRow:
+    """One check of one joint as it stands in the table.
+
+    Attributes:
+        joint: Its name, or ``supply``.
+        name, required, available, unit, utilisation, margin, time, source, remark, verdict: Texts.
+        told: The number that a check without a verdict tells, with its unit; a dash when it tells none.
+        css: Class of the verdict.
+        share: Utilisation as a number for sorting and the bar; -1 when not checked.
+        seconds: Instant for sorting [s]; -1 when it belongs to none.
+    """
+
+    joint: str
+    name: str
+    required: str
+    available: str
+    unit: str
+    utilisation: str
+    told: str
+    margin: str
+    time: str
+    source: str
+    remark: str
+    verdict: str
+    css: str
+    share: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class JointCard:
+    """One joint in the verdict box and in the navigation.
+
+    Attributes:
+        name, anchor, verdict, css: The joint and its verdict.
+        motor, gear: Keys as printed.
+        motor_name, gear_name: Maker, series and part number, as far as known.
+        sentence: What limits it.
+        lead: The same as a whole sentence.
+        utilisation: Of the binding check, as text.
+        share: The same as a number; 0 when nothing was checked.
+        colour: Of the joint in pictures.
+    """
+
+    name: str
+    anchor: str
+    verdict: str
+    css: str
+    motor: str
+    gear: str
+    motor_name: str
+    gear_name: str
+    sentence: str
+    lead: str
+    utilisation: str
+    share: float
+    colour: str
+
+
+@dataclass(frozen=True)
+class Part:
+    """One catalogue row as used.
+
+    Attributes:
+        title: Maker, series and part number.
+        key: In the catalogue.
+        source: Where the row is from.
+        cells: (name, value, unit, meaning) of every known field.
+        missing: Names of the fields that the sheet leaves empty.
+    """
+
+    title: str
+    key: str
+    source: str
+    cells: tuple[tuple[str, str, str, str], ...]
+    missing: str
+
+
+def anchor(text: str) -> str:
+    """A name that can stand in a link."""
+    return "joint-" + re.sub(r"[^A-Za-z0-9]+", "-", text).strip("-")
+
+
+def check_row(joint: str, check: Check, rows: tuple[str, ...] = ()) -> CheckRow:
+    """A check as texts."""
+    shown = common_unit(check)
+
+    def text(value: float | None) -> str:
+        digits = digits_near_limit(check.utilisation)
+        return DASH if value is None else number(float(convert(value, check.unit, shown)), digits)
+
+    margin = DASH
+    if check.required is not None and check.available is not None and check.utilisation is not None:
+        difference = float(convert(check.available, check.unit, shown) - convert(check.required, check.unit, shown))
+        margin = ("+" if difference > 0 else "") + number(difference)
+    source = check.source
+    for row in rows:
+        source = source.replace(f" ({row})", "") if row else source
+    told = next((value for value in (check.required, check.available) if value is not None), None)
+    share = check.utilisation if check.utilisation is not None and not math.isnan(check.utilisation) else -1.0
+    return CheckRow(
+        joint=joint,
+        name=check.name,
+        required=required_text(check, shown),
+        available=text(check.available),
+        unit=printed_unit(shown),
+        utilisation=percent(check.utilisation),
+        told=f"{text(told)} {printed_unit(shown) if told is not None else ''}".strip()
+        if check.utilisation is None
+        else "",
+        margin=margin,
+        time=DASH if check.time is None else f"{number(check.time)} s",
+        source=source,
+        remark="; ".join(text for text in (in_study_amperes(check), check.remark) if text),
+        verdict=str(check.verdict),
+        css=CSS[check.verdict],
+        share=min(share, 1e9),
+        seconds=-1.0 if check.time is None else check.time,
+    )
+
+
+def check_rows(evaluation: Evaluation) -> list[CheckRow]:
+    """Every check of every joint and of the supply, in the arm's order."""
+    rows = []
+    for joint in evaluation.joints.values():
+        sources = (joint.drive.motor.source, joint.drive.gear.source, joint.drive.motor.brake.source)
+        rows += [check_row(joint.name, check, sources) for check in joint.checks]
+    return rows + [check_row(shared_place(check), check) for check in evaluation.shared]
+
+
+def joint_card(joint: JointResult, colour: str = "") -> JointCard:
+    """A joint's verdict as texts."""
+    share = 0.0 if joint.binding is None else joint.binding.utilisation or 0.0
+    return JointCard(
+        joint.name,
+        anchor(joint.name),
+        str(joint.verdict),
+        CSS[joint.verdict],
+        joint.motor,
+        joint.gear or "direct drive",
+        identity(joint.drive.motor),
+        identity(joint.drive.gear),
+        joint_sentence(joint),
+        f"{nearness(joint.binding).capitalize()}: {joint_sentence(joint)}.",
+        percent(None if joint.binding is None else joint.binding.utilisation),
+        min(share, 1e9),
+        colour,
+    )
+
+
+def matrix(evaluation: Evaluation) -> list[tuple[str, list[CheckRow | None]]]:
+    """Check names against joints: one coloured cell each.
+
+    Returns:
+        (check name, one row a joint or None), checks in the order in which the joints list them.
+    """
+    names: dict[str, None] = {}
+    for joint in evaluation.joints.values():
+        names |= dict.fromkeys(check.name for check in joint.checks)
+    found = {(row.joint, row.name): row for row in check_rows(evaluation)}
+    return [(name, [found.get((joint, name)) for joint in evaluation.joints]) for name in names]
+
+
+def part(record: Motor | Gear | Brake) -> Part:
+    """A catalogue row: every known number in SI."""
+    listed = {Motor: MOTOR_COLUMNS, Gear: GEAR_COLUMNS, Brake: BRAKE_COLUMNS}[type(record)]
+    columns = {column.name: column for column in listed}
+    skipped = {"key", "maker", "series", "part_number", "source", "brake"}
+    known, missing = [], []
+    for field in fields(record):
+        value = getattr(record, field.name)
+        spoken = field.name.replace("_", " ")
+        if field.name in skipped:
+            continue
+        if value is None:
+            missing.append(spoken)
+        else:
+            known.append((spoken, _cell(value), *_described(columns.get(field.name))))
+    return Part(
+        identity(record) or record.key or "direct drive", record.key, record.source, tuple(known), ", ".join(missing)
+    )
+
+
+def used_rows(joint: JointResult, study: Study) -> list[Part]:
+    """The catalogue rows of a joint's drive, as the catalogue gives them."""
+    brake = joint.drive.motor.brake
+    motor = study.catalog.motors.get(joint.motor.removesuffix(f"+{brake.key}"), joint.drive.motor)
+    gear = study.catalog.gears.get(joint.gear, joint.drive.gear)
+    return [part(motor), *([part(brake)] if brake.key else []), *([part(gear)] if joint.gear else [])]
+
+
+def passed_over(tasks: tuple[JointTask, ...]) -> list[tuple[str, tuple[str, ...]]]:
+    """What the rules of the study filtered out; joints with the same rules together.
+
+    Returns:
+        (joints, what was filtered out of each table).
+    """
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for task in tasks:
+        if task.passed_over:
+            groups.setdefault(task.passed_over, []).append(task.name)
+    every = len(groups) == 1 and len(tasks) == sum(map(len, groups.values()))
+    return [("all joints" if every else ", ".join(names), lines) for lines, names in groups.items()]
+
+
+def _cell(value: object) -> str:
+    """A field's value, digits as they are used."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.6g}" if isinstance(value, int | float) else str(value)
+
+
+def _described(column: Column | None) -> tuple[str, str]:
+    """A column's unit and meaning."""
+    if column is None:
+        return "", ""
+    return ("°C" if column.unit in ("degC", "C") else "" if column.unit == "1" else column.unit), column.meaning
+
+
+@dataclass(frozen=True)
+class RejectedRow:
+    """One rejected candidate, as texts.
+
+    Attributes:
+        motor, gear, check, required, available, unit, utilisation, objective: Texts.
+    """
+
+    motor: str
+    gear: str
+    check: str
+    required: str
+    available: str
+    unit: str
+    utilisation: str
+    objective: str
+
+
+def rejected_row(one: RejectedPair, factor: float = 1.0) -> RejectedRow:
+    """A rejected candidate as texts.
+
+    Args:
+        factor: The safety factor in what is required.
+    """
+    check = Check(
+        "", one.required, one.available, one.unit, one.utilisation, Verdict.FAIL, factor=factor
+    )  # fmt: skip
+    shown = common_unit(check)
+    available = number(float(convert(one.available, one.unit, shown)), digits_near_limit(one.utilisation))
+    return RejectedRow(
+        one.motor,
+        one.gear or "direct drive",
+        one.check,
+        required_text(check, shown),
+        available,
+        printed_unit(shown),
+        percent(one.utilisation),
+        number(one.objective),
+    )
+
+
+def rejected_counts(
+    counts: Mapping[tuple[str, str], int], joints: Iterable[str]
+) -> tuple[list[str], list[tuple[str, int, list[int]]]]:
+    """How many candidates each check rejected at each joint.
+
+    Args:
+        counts: By (joint, check).
+    """
+    totals: Counter[str] = Counter()
+    for (_, check), count in counts.items():
+        totals[check] += count
+    checks = sorted(totals, key=lambda check: (-totals[check], check))
+    rows = []
+    for joint in joints:
+        row = [counts.get((joint, check), 0) for check in checks]
+        rows.append((joint, sum(row), row))
+    return checks, rows
+
+
+def nearest_misses(rejected: pd.DataFrame, joint: str, safety: Safety) -> list[RejectedRow]:
+    """The candidates of a joint that failed by the least."""
+    factor = factors(safety)
+    own = rejected[rejected["joint"] == joint]
+    used = own["utilisation"].to_numpy(dtype=float)
+    if len(used) > MOST_SHOWN:
+        own = own[used <= np.partition(used, MOST_SHOWN - 1)[MOST_SHOWN - 1]]
+    rows = [RejectedPair(*values) for values in own[list(COLUMNS)].itertuples(index=False, name=None)]
+    rows.sort(key=lambda one: (one.utilisation, one.objective, one.motor, one.gear))
+    return [rejected_row(one, factor.get(one.check, 1.0)) for one in rows[:MOST_SHOWN]]

@@ -1,0 +1,136 @@
+"""Why a part was not chosen, in words for the terminal and as a page."""
+
+from __future__ import annotations
+
+import math
+
+from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.pages.views import anchor, check_row
+from drivetrain.report.quantities import number, percent, with_unit
+from drivetrain.report.words import check_sentence
+from drivetrain.sizing.answers.why_not import PairAnswer, SmallestChange, Standing, WhyNot
+from drivetrain.sizing.results import Selection
+
+STANDING_CSS = {
+    Standing.CHOSEN: "pass", Standing.HOLDS: "pass", Standing.FALLS: "fail", Standing.NOT_JUDGED: "unchecked",
+    Standing.NO_PARTNER: "unchecked",
+}  # fmt: skip
+UNITS = {"mass": " kg", "price": "", "energy": " J", "weighted": ""}
+
+
+def why_not_report(found: WhyNot) -> str:
+    """The answer as a page."""
+    return sheet(found.study, "Why not this part?", [_section(found, one) for one in found.answers])
+
+
+def why_not_lines(found: WhyNot, answer: PairAnswer) -> list[str]:
+    """The answer for one joint in sentences."""
+    lines = [_standing(found, answer)]
+    lines += [f"May not be chosen: {words}." for words in answer.passed_over]
+    if answer.lacking:
+        lines.append(f"Data are missing for {', '.join(answer.lacking)}; without them there is no verdict.")
+    if answer.felled is not None:
+        lines.append(f"Rejected by {check_sentence(answer.felled)}.")
+    lines += [change_sentence(change) for change in answer.changes]
+    if answer.best is not None:
+        lines.append(_best(found, answer, answer.best))
+    return lines
+
+
+def change_sentence(change: SmallestChange) -> str:
+    """One kind of change in words."""
+    gear = "" if change.gear is None else _gear(change)
+    before = with_unit(change.before, change.unit)
+    if change.after is None:
+        return f"{change.what.capitalize()}: no change helps; {change.reason}.{gear}"
+    after = f"{number(_safe(change.after, change.before))}\u00a0{change.unit}".rstrip("\u00a0")
+    whole = "the whole set then holds" if change.set_holds else "other drives of the set still do not hold"
+    return (
+        f"{change.what.capitalize()}: passes with {after} instead of {before}; a little less and {change.check} fails; "
+        f"{whole}.{gear}"
+    )
+
+
+def _gear(change: SmallestChange) -> str:
+    gear = change.gear
+    if gear is None:
+        return ""
+    return f" Of the catalogue, {gear.key} (ratio {number(gear.ratio)}) passes with {percent(gear.utilisation)}."
+
+
+def _safe(after: float, before: float) -> float:
+    """A value rounded to three digits away from what it was, so that what is printed passes too."""
+    if after == 0.0:
+        return after
+    step = 10.0 ** (math.floor(math.log10(abs(after))) - 2)
+    steps = round(after / step, 6)
+    return step * (math.ceil(steps) if after > before else math.floor(steps))
+
+
+def _asked(found: WhyNot) -> str:
+    gear = "a direct drive" if found.gear == "" else found.gear
+    return " with ".join(part for part in (found.motor, gear) if part)
+
+
+def _standing(found: WhyNot, answer: PairAnswer) -> str:
+    pair = " with ".join(part for part in (answer.motor, answer.gear or "no gear") if part)
+    if answer.standing is Standing.NO_PARTNER:
+        return f"{answer.joint}: {_asked(found)} has no partner here."
+    some = f" (the best of {answer.partners} pairs, {answer.holding} of which hold)" if answer.partners > 1 else ""
+    words = {
+        Standing.CHOSEN: "is the chosen drive",
+        Standing.HOLDS: "meets all limits, and was not chosen",
+        Standing.FALLS: "does not meet all limits beside the other chosen drives",
+        Standing.NOT_JUDGED: "cannot be checked for lack of data",
+    }
+    return f"{answer.joint}: {pair}{some} {words[answer.standing]}."
+
+
+def _best(found: WhyNot, answer: PairAnswer, best: Selection) -> str:
+    """What the best set with the part is worth."""
+    part = "it" if answer.partners == 1 else "one of its pairs"
+    if not best.feasible:
+        return f"No set of drives with {part} at {answer.joint} was found: {best.proof}."
+    unit = UNITS.get(found.study.objective, "")
+    chosen = found.selection.objective
+    text = f"The best set with {part} at {answer.joint} has {found.study.objective} {number(best.objective)}{unit}"
+    if found.selection.feasible and math.isfinite(chosen) and chosen > 0.0:
+        more = best.objective / chosen - 1.0
+        text += f", {100.0 * more:.3g} % above the chosen {number(chosen)}{unit}"
+    return f"{text} ({best.proof})."
+
+
+def _section(found: WhyNot, answer: PairAnswer) -> Section:
+    tables: list[SheetTable] = []
+    told = [change_sentence(change) for change in answer.changes]
+    if answer.result is not None:
+        sources = (answer.result.drive.motor.source, answer.result.drive.gear.source)
+        rows = [check_row(answer.joint, check, sources) for check in answer.result.checks]
+        tables.append(SheetTable(
+            ("check", "verdict", "utilisation", "required", "available", "unit", "margin"),
+            tuple(
+                (row.name, Chip(row.verdict, row.css), row.told or row.utilisation, row.required, row.available,
+                 row.unit, row.margin)
+                for row in rows
+            ),
+            f"Every check of {answer.motor} with {answer.gear or 'no gear'}, the other chosen drives in place",
+            (2, 3, 4, 6),
+        ))  # fmt: skip
+    if answer.changes:
+        tables.insert(0, SheetTable(
+            ("smallest change", "now", "passes with", "still fails with", "whole set", "check at the edge"),
+            tuple(_change_row(change) for change in answer.changes), "What would let it pass", (1, 2, 3),
+        ))  # fmt: skip
+    return Section(
+        answer.joint, anchor(answer.joint), str(answer.standing), STANDING_CSS[answer.standing],
+        tuple(line for line in why_not_lines(found, answer) if line not in told), tables=tuple(tables),
+    )  # fmt: skip
+
+
+def _change_row(change: SmallestChange) -> tuple[str | Chip, ...]:
+    before, gear = with_unit(change.before, change.unit), _gear(change)
+    if change.after is None:
+        return (change.what, before, "–", "–", Chip("no change helps", "fail"), f"{change.reason}.{gear}")
+    after, short = (f"{number(value, 8)}\u00a0{change.unit}" for value in (change.after, change.short))
+    whole = Chip("holds", "pass") if change.set_holds else Chip("does not hold", "fail")
+    return (change.what, before, after, short, whole, f"{change.check}.{gear}")

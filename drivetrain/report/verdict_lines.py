@@ -1,0 +1,192 @@
+"""The verdict table for the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from rich.table import Table
+from rich.text import Text
+
+from drivetrain.report.best_sets import equals_sentence, set_lines
+from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
+from drivetrain.report.words import (
+    common_unit,
+    digits_near_limit,
+    gaps,
+    headline,
+    identity,
+    in_study_amperes,
+    objective_text,
+    overall_sentence,
+    required_text,
+)
+from drivetrain.sizing.answers.fastest import Fastest
+from drivetrain.sizing.judge.checks import REQUIREMENTS
+from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.study.model import Study
+from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
+
+STYLES = {
+    Verdict.PASS: "bold green",
+    Verdict.MARGINAL: "bold yellow",
+    Verdict.FAIL: "bold red",
+    Verdict.NOT_CHECKED: "dim",
+}
+
+
+def verdict_table(evaluation: Evaluation) -> Table:
+    """One line a joint: its drive, how much of it is used, the verdict and what limits it."""
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    table.add_column("joint", no_wrap=True)
+    table.add_column("motor", overflow="fold")
+    table.add_column("gear", overflow="fold")
+    for name in ("peak", "rms", "temp", "current"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
+    table.add_column("limited by", overflow="fold")
+    for joint in evaluation.joints.values():
+        table.add_row(*_cells(joint))
+    for check in evaluation.shared:
+        if check.utilisation is None and check.verdict is not Verdict.FAIL:
+            continue
+        verdict = Text(str(check.verdict), STYLES[check.verdict])
+        blank = [DASH] * 3
+        table.add_row(shared_place(check), "", "", percent(check.utilisation), *blank, verdict, check.name)
+    return table
+
+
+def _cells(joint: JointResult) -> list[str | Text]:
+    """One joint's line."""
+    heat, binding = joint.series.winding_temperature, joint.binding
+    return [
+        joint.name,
+        joint.motor,
+        joint.gear or "direct",
+        percent(_largest(joint, ("gear repeated peak torque", "motor peak torque"))),
+        percent(_largest(joint, ("motor RMS current",))),
+        DASH if heat is None else f"{float(heat.max()):.0f} °C",
+        percent(_largest(joint, ("motor peak current", "amplifier peak current"))),
+        Text(str(joint.verdict), STYLES[joint.verdict]),
+        DASH if binding is None else f"{binding.name} {percent(binding.utilisation)}",
+    ]
+
+
+def part_lines(evaluation: Evaluation) -> list[str]:
+    """What the makers call the parts, each once."""
+    rows = [row for joint in evaluation.joints.values() for row in (joint.drive.motor, joint.drive.gear)]
+    return list(dict.fromkeys(f"{row.key}: {identity(row)}" for row in rows if row.key and identity(row)))
+
+
+def _largest(joint: JointResult, names: tuple[str, ...]) -> float | None:
+    """The highest utilisation among the named checks; None when none of them was judged."""
+    found = [check.utilisation for check in joint.checks if check.name in names and check.utilisation is not None]
+    return max(found, default=None)
+
+
+def verdict_lines(result: Evaluation | Selection) -> list[Text]:
+    """What stands under the table: the verdict in words, the objective, how sure the choice is, what would fix it."""
+    selection = result if isinstance(result, Selection) else None
+    evaluation = result.evaluation if isinstance(result, Selection) else result
+    lines = [
+        Text.assemble((str(result.verdict), STYLES[result.verdict]), "  ", headline(evaluation, selection)),
+        Text(overall_sentence(evaluation)),
+        Text(f"objective: {objective_text(evaluation, selection)}"),
+    ]
+    holes = gaps(evaluation)
+    lines[1:1] = [Text(line, "yellow") for line in (holes[:1] if selection is not None else holes)]
+    if selection is not None:
+        lines += [Text(f"note: {line}", "yellow") for line in selection.notes]
+        lines.append(Text(f"proof: {selection.proof}; {len(selection.fallen)} candidates rejected"))
+        lines += [Text(line) for line in (equals_sentence(selection),) if line]
+        lines += [Text(line, "dim") for line in set_lines(selection)]
+        lines += [Text(f"fix: {line}") for line in selection.advice]
+    missing = sum(
+        check.verdict is Verdict.NOT_CHECKED for joint in evaluation.joints.values() for check in joint.checks
+    )
+    lines += [Text(line, "dim") for line in part_lines(evaluation)]
+    if missing:
+        lines.append(
+            Text(f"{missing} checks not evaluated, or for information only: the report says which and why", "dim")
+        )
+    return lines
+
+
+def explanation(evaluation: Evaluation, joints: tuple[str, ...], checks: tuple[str, ...]) -> Iterator[str]:
+    """Every wanted check of every wanted joint.
+
+    Args:
+        evaluation: Of the drives.
+        joints: Names, ``supply`` and ``arm`` among them; empty: all.
+        checks: Names; empty: all.
+    """
+    for name, joint in evaluation.joints.items():
+        found = [one for one in joint.checks if not checks or one.name in checks]
+        if found and (not joints or name in joints):
+            yield f"{name}: {_parts(joint)}"
+            yield from (line for check in found for line in check_lines(check))
+    for place in ("supply", "arm", "catalogue"):
+        found = [
+            one for one in evaluation.shared
+            if shared_place(one) == place and (not checks or one.name in checks)
+        ]  # fmt: skip
+        if found and (not joints or place in joints):
+            yield place
+            yield from (line for check in found for line in check_lines(check))
+
+
+def check_lines(check: Check) -> Iterator[str]:
+    """One check."""
+    shown = common_unit(check)
+    unit, digits = printed_unit(shown), digits_near_limit(check.utilisation)
+    limit = DASH if check.available is None else number(float(convert(check.available, check.unit, shown)), digits)
+    formula = next((row.formula for row in REQUIREMENTS if row.name == check.name), "")
+    used = "" if check.utilisation is None else f", {percent(check.utilisation)} of the limit"
+    yield f"  {check.name}: {check.verdict}{used}"
+    lines = (
+        ("required", "" if check.required is None else required_text(check, shown, unit)),
+        ("in study", in_study_amperes(check)),
+        ("formula", formula),
+        ("limit", "" if check.available is None else f"{limit} {unit}".rstrip()),
+        ("source", check.source),
+        ("instant", "" if check.time is None else f"t = {number(check.time)} s of the cycle"),
+        ("remark", check.remark),
+    )
+    yield from (f"    {name:<8} {text}" for name, text in lines if text)
+
+
+def _parts(joint: JointResult) -> str:
+    """The drive of a joint: keys, and what the maker calls them."""
+    motor, gear = joint.drive.motor, joint.drive.gear
+    told = []
+    for part in (motor, gear) if joint.gear else (motor,):
+        maker = identity(part)
+        told.append(f"{part.key} ({maker})" if maker else part.key)
+    return " with ".join(told) + ("" if joint.gear else ", no gear")
+
+
+def fastest_lines(found: Fastest) -> Iterator[str]:
+    """What the terminal shows."""
+    if found.feasible:
+        change = 100.0 * (found.duration / found.before - 1.0)
+        yield f"fastest cycle: {found.duration:.4g} s instead of {found.before:.4g} s ({change:+.3g} %)"
+    else:
+        yield f"no pace holds, not even a cycle of {found.duration:.4g} s: {overall_sentence(found.evaluation)}"
+    for move in found.moves:
+        words = f"  {move.name}, from {move.start:.4g} s: {move.after:.4g} s instead of {move.before:.4g} s"
+        if move.check:
+            when = "over the whole cycle" if math.isnan(move.time) else f"t = {move.time:.4g} s"
+            words += f"; limited by {move.check} at {move.place}, {when}"
+        yield words
+
+
+def motion_csv(study: Study) -> str:
+    """Joint positions over the cycle, one row an instant."""
+    cycle, arm = study.cycle, study.arm
+    slides = [False] * len(cycle.joint_names) if arm is None else [not screw[:3].any() for screw in arm.screws]
+    names = [f"{name} [{'m' if slide else 'rad'}]" for name, slide in zip(cycle.joint_names, slides, strict=True)]
+    kept = np.append(np.diff(cycle.time) > 0.0, True)
+    rows = np.column_stack([cycle.time, cycle.position])[kept]
+    text = "\n".join(",".join(f"{value:.9g}" for value in row) for row in rows)
+    return f"{','.join(['time [s]', *names])}\n{text}\n"

@@ -1,0 +1,310 @@
+"""The mechanics of a scene: rotors and springs of the effects on the arm, as constants of the compiled equations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import coupled_groups
+from drivetrain.arm.geared import with_rotors
+from drivetrain.arm.rotors import Rotor, RotorLevel
+from drivetrain.arrays import Array
+from drivetrain.dynamics.core.equation_of_motion import BODY, moving_bodies
+from drivetrain.dynamics.core.packed import followers, link_frames, packed
+from drivetrain.dynamics.core.records import LINK, ROTOR
+from drivetrain.effects.effect import Effect, Place, Shape
+from drivetrain.effects.loads.payload_change import PayloadChange
+from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.scene import WHOLE, Inertia, Scene
+
+# What the tip carries from an instant on: mass, first and second moments of the last link with it.
+BODY_NAMES = ("mass", "hx", "hy", "hz", "sxx", "syy", "szz", "sxy", "sxz", "syz")
+PAYLOAD = np.dtype([(name, np.float64) for name in ("time", *BODY_NAMES)])
+
+
+@dataclass(frozen=True, eq=False)
+class Coupled:
+    """Motors that drive several joints: the coordinates of those joints are the turns of the shafts behind the gears.
+
+    Attributes:
+        shafts: Joints whose motors are coupled.
+        shaft_turns: C, the first n coordinates a unit of each joint, (n, n).
+        turns: Joints a unit of each of those coordinates, its inverse, (n, n).
+        spread: Coordinates of the bodies (joints, rotors on their own, rotors that follow several joints) a unit of
+            each coordinate, (e, c).
+        felt: Body's coordinate whose turning the motor of each coordinate feels; -1: it turns nothing, (c,).
+        factors: By how much, (c,).
+        own: Inertia of reflected rotors at their shafts [kg m^2 or kg], (c,).
+    """
+
+    shafts: tuple[int, ...]
+    shaft_turns: Array
+    turns: Array
+    spread: Array
+    felt: NDArray[np.int64]
+    factors: Array
+    own: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanics:
+    """The mechanics of a scene.
+
+    Attributes:
+        n, c: Number of joints, and of coordinates: rotors on their own come after the joints.
+        kind: 0 without an arm, 1 with one.
+        ratios: Motor angle over joint coordinate [- or rad/m], (n,).
+        motors: Coordinate that each joint's motor turns with, (n,).
+        links, spinning, bodies: Records LINK, ROTOR and BODY of ``mass_and_bias``; empty without an arm.
+        constant: Inertia, weight, phase, rotor's share of the inertia, (4, c).
+        tip: Frame of the tip in the last link's, (4, 4).
+        arm: With all rotors mounted; None without one.
+        springs: Shapes of the flexible joints, by joint.
+        rotors: Inertia about each motor's axis, at the joint [kg m^2 or kg], (n,).
+        uncoupled: Flexible joints whose rotor does not feel its carrier turn.
+        payloads: Instant [s], and ten numbers of the last link's body from there on, records PAYLOAD, (K,).
+        coupled: How coupled motors turn with the joints; None where each has its own.
+    """
+
+    n: int
+    c: int
+    kind: int
+    ratios: Array
+    motors: Array
+    links: Any
+    spinning: Any
+    bodies: Any
+    constant: Array
+    tip: Array
+    arm: Arm | None
+    springs: dict[int, Shape]
+    rotors: Array
+    uncoupled: tuple[int, ...] = ()
+    payloads: Any = field(default_factory=lambda: np.zeros(0, PAYLOAD))
+    coupled: Coupled | None = None
+
+    def coordinates_of(self, motion: Array) -> Array:
+        """What the coordinates do in a motion of the joints: shafts stand for joints whose motors are coupled."""
+        return motion if self.coupled is None else np.asarray(motion @ self.coupled.shaft_turns.T)
+
+    def joints_of(self, motion: Array) -> Array:
+        """What the joints do in a motion of the coordinates."""
+        return motion if self.coupled is None else np.asarray(motion @ self.coupled.turns.T)
+
+    def torques_of(self, torque: Array) -> Array:
+        """What torques at the joints are along the coordinates."""
+        return torque if self.coupled is None else np.asarray(torque @ self.coupled.turns)
+
+
+def ratios_of(scene: Scene) -> tuple[float, ...]:
+    """Motor angle over joint coordinate of each joint."""
+    blank = Place(0, "", scene.joints, (1.0,) * len(scene.joints), scene.turning, 0, coupling_of(scene))
+    result, faults = [], []
+    for index, name in enumerate(scene.joints):
+        place = replace(blank, joint=index, name=name)
+        told = {effect.shape(place).ratio for effect in scene.effects.get(name, ())} - {None}
+        rotor = scene.body.rotors[index] if isinstance(scene.body, Arm) else None
+        if rotor is not None:
+            told.add(rotor.ratio)
+        if len(told) > 1:
+            faults.append(Fault(f"effects[{name!r}]", "state different ratios", sorted(str(ratio) for ratio in told)))
+        result.append(next(iter(told)) if told else 1.0)
+    if faults:
+        raise InputError(faults)
+    return tuple(float(ratio or 1.0) for ratio in result)
+
+
+def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
+    """Rotors and springs put into the mechanics."""
+    shapes, faults = [], []
+    for index, name in enumerate(scene.joints):
+        place = Place(index, name, scene.joints, tuple(ratios), scene.turning, 0, coupling_of(scene))
+        shape, more = _joint_shape(name, scene.effects.get(name, ()), place)
+        mounted = isinstance(scene.body, Arm) and scene.body.rotors[index] is not None
+        if mounted and shape.rotor_inertia is not None:
+            more.append(Fault(f"effects[{name!r}]", "bring a rotor, and the arm has one there already"))
+        if shape.flexible and not mounted and not shape.rotor_inertia:
+            more.append(Fault(f"effects[{name!r}]", "has a spring but no rotor inertia behind it"))
+        shapes.append(shape)
+        faults += more
+    faults += _behind_couplings(scene, shapes)
+    if faults:
+        raise InputError(faults)
+    loads = [effect.carried() for effect in scene.effects.get(WHOLE, ()) if isinstance(effect, PayloadChange)]
+    if len(loads) > 1 or (loads and not isinstance(scene.body, Arm)):
+        raise InputError(Fault("effects['scene']", "must hold one PayloadChange at most, and that of an arm"))
+    if isinstance(scene.body, Arm):
+        built = _with_arm(scene.body, shapes, np.array(ratios))
+        return replace(built, payloads=_payloads(built, *loads[0])) if loads else built
+    return _without_arm(scene.body, shapes[0], np.array(ratios))
+
+
+def coupling_of(scene: Scene) -> tuple[tuple[float, ...], ...]:
+    """How the motors of a scene are coupled."""
+    coupling = scene.body.coupling if isinstance(scene.body, Arm) else None
+    return () if coupling is None else tuple(tuple(float(one) for one in row) for row in coupling)
+
+
+def _behind_couplings(scene: Scene, shapes: Sequence[Shape]) -> list[Fault]:
+    """Springs where motors are coupled: what each would carry, and against which rotor, is not known here."""
+    bound = Place(-1, WHOLE, scene.joints, (), (), 0, coupling_of(scene)).shafts
+    hint = "leave the spring out (effects: without springs), or couple no motors to this joint"
+    return [
+        Fault(f"effects[{scene.joints[i]!r}]", "has a spring or play behind coupled motors", None, hint)
+        for i in bound
+        if shapes[i].flexible
+    ]
+
+
+def _joint_shape(name: str, effects: Sequence[Effect], place: Place) -> tuple[Shape, list[Fault]]:
+    """All shapes of a joint in one, and what contradicts."""
+    told = [effect.shape(place) for effect in effects]
+    rotors = [shape for shape in told if shape.rotor_inertia is not None]
+    springs = [shape for shape in told if shape.flexible]
+    faults = []
+    if len(rotors) > 1:
+        faults.append(Fault(f"effects[{name!r}]", "bring more than one rotor"))
+    if len(springs) > 1:
+        faults.append(Fault(f"effects[{name!r}]", "bring more than one spring"))
+    return Shape(
+        None,
+        rotors[0].rotor_inertia if rotors else None,
+        rotors[0].full if rotors else True,
+        bool(springs),
+        springs[0].deflection if springs else None,
+    ), faults
+
+
+def _motors(shapes: Sequence[Shape]) -> Array:
+    n, motors, extra = len(shapes), [], 0
+    for index, shape in enumerate(shapes):
+        motors.append(n + extra if shape.flexible else index)
+        extra += shape.flexible
+    return np.array(motors, dtype=np.int64)
+
+
+def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
+    motors = _motors(shapes)
+    own = [shape.rotor_inertia for shape in shapes]
+    if any(inertia is not None for inertia in own):
+        mounted = [
+            Rotor(float(ratio), inertia) if inertia is not None and (shape.full or shape.flexible) else kept
+            for ratio, inertia, shape, kept in zip(ratios, own, shapes, arm.rotors, strict=True)
+        ]
+        arm = with_rotors(arm, mounted, level=RotorLevel.FULL if arm.level is RotorLevel.NONE else arm.level)
+    free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
+    model = packed(arm, free)
+    links, reflected = model.links.copy(), np.zeros(arm.n)
+    bound = _coupled(arm, free, motors, ratios)
+    if bound is not None:
+        return _behind_shafts(arm, shapes, ratios, motors, bound)
+    for i, (shape, inertia) in enumerate(zip(shapes, own, strict=True)):
+        at = int(motors[i])
+        if inertia is not None and not shape.full:
+            if shape.flexible:
+                # A stand-in of its own, uncoupled from its carrier.
+                links["rotor_inertia"][at] = inertia * ratios[i] ** 2
+            else:
+                links["rotor_inertia"][at] += inertia * ratios[i] ** 2
+        reflected[i] = links["rotor_inertia"][at]
+    frames = link_frames(arm)
+    tip = np.linalg.solve(frames[-1], arm.tip)
+    c = arm.n + len(free)
+    uncoupled = tuple(i for i in free if own[i] is not None and not shapes[i].full)
+    coupled = ~np.isin(model.rotors["joint"], motors[list(uncoupled)])
+    links, rotors = np.concatenate([links[:c], links[c:][coupled]]), model.rotors[coupled]
+    bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
+    return Mechanics(
+        arm.n, c, 1, ratios, motors, links, rotors, bodies, np.zeros((4, c)), tip, arm,
+        {i: shapes[i] for i in free}, reflected, uncoupled,
+    )  # fmt: skip
+
+
+def _coupled(arm: Arm, free: tuple[int, ...], motors: Array, ratios: Array) -> Coupled | None:
+    """The coordinates of an arm with coupled motors; None where each motor has its own joint."""
+    if arm.coupling is None:
+        return None
+    shafts = tuple(i for group in coupled_groups(arm) for i in group)
+    follows = [i for i in followers(arm) if i in shafts]
+    c = arm.n + len(free)
+    turns, spread = np.linalg.inv(arm.coupling), np.eye(c + len(follows), c)
+    # What is zero stays so, and a joint of its own is exactly that.
+    for i in range(arm.n):
+        if i not in shafts:
+            turns[i], turns[:, i] = np.eye(arm.n)[i], np.eye(arm.n)[i]
+    spread[: arm.n, : arm.n] = turns
+    felt = np.arange(c, dtype=np.int64)
+    felt[[i for i in shafts if (arm.coupling[i] != np.eye(arm.n)[i]).any()]] = -1
+    factors = np.ones(c)
+    for k, i in enumerate(follows):
+        spread[c + k, i] = factors[i] = ratios[i]
+        felt[i] = c + k
+    return Coupled(shafts, arm.coupling, np.asarray(turns, dtype=np.float64), spread, felt, factors, np.zeros(c))
+
+
+def _behind_shafts(arm: Arm, shapes: Sequence[Shape], ratios: Array, motors: Array, bound: Coupled) -> Mechanics:
+    """The mechanics of an arm with coupled motors."""
+    free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
+    model, c, e = packed(arm, free), arm.n + len(free), len(bound.spread)
+    # Stand-ins come in the order of joints there; here those of rotors on their own come first.
+    apart = sorted({*followers(arm), *free})
+    order = [*range(arm.n), *(arm.n + apart.index(i) for i in (*free, *(i for i in apart if i not in free)))]
+    links, rotors = np.concatenate([model.links[order], model.links[e:]]), model.rotors.copy()
+    rotors["joint"] = np.argsort(order)[rotors["joint"]]
+    reflected = np.zeros(arm.n)
+    uncoupled = []
+    for i, shape in enumerate(shapes):
+        at = int(motors[i])
+        if shape.rotor_inertia is not None and not shape.full:
+            inertia = shape.rotor_inertia * ratios[i] ** 2
+            if i in bound.shafts:
+                bound.own[i] = inertia
+            elif shape.flexible:
+                links["rotor_inertia"][at] = inertia
+                uncoupled.append(i)
+            else:
+                links["rotor_inertia"][at] += inertia
+        feels = bound.felt[at]
+        reflected[i] = bound.own[at] + (links["rotor_inertia"][feels] * bound.factors[at] ** 2 if feels >= 0 else 0.0)
+    kept = ~np.isin(rotors["joint"], motors[uncoupled])
+    links, rotors = np.concatenate([links[:e], links[e:][kept]]), rotors[kept]
+    frames = link_frames(arm)
+    bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
+    return Mechanics(
+        arm.n, c, 1, ratios, motors, links, rotors, bodies, np.zeros((4, c)),
+        np.linalg.solve(frames[-1], arm.tip), arm, {i: shapes[i] for i in free}, reflected, tuple(uncoupled),
+        coupled=bound,
+    )  # fmt: skip
+
+
+def _payloads(built: Mechanics, time: Array, moments: Array) -> Any:
+    """The last link's numbers, empty first, then with each body; two rows of numbers may differ in the body only."""
+    in_link = built.tip @ moments @ built.tip.T
+    added = np.zeros((1 + len(time), 10))
+    added[1:, 0] = in_link[:, 3, 3]
+    added[1:, 1:4] = in_link[:, :3, 3]
+    added[1:, 4:7] = np.diagonal(in_link, axis1=1, axis2=2)[:, :3]
+    added[1:, 7], added[1:, 8], added[1:, 9] = in_link[:, 0, 1], in_link[:, 0, 2], in_link[:, 1, 2]
+    payloads = np.zeros(1 + len(time), PAYLOAD)
+    payloads["time"] = np.append(-1e30, time)
+    for name, values in zip(BODY_NAMES, added.T, strict=True):
+        payloads[name] = built.links[name][built.n - 1] + values
+    return payloads
+
+
+def _without_arm(body: Inertia, shape: Shape, ratios: Array) -> Mechanics:
+    motors = _motors([shape])
+    reflected = (shape.rotor_inertia or 0.0) * ratios[0] ** 2
+    constant = np.zeros((4, 1 + shape.flexible))
+    constant[0, 0], constant[1, 0], constant[2, 0] = body.inertia, body.weight, body.phase
+    constant[0, motors[0]] += reflected
+    constant[3, motors[0]] = reflected
+    return Mechanics(
+        1, 1 + shape.flexible, 0, ratios, motors, np.zeros(0, LINK), np.zeros(0, ROTOR),
+        np.zeros(0, BODY), constant, np.eye(4), None, {0: shape} if shape.flexible else {}, np.array([reflected]),
+    )  # fmt: skip

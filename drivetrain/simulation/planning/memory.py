@@ -1,0 +1,406 @@
+"""The memory of a run, laid out: one block of numbers, in it the records of ``records.py`` and of every effect.
+
+Which numbers are states, rates, powers or recorded follows from the names of the records' fields.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import cache, cached_property
+from typing import Any, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetrain.arrays import Array
+from drivetrain.effects import signals as named
+from drivetrain.effects.connectors import JOINT, WORLD, place_in
+from drivetrain.effects.laws import HEAD, Law, own_type
+from drivetrain.errors import Fault, InputError
+from drivetrain.records import fill, record_type
+from drivetrain.simulation.core import equations
+from drivetrain.simulation.core import records as r
+from drivetrain.simulation.planning.mechanics import Mechanics
+from drivetrain.simulation.planning.wiring import Directory, Group, Instance, ranked
+
+ENERGIES = (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
+SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, *ENERGIES, named.PAYLOAD_ENERGY)
+OF_A_JOINT = {signal.name: int(place_in(JOINT, signal.path) or 0) for signal in named.JOINT_SIGNALS}
+OF_THE_SCENE = {signal.name: int(place_in(WORLD, signal.path) or 0) for signal in SCENE_SIGNALS}
+SPRING = {named.GEAR_TORQUE.name, named.GEAR_DAMPING.name, named.GEAR_STIFFNESS.name}
+INTEGERS: Any = np.int64
+
+
+@dataclass(frozen=True, eq=False)
+class Memory:
+    """What the engines work on.
+
+    Attributes:
+        numbers: The block, as it is before the start.
+        places: Of each signal in it, by full name.
+        states: Number of each state, by full name, in the order of the states.
+        powers: Names of the powers that are summed up, in their order.
+        atol: Error that does not matter, one a state [its unit].
+        memory: Whether a state is memory, which no rate changes, one a state; those that are come last.
+        sections: First number and record of each section, by name.
+        kept: First number of parts of the block, how many there are, and which of a record's numbers change.
+    """
+
+    numbers: Array
+    places: dict[str, int]
+    states: dict[str, int]
+    powers: tuple[str, ...]
+    atol: Array
+    memory: NDArray[np.bool_]
+    sections: dict[str, tuple[int, Any, int]]
+    kept: list[tuple[int, int, Any]]
+
+    @cached_property
+    def changing(self) -> NDArray[np.bool_]:
+        """Whether a number changes as a run goes on, and must be kept to go on later, one a number."""
+        found = np.zeros(len(self.numbers), dtype=np.bool_)
+        for first, size, mask in self.kept:
+            found[first : first + size] = np.resize(mask, size)
+        return found
+
+    @property
+    def moving(self) -> int:
+        """How many states follow rates."""
+        return int(len(self.memory) - self.memory.sum())
+
+    def view(self, numbers: Array, section: str) -> Any:
+        """A section of a block like this one, as records or numbers."""
+        first, dtype, size = self.sections[section]
+        return numbers[first : first + size].view(dtype)
+
+    def places_of(self, section: str, field: str) -> NDArray[np.int64]:
+        """Which numbers hold a field of a section's records, one a record."""
+        first, dtype, size = self.sections[section]
+        width = dtype.itemsize // 8
+        return np.arange(first + int(place_in(dtype, field) or 0), first + size, width, dtype=np.int64)
+
+
+class _Block:
+    """Sections handed out one after another."""
+
+    def __init__(self) -> None:
+        self.parts: list[Array] = []
+        self.kept: list[tuple[int, int, Any]] = []
+        self.sections: dict[str, tuple[int, Any, int]] = {}
+        self.size = 0
+
+    def put(self, values: Any, changing: Any, name: str = "") -> int:
+        """First number of some values or records, now at the end."""
+        flat, at = np.ascontiguousarray(values).reshape(-1), self.size
+        dtype, block = flat.dtype, flat.view(np.float64)
+        self.parts.append(block)
+        if changing is not False:
+            self.kept.append((at, len(block), changing))
+        if name:
+            self.sections[name] = (at, dtype, len(block))
+        self.size += len(block)
+        return at
+
+
+@cache
+def changing_numbers(described: type) -> list[bool]:
+    """Which numbers of a dataclass's record change: those with a default; a dataclass in it tells of its own."""
+    hints, found = get_type_hints(described), []
+    for field in fields(described):
+        inner = record_type(described, INTEGERS)[field.name]
+        if is_dataclass(hints[field.name]):
+            found += changing_numbers(hints[field.name])  # type: ignore[arg-type]
+        else:
+            kept = field.default is not MISSING or field.default_factory is not MISSING
+            found += [kept] * (inner.itemsize // 8)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """Where all that has a name is."""
+
+    signals: dict[str, int]
+    states: dict[str, tuple[int, int]]  # value and rate; -1: none
+    owns: dict[int, int]  # first number of each effect's record
+
+
+def lay_out(
+    groups: Sequence[Group], accounts: Sequence[Group], body: Mechanics, known: Directory, joints: Sequence[str]
+) -> Memory:
+    """Everything in its place."""
+    instances = [one for group in groups for one in group.instances]
+    block, n = _Block(), body.n
+    block.put(np.zeros(1, WORLD), True, "world")
+    block.put(np.zeros(1, r.ENGINE), False, "engine")
+    block.put(np.zeros(len(r.SECTIONS) + len(instances), r.SECTION), False, "sections")
+    block.put(np.zeros(n, JOINT), True, "joints")
+    _put_mechanics(block, body)
+    placed = _put_effects(block, groups, joints)
+    _put_coordinates(placed, block, body, joints)
+    atol, memory, states = _states(instances, placed, body)
+    powers = tuple(sorted(known.powers))
+    block.put(np.array([placed.signals[name] for name in powers], INTEGERS), False, "powers")
+    block.put(np.zeros(len(powers)), True, "energies")
+    block.put(states, [False, False, False, True], "states")
+    again = _repeated(groups, instances)
+    later = [group for group in again if group.kind.compute]
+    once = [group for group in groups if group.kind.compute and group not in again]
+    for name, what, law in (("computes", once, "compute"), ("repeats", later, "compute"),
+                            ("accounts", [group for group in accounts if group.kind.account], "account"),
+                            ("accepts", [group for group in accounts if group.kind.accept], "accept")):  # fmt: skip
+        block.put(_calls([(group, 0.0) for group in what], law, placed), False, name)
+    block.put(_calls(list(_sampled(groups)), "sample", placed), [False] * 4 + [True], "samples")
+    block.put(_guards(instances, placed), False, "guards")
+    of_effects = {name for one in instances for name in one.states}
+    block.put(np.array(_columns(placed, of_effects, known, powers, block), INTEGERS), False, "columns")
+    numbers = np.concatenate(block.parts)
+    made = Memory(
+        numbers, placed.signals, {name: k for k, name in enumerate(placed.states)}, powers, atol, memory,
+        block.sections, block.kept,
+    )  # fmt: skip
+    _fill_heads(made, body, instances)
+    for name, value in known.defaults.items():
+        numbers[placed.signals[name]] = value
+    return made
+
+
+def _put_mechanics(block: _Block, body: Mechanics) -> None:
+    """Constants and room of the equations of motion."""
+    n, c, bound = body.n, body.c, body.coupled
+    coordinates = np.zeros(c, r.COORDINATE)
+    coordinates["motor"][:n], coordinates["ratio"][:n] = body.motors, body.ratios
+    for name, row in zip(("inertia", "weight", "phase", "rotor"), body.constant, strict=True):
+        coordinates[name] = row
+    coordinates["dry"]["load_sign"] = 1
+    size = c if bound is None else len(bound.spread)
+    if bound is not None:
+        coordinates["coupled"][list(bound.shafts)] = 1
+        coordinates["felt"], coordinates["factor"], coordinates["own"] = bound.felt, bound.factors, bound.own
+    block.put(coordinates, changing_numbers(r.Coordinate), "coordinates")
+    block.put(np.zeros((c, c), r.PAIR), False, "pairs")
+    block.put(np.zeros((c, c)), True, "mass")
+    block.put(body.links, False, "links")
+    block.put(body.spinning, False, "rotors")
+    block.put(body.bodies, False, "bodies")
+    block.put(body.payloads, False, "payloads")
+    block.put(np.zeros((0, n)) if bound is None else bound.turns, False, "turns")
+    block.put(np.zeros((0, c)) if bound is None else bound.spread, False, "spread")
+    for name in ("body_places", "body_speeds", "body_bias", "body_felt_bias"):
+        block.put(np.zeros(size), False, name)
+    for name in ("body_mass", "body_felt"):
+        block.put(np.zeros((size, size)), False, name)
+    block.put(np.zeros((size, c)), False, "between")
+
+
+def _connectors(block: _Block, joints: Sequence[str]) -> dict[str, int]:
+    """Where the signals of the connectors lie."""
+    first, size = block.sections["joints"][0], JOINT.itemsize // 8
+    places = {
+        f"{joint}.{name}": first + i * size + at for name, at in OF_A_JOINT.items() for i, joint in enumerate(joints)
+    }
+    return places | OF_THE_SCENE | {"scene.mass_matrix": block.sections["mass"][0]}
+
+
+def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) -> _Placed:
+    """Records of all effects, their tables, and where their signals and states lie in them."""
+    places, states, owns, tables = _connectors(block, joints), {}, {}, 0
+    for group in groups:
+        described = _described(group)
+        if described is None:
+            continue
+        dtype = own_type(described)
+        owned = np.zeros(len(group.instances), dtype)
+        fill(owned, [_checked(one) for one in group.instances], (dtype.names or ())[len(HEAD) :])
+        for record, one in zip(owned, group.instances, strict=True):
+            table = np.asarray(one.effect.table(one.place), dtype=np.float64)
+            record["joint"] = one.place.joint
+            if table.size:
+                record["rows"], record["columns"] = table.shape
+                record["table"], tables = len(r.SECTIONS) + tables, tables + 1
+                block.put(table, False, f"table {tables}")
+        at = block.put(owned, [False] * len(HEAD) + changing_numbers(described))
+        for k, one in enumerate(group.instances):
+            own = owns[id(one)] = at + k * dtype.itemsize // 8
+            written = (*one.ports.provides, *one.ports.outputs)
+            for name, signal in zip((*one.provides, *one.outputs), written, strict=True):
+                if name not in places:
+                    places[name] = own + _field(one, dtype, signal.path or signal.name)
+            for name, state in zip(one.states, one.ports.states, strict=True):
+                path = state.path or state.name
+                value = own + _field(one, dtype, path)
+                states[name] = value, -1 if state.memory else own + _field(one, dtype, f"{path}_rate")
+                places.setdefault(name, value)
+    return _Placed(places, states, owns)
+
+
+def _field(one: Instance, dtype: Any, path: str) -> int:
+    """Where a field is in an effect's record."""
+    found = place_in(dtype, path)
+    if found is None:
+        raise InputError(Fault(one.title, f"keeps nothing of the name {path}", hint="name the field by its path"))
+    return found
+
+
+def _described(group: Group) -> type | None:
+    """The dataclass that the laws of a kind of effect are made for."""
+    laws = (group.kind.compute, group.kind.account, group.kind.accept, group.kind.sample)
+    return next((law.described for law in laws if isinstance(law, Law)), None)
+
+
+def _checked(one: Instance) -> Any:
+    """What an effect keeps; its constants are numbers."""
+    own = one.effect.own(one.place)
+    for field in fields(own):
+        value = getattr(own, field.name)
+        if isinstance(value, float) and np.isnan(value):
+            raise InputError(Fault(one.title, f"has a constant that is no number, {field.name}"))
+    return own
+
+
+def _put_coordinates(placed: _Placed, block: _Block, body: Mechanics, joints: Sequence[str]) -> None:
+    """Positions, wind-ups and speeds, before the states of effects."""
+    first, size = block.sections["coordinates"][0], r.COORDINATE.itemsize // 8
+    shafts = () if body.coupled is None else body.coupled.shafts
+    kinds = ["shaft_" if i in shafts else "" for i in range(body.n)]
+    found: dict[str, tuple[int, int]] = {}
+    for what, of_motor in (("position", "deflection"), ("speed", "shaft_speed")):
+        value, rate = (int(place_in(r.COORDINATE, name) or 0) for name in (what, f"{what}_rate"))
+        own = [(f"{joint}.{kinds[i]}{what}", i) for i, joint in enumerate(joints)]
+        own += [(f"{joints[i]}.{of_motor}", int(body.motors[i])) for i in body.springs]
+        found |= {name: (first + k * size + value, first + k * size + rate) for name, k in own}
+    moving = {name: at for name, at in placed.states.items() if at[1] >= 0}
+    memory = {name: at for name, at in placed.states.items() if at[1] < 0}
+    placed.states.clear()
+    placed.states.update(found | moving | memory)
+
+
+def _states(instances: Sequence[Instance], placed: _Placed, body: Mechanics) -> tuple[Array, NDArray[np.bool_], Any]:
+    """Errors that do not matter, which states are memory, and the records of all states, memory last."""
+    told = {name: state for one in instances for name, state in zip(one.states, one.ports.states, strict=True)}
+    order = [name for one in ranked(instances) for name in one.states]
+    order = [*(name for name in order if not told[name].memory), *(name for name in order if told[name].memory)]
+    own = {name: placed.states[name] for name in order}
+    kept = {name: at for name, at in placed.states.items() if name not in told}
+    placed.states.clear()
+    placed.states.update(kept | own)
+    atol, memory = np.full(len(placed.states), 1e-7), np.zeros(len(placed.states), dtype=np.bool_)
+    atol[body.c : 2 * body.c] = 1e-6
+    records = np.zeros(len(placed.states), r.STATE)
+    for k, (name, (value, rate)) in enumerate(placed.states.items()):
+        records[k]["value"], records[k]["rate"], records[k]["shown"] = value, rate, -1
+        if name in told:
+            atol[k], memory[k] = told[name].atol, told[name].memory
+            if placed.signals[name] != value:
+                records[k]["shown"] = placed.signals[name]
+    return atol, memory, records
+
+
+def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Placed) -> Any:
+    """Addresses of laws, their records, and periods of samples."""
+    rows: list[list[Any]] = []
+    last: Any = None
+    for group, period in listed:
+        size = own_type(_described(group)).itemsize // 8  # type: ignore[arg-type]
+        for own in (placed.owns[id(one)] for one in group.instances):
+            if rows and last == (group, own - size):
+                rows[-1][2] += 1
+            else:
+                rows.append([getattr(group.kind, law).address, own, 1, period, 0])
+            last = group, own
+    return np.array([tuple(row) for row in rows], r.CALL)
+
+
+def _guards(instances: Sequence[Instance], placed: _Placed) -> Any:
+    """What must not become negative, and whom it concerns."""
+    rows = []
+    for one in instances:
+        if one.ports.guard:
+            dtype, own = own_type(_described(Group(type(one.effect), (one,)))), placed.owns[id(one)]  # type: ignore[arg-type]
+            rows.append((own + _field(one, dtype, one.ports.guard), type(one.effect).accept.address, own, 1))  # type: ignore[union-attr]
+    return np.array(rows, r.GUARDED)
+
+
+def _sampled(groups: Sequence[Group]) -> Iterable[tuple[Group, float]]:
+    """Sampled effects, apart by kind and period."""
+    for group in groups:
+        if group.kind.sample is not None:
+            for period in sorted({one.effect.period or 0.0 for one in group.instances} - {0.0}):
+                yield Group(group.kind, tuple(one for one in group.instances if one.effect.period == period)), period
+
+
+def _repeated(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Group]:
+    """Effects between gear and link or at the tip, where any of them has pieces within a step; else none.
+
+    They are asked again with what the step has come to, so they alone may set what they set, and nobody else may need
+    it.
+    """
+    if not any(one.effect.piecewise() for one in instances):
+        return []
+    own = {signal.name for signal in named.TIP_TAKEN}
+    own |= {name for one in instances for name in one.contributes if name.rpartition(".")[2] in SPRING}
+    again = [group for group in groups if any(name in own for one in group.instances for name in one.contributes)]
+    members = [one for group in again for one in group.instances]
+    fit = all(set(one.contributes) <= own and not one.provides and not one.states for one in members)
+    return again if fit and not any(name in own for one in instances for name in one.needs) else []
+
+
+def _columns(
+    placed: _Placed, effects: Container[str], known: Directory, powers: Sequence[str], block: _Block
+) -> list[int]:
+    """The numbers that a row of a run holds behind the time; states as the connectors show them."""
+    energies = block.sections["energies"][0]
+    states = [placed.signals[name] if name in effects else at for name, (at, _) in placed.states.items()]
+    return [*states, *(placed.signals[name] for name in recorded_signals(placed.signals, known)),
+            *range(energies, energies + len(powers))]  # fmt: skip
+
+
+def recorded_signals(places: Mapping[str, int], known: Directory) -> list[str]:
+    """Names worth recording: no sums that nobody contributes to, no constants that nobody provides.
+
+    First what the mechanics show, then what effects provide, what the mechanics take, what effects take.
+    """
+    shown = (*named.BEFORE, *named.AFTER, *named.SHAFT_GIVEN, *named.TIP_GIVEN, *ENERGIES)
+    taken = (*named.TAKEN, *named.SHAFT_TAKEN, *named.TIP_TAKEN)
+    rank = {signal.name: (0, k, "") for k, signal in enumerate(shown)}
+    rank |= {signal.name: (2, k, "") for k, signal in enumerate(taken)}
+
+    def order(name: str) -> tuple[int, int, str]:
+        own = name if name.startswith("scene.") else name.rpartition(".")[2]
+        return rank.get(own) or (3 if name in known.adders else 1, 0, name)
+
+    wanted = [
+        name for name in places
+        if name in known.units and name != "scene.mass_matrix"
+        and not (name in known.adders and not known.adders[name])
+        and not (name in known.defaults and name not in known.givers)
+    ]  # fmt: skip
+    return sorted(wanted, key=order)
+
+
+def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) -> None:
+    """Sizes, first numbers and addresses."""
+    numbers, sections = made.numbers, made.sections
+    world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
+    world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c
+    engine["arm"], engine["uses_tip"] = body.kind, _uses_tip(instances)
+    engine["coupled"] = body.coupled is not None
+    engine["bodies"] = body.c if body.coupled is None else len(body.coupled.spread)
+    engine["theta"], engine["moving"] = 0.5, made.moving
+    engine["late"] = any(state.late for one in instances for state in one.ports.states)
+    laws = {"motion": equations.motion, "forces": equations.forces, "bodies_law": equations.bodies}
+    for name, law in (laws | {"friction_law": equations.friction, "outcomes_law": equations.outcomes}).items():
+        engine[name] = equations.equation(law).address
+    engine["tip_offset"] = body.tip[:3, 3]
+    listed, tables = made.view(numbers, "sections"), [name for name in sections if name.startswith("table ")]
+    for k, name in enumerate((*r.SECTIONS, *tables)):
+        if name in sections:
+            first, dtype, size = sections[name]
+            listed[k] = first, size, 8 * size // dtype.itemsize
+
+
+def _uses_tip(instances: Sequence[Instance]) -> bool:
+    """Whether any effect looks at the tip or acts on it."""
+    names = {signal.name for signal in (*named.TIP_GIVEN, *named.TIP_TAKEN)}
+    return any(name in names for one in instances for name in (*one.needs, *one.contributes))

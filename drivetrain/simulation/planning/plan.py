@@ -1,0 +1,407 @@
+"""The plan of a scene: what is computed, in which order, from what; printed, it documents the simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import chain
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.effects.effect import Place, Role, TimeScale
+from drivetrain.effects.signals import (
+    JOINT_HOLD_FORWARD,
+    KINETIC_ENERGY,
+    MESH_DRIVING,
+    PAYLOAD_ENERGY,
+    POTENTIAL_ENERGY,
+    SURFACE_SPEED,
+)
+from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.core import equations
+from drivetrain.simulation.planning.mechanics import Mechanics, coupling_of, mechanics, ratios_of
+from drivetrain.simulation.planning.memory import Memory, lay_out, recorded_signals
+from drivetrain.simulation.planning.wiring import (
+    MECHANICS,
+    Directory,
+    Group,
+    Instance,
+    directory,
+    instance,
+    ordered,
+    ranked,
+    unit_at,
+)
+from drivetrain.simulation.recording import Series
+from drivetrain.simulation.scene import WHOLE, Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """The columns of a run's rows: time, states, signals, energies.
+
+    Attributes:
+        columns: Names and units of all columns after the time.
+        recorded: Column, the time's being 0, and unit of what is worth recording, by name.
+        stores: Names of all stored energies.
+        flows: Names of the energies that powers have moved, and 1 for what they put in, -1 for what they take.
+    """
+
+    columns: tuple[tuple[str, str], ...]
+    recorded: dict[str, tuple[int, str]]
+    stores: tuple[str, ...]
+    flows: tuple[tuple[str, float], ...]
+
+    def balance(self, row: Sequence[float]) -> float:
+        """Stored energy less what was put in."""
+        stored = sum(row[self.recorded[name][0]] for name in self.stores)
+        return stored - sum(sign * row[self.recorded[name][0]] for name, sign in self.flows)
+
+    def energies(self, rows: Array, balance: float) -> tuple[Array, float]:
+        """What no energy accounts for, and how much goes to and fro [J]."""
+        stored = rows[:, [self.recorded[name][0] for name in self.stores]]
+        moved = rows[:, [self.recorded[name][0] for name, _ in self.flows]]
+        error = stored.sum(axis=1) - moved @ np.array([sign for _, sign in self.flows]) - balance
+        return error, float(max(np.ptp(stored, axis=0).max(), np.ptp(moved, axis=0).max(initial=0.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class Audit:
+    """The energy audit of a recording.
+
+    Attributes:
+        layout: Of its rows.
+        balance: Stored energy less what was put in, at the start [J].
+    """
+
+    layout: Layout
+    balance: float
+
+    def stored(self, series: Mapping[str, Series]) -> Array:
+        """Kinetic, potential and whatever effects store."""
+        first, *rest = self.layout.stores
+        total = series[first].values.copy()
+        for name in rest:
+            total += series[name].values
+        return total
+
+    def error(self, series: Mapping[str, Series]) -> Array:
+        """Energy that is there and should not be."""
+        put_in = 0.0 * series[self.layout.stores[0]].values
+        for name, sign in self.layout.flows:
+            put_in += sign * series[name].values
+        return self.stored(series) - put_in - self.balance
+
+
+def layout_of(memory: Memory, signals: Directory, units: Mapping[str, str]) -> Layout:
+    """What a run's rows hold."""
+    states = [(name, units[name]) for name in memory.states]
+    shown = [(name, signals.units[name]) for name in recorded_signals(memory.places, signals)]
+    columns = (*states, *shown, *((energy_of(name), "J") for name in memory.powers))
+    recorded: dict[str, tuple[int, str]] = {}
+    for index, (name, unit) in enumerate(columns, 1):
+        recorded.setdefault(name, (index, unit))
+    flows = tuple((energy_of(name), 1.0 if role is Role.SOURCE else -1.0) for name, role in signals.powers.items())
+    if PAYLOAD_ENERGY.name in recorded:
+        flows = (*flows, (PAYLOAD_ENERGY.name, 1.0))
+    return Layout(columns, recorded, (KINETIC_ENERGY.name, POTENTIAL_ENERGY.name, *signals.stores), flows)
+
+
+def energy_of(power: str) -> str:
+    """The name of the energy that a power has moved."""
+    return f"{power.removesuffix('_power')}_energy"
+
+
+MASSLESS = 1e-14  # of a joint's own inertia: what is left of it when others give way is rounding
+SMALLEST = 1e-60  # kg m^2 or kg
+MOST_SAMPLES = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A scene made ready to run.
+
+    Attributes:
+        scene: What is simulated.
+        body: Its mechanics.
+        groups: Effects in the order of their laws, those of one kind together.
+        signals: All signals: units, who sets them, powers and stored energies.
+        memory: Numbers and words of the compiled engines, as they are before the start.
+        units: Of the states, by full name.
+        breakpoints: Where laws jump in time [s], rising, inside the run or at its end.
+        time_scales: How fast what is, by effect, the fastest first.
+        left_out: Effects that others stand in for, in words.
+    """
+
+    scene: Scene
+    body: Mechanics
+    groups: tuple[Group, ...]
+    signals: Directory
+    memory: Memory
+    units: dict[str, str]
+    breakpoints: Array
+    time_scales: tuple[tuple[str, TimeScale], ...]
+    left_out: tuple[str, ...]
+
+    @property
+    def instances(self) -> tuple[Instance, ...]:
+        """All effects, in their order."""
+        return tuple(chain.from_iterable(group.instances for group in self.groups))
+
+    @cached_property
+    def coordinates(self) -> list[str]:
+        """Names of the coordinates: joints, then motors on springs."""
+        names = [*self.scene.joints, *[""] * len(self.body.springs)]
+        for i in self.body.springs:
+            names[self.body.motors[i]] = f"motor of {self.scene.joints[i]}"
+        return names
+
+    @cached_property
+    def inertia(self) -> Array:
+        """Mass matrix of the coordinates at the start [kg m^2 or kg], (c, c)."""
+        return _inertia(self.memory, self.body, self.scene)[0]
+
+    @cached_property
+    def layout(self) -> Layout:
+        """What stands in the rows of its runs."""
+        return layout_of(self.memory, self.signals, self.units)
+
+    def __str__(self) -> str:
+        return "\n".join([
+            f"Plan of {self.scene.name}: {self.body.n} joint{'s' * (self.body.n > 1)}, "
+            f"{len(self.memory.states)} states, {len(self.instances)} effects in {len(self.groups)} calls, "
+            f"{self.scene.duration:g} s",
+            *_table("States", _state_rows(self.memory.states, self.units)),
+            *_table("Order", ((f"{k}. {one.kind.__name__}", _where(one)) for k, one in enumerate(self.groups, 1))),
+            *_table("Signals", _signal_rows(self.signals)),
+            *_table("Time scales", _scale_rows(self.time_scales)),
+            *_table("Left out", ((text, "") for text in self.left_out)),
+        ])  # fmt: skip
+
+
+def plan(scene: Scene) -> Plan:
+    """Check a scene's effects against one another, and put them in order.
+
+    Args:
+        scene: What is to be simulated.
+
+    Returns:
+        The plan.
+
+    Raises:
+        InputError: Signals that nobody gives or two set, loops, mechanics that contradict themselves, joints without
+            inertia, meshes that jam, samples too fast to wait for.
+    """
+    if not isinstance(scene, Scene):
+        raise InputError(Fault("scene", "must be a scene", type(scene).__name__, "scene_of makes one of a study"))
+    ratios = ratios_of(scene)
+    body = mechanics(scene, ratios)
+    whole = Place(-1, WHOLE, scene.joints, ratios, scene.turning, body.c, coupling_of(scene))
+    places = {WHOLE: whole} | {name: _at_joint(whole, i) for i, name in enumerate(scene.joints)}
+    found = [instance(effect, places[name]) for name, effects in scene.effects.items() for effect in effects]
+    instances = ranked(found)
+    _check_shafts(instances)
+    _check_meshes_alone(instances)
+    known = directory(instances, whole, [i in body.springs for i in range(body.n)])
+    groups, accounts = ordered(instances), ordered(instances, told=True)
+    memory = lay_out(groups, accounts, body, known, scene.joints)
+    inertia = _inertia(memory, body, scene)
+    check_inertias(body, inertia[0], scene)
+    check_meshes(instances, body, inertia, scene)
+    _check_periods(instances, scene)
+    return Plan(
+        scene, body, tuple(groups), known, memory,
+        _state_units(instances, memory, scene), _breakpoints(instances, scene),
+        _time_scales(instances), _left_out(scene, instances),
+    )  # fmt: skip
+
+
+def check_meshes(
+    instances: Sequence[Instance], body: Mechanics, inertia_at_start: tuple[Array, Array], scene: Scene
+) -> None:
+    """That friction in the meshes has one solution.
+
+    Reference:
+        Of a N + mu |N| = r with a = 1 + J ratio^2 / I: one solution for every r only while mu < a.
+    """
+    told = [(one.place.joint, getattr(one.effect, "driven_loss", None)) for one in instances]
+    losses = {joint: float(loss) for joint, loss in told if loss is not None}
+    if not losses:
+        return
+    whole, rotors = inertia_at_start
+    inertia = (np.diag(whole) - rotors)[: body.n]
+    faults = []
+    for joint, loss in losses.items():
+        if joint in body.springs or inertia[joint] <= 0.0:
+            continue
+        limit = 1.0 + body.rotors[joint] / inertia[joint]
+        if not loss < limit:
+            problem = f"has a mesh friction of {loss:.4g}; from 1 + J ratio^2 / I = {limit:.4g} on it jams as it turns"
+            hint = "give the joint a spring (FlexibleJoint), or the rotor more inertia"
+            faults.append(Fault(f"effects[{scene.joints[joint]!r}]", problem, loss, hint))
+    if faults:
+        raise InputError(faults)
+
+
+def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Array]:
+    """Mass matrix at the start, (c, c), and what of its diagonal is each rotor's, (c,) [kg m^2 or kg]."""
+    numbers = memory.numbers.copy()
+    at = memory.view(numbers, "coordinates")
+    if scene.position is not None:
+        at["position"][: body.n] = body.coordinates_of(scene.position)
+    equations.evaluate_signals(numbers)
+    pairs = memory.view(numbers, "pairs").reshape(body.c, body.c)
+    return pairs["mass"], np.diagonal(pairs["felt"])
+
+
+def check_inertias(body: Mechanics, whole: Array, scene: Scene) -> None:
+    """That every joint and every rotor on its own moves some inertia."""
+    left, c = whole.copy(), len(whole)
+    names = [*scene.joints, *[""] * (c - body.n)]
+    for i in body.springs:
+        names[body.motors[i]] = f"motor of {scene.joints[i]}"
+    # From the last joint to the first: what is left of each when those after it give way.
+    for i in range(c - 1, -1, -1):
+        if not left[i, i] > max(MASSLESS * whole[i, i], SMALLEST):
+            problem = f"moves no inertia ({max(left[i, i], 0.0):.3g} kg m^2 or kg)"
+            hint = "give its link a mass, or the joint a rotor (FullRotor, ReflectedRotor)"
+            raise InputError(Fault(f"scene.{names[i]}", problem, None, hint))
+        left[:i, :i] -= np.outer(left[:i, i], left[i, :i] / left[i, i])
+
+
+def _check_periods(instances: Sequence[Instance], scene: Scene) -> None:
+    """That nothing is sampled more often than anyone could wait for."""
+    faults = [
+        Fault(f"{one.title}", f"samples more than {MOST_SAMPLES:g} times in {scene.duration:g} s", one.effect.period)
+        for one in instances
+        if one.effect.period is not None and scene.duration > MOST_SAMPLES * one.effect.period
+    ]
+    if faults:
+        raise InputError(faults)
+
+
+def _at_joint(whole: Place, index: int) -> Place:
+    return replace(whole, joint=index, name=whole.joints[index])
+
+
+def _check_shafts(instances: Sequence[Instance]) -> None:
+    """That what rubs where motors are coupled rubs at the shafts: a joint there has no coordinate of its own."""
+    faults = []
+    for one in instances:
+        own = {signal.name for signal in one.ports.contributes} & {JOINT_HOLD_FORWARD.name, SURFACE_SPEED.name}
+        if one.place.coupled and own and getattr(one.effect, "side", "joint") != "shaft":
+            hint = "state its friction at the shaft behind the gear (side='shaft') or at the motor"
+            faults.append(Fault(one.title, "rubs at a joint whose motor is coupled to others", None, hint))
+    if faults:
+        raise InputError(faults)
+
+
+def _check_meshes_alone(instances: Sequence[Instance]) -> None:
+    """That no joint has two meshes: of losses in series no sum of shares is the whole."""
+    kinds: dict[str, list[str]] = {}
+    for one in instances:
+        if any(signal.name == MESH_DRIVING.name for signal in one.ports.contributes):
+            kinds.setdefault(one.place.name, []).append(type(one.effect).__name__)
+    hint = "state one gear with the efficiency of both, the product"
+    faults = [
+        Fault(f"effects[{joint!r}]", f"has {len(listed)} mesh losses ({', '.join(listed)})", None, hint)
+        for joint, listed in kinds.items()
+        if len(listed) > 1
+    ]
+    if faults:
+        raise InputError(faults)
+
+
+def _state_units(instances: Sequence[Instance], memory: Memory, scene: Scene) -> dict[str, str]:
+    units: dict[str, str] = {}
+    for joint, turning in zip(scene.joints, scene.turning, strict=True):
+        units |= {f"{joint}.{name}": unit_at("rad", turning) for name in ("position", "deflection")}
+        units |= {f"{joint}.{name}": unit_at("rad/s", turning) for name in ("speed", "shaft_speed")}
+        units[f"{joint}.shaft_position"] = "rad"
+    for one in instances:
+        units |= {name: state.unit for name, state in zip(one.states, one.ports.states, strict=True)}
+    return {name: units[name] for name in memory.states}
+
+
+def _breakpoints(instances: Sequence[Instance], scene: Scene) -> Array:
+    instants = {float(t) for one in instances for t in one.effect.breakpoints()}
+    bad = [t for t in instants if not np.isfinite(t)]
+    if bad:
+        raise InputError(Fault("breakpoints", "must be instants [s]", bad[0]))
+    return np.array(sorted(t for t in instants if 0.0 < t <= scene.duration))
+
+
+def _time_scales(instances: Sequence[Instance]) -> tuple[tuple[str, TimeScale], ...]:
+    scales = [(one.title, scale) for one in instances for scale in one.effect.time_scales(one.place)]
+    return tuple(sorted(scales, key=lambda pair: (pair[1].seconds, pair[0])))
+
+
+def _scale_rows(scales: Sequence[tuple[str, TimeScale]]) -> list[tuple[str, str]]:
+    """A row for what is equally fast at several joints."""
+    same: dict[tuple[str, str, str], list[str]] = {}
+    for who, scale in scales:
+        kind, _, joint = who.partition(" of ")
+        same.setdefault((kind, scale.name, f"{scale.seconds:.3g} s"), []).append(joint)
+    return [(f"{kind}, {name}: {told}", ", ".join(filter(None, at))) for (kind, name, told), at in same.items()]
+
+
+def _left_out(scene: Scene, instances: Sequence[Instance]) -> tuple[str, ...]:
+    kinds = {type(one.effect).__name__ for one in instances}
+    missing = []
+    if isinstance(scene.body, Arm) and not any(kind in kinds for kind in ("FlexibleJoint", "Backlash")):
+        missing.append("springs in the joints: all are rigid")
+    return (*missing, *scene.notes)
+
+
+def _where(group: Group) -> str:
+    return ", ".join(dict.fromkeys(one.place.name for one in group.instances))
+
+
+def _state_rows(names: Iterable[str], units: dict[str, str]) -> list[tuple[str, str]]:
+    """The states with their units; a row for all joints that have the same."""
+    rows: dict[tuple[str, str], list[str]] = {}
+    for name in names:
+        rows.setdefault((name.rpartition(".")[2], units[name]), []).append(name.rpartition(".")[0])
+    return [(f"{_joined(places)}.{what}", _printed(unit)) for (what, unit), places in rows.items()]
+
+
+def _printed(unit: str) -> str:
+    return "°C" if unit == "C" else unit
+
+
+def _signal_rows(known: Directory) -> list[tuple[str, str]]:
+    """What sets each signal; a row for all joints of which the same can be said."""
+    rows: dict[tuple[str, str], list[str]] = {}
+    for name, unit in known.units.items():
+        who, place = _who(name, known), name.rpartition(".")[0]
+        if who:
+            said = who.replace(f" of {place}", "")
+            rows.setdefault((f"{name.rpartition('.')[2]} [{_printed(unit)}]", said), []).append(place)
+    listed = [(f"{_joined(places)}.{what}", said) for (what, said), places in rows.items()]
+    return sorted(listed, key=lambda row: row[1].endswith("as nothing gives it"))
+
+
+def _joined(places: Sequence[str]) -> str:
+    return places[0] if len(places) == 1 else f"({', '.join(places)})" if len(places) < 4 else f"({len(places)} joints)"
+
+
+def _who(name: str, known: Directory) -> str:
+    """What sets a signal, in words; empty for those of the mechanics, and for sums without a summand."""
+    adders = known.adders.get(name)
+    if adders is not None:
+        return "sum of " + ", ".join(adders) if adders else ""
+    who = known.givers.get(name)
+    if who is None:
+        return f"{known.defaults[name]:g}, as nothing gives it"
+    return "" if who == MECHANICS else who
+
+
+def _table(title: str, rows: Iterable[tuple[str, str]]) -> list[str]:
+    listed = list(rows)
+    if not listed:
+        return []
+    width = max(len(first) for first, _ in listed)
+    return ["", title, *(f"  {first:<{width}}  {second}".rstrip() for first, second in listed)]
