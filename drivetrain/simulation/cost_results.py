@@ -11,8 +11,6 @@ from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.study.parts.verdicts import Check, Verdict, verdict_of
 
-"""What a decision rests on; the last is of the whole scene, the others of each joint."""
-
 
 @dataclass(frozen=True)
 class JointDecision:

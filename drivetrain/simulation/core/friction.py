@@ -187,6 +187,22 @@ def solve_friction(coordinates: Any, pairs: Any, h: float) -> int:
 
 
 @part
+def keep_modes(coordinates: Any) -> None:
+    """Keep what friction does while something else is tried."""
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        one.found_mode, one.found_sign, one.found_given = one.dry.mode, one.dry.load_sign, one.dry.given
+
+
+@part
+def put_back_modes(coordinates: Any) -> None:
+    """What friction did before."""
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        one.dry.mode, one.dry.load_sign, one.dry.given = one.found_mode, one.found_sign, one.found_given
+
+
+@part
 def several_outcomes(coordinates: Any, pairs: Any, h: float) -> int:
     """Of coordinates that have let go together one that may as well hold, all else consistent; -1: there is none.
 
@@ -200,9 +216,7 @@ def several_outcomes(coordinates: Any, pairs: Any, h: float) -> int:
             count += 1
     if count < 2 or count > MOST_LOOSE:
         return -1
-    for i in range(c):
-        one = coordinates[i]
-        one.found_mode, one.found_sign, one.found_given = one.dry.mode, one.dry.load_sign, one.dry.given
+    keep_modes(coordinates)
     for stuck in range(1, 2**count - 1):
         for k in range(count):
             dry = coordinates[coordinates[k].loose].dry
@@ -210,9 +224,7 @@ def several_outcomes(coordinates: Any, pairs: Any, h: float) -> int:
             if stuck >> k & 1:
                 dry.mode = 0
         fits = _solve(coordinates, pairs, h) < 0 and _correct(coordinates, pairs, h, True) == 0
-        for i in range(c):
-            one = coordinates[i]
-            one.dry.mode, one.dry.load_sign, one.dry.given = one.found_mode, one.found_sign, one.found_given
+        put_back_modes(coordinates)
         if fits:
             for k in range(count):
                 if stuck >> k & 1:

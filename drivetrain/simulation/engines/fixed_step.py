@@ -21,6 +21,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.records import record_type
 from drivetrain.simulation.core.equations import account_at, pass_payloads, put_row, solve_at, take_samples
+from drivetrain.simulation.core.friction import keep_modes, put_back_modes
 from drivetrain.simulation.core.records import (
     AT,
     MODE_CHANGE,
@@ -111,17 +112,12 @@ def _next_sample(run: Run) -> float:
 
 
 @part
-def _record(run: Run, t: float, row: Any, modes: Any) -> None:
+def _record(run: Run, t: float, row: Any) -> None:
     """A row at a node; the modes of friction stay as they are."""
-    coordinates = coordinates_of(run)
-    for i in range(len(coordinates)):
-        dry = coordinates[i].dry
-        modes[i, 0], modes[i, 1], modes[i, 2] = dry.mode, dry.load_sign, dry.given
+    keep_modes(coordinates_of(run))
     solve_at(run, t)
     account_at(run, t)
-    for i in range(len(coordinates)):
-        dry = coordinates[i].dry
-        dry.mode, dry.load_sign, dry.given = modes[i, 0], modes[i, 1], modes[i, 2]
+    put_back_modes(coordinates_of(run))
     put_row(run, t, row)
 
 
@@ -241,7 +237,7 @@ def _pass_breaks(run: Run, clock: Any, breaks: Any, to: float, slack: float) -> 
 
 
 def _advance(
-    run: Any, clock_at: Any, breaks_at: Any, rows_at: Any, most: Any, width: Any, log_at: Any, room: Any, modes_at: Any
+    run: Any, clock_at: Any, breaks_at: Any, rows_at: Any, most: Any, width: Any, log_at: Any, room: Any
 ) -> int:  # fmt: skip
     """Step until the end, until the rows are full, or until the budget of steps is spent; why it came back.
 
@@ -250,7 +246,7 @@ def _advance(
     """
     clock = carray(clock_at, 1, CLOCK)[0]
     c, breaks, rows = world_of(run).coordinates, carray(breaks_at, 2**31), carray(rows_at, (most, width))
-    log, modes = carray(log_at, room, MODE_CHANGE), carray(modes_at, (c, 3))
+    log = carray(log_at, room, MODE_CHANGE)
     engine, slack = engine_of(run), SLACK * clock.step
     while True:
         t = clock.time
@@ -258,7 +254,7 @@ def _advance(
         if t >= clock.node and t >= clock.next_row - slack:
             if clock.rows == most:
                 return FULL
-            _record(run, t, rows[clock.rows], modes)
+            _record(run, t, rows[clock.rows])
             if abs(t - clock.end) <= slack:
                 rows[clock.rows, 0] = clock.end
             clock.rows += 1
@@ -300,18 +296,17 @@ def _advance(
         _pass_breaks(run, clock, breaks, to, slack)
 
 
-_NUMBERS, _WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
-_MEMORY, _WHOLE = types.voidptr, types.int64
+_NUMBERS, _MEMORY, _WHOLE = types.CPointer(types.float64), types.voidptr, types.int64
 
 
 @lru_cache(maxsize=1)
 def advance() -> Any:
     """The loop over nodes, compiled at the first call or taken from the disk cache; called as a function of C."""
-    kinds = (PARTS, _MEMORY, _NUMBERS, _NUMBERS, _WHOLE, _WHOLE, _MEMORY, _WHOLE, _WORDS)
+    kinds = (PARTS, _MEMORY, _NUMBERS, _NUMBERS, _WHOLE, _WHOLE, _MEMORY, _WHOLE)
     return callback(_WHOLE(*kinds), _advance).ctypes
 
 
-DOUBLES, WORDS, ADDRESSES = (ctypes.POINTER(one) for one in (ctypes.c_double, ctypes.c_int64, ctypes.c_void_p))
+DOUBLES, ADDRESSES = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_void_p)
 NUMBERS = 2**22  # of the rows of a chunk, at most
 EVENTS = 4096  # a chunk; more are counted, not told
 MOST_STEPS = 1e11
@@ -362,14 +357,13 @@ def _looped(plan: Plan, options: RunOptions, numbers: Array, clocks: Any, breaks
     """Call the kernel until it is done."""
     clock, parts, done, filled, logged = clocks[0], parts_of(numbers), [], 0, []
     rows, log = _room(plan, options, clock), np.zeros(EVENTS, MODE_CHANGE)
-    modes = np.zeros((plan.body.c, 3), dtype=np.int64)
     while True:
         clock["rows"] = clock["events"] = 0
         clock["budget"] = CHUNK
         left = rows[filled:]
         code = advance()(
             parts.ctypes.data_as(ADDRESSES), clocks.ctypes.data, breaks.ctypes.data_as(DOUBLES),
-            left.ctypes.data_as(DOUBLES), *left.shape, log.ctypes.data, len(log), modes.ctypes.data_as(WORDS),
+            left.ctypes.data_as(DOUBLES), *left.shape, log.ctypes.data, len(log),
         )  # fmt: skip
         filled += int(clock["rows"])
         if code == FULL:
