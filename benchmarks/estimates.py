@@ -3,7 +3,8 @@
     python benchmarks/estimates.py [--seeds 100]
 
 Prints tables for ``docs/validation.md``: of each study the quantity that each kind of effect changes most, and how far
-estimates lie from measurements, both counted as at least 0.1 % (of the tip 1 mm or 1 mrad).
+estimates lie from measurements, both counted as at least 0.2 %
+(of the tip 1 mm or 1 mrad). Random scenes whose loop does not follow its command are left out.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from drivetrain.accuracy.study_run import complete
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "accuracy"))
 
-from random_scenes import Row, estimated_and_measured, pair, ratio, single  # noqa: E402
+from random_scenes import Row, estimated_and_measured, follows, pair, ratio, single  # noqa: E402
 
 STUDIES = ("one_axis", "puma560", "desktop_arm", "ur5_pick_and_place", "mix")
 SHIPPED_STEP = 2.5e-4  # s
@@ -61,8 +62,9 @@ def main() -> None:
                 flush=True,
             )
     scenes = [single(seed) if seed % 3 else pair(seed) for seed in range(seeds)]
+    scenes = [scene for scene in scenes if follows(scene)]
     spans.append(
-        (f"{seeds} random scenes", [row for one in scenes for row in estimated_and_measured(one, basis_of(one))])
+        (f"{len(scenes)} random scenes", [row for one in scenes for row in estimated_and_measured(one, basis_of(one))])
     )
     print("\n| | quantities | estimate / measurement: least | largest |\n|---|---|---|---|")
     for name, rows in spans:

@@ -20,8 +20,6 @@ from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
-HOT = 200.0  # K over the air
-
 
 @dataclass
 class Own:

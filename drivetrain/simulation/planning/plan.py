@@ -35,7 +35,6 @@ from drivetrain.simulation.planning.wiring import (
     ranked,
     unit_at,
 )
-from drivetrain.simulation.recording import Series
 from drivetrain.simulation.scene import WHOLE, Scene
 
 
@@ -55,45 +54,14 @@ class Layout:
     stores: tuple[str, ...]
     flows: tuple[tuple[str, float], ...]
 
-    def balance(self, row: Sequence[float]) -> float:
-        """Stored energy less what was put in."""
-        stored = sum(row[self.recorded[name][0]] for name in self.stores)
-        return stored - sum(sign * row[self.recorded[name][0]] for name, sign in self.flows)
-
-    def energies(self, rows: Array, balance: float) -> tuple[Array, float]:
-        """What no energy accounts for, and how much goes to and fro [J]."""
+    def energies(self, rows: Array) -> tuple[Array, Array, float, float]:
+        """Stored energy; that less what was put in, (N,) each; the largest that goes to and fro; the largest [J]."""
         stored = rows[:, [self.recorded[name][0] for name in self.stores]]
         moved = rows[:, [self.recorded[name][0] for name, _ in self.flows]]
-        error = stored.sum(axis=1) - moved @ np.array([sign for _, sign in self.flows]) - balance
-        return error, float(max(np.ptp(stored, axis=0).max(), np.ptp(moved, axis=0).max(initial=0.0)))
-
-
-@dataclass(frozen=True, eq=False)
-class Audit:
-    """The energy audit of a recording.
-
-    Attributes:
-        layout: Of its rows.
-        balance: Stored energy less what was put in, at the start [J].
-    """
-
-    layout: Layout
-    balance: float
-
-    def stored(self, series: Mapping[str, Series]) -> Array:
-        """Kinetic, potential and whatever effects store."""
-        first, *rest = self.layout.stores
-        total = series[first].values.copy()
-        for name in rest:
-            total += series[name].values
-        return total
-
-    def error(self, series: Mapping[str, Series]) -> Array:
-        """Energy that is there and should not be."""
-        put_in = 0.0 * series[self.layout.stores[0]].values
-        for name, sign in self.layout.flows:
-            put_in += sign * series[name].values
-        return self.stored(series) - put_in - self.balance
+        passed = max(np.ptp(stored, axis=0).max(), np.ptp(moved, axis=0).max(initial=0.0))
+        total = stored.sum(axis=1)
+        left = total - moved @ np.array([sign for _, sign in self.flows])
+        return total, left, float(passed), float(np.abs(stored).max())
 
 
 def layout_of(memory: Memory, signals: Directory, units: Mapping[str, str]) -> Layout:
