@@ -142,3 +142,52 @@ def batch(value: Any, width: int, name: str) -> Array:
     if len(shape) == 2:
         return checked_array(value, (None, width), name)
     raise InputError(Fault(name, f"must have shape ({width},) or (N, {width})", f"shape {shape}"))
+
+
+def samples(n: int, named: dict[str, Any]) -> list[Array]:
+    """Samples as arrays of one shape; that they are finite is left to the recursion, which sees it in passing.
+
+    The values, (N, n) each, C order; N = 1 for one sample. Not copied when they are so already.
+    """
+    try:
+        arrays = [real_array(value) for value in named.values()]
+    except (TypeError, ValueError, OverflowError):
+        raise wrong_samples(n, named) from None
+    shape = arrays[0].shape
+    if len(shape) not in (1, 2) or shape[-1] != n or any(array.shape != shape for array in arrays):
+        raise wrong_samples(n, named)
+    # Kernels are compiled for arrays that may be written to; others would have them compiled again.
+    return [(array if array.flags.writeable else array.copy()).reshape(-1, n) for array in arrays]
+
+
+def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
+    """As ``samples``, and every number is finite and not too large.
+
+    The values, (N, n) each, C order; N = 1 for one sample.
+    """
+    arrays = samples(n, named)
+    if not all(within_reach(array) for array in arrays):
+        raise wrong_samples(n, named)
+    return arrays
+
+
+def wrong_samples(n: int, named: dict[str, Any]) -> InputError:
+    """Every fault of samples that are known to be wrong."""
+    faults: list[Fault] = []
+    arrays: dict[str, Array] = {}
+    for name, value in named.items():
+        try:
+            arrays[name] = batch(value, n, name)
+        except InputError as error:
+            faults.extend(error.faults)
+    if faults:
+        return InputError(faults)
+    lead, first = next(iter(named.items()))
+    for name, value in named.items():
+        if np.shape(value) != np.shape(first):
+            faults.append(Fault(name, f"must have the shape of {lead}, {np.shape(first)}", f"shape {np.shape(value)}"))
+    if not faults:
+        large = {name: float(np.abs(array).max(initial=0.0)) for name, array in arrays.items()}
+        name = max(large, key=lambda key: large[key])
+        faults.append(Fault(name, "is too large to calculate with", large[name]))
+    return InputError(faults)

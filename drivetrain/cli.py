@@ -12,19 +12,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands import (
-    accuracy,
-    answers,
-    arm,
-    catalog,
-    currents,
-    export,
-    fastest,
-    identify,
-    sizing,
-    sweep,
-    warm,
-)
+from drivetrain.commands import accuracy, answers, catalog, export, identify, simulate, sizing, sweep, warm
 from drivetrain.commands.shared import DEBUG, FITS, failure
 from drivetrain.version import __version__
 
@@ -36,18 +24,22 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-app.add_typer(sizing.app)
-app.add_typer(currents.app)
-app.add_typer(export.app)
-app.add_typer(answers.app)
-app.add_typer(fastest.app)
-app.add_typer(sweep.app)
-app.add_typer(arm.app)
-app.add_typer(accuracy.app)
-app.add_typer(identify.app)
-app.add_typer(warm.app)
-app.add_typer(catalog.app, name="catalog")
+catalogs = typer.Typer(
+    help="Look after catalogues of motors, gears, brakes, amplifiers and prices.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+)
+app.add_typer(catalogs, name="catalog")
 
+COMMANDS = (
+    sizing.demo, sizing.init, sizing.check, sizing.size, sizing.select, answers.ratio, export.currents, export.export,
+    answers.why_not, answers.explain, answers.curve, answers.front, answers.free_ratio, answers.fastest, sweep.sweep,
+    simulate.simulate, accuracy.accuracy, accuracy.loops, identify.identify, warm.warm,
+)  # fmt: skip
+for one in COMMANDS:
+    app.command(one.__name__.replace("_", "-"))(one)
+catalogs.command("lint")(catalog.lint)
+catalogs.command("import")(catalog.import_)
 
 COLLECT_AFTER = 100_000  # new objects
 

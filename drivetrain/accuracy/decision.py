@@ -10,12 +10,12 @@ from itertools import pairwise
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import resting
 from drivetrain.drive.motor import Motor, torque_constant
 from drivetrain.drive.thermal.heat import Mix, PeriodicTemperature, mixed_temperature_of_current
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
-from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.simulation.cost_results import Change, Decision, JointDecision

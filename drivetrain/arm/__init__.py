@@ -1,4 +1,4 @@
-"""The arm as data, and the files it comes from."""
+"""The arm as data, where it is when its joints move, and the files it comes from."""
 
 from typing import TYPE_CHECKING
 
@@ -21,9 +21,20 @@ if TYPE_CHECKING:
     from drivetrain.arm.flexible_links import with_flexible_links as with_flexible_links
     from drivetrain.arm.geared import at_level as at_level
     from drivetrain.arm.geared import with_rotors as with_rotors
+    from drivetrain.arm.kinematics import body_jacobian as body_jacobian
+    from drivetrain.arm.kinematics import body_jacobian_rate as body_jacobian_rate
+    from drivetrain.arm.kinematics import link_poses as link_poses
+    from drivetrain.arm.kinematics import space_jacobian as space_jacobian
+    from drivetrain.arm.kinematics import space_jacobian_rate as space_jacobian_rate
+    from drivetrain.arm.kinematics import tip_acceleration_terms as tip_acceleration_terms
+    from drivetrain.arm.kinematics import tip_pose as tip_pose
     from drivetrain.arm.lists import book_lists as book_lists
     from drivetrain.arm.load import load_arm as load_arm
+    from drivetrain.arm.pose_solver import inverse_kinematics as inverse_kinematics
     from drivetrain.arm.rotors import Rotor as Rotor
     from drivetrain.arm.rotors import RotorLevel as RotorLevel
+    from drivetrain.arm.tool_moves import Move as Move
+    from drivetrain.arm.tool_moves import ToolLimits as ToolLimits
+    from drivetrain.arm.tool_moves import tool_motion as tool_motion
 
 __getattr__, __dir__ = shown(__name__)

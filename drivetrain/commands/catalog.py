@@ -8,13 +8,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, lines, listed, report_faults, say, writable
-
-app = typer.Typer(
-    help="Look after catalogues of motors, gears, brakes, amplifiers and prices.",
-    no_args_is_help=True,
-    rich_markup_mode="rich",
-)
+from drivetrain.commands.shared import command, lines, listed, say, writable
 
 
 class Source(StrEnum):
@@ -24,31 +18,30 @@ class Source(StrEnum):
     TABLE = "table"
 
 
-@app.command("lint")
-def _lint(
+@command
+def lint(
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="Folder with motors.csv, gears.csv and the other tables.")
     ],
-) -> None:
+) -> bool:
     """List everything wrong with a catalogue at once; exit code 1 when a row cannot be right."""
-    with report_faults():
-        from drivetrain.catalog.findings import Severity
-        from drivetrain.catalog.linting import lint
-        from drivetrain.report.terminal import console, lint_table
+    from drivetrain.catalog.findings import Severity
+    from drivetrain.catalog.linting import lint
+    from drivetrain.report.terminal import console, lint_table
 
-        found = lint(folder)
-        errors = sum(one.severity is Severity.ERROR for one in found)
-        screen = console()
-        if found and screen.is_terminal:
-            screen.print(lint_table(found))
-        else:
-            lines(str(one) for one in found)  # one line each, to be searched and counted
-        say(f"{folder}: {errors} errors, {len(found) - errors} warnings")
-        raise typer.Exit(DOES_NOT_FIT if errors else FITS)
+    found = lint(folder)
+    errors = sum(one.severity is Severity.ERROR for one in found)
+    screen = console()
+    if found and screen.is_terminal:
+        screen.print(lint_table(found))
+    else:
+        lines(str(one) for one in found)  # one line each, to be searched and counted
+    say(f"{folder}: {errors} errors, {len(found) - errors} warnings")
+    return not errors
 
 
-@app.command("import")
-def _import(
+@command
+def import_(
     source: Annotated[Path, typer.Argument(metavar="SOURCE", help="Folder with the files to read.")],
     out: Annotated[Path, typer.Argument(metavar="OUT", help="Catalogue folder to write.")],
     form: Annotated[Source, typer.Option("--format", help="Column format of the source.")] = Source.MGDB,
@@ -65,15 +58,14 @@ def _import(
     ] = False,
 ) -> None:
     """Bring a catalogue in another column format into a folder of this one."""
-    with report_faults():
-        from drivetrain.catalog.importers import import_mgdb, import_table
+    from drivetrain.catalog.importers import import_mgdb, import_table
 
-        writable(out)
-        bring = import_mgdb if form is Source.MGDB else import_table
-        done = bring(source, out, basis=_basis(basis or []), keep_faulty=not drop_faulty, overwrite=force)
-        listed("left out", [str(fault) for fault in done.refused], most=25)
-        say(f"{out}: {done.motors} motors, {done.gears} gears, {done.pairs} pairs")
-        say(f"next: `drivetrain catalog lint {out}`")
+    writable(out)
+    bring = import_mgdb if form is Source.MGDB else import_table
+    done = bring(source, out, basis=_basis(basis or []), keep_faulty=not drop_faulty, overwrite=force)
+    listed("left out", [str(fault) for fault in done.refused], most=25)
+    say(f"{out}: {done.motors} motors, {done.gears} gears, {done.pairs} pairs")
+    say(f"next: `drivetrain catalog lint {out}`")
 
 
 def _basis(given: list[str]) -> str | dict[str, str]:

@@ -5,34 +5,17 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from drivetrain.commands.shared import say, working
+from drivetrain.commands.shared import refuse, say, whole_names, working
 
 if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation, Selection
     from drivetrain.study.model import Study
 
-StudyOrResult = Annotated[
-    Path,
-    typer.Argument(
-        metavar="STUDY|RESULT",
-        help="A study; without drives they are selected first. Or a result.json of `drivetrain select` or `size`.",
-    ),
-]
-
 
 def load_chosen(path: Path) -> Study:
-    """A study from its file; of a result.json the study behind it, with the drives of the result.
-
-    Args:
-        path: YAML or JSON.
-
-    Raises:
-        InputError: No study, no result, or one whose study is not where it was.
-    """
+    """A study from its file; of a result.json the study behind it, with the drives of the result."""
     from drivetrain.errors import Fault, InputError
     from drivetrain.study.read import load_study
 
@@ -47,6 +30,12 @@ def load_chosen(path: Path) -> Study:
         say(f"note: {file} has changed since {path} was written; its drives are taken", errors=True)
     drives = {name: (one["drive"]["motor"], one["drive"]["gear"]) for name, one in data["joints"].items()}
     return replace(study, joints=tuple(replace(one, drive=drives.get(one.name, one.drive)) for one in study.joints))
+
+
+def load_joints(path: Path, asked: list[str] | None, *others: str) -> tuple[Study, list[str]]:
+    """A study as above, and the names of the joints that are asked for, or of others beside them."""
+    loaded = load_chosen(path)
+    return loaded, whole_names("--joint", "joint of the study", asked, [*(one.name for one in loaded.joints), *others])
 
 
 def _result(path: Path) -> dict[str, Any]:
@@ -75,12 +64,6 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
     Args:
         study: Any.
         runs: Whether they are to be simulated, for which a load table must say what inertia moves.
-
-    Returns:
-        The evaluation.
-
-    Raises:
-        InputError: A joint that nothing may drive, or what cannot be simulated.
     """
     from drivetrain.accuracy.study_run import complete, gives_all
     from drivetrain.sizing.judge.evaluate import evaluate
@@ -102,22 +85,13 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
 
 
 def write_chosen(selection: Selection, target: Path) -> None:
-    """Write the study with the chosen drives named, or say why not.
-
-    Args:
-        selection: Of a study that has a file.
-        target: The file to write.
-
-    Raises:
-        InputError: A target that is the study itself, or a study that cannot be changed.
-    """
-    from drivetrain.errors import Fault, InputError
+    """Write the study with the chosen drives named, or say why not."""
     from drivetrain.study.chosen import with_drives
     from drivetrain.whole_files import write_files
 
     study = selection.study
-    if target.exists() and target.samefile(study.path):
-        raise InputError(Fault("--write", "is the study itself", str(target), "name another file"))
+    itself = target.exists() and target.samefile(study.path)
+    refuse(itself, "--write", "is the study itself", str(target), "name another file")
     if not selection.drives:
         say(f"not written: {target}, as no set of drives fits", errors=True)
         return

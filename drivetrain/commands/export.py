@@ -1,17 +1,37 @@
-"""The command that writes an arm with its drives for other tools."""
+"""The commands that write what to command, and an arm with its drives, for other tools."""
 
 from __future__ import annotations
 
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, FaultCollector, report_faults, say, writable
+from drivetrain.commands.chain import chosen, load_chosen
+from drivetrain.commands.shared import StudyOrResult, command, inputs, lines, positive, refuse, writable
 
-app = typer.Typer(rich_markup_mode="rich")
+if TYPE_CHECKING:
+    from drivetrain.sizing.results import Evaluation
+
+
+class Scale(StrEnum):
+    """In what an amplifier takes its current."""
+
+    CIA402 = "cia402"
+    AMPERES = "amperes"
+    ANALOGUE = "analogue"
+    COUNTS = "counts"
+
+
+class Basis(StrEnum):
+    """What its ampere is."""
+
+    DC = "dc"
+    RMS = "rms"
+    PEAK = "peak"
+    TORQUE = "torque"
 
 
 class Format(StrEnum):
@@ -26,8 +46,75 @@ class Format(StrEnum):
     C = "c"
 
 
-@app.command("export")
-def _export(
+@command
+def currents(
+    study: StudyOrResult,
+    out: Annotated[
+        Path,
+        typer.Option("--out", metavar="FILE", help="The file to write: .csv; with --scale also a C header .h, or a "
+                     "ROS 2 JointTrajectory .yaml."),
+    ] = Path("currents.csv"),
+    rate: Annotated[
+        str | None,
+        typer.Option(metavar="RATE", help="Of the amplifier's commands, such as 1kHz.  [default: the cycle's samples]",
+                     show_default=False),
+    ] = None,
+    hold: Annotated[
+        int, typer.Option(min=0, max=1, help="Between two samples: 1 the straight line, 0 the sample before.")
+    ] = 1,
+    scale: Annotated[
+        Scale | None,
+        typer.Option(help="In what the amplifiers take it.  [default: a table with all that makes up each current]",
+                     show_default=False),
+    ] = None,
+    basis: Annotated[
+        Basis | None,
+        typer.Option(help="What their ampere is; for cia402 what object 0x6075 holds, or torque where 0x6076 counts.",
+                     show_default=False),
+    ] = None,
+    full_scale: Annotated[
+        list[str] | None,
+        typer.Option(metavar="[JOINT=]VALUE", help="Current of 10 V or 32767 counts, for cia402 rated current or "
+                     "torque; of all joints or of one, may be given several times.", show_default=False),
+    ] = None,
+) -> bool:  # fmt: skip
+    """Write the current command of every joint over the cycle, for the drives that the study names or selects."""
+    from drivetrain.export.currents import write_currents
+    from drivetrain.export.scales import current_scales
+    from drivetrain.report.outputs import currents_csv
+    from drivetrain.whole_files import write_files
+
+    _, hertz, _, _, loaded = inputs(
+        lambda: writable(out, file=True),
+        lambda: positive(rate, "Hz", "--rate"),
+        lambda: refuse(basis and scale is None, "--basis", "needs --scale"),
+        lambda: refuse(full_scale and scale is None, "--full-scale", "needs --scale"),
+        lambda: load_chosen(study),
+    )
+    result = chosen(loaded)
+    if scale is None:
+        write_files(out.parent, {out.name: currents_csv(result, rate=hertz, hold=hold)})
+    else:
+        full = _full_scales(full_scale or [], result, "N m" if basis is Basis.TORQUE else "A")
+        scales = current_scales(result, scale.value, basis=None if basis is None else basis.value, full_scale=full)
+        write_currents(result, out, scales, rate=hertz, hold=hold)
+    lines([f"currents: {out}", f"verdict on these drives: {result.verdict}"])
+    return result.feasible
+
+
+def _full_scales(texts: list[str], result: Evaluation, unit: str) -> dict[str, float]:
+    """By joint name, what is said of all first."""
+    pairs = [text.rpartition("=")[::2] for text in sorted(texts, key=lambda text: "=" in text)]
+    names = [name for name, _ in pairs]
+    values = inputs(*(partial(positive, value, unit, f"--full-scale {name}".strip()) for name, value in pairs))
+    found: dict[str, float] = {}
+    for name, value in zip(names, values, strict=True):
+        found |= dict.fromkeys([name] if name else result.joints, value)
+    return found
+
+
+@command
+def export(
     study: StudyOrResult,
     to: Annotated[Format, typer.Option("--to", help="The tool's format.")],
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The file to write.")],
@@ -35,45 +122,36 @@ def _export(
         str | None, typer.Option(metavar="NAME", help="That the tip carries, one of the study's.", show_default=False)
     ] = None,
     rate: Annotated[str, typer.Option(metavar="RATE", help="Of --to c, how often it will be called.")] = "1 kHz",
-) -> None:
+) -> bool:
     """Write the arm with the drives that the study names or selects for another tool, and say what its format loses."""
-    with report_faults():
-        from drivetrain.control.c_code import write_c
-        from drivetrain.control.commander import Commander
-        from drivetrain.errors import Fault
-        from drivetrain.export.limits import write_drive_urdf, write_physx, write_ros2
-        from drivetrain.export.losses import lost
-        from drivetrain.export.mjcf import write_mjcf
-        from drivetrain.export.sdf import write_sdf
-        from drivetrain.units import quantity
+    from drivetrain.control.c_code import write_c
+    from drivetrain.control.commander import Commander
+    from drivetrain.export.limits import write_drive_urdf, write_physx, write_ros2
+    from drivetrain.export.losses import lost
+    from drivetrain.export.mjcf import write_mjcf
+    from drivetrain.export.sdf import write_sdf
 
-        faults, hertz = FaultCollector(), 0.0
-        with faults:
-            writable(out, file=True)
-        with faults:
-            hertz = quantity(rate, "Hz", "--rate", above=0.0)
-        if payload is not None and to in (Format.ROS2, Format.PHYSX):
-            faults.faults.append(Fault("--payload", f"means nothing to {to.value}, which holds drives alone"))
-        with faults:
-            loaded = load_chosen(study)
-        faults.report()
-        result = chosen(loaded)
-        notes: tuple[str, ...]
-        if to is Format.MJCF:
-            notes = write_mjcf(result, out, payload=payload)
-        elif to is Format.SDF:
-            notes = write_sdf(result, out, payload=payload)
-        elif to is Format.ROS2:
-            notes = write_ros2(result, out)
-        elif to is Format.PHYSX:
-            notes = write_physx(result, out)
-        elif to is Format.C:
-            write_c(Commander(result, rate=hertz, payload=payload), out)
-            notes = lost("c")
-        else:
-            notes = write_drive_urdf(result, out, payload=payload)
-        for note in notes:
-            say(note)
-        say(f"{to.value}: {out}")
-        say(f"verdict on these drives: {result.verdict}")
-        raise typer.Exit(FITS if result.feasible else DOES_NOT_FIT)
+    bare = payload is not None and to in (Format.ROS2, Format.PHYSX)
+    _, hertz, _, loaded = inputs(
+        lambda: writable(out, file=True),
+        lambda: positive(rate, "Hz", "--rate"),
+        lambda: refuse(bare, "--payload", f"means nothing to {to.value}, which holds drives alone"),
+        lambda: load_chosen(study),
+    )
+    result = chosen(loaded)
+    notes: tuple[str, ...]
+    if to is Format.MJCF:
+        notes = write_mjcf(result, out, payload=payload)
+    elif to is Format.SDF:
+        notes = write_sdf(result, out, payload=payload)
+    elif to is Format.ROS2:
+        notes = write_ros2(result, out)
+    elif to is Format.PHYSX:
+        notes = write_physx(result, out)
+    elif to is Format.C:
+        write_c(Commander(result, rate=hertz, payload=payload), out)
+        notes = lost("c")
+    else:
+        notes = write_drive_urdf(result, out, payload=payload)
+    lines([*notes, f"{to.value}: {out}", f"verdict on these drives: {result.verdict}"])
+    return result.feasible

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import FITS, FaultCollector, report_faults, say, working, writable
-
-app = typer.Typer(rich_markup_mode="rich")
+from drivetrain.commands.shared import command, inputs, lines, refuse, say, working
 
 
-@app.command("identify")
-def _identify(
+@command
+def identify(
     study: Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file with an arm.")],
     recording: Annotated[
         Path,
@@ -33,31 +32,24 @@ def _identify(
     ] = False,
 ) -> None:  # fmt: skip
     """Find bodies and friction of the arm from a recording, and write the study with them."""
-    with report_faults():
-        from drivetrain.errors import Fault, InputError
-        from drivetrain.identification.fit import identify
-        from drivetrain.identification.outputs import write_identification
-        from drivetrain.motion.recording import read_recording
-        from drivetrain.study.read import load_study
+    from drivetrain.identification.fit import identify
+    from drivetrain.identification.outputs import write_identification
+    from drivetrain.motion.recording import read_recording
+    from drivetrain.study.read import load_study
 
-        faults = FaultCollector()
-        with faults:
-            writable(out)
-        names = dict(pair.split("=", 1) for pair in column or () if "=" in pair)
-        faults.faults += [Fault("--column", "must be NAME=MEANING", pair) for pair in column or () if "=" not in pair]
-        with faults:
-            loaded = load_study(study)
-        faults.report()
-        if loaded.arm is None:
-            raise InputError(Fault("study", "has no arm to identify", str(study)))
-        measured = read_recording(recording, loaded.arm.joint_names, columns=names)
-        with working("identifying"):
-            found = identify(loaded, measured, load_friction=load_friction)
-            files = write_identification(found, out)
-        say("RMS torque on data held out [N m or N]: measured, error of the study's model, error of the identified one")
-        for joint, row in found.errors.iterrows():
-            say(f"  {joint}: {row['measured']:.4g}, {row['given']:.4g}, {row['identified']:.4g}")
-        for note in found.notes:
-            say(f"note: {note}")
-        say(f"written: {', '.join(str(path) for path in files.values())}")
-        raise typer.Exit(FITS)
+    loaded, *_ = inputs(
+        lambda: load_study(study),
+        *(partial(refuse, "=" not in pair, "--column", "must be NAME=MEANING", pair) for pair in column or ()),
+        out=out,
+    )
+    refuse(loaded.arm is None, "study", "has no arm to identify", str(study))
+    names = dict(pair.split("=", 1) for pair in column or ())
+    measured = read_recording(recording, loaded.arm.joint_names, columns=names)
+    with working("identifying"):
+        found = identify(loaded, measured, load_friction=load_friction)
+        files = write_identification(found, out)
+    say("RMS torque on data held out [N m or N]: measured, error of the study's model, error of the identified one")
+    for joint, row in found.errors.iterrows():
+        say(f"  {joint}: {row['measured']:.4g}, {row['given']:.4g}, {row['identified']:.4g}")
+    lines(f"note: {note}" for note in found.notes)
+    say(f"written: {', '.join(str(path) for path in files.values())}")

@@ -1,4 +1,8 @@
-"""What every command shares: faults told as a list, lines on the terminal, progress, exit codes."""
+"""What every command shares: its shape, faults told as a list, lines on the terminal, progress, exit codes.
+
+A command is a function under ``command``: ``inputs`` reads all that it is given, so that every fault is told at once;
+then comes its own work; what it returns is whether the drives fit.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +11,18 @@ import re
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
     from drivetrain.errors import Fault
+    from drivetrain.study.model import Study
 
 COMPILING = "compiling to machine code, some half a minute: a first run; later ones find it done ..."
 NOT_KEPT = (
@@ -24,6 +30,75 @@ NOT_KEPT = (
 )
 FITS, DOES_NOT_FIT, BAD_INPUT, FAILED, STOPPED, NOBODY_READS = 0, 1, 2, 3, 130, 141
 DEBUG = "DRIVETRAIN_DEBUG"  # in the environment
+
+StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file (see `drivetrain init`).")]
+StudyOrResult = Annotated[
+    Path,
+    typer.Argument(
+        metavar="STUDY|RESULT",
+        help="A study; without drives they are selected first. Or a result.json of `drivetrain select` or `size`.",
+    ),
+]
+Joints = Annotated[list[str] | None, typer.Option(help="Of this joint only; may be given several times.")]
+
+
+def folder_for(files: str, *, ends: str = "") -> Any:
+    """The option that names the folder of what a command writes."""
+    return typer.Option("--out", metavar="DIR", help=f"Folder for {files}.{ends}", show_default=False)
+
+
+def command(function: Callable[..., bool | None]) -> Callable[..., None]:
+    """A command: faults, failures and Ctrl-C become lines, and whether it fits the exit code."""
+
+    @wraps(function)
+    def run(*args: Any, **named: Any) -> None:
+        with report_faults():
+            fits = function(*args, **named)
+            raise typer.Exit(FITS if fits is None or fits else DOES_NOT_FIT)
+
+    return run
+
+
+def inputs(*reads: Callable[[], Any], out: Path | None = None) -> list[Any]:
+    """What the functions read, in their order; all of them are tried, and their faults told at once.
+
+    Args:
+        reads: Each reads one option or file.
+        out: The folder for results, which must be one that can be written.
+
+    Raises:
+        InputError: Every fault.
+    """
+    faults, found = FaultCollector(), list[Any]()
+    for read in (lambda: writable(out), *reads):
+        found.append(None)
+        with faults:
+            found[-1] = read()
+    faults.report()
+    return found[1:]
+
+
+def refuse(wrong: object, option: str, problem: str, value: object = None, hint: str = "") -> None:
+    """Raise the fault of an option where something is wrong with it."""
+    from drivetrain.errors import Fault, InputError
+
+    if wrong:
+        raise InputError(Fault(option, problem, value, hint))
+
+
+def positive(text: str | None, unit: str, option: str) -> Any:
+    """The SI number of an option above zero; None where it is not given."""
+    from drivetrain.units import quantity
+
+    return None if text is None else quantity(text, unit, option, above=0.0)
+
+
+def write_page(study: Study, out: Path | None, files: Mapping[str, str]) -> None:
+    """Write a page and what belongs to it into a folder, the study's own where none is named, and say where it is."""
+    from drivetrain.whole_files import write_files
+
+    written = write_files(out or report_folder(study.name), files)
+    say(f"page: {next(iter(written.values()))}")
 
 
 @contextmanager
@@ -44,7 +119,7 @@ def report_faults() -> Iterator[None]:
         except KeyboardInterrupt:
             say("stopped", errors=True)
             raise typer.Exit(STOPPED) from None
-        except (typer.Exit, typer.Abort):
+        except (typer.Exit, typer.Abort, typer.BadParameter):
             raise
         except Exception as error:
             raise typer.Exit(failure(error)) from None
@@ -84,11 +159,7 @@ class FaultCollector:
         return False
 
     def report(self) -> None:
-        """Go no further where something was wrong.
-
-        Raises:
-            InputError: Every fault so far.
-        """
+        """Go no further where something was wrong."""
         from drivetrain.errors import InputError
 
         if self.faults:
@@ -96,41 +167,18 @@ class FaultCollector:
 
 
 def writable(out: Path | None, *, file: bool = False, option: str = "--out") -> None:
-    """Refuse a place for results before any work is done for them.
-
-    Args:
-        out: Folder, or file; None: nothing was asked for.
-        file: It is a file.
-        option: That names it.
-
-    Raises:
-        InputError: A file stands in the way, or there is no right to write.
-    """
-    from drivetrain.errors import Fault, InputError
-
+    """Refuse a place for results, a folder or a file, before any work is done for them."""
     if out is None:
         return
-    if file and out.is_dir():
-        raise InputError(Fault(option, "must be a file, but is a folder", str(out), f"such as {out / 'results.csv'}"))
+    refuse(file and out.is_dir(), option, "must be a file, but is a folder", str(out), f"such as {out / 'results.csv'}")
     folder = out.absolute().parent if file else out.absolute()
     there = next(one for one in (folder, *folder.parents) if one.exists())
-    if not there.is_dir():
-        raise InputError(Fault(option, f"must be a folder, but {there} is a file", str(out)))
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise InputError(Fault(option, f"there is no right to write into {there}", str(out)))
+    refuse(not there.is_dir(), option, f"must be a folder, but {there} is a file", str(out))
+    refuse(not os.access(there, os.W_OK | os.X_OK), option, f"there is no right to write into {there}", str(out))
 
 
 def whole_names(option: str, what: str, asked: Iterable[str] | None, names: Sequence[str]) -> list[str]:
     """Names as they are known, from what may be their beginning, or a part that no other has: elbow for elbow_joint.
-
-    Args:
-        option: As on the command line.
-        what: What the names are, in words.
-        asked: None: nothing.
-        names: Known.
-
-    Returns:
-        The known names.
 
     Raises:
         InputError: Every name that none or several begin with or contain.
@@ -168,35 +216,20 @@ def _meant(short: str, names: Sequence[str]) -> list[str]:
 
 
 def say(text: str, *, errors: bool = False) -> None:
-    """One line on the terminal, never wrapped.
-
-    Args:
-        text: The line.
-        errors: To standard error instead of standard output.
-    """
+    """One line on the terminal, never wrapped."""
     from drivetrain.errors import plain
 
     typer.echo(plain(text), err=errors)
 
 
 def lines(texts: Iterable[str]) -> None:
-    """Lines on standard output.
-
-    Args:
-        texts: One a line.
-    """
+    """Lines on standard output."""
     for text in texts:
         say(text)
 
 
 def listed(heading: str, texts: list[str], *, most: int) -> None:
-    """A list on standard error, cut when it is long.
-
-    Args:
-        heading: Above the list, with its length.
-        texts: One an entry.
-        most: Entries shown.
-    """
+    """A list on standard error, cut when it is long."""
     if texts:
         say(f"{heading} ({len(texts)}):", errors=True)
     for line in texts[:most]:
@@ -207,14 +240,7 @@ def listed(heading: str, texts: list[str], *, most: int) -> None:
 
 @contextmanager
 def working(text: str) -> Iterator[Callable[[int, int, str], None]]:
-    """Says what takes time, and shows how far it is; the first run also compiles.
-
-    Args:
-        text: What is being done.
-
-    Yields:
-        Called with (done, total, text) to show progress.
-    """
+    """Says what takes time, and shows how far it is by what it yields; the first run also compiles."""
     from drivetrain.jit import cold, kept
     from drivetrain.report.terminal import console, progress
 
@@ -226,12 +252,5 @@ def working(text: str) -> Iterator[Callable[[int, int, str], None]]:
 
 
 def report_folder(name: str) -> Path:
-    """The folder for what a command writes when none is named.
-
-    Args:
-        name: Of the study.
-
-    Returns:
-        ``<study name>_report`` in the working directory.
-    """
+    """The folder for what a command writes when none is named: ``<study name>_report`` in the working directory."""
     return Path(re.sub(r"[^\w.-]+", "_", name).strip("_.") + "_report")

@@ -9,39 +9,33 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen, write_chosen
+from drivetrain.commands.chain import chosen, load_chosen, write_chosen
 from drivetrain.commands.shared import (
-    DOES_NOT_FIT,
-    FITS,
-    FaultCollector,
+    StudyFile,
+    StudyOrResult,
+    command,
+    folder_for,
+    inputs,
     listed,
-    report_faults,
+    positive,
+    refuse,
     report_folder,
     say,
-    whole_names,
     working,
     writable,
 )
+from drivetrain.commands.trade_offs import options_beside, told_beside
 
 if TYPE_CHECKING:
-    from drivetrain.report.pages.sheet import Extra
     from drivetrain.sizing.answers.spread import Spread
     from drivetrain.sizing.results import Evaluation, Selection
     from drivetrain.study.model import Study
 
-app = typer.Typer(rich_markup_mode="rich")
-
 MOST_NOTES = 8  # warnings and notes listed on the terminal; the report holds them all
 
-StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file (see `drivetrain init`).")]
 OutFolder = Annotated[
     Path | None,
-    typer.Option(
-        "--out",
-        metavar="DIR",
-        help="Folder for report.html, result.json and currents.csv.  [default: <study name>_report]",
-        show_default=False,
-    ),
+    folder_for("report.html, result.json and currents.csv", ends="  [default: <study name>_report]"),
 ]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print result.json to standard output, the table to standard error.")
@@ -56,81 +50,68 @@ class Objective(StrEnum):
     ENERGY = "energy"
 
 
-@app.command("demo")
-def _demo(out: OutFolder = None) -> None:
+@command
+def demo(out: OutFolder = None) -> bool:
     """Pick drives for a UR5-class arm from the shipped catalogues, and write the report to ./reports/demo."""
-    with report_faults():
-        from drivetrain.shipped import shipped
-        from drivetrain.study.read import load_study
+    from drivetrain.shipped import shipped
+    from drivetrain.study.read import load_study
 
-        writable(out)
-        study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
-        code = _deliver(_selected(study), out or Path("reports") / "demo", as_json=False)
-        say("next: `drivetrain init my_arm.yaml` writes a study of your own to start from")
-        raise typer.Exit(code)
+    writable(out)
+    study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
+    fits = _deliver(_selected(study), out or Path("reports") / "demo", as_json=False)
+    say("next: `drivetrain init my_arm.yaml` writes a study of your own to start from")
+    return fits
 
 
-@app.command("init")
-def _init(
+@command
+def init(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The study to write.")] = Path("study.yaml"),
     arm: Annotated[str, typer.Option(help="A built-in arm, or a URDF file.")] = "ur5-corrected",
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is already there.")] = False,
 ) -> None:
     """Write a commented study to start from."""
-    with report_faults():
-        from drivetrain.errors import Fault, InputError
-        from drivetrain.study.template import study_template
-        from drivetrain.whole_files import write_files
+    from drivetrain.study.template import study_template
+    from drivetrain.whole_files import write_files
 
-        faults = FaultCollector()
-        with faults:
-            writable(file, file=True)
-            if file.exists() and not force:
-                raise InputError(Fault(str(file), "is already there", hint="choose another name, or give --force"))
-        with faults:
-            text = study_template(arm, file.parent)
-        faults.report()
-        write_files(file.parent, {file.name: text})
-        say(f"wrote {file}")
-        say(f"next: edit it, then `drivetrain check {file}` and `drivetrain select {file}`")
+    def target() -> None:
+        writable(file, file=True)
+        refuse(file.exists() and not force, str(file), "is already there", hint="choose another name, or give --force")
+
+    _, text = inputs(target, lambda: study_template(arm, file.parent))
+    write_files(file.parent, {file.name: text})
+    say(f"wrote {file}")
+    say(f"next: edit it, then `drivetrain check {file}` and `drivetrain select {file}`")
 
 
-@app.command("check")
-def _check(
+@command
+def check(
     study: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The study, a YAML file.")] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of studies, for editors.")] = False,
 ) -> None:
     """Read a study and everything it names, and list every error and warning; nothing is calculated."""
     if study is None and not schema:
         raise typer.BadParameter("name a study, or give --schema", param_hint="STUDY")
-    with report_faults():
-        if schema:
-            import json
+    if schema:
+        import json
 
-            from drivetrain.study.schema import json_schema
+        from drivetrain.study.schema import json_schema
 
-            typer.echo(json.dumps(json_schema(), indent=2))
-        if study is not None:
-            from drivetrain.study.read import load_study
+        typer.echo(json.dumps(json_schema(), indent=2))
+    if study is not None:
+        from drivetrain.study.read import load_study
 
-            _summarise(load_study(study), errors=schema)
+        _summarise(load_study(study), errors=schema)
 
 
-@app.command("size")
-def _size(study: StudyOrResult, out: OutFolder = None, as_json: AsJson = False) -> None:
+@command
+def size(study: StudyOrResult, out: OutFolder = None, as_json: AsJson = False) -> bool:
     """Check the drives that the study names, or else selects: margins, verdicts, report, currents."""
-    with report_faults():
-        faults = FaultCollector()
-        with faults:
-            writable(out)
-        with faults:
-            loaded = load_chosen(study)
-        faults.report()
-        raise typer.Exit(_deliver(chosen(loaded), out or report_folder(loaded.name), as_json=as_json))
+    [loaded] = inputs(lambda: load_chosen(study), out=out)
+    return _deliver(chosen(loaded), out or report_folder(loaded.name), as_json=as_json)
 
 
-@app.command("select")
-def _select(
+@command
+def select(
     study: StudyFile,
     sets: Annotated[int | None, typer.Option(min=1, help="How many of the best sets are wanted.")] = None,
     time_limit: Annotated[
@@ -158,85 +139,32 @@ def _select(
     ] = None,
     out: OutFolder = None,
     as_json: AsJson = False,
-) -> None:
+) -> bool:
     """Choose drives for every joint from the catalogues that the study allows."""
-    with report_faults():
-        from dataclasses import replace
+    from dataclasses import replace
 
-        from drivetrain.commands.trade_offs import options_beside
-        from drivetrain.study.read import load_study
+    from drivetrain.study.read import load_study
 
-        faults = FaultCollector()
-        with faults:
-            writable(out)
-        with faults:
-            writable(write, file=True, option="--write")
-        with faults:
-            seconds = _seconds(time_limit)
-        with faults:
-            beside = options_beside(front, curve, curve_from, curve_to)
-        with faults:
-            loaded = load_study(study)
-        faults.report()
-        wanted = loaded.wanted
-        wanted = wanted if sets is None else replace(wanted, sets=sets)
-        wanted = wanted if seconds is None else replace(wanted, time_limit=seconds)
-        wanted = wanted if objective is None else replace(wanted, weights=((objective.value, 1.0),))
-        loaded = replace(loaded, wanted=wanted, trade_offs=replace(loaded.trade_offs, **beside))
-        if loaded.trade_offs:
-            from drivetrain.sizing.answers.trade_offs import check_trade_offs
+    _, seconds, beside, loaded = inputs(
+        lambda: writable(write, file=True, option="--write"),
+        lambda: positive(time_limit, "s", "--time-limit"),
+        lambda: options_beside(front, curve, curve_from, curve_to),
+        lambda: load_study(study),
+        out=out,
+    )
+    weights = None if objective is None else ((objective.value, 1.0),)
+    given = {"sets": sets, "time_limit": seconds, "weights": weights}
+    wanted = replace(loaded.wanted, **{name: value for name, value in given.items() if value is not None})
+    loaded = replace(loaded, wanted=wanted, trade_offs=replace(loaded.trade_offs, **beside))
+    if loaded.trade_offs:
+        from drivetrain.sizing.answers.trade_offs import check_trade_offs
 
-            check_trade_offs(loaded)
-        found = _selected(loaded)
-        code = _deliver(found, out or report_folder(loaded.name), as_json=as_json)
-        if write is not None:
-            write_chosen(found, write)
-        raise typer.Exit(code)
-
-
-@app.command("ratio")
-def _ratio(
-    study: StudyOrResult,
-    joint: Annotated[list[str] | None, typer.Option(help="Of this joint only; may be given several times.")] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Folder for ratio.html and ratio.json.", show_default=False),
-    ] = None,
-) -> None:
-    """Vary each joint's gear ratio: torque, heat, every check, and the window in which all hold."""
-    with report_faults():
-        from drivetrain.report.pages.ratio_page import ratio_json, ratio_report, ratio_sentence
-        from drivetrain.sizing.answers.ratio import ratio_studies, ratio_study
-        from drivetrain.whole_files import write_files
-
-        faults = FaultCollector()
-        with faults:
-            writable(out)
-        with faults:
-            loaded = load_chosen(study)
-            names = [task.name for task in loaded.joints]
-            joint = whole_names("--joint", "joint of the study", joint, names)
-        faults.report()
-        drives = chosen(loaded).drives
-        with working("varying the ratios"):
-            found = [ratio_study(loaded, name, drives=drives) for name in joint or ()]
-            found = found or list(ratio_studies(loaded, drives=drives))
-            page = ratio_report(found)
-        folder = out or report_folder(loaded.name)
-        written = write_files(folder, {"ratio.html": page, "ratio.json": ratio_json(found)})
-        for one in found:
-            say(f"{one.joint}: {ratio_sentence(one)}")
-        for name in () if joint else (name for name in names if name not in {one.joint for one in found}):
-            say(f"{name}: never moves, so no ratio decides anything")
-        say(f"page: {written['ratio.html']}")
-        raise typer.Exit(FITS if all(one.feasible for one in found) else DOES_NOT_FIT)
-
-
-def _seconds(text: str | None) -> float | None:
-    """A time on the command line."""
-    from drivetrain.units import quantity
-
-    return None if text is None else quantity(text, "s", "--time-limit", above=0.0)
+        check_trade_offs(loaded)
+    found = _selected(loaded)
+    fits = _deliver(found, out or report_folder(loaded.name), as_json=as_json)
+    if write is not None:
+        write_chosen(found, write)
+    return fits
 
 
 def _selected(study: Study) -> Selection:
@@ -247,8 +175,8 @@ def _selected(study: Study) -> Selection:
         return search(study, progress=step)
 
 
-def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int:
-    """Write the files, print the verdict, and give the exit code."""
+def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> bool:
+    """Write the files and print the verdict; whether it fits."""
     from drivetrain.report.outputs import write_outputs
     from drivetrain.report.pages.spread_section import spread_lines
     from drivetrain.report.result_json import result_json
@@ -257,7 +185,7 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int
     from drivetrain.sizing.results import Evaluation
 
     result, found = _spread(result)
-    extra, told_beside = _beside(result)
+    extra, beside = told_beside(result)
     with progress(console(errors=True), "drawing the report"):
         files = write_outputs(out, result, spread=found, extra=extra)
     screen = console(errors=as_json)
@@ -267,25 +195,12 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int
         screen.print(line, soft_wrap=True)
     for words in [] if found is None else spread_lines(found):
         screen.print(words, soft_wrap=True, highlight=False)
-    for text in told_beside:
+    for text in beside:
         screen.print(text, soft_wrap=True, highlight=False)
     say(f"report: {files['report.html']}", errors=as_json)
     if as_json:
         sys.stdout.write(result_json(result, spread=found, extra=extra, folder=out))
-    return FITS if result.feasible else DOES_NOT_FIT
-
-
-def _beside(result: Evaluation | Selection) -> tuple[Extra | None, list[str]]:
-    """Front and curves where a selection was asked for them: parts of the report, and lines for the terminal."""
-    from drivetrain.commands.trade_offs import beside
-    from drivetrain.sizing.results import Selection
-
-    found = beside(result) if isinstance(result, Selection) else None
-    if found is None or not isinstance(result, Selection):
-        return None, []
-    from drivetrain.report.pages.curve_page import trade_off_extra, trade_off_lines
-
-    return trade_off_extra(found, result), trade_off_lines(found)
+    return result.feasible
 
 
 def _spread(result: Evaluation | Selection) -> tuple[Evaluation | Selection, Spread | None]:

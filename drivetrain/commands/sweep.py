@@ -7,13 +7,11 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, FaultCollector, report_faults, say, working, writable
-
-app = typer.Typer(rich_markup_mode="rich")
+from drivetrain.commands.shared import command, inputs, refuse, say, working
 
 
-@app.command("sweep")
-def _sweep(
+@command
+def sweep(
     file: Annotated[Path, typer.Argument(metavar="SWEEP", help="What to vary, a YAML file.")],
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder of the results.")] = None,
     workers: Annotated[
@@ -22,47 +20,38 @@ def _sweep(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A running dask scheduler, such as tcp://host:8786.")
     ] = None,
-) -> None:
+) -> bool:
     """Select or size at every combination of values, on all cores or a cluster; run it again to go on."""
-    with report_faults():
-        _demand_libraries()
-        from drivetrain.errors import Fault, InputError
-        from drivetrain.report.pages.sweep_page import sweep_report
-        from drivetrain.study.read import study_from
-        from drivetrain.sweep.points import read_sweep
-        from drivetrain.sweep.run import run_sweep
-        from drivetrain.sweep.shards import read_results
-        from drivetrain.whole_files import write_files
+    _demand_libraries()
+    from drivetrain.report.pages.sweep_page import sweep_report
+    from drivetrain.study.read import study_from
+    from drivetrain.sweep.points import read_sweep
+    from drivetrain.sweep.run import run_sweep
+    from drivetrain.sweep.shards import read_results
+    from drivetrain.whole_files import write_files
 
-        faults = FaultCollector()
-        with faults:
-            writable(out)
-        with faults:
-            if workers is not None and workers < 0:
-                raise InputError(Fault("--workers", "must be 0 or more", workers))
-        with faults:
-            sweep = read_sweep(file)
-        faults.report()
-        folder = out or Path(f"{file.stem}_results")
-        say(f"{len(sweep)} points in {sweep.shards} shards: {' x '.join(sweep.names)}")
-        with working("judging points") as step:
-            computed = run_sweep(sweep, folder, workers=workers, scheduler=scheduler, progress=step)
-        results = read_results(folder)
-        fits = int(results["feasible"].sum())
-        say(f"{computed} shards computed, {sweep.shards - computed} found done; {fits} of {len(results)} points fit")
-        written = write_files(folder, {"sweep.html": sweep_report(study_from(sweep.document), results, sweep.names)})
-        say(f"results: {folder / 'shards'} (Parquet)")
-        say(f"page: {written['sweep.html']}")
-        raise typer.Exit(FITS if fits else DOES_NOT_FIT)
+    _, sweep = inputs(
+        lambda: refuse(workers is not None and workers < 0, "--workers", "must be 0 or more", workers),
+        lambda: read_sweep(file),
+        out=out,
+    )
+    folder = out or Path(f"{file.stem}_results")
+    say(f"{len(sweep)} points in {sweep.shards} shards: {' x '.join(sweep.names)}")
+    with working("judging points") as step:
+        computed = run_sweep(sweep, folder, workers=workers, scheduler=scheduler, progress=step)
+    results = read_results(folder)
+    fits = int(results["feasible"].sum())
+    say(f"{computed} shards computed, {sweep.shards - computed} found done; {fits} of {len(results)} points fit")
+    written = write_files(folder, {"sweep.html": sweep_report(study_from(sweep.document), results, sweep.names)})
+    say(f"results: {folder / 'shards'} (Parquet)")
+    say(f"page: {written['sweep.html']}")
+    return fits > 0
 
 
 def _demand_libraries() -> None:
     """What only sweeps need is an extra."""
     from importlib.util import find_spec
 
-    from drivetrain.errors import Fault, InputError
-
     lacking = [name for name in ("distributed", "pyarrow") if find_spec(name) is None]
-    if lacking:
-        problem = f"needs {' and '.join(lacking)}, which are not installed"
-        raise InputError(Fault("drivetrain sweep", problem, hint="pip install 'drivetrain[sweep]'"))
+    problem = f"needs {' and '.join(lacking)}, which are not installed"
+    refuse(lacking, "drivetrain sweep", problem, hint="pip install 'drivetrain[sweep]'")

@@ -11,14 +11,12 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import FITS, report_faults, say
+from drivetrain.commands.shared import command, say
 from drivetrain.shipped import shipped
 
-app = typer.Typer(rich_markup_mode="rich")
 
-
-@app.command("warm")
-def _warm(
+@command
+def warm(
     only: Annotated[
         list[str] | None, typer.Option("--only", metavar="NAME", help="One of the jobs, as often as wanted.")
     ] = None,
@@ -31,20 +29,18 @@ def _warm(
     from drivetrain.errors import Fault, InputError, nearest
     from drivetrain.report.terminal import console, progress
 
-    with report_faults():
-        faults = [Fault("--only", "is no job", name, nearest(name, JOBS)) for name in only or () if name not in JOBS]
-        if faults:
-            raise InputError(faults)
-        names = [name for name in JOBS if not only or name in only]
-        with (
-            progress(console(errors=True), "compiling") as step,
-            ProcessPoolExecutor(workers or os.cpu_count(), get_context("spawn")) as pool,
-        ):
-            running = {pool.submit(_timed, name): name for name in names}
-            for done, job in enumerate(as_completed(running), 1):
-                say(f"{running[job]:<12} {job.result():5.1f} s")
-                step(done, len(names), f"{running[job]} is compiled")
-        raise typer.Exit(FITS)
+    faults = [Fault("--only", "is no job", name, nearest(name, JOBS)) for name in only or () if name not in JOBS]
+    if faults:
+        raise InputError(faults)
+    names = [name for name in JOBS if not only or name in only]
+    with (
+        progress(console(errors=True), "compiling") as step,
+        ProcessPoolExecutor(workers or os.cpu_count(), get_context("spawn")) as pool,
+    ):
+        running = {pool.submit(_timed, name): name for name in names}
+        for done, job in enumerate(as_completed(running), 1):
+            say(f"{running[job]:<12} {job.result():5.1f} s")
+            step(done, len(names), f"{running[job]} is compiled")
 
 
 def _timed(name: str) -> float:

@@ -1,4 +1,4 @@
-"""Algorithms on an arm: kinematics, inverse and forward dynamics."""
+"""Algorithms on an arm: inverse and forward dynamics."""
 
 from typing import TYPE_CHECKING
 
@@ -45,13 +45,6 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.inverse import joint_loads as joint_loads
     from drivetrain.dynamics.inverse import tip_torque as tip_torque
     from drivetrain.dynamics.inverse import velocity_torque as velocity_torque
-    from drivetrain.dynamics.kinematics import body_jacobian as body_jacobian
-    from drivetrain.dynamics.kinematics import body_jacobian_rate as body_jacobian_rate
-    from drivetrain.dynamics.kinematics import link_poses as link_poses
-    from drivetrain.dynamics.kinematics import space_jacobian as space_jacobian
-    from drivetrain.dynamics.kinematics import space_jacobian_rate as space_jacobian_rate
-    from drivetrain.dynamics.kinematics import tip_acceleration_terms as tip_acceleration_terms
-    from drivetrain.dynamics.kinematics import tip_pose as tip_pose
     from drivetrain.dynamics.mass import mass_matrix as mass_matrix
     from drivetrain.dynamics.regressor import parameter_names as parameter_names
     from drivetrain.dynamics.regressor import torque_parameters as torque_parameters

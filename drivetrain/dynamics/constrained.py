@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array, batch
+from drivetrain.arrays import Array, batch, finite_samples
 from drivetrain.dynamics.constraints import Constraint, checked_constraints, stacked_rows
 from drivetrain.dynamics.core import factor
 from drivetrain.dynamics.core.packed import packed
@@ -38,7 +38,6 @@ from drivetrain.dynamics.mass import (
     solve_lower,
     solve_upper,
 )
-from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 
 RANK = 1e-9  # a singular value that counts as none, over the largest: above rounding, below any workshop

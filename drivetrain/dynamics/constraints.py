@@ -16,9 +16,9 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.checks import checked_pose
+from drivetrain.arm.kinematics import screw_displacements
 from drivetrain.arrays import Array, checked_array, frozen_array
 from drivetrain.dynamics.core.frames import FRAME, ROW, close_loop, move_frame
-from drivetrain.dynamics.kinematics import screw_displacements
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import inverse_pose
 

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, finite_samples
 from drivetrain.dynamics.core.packed import Packed, packed
 from drivetrain.dynamics.derivatives import derivatives, one_derivatives
 from drivetrain.dynamics.mass import CHUNK
-from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, finite_samples, run
+from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, run
 
 
 def coriolis_matrix(arm: Arm, q: Any, qd: Any) -> Array:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, samples
 from drivetrain.dynamics.core.derivatives import derivatives_alone, differentiate
 from drivetrain.dynamics.core.packed import Packed, packed
 from drivetrain.dynamics.forward import forward_dynamics
-from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, samples, spoiled, tip_samples
+from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, spoiled, tip_samples
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,11 +14,11 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
+from drivetrain.arm.kinematics import body_jacobian, link_poses
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, finite_samples
 from drivetrain.dynamics.core.packed import packed
-from drivetrain.dynamics.kinematics import body_jacobian, link_poses
-from drivetrain.dynamics.samples import finite_samples, run, tip_samples
+from drivetrain.dynamics.samples import run, tip_samples
 from drivetrain.spatial.poses import inverse_pose
 
 

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
+from drivetrain.arm.kinematics import link_poses, space_jacobian, tip_jacobian, tip_pose
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
-from drivetrain.arrays import Array, real_array
-from drivetrain.dynamics.kinematics import link_poses, space_jacobian, tip_jacobian, tip_pose
+from drivetrain.arrays import Array, finite_samples, real_array
 from drivetrain.dynamics.mass import mass_matrix
-from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import LARGEST, Fault, InputError
 from drivetrain.spatial.beams import Beam, beam_compliance
 from drivetrain.spatial.inertia import RigidBody
@@ -91,16 +90,6 @@ def rotor_inertias(arm: Arm, q: Any) -> tuple[Array, Array]:
 
     With M0 the mass matrix of rotors locked where they are, ``[[M0, S], [S.T, B]]`` is that of links and free rotors,
     and M0 + S + S.T + B is that of rotors bound to their joints (M0 + S C + C.T S.T + C.T B C with a coupling C).
-
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-
-    Returns:
-        S and B [kg m^2; kg m and kg where joints are prismatic], each (n, n) or (N, n, n): column i of S is the
-        momentum that links must take when rotor i spins, B holds ``ratio^2 * axial inertia`` on its diagonal.
-
-    Raises:
-        InputError: Wrong shape, or a NaN or infinity.
 
     Reference: Modern Robotics, equation 8.111, taken apart.
     """

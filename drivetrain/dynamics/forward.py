@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, finite_samples
 from drivetrain.dynamics.core.articulated import articulated_accelerations
 from drivetrain.dynamics.core.factor import solve
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.mass import mass_matrices, no_inertia
-from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, finite_samples, run, tip_samples
+from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, run, tip_samples
 from drivetrain.errors import Fault, InputError
 
 UNDEFINED = ": accelerations are not defined there"

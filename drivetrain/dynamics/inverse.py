@@ -16,10 +16,10 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import shaft_torques
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, finite_samples, samples
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.core.recursion import torque_alone
-from drivetrain.dynamics.samples import TORQUE_ONLY, Outputs, alone, finite_samples, run, samples, tip_samples
+from drivetrain.dynamics.samples import TORQUE_ONLY, Outputs, alone, run, tip_samples
 
 
 @dataclass(frozen=True, eq=False)

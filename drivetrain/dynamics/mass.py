@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, finite_samples
 from drivetrain.dynamics.core.composite import compose
 from drivetrain.dynamics.core.factor import factorise
 from drivetrain.dynamics.core.packed import Packed, packed
-from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 
 CHUNK = 2048  # samples; bounds the memory of those who run the recursion n times for each, or more often

@@ -20,12 +20,11 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
+from drivetrain.arm.kinematics import displacements, screw_columns, screw_displacements
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, finite_samples
 from drivetrain.dynamics.core.packed import carried_moments, inverse_poses, spin_frame
-from drivetrain.dynamics.kinematics import displacements, screw_columns, screw_displacements
 from drivetrain.dynamics.mass import CHUNK
-from drivetrain.dynamics.samples import finite_samples
 
 BODY_PARAMETERS = ("mass", "hx", "hy", "hz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 BODY_UNITS = ("kg", *["kg m"] * 3, *["kg m^2"] * 6)

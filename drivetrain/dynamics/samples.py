@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.arrays import Array, batch, real_array, within_reach
+from drivetrain.arrays import Array, batch, wrong_samples
 from drivetrain.dynamics.core.packed import Packed
 from drivetrain.dynamics.core.recursion import recursion
 from drivetrain.dynamics.core.vectors import squares
@@ -28,22 +28,6 @@ class Outputs(NamedTuple):
 TORQUE_ONLY = Outputs(np.empty((0, 1)), np.empty((0, 1)), np.empty((0, 1, 6)))
 
 
-def samples(n: int, named: dict[str, Any]) -> list[Array]:
-    """Samples as arrays of one shape; that they are finite is left to the recursion, which sees it in passing.
-
-    The values, (N, n) each, C order; N = 1 for one sample. Not copied when they are so already.
-    """
-    try:
-        arrays = [real_array(value) for value in named.values()]
-    except (TypeError, ValueError, OverflowError):
-        raise _complaint(n, named) from None
-    shape = arrays[0].shape
-    if len(shape) not in (1, 2) or shape[-1] != n or any(array.shape != shape for array in arrays):
-        raise _complaint(n, named)
-    # Kernels are compiled for arrays that may be written to; others would have them compiled again.
-    return [(array if array.flags.writeable else array.copy()).reshape(-1, n) for array in arrays]
-
-
 def alone(n: int, *values: Any) -> bool:
     """Whether values are one sample each, of a kind that the kernels for one sample take as it is."""
     for value in values:
@@ -57,29 +41,8 @@ def alone_within_reach(n: int, a: Any, b: Any, c: Any) -> bool:
     return alone(n, a, b, c) and squares(a, b, c) <= LARGEST * LARGEST
 
 
-def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
-    """As ``samples``, and every number is finite and not too large.
-
-    The values, (N, n) each, C order; N = 1 for one sample.
-    """
-    arrays = samples(n, named)
-    if not all(within_reach(array) for array in arrays):
-        raise _complaint(n, named)
-    return arrays
-
-
 def tip_samples(model: Packed, tip_wrench: Any, count: int) -> Array:
-    """The wrench on the environment as the recursion takes it.
-
-    Args:
-        tip_wrench: In the tip frame, (moment [N m], force [N]), (6,) or (N, 6), or None.
-
-    Returns:
-        In the last link's frame [N m, N], (0, 6), (1, 6) or (N, 6).
-
-    Raises:
-        InputError: Wrong shape, or a NaN or infinity.
-    """
+    """The wrench on the environment as the recursion takes it."""
     if tip_wrench is None:
         return NO_TIP
     rows = batch(tip_wrench, 6, "tip_wrench")
@@ -96,19 +59,7 @@ def run(
     tip: Array = NO_TIP,
     outputs: Outputs = TORQUE_ONLY,
 ) -> Array:
-    """The generalised torques of a motion, by the compiled recursion.
-
-    Args:
-        motion: q, qd, qdd [rad or m, and per s, s^2], (N, n) each, C order.
-        gravity: In the frame of the base [m/s^2], (3,). None: the arm's.
-        tip: As from ``tip_samples`` [N m, N].
-
-    Returns:
-        Torque [N m or N], (N, n).
-
-    Raises:
-        InputError: A number that is NaN, infinite, or too large to be squared.
-    """
+    """The generalised torques of a motion, by the compiled recursion."""
     wide, filled = motion, outputs
     if model.spread is not None:
         wide = [x @ model.spread.T for x in motion]
@@ -126,26 +77,4 @@ def run(
 
 def spoiled(motion: Sequence[Array]) -> InputError:
     """The complaint about a motion (q, qd, qdd) in which a kernel has met a number that is none."""
-    return _complaint(motion[0].shape[1], dict(zip(("q", "qd", "qdd"), motion, strict=True)))
-
-
-def _complaint(n: int, named: dict[str, Any]) -> InputError:
-    """Every fault of samples that are known to be wrong."""
-    faults: list[Fault] = []
-    arrays: dict[str, Array] = {}
-    for name, value in named.items():
-        try:
-            arrays[name] = batch(value, n, name)
-        except InputError as error:
-            faults.extend(error.faults)
-    if faults:
-        return InputError(faults)
-    lead, first = next(iter(named.items()))
-    for name, value in named.items():
-        if np.shape(value) != np.shape(first):
-            faults.append(Fault(name, f"must have the shape of {lead}, {np.shape(first)}", f"shape {np.shape(value)}"))
-    if not faults:
-        large = {name: float(np.abs(array).max(initial=0.0)) for name, array in arrays.items()}
-        name = max(large, key=lambda key: large[key])
-        faults.append(Fault(name, "is too large to calculate with", large[name]))
-    return InputError(faults)
+    return wrong_samples(motion[0].shape[1], dict(zip(("q", "qd", "qdd"), motion, strict=True)))

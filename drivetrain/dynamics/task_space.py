@@ -24,18 +24,18 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array, batch
-from drivetrain.dynamics.inverse import gravity_torque, velocity_torque
-from drivetrain.dynamics.kinematics import (
+from drivetrain.arm.kinematics import (
     body_jacobian,
     body_jacobian_rate,
     space_jacobian,
     space_jacobian_rate,
     tip_jacobian,
+    tip_jacobian_rate,
     tip_pose,
 )
+from drivetrain.arrays import Array, batch, finite_samples
+from drivetrain.dynamics.inverse import gravity_torque, velocity_torque
 from drivetrain.dynamics.mass import mass_factor, solve_lower
-from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.rotation_coordinates import ROTATION_VECTOR, RotationCoordinates
 
@@ -111,11 +111,7 @@ class TipVelocity(Task):
         return tip_jacobian(arm, q)
 
     def _whole_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
-        turn, columns = tip_pose(arm, q)[:, :3, :3], body_jacobian(arm, q)
-        spin = columns[:, :3] @ qd[:, :, None]
-        rate = body_jacobian_rate(arm, q, qd)
-        halves = [turn @ (np.cross(spin, columns[:, k], axis=1) + rate[:, k]) for k in (slice(3), slice(3, 6))]
-        return np.concatenate(halves, axis=1)
+        return tip_jacobian_rate(tip_jacobian(arm, q), qd)
 
 
 @dataclass(frozen=True)
@@ -175,14 +171,7 @@ class NearSingular(ABC):
 
     @abstractmethod
     def inverse_squares(self, values: Array) -> tuple[Array, Array]:
-        """What stands in for ``1/s^2``, and the damping.
-
-        Args:
-            values: Singular values, largest first [SI], (N, k).
-
-        Returns:
-            (N, k), finite; and what was added to ``s^2`` [SI], (N,), zero where nothing was.
-        """
+        """What stands in for ``1/s^2``, and the damping."""
 
 
 @dataclass(frozen=True)

@@ -45,17 +45,7 @@ def consistent(parameters: Array) -> bool:
 
 
 def nearest_consistent(found: Array, hessian: Array, bodies: int, start: Array) -> Array:
-    """The parameters that a body can have, nearest to those found in the metric of the normal equations.
-
-    Args:
-        found: Ten of each body, then others that must not be negative, (p,).
-        hessian: Of the sum of squares, (p, p).
-        bodies: How many.
-        start: Parameters to start from, (p,), as consistent as they may be.
-
-    Returns:
-        (p,).
-    """
+    """The parameters that a body can have, nearest to those found in the metric of the normal equations."""
     from scipy.optimize import least_squares
 
     inertial = 10 * bodies

@@ -77,14 +77,7 @@ def _stated(law: Friction) -> dict[str, Any]:
 
 
 def identification_page(found: Identification) -> str:
-    """The report of an identification: errors on data held out, contributions, base parameters, all parameters.
-
-    Args:
-        found: What was found.
-
-    Returns:
-        HTML, whole in itself.
-    """
+    """The report of an identification: errors on data held out, contributions, base parameters, all parameters."""
     import io
 
     picture = io.StringIO()

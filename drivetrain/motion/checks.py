@@ -57,15 +57,7 @@ class Series(NamedTuple):
 
 
 def time_faults(time: Series, *, pairs: bool) -> list[Fault]:
-    """Where time does not go on.
-
-    Args:
-        time: [s].
-        pairs: Whether two samples (not three) may share one instant.
-
-    Returns:
-        A fault for each place, the first few.
-    """
+    """Where time does not go on."""
     step = np.diff(time.values)
     wrong = (step < 0.0 if pairs else step <= 0.0) | ((step > 0.0) & (step < SHORTEST))
     if pairs:
@@ -87,15 +79,7 @@ def time_faults(time: Series, *, pairs: bool) -> list[Fault]:
 
 
 def sampling_notes(time: Array, positions: list[Array]) -> list[str]:
-    """Notes on samples at unequal distances; a gap is only doubted when something moves in it.
-
-    Args:
-        time: Never decreasing [s], (N,).
-        positions: Of each joint [rad or m], (N,).
-
-    Returns:
-        At most one note.
-    """
+    """Notes on samples at unequal distances; a gap is only doubted when something moves in it."""
     distinct = np.unique(time)
     if len(distinct) < 3 or is_uniform(distinct):
         return []
@@ -110,17 +94,7 @@ def sampling_notes(time: Array, positions: list[Array]) -> list[str]:
 
 
 def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) -> list[Fault]:
-    """Where a position leaves its course within one or two samples.
-
-    Args:
-        time: Never decreasing [s], (N,).
-        series: Positions [rad or m].
-        resolution: Step between readings [rad or m]; 0 for full precision.
-        turns: Whether it is an angle, so that a jump by a turn is a wrapped angle.
-
-    Returns:
-        A fault for each jump or spike, the first few.
-    """
+    """Where a position leaves its course within one or two samples."""
     length = np.diff(time)
     step = np.abs(np.diff(series.values))
     faults = [
@@ -151,15 +125,7 @@ def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) 
 
 
 def isolated(sizes: Array, times_larger: float) -> NDArray[np.bool_]:
-    """Which values tower over their eight neighbours.
-
-    Args:
-        sizes: Not negative, any unit, (N,).
-        times_larger: How often the third largest neighbour.
-
-    Returns:
-        True where so, (N,); nowhere in fewer than ten values.
-    """
+    """Which values tower over their eight neighbours."""
     if len(sizes) < 2 * AROUND + 2:
         return np.zeros(len(sizes), dtype=np.bool_)
     padded = np.pad(sizes, AROUND, mode="reflect")
@@ -170,16 +136,7 @@ def isolated(sizes: Array, times_larger: float) -> NDArray[np.bool_]:
 
 
 def spike_doubts(time: Array, acceleration: Array, joint: str) -> list[str]:
-    """Doubts about accelerations of one or two samples.
-
-    Args:
-        time: Never decreasing [s], (N,).
-        acceleration: [rad/s^2 or m/s^2], (N,).
-        joint: Its name.
-
-    Returns:
-        At most one warning, at the largest spike.
-    """
+    """Doubts about accelerations of one or two samples."""
     size = np.abs(acceleration)
     spikes = np.flatnonzero(isolated(size, SPIKE) & (size > SPIKE_SHARE * size.max()))
     if not len(spikes):
@@ -190,17 +147,7 @@ def spike_doubts(time: Array, acceleration: Array, joint: str) -> list[str]:
 
 
 def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -> tuple[list[Fault], list[str]]:
-    """Whether given rates are the derivatives of given values, by integrating the rates.
-
-    Args:
-        time: Never decreasing [s], (N,).
-        values: Positions or speeds.
-        rates: Their rates, as given.
-        smallest: Difference that does not count, in the unit of the values: resolution, or noise of a joint at rest.
-
-    Returns:
-        Faults and warnings, at most one together.
-    """
+    """Whether given rates are the derivatives of given values, by integrating the rates."""
     travel = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (rates.values[1:] + rates.values[:-1]))])
     wanted, travel = values.values - values.values.mean(), travel - travel.mean()
     span = max(float(np.ptp(wanted)), float(np.ptp(travel)))
@@ -217,17 +164,7 @@ def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -
 
 
 def unit_doubts(column: str, unit: str, position: Array, joint: str) -> list[str]:
-    """Doubts about radians that look like degrees.
-
-    Args:
-        column: As in the file.
-        unit: As in the file.
-        position: [rad], (N,).
-        joint: Its name.
-
-    Returns:
-        At most one warning.
-    """
+    """Doubts about radians that look like degrees."""
     largest = float(np.abs(position).max())
     if unit.casefold().startswith("rad") and largest > TURNS_BELIEVED:
         turns = largest / (2.0 * math.pi)
@@ -236,15 +173,7 @@ def unit_doubts(column: str, unit: str, position: Array, joint: str) -> list[str
 
 
 def small_angle_doubts(columns: list[str], positions: list[Array]) -> list[str]:
-    """Doubts about a file in degrees in which nothing moves by more than 6.3 degrees.
-
-    Args:
-        columns: Those with degrees, as in the file.
-        positions: Of each [rad], (N,).
-
-    Returns:
-        At most one warning.
-    """
+    """Doubts about a file in degrees in which nothing moves by more than 6.3 degrees."""
     largest = max((float(np.abs(from_si(position, "rad", "deg")).max()) for position in positions), default=0.0)
     if 0.0 < largest <= SMALL_IN_DEGREES:
         return [f"warning: no angle of {', '.join(columns)} exceeds {largest:.3g} deg: are these radians?"]
@@ -252,16 +181,7 @@ def small_angle_doubts(columns: list[str], positions: list[Array]) -> list[str]:
 
 
 def speed_doubts(column: str, speed: Array, joint: str) -> list[str]:
-    """Doubts about joint speeds that look like degrees a second or rpm.
-
-    Args:
-        column: As in the file.
-        speed: [rad/s], (N,).
-        joint: Its name.
-
-    Returns:
-        At most one warning.
-    """
+    """Doubts about joint speeds that look like degrees a second or rpm."""
     largest = float(np.abs(speed).max())
     if largest <= SPEED_BELIEVED:
         return []

@@ -64,14 +64,6 @@ def assigned_columns(table: Table, joint_names: tuple[str, ...], kinds: tuple[Ki
 
     Columns are named ``<prefix>_<joint>``, or by number in the order of the joints (``q1`` or ``q_1``); capitals do
     not count. A column that is none of these but nearly one of them is a fault, any other is noted and passed over.
-
-    Args:
-        table: As read.
-        joint_names: (n,).
-        kinds: What is looked for.
-
-    Returns:
-        The columns in SI, with faults and notes; the caller raises.
     """
     names = spellings(joint_names, kinds)
     faults: list[Fault] = []

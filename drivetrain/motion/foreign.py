@@ -27,17 +27,7 @@ SHOWN = 5  # faults of one kind
 
 
 def foreign_table(path: str | Path, joint_names: Sequence[str], units: Sequence[str] | None = None) -> Table | None:
-    """The table in a ROS 2 trajectory (.yaml, .yml) or a .mat file; None for other endings.
-
-    Args:
-        path: Of the file. A trajectory is a ``trajectory_msgs/JointTrajectory`` as ``ros2 topic echo`` or an action's
-            goal writes it; a .mat file holds ``t`` (N,), ``q`` (N, n) and where known ``qd``, ``qdd``.
-        joint_names: Of the arm, (n,); the columns of a .mat file are theirs in this order.
-        units: ``rad`` or ``m`` for each joint; None: rad.
-
-    Raises:
-        InputError: The file cannot be read, holds no trajectory, or points that lack numbers: all of them.
-    """
+    """The table in a ROS 2 trajectory (.yaml, .yml) or a .mat file; None for other endings."""
     reader = READERS.get(Path(path).suffix.lower())
     if reader is None:
         return None

@@ -36,18 +36,6 @@ def limit_notes(
     """Where a motion leaves the joints' ranges (faults), and where it is quicker than they are said to be (warnings).
 
     A speed limit is only doubted: in a robot file it is that of the drives to be replaced.
-
-    Args:
-        motion: Motion or cycle to look at.
-        lower: Position limits [rad or m], (n,); minus infinity where unknown.
-        upper: Position limits [rad or m], (n,); infinity where unknown.
-        speed_limits: [rad/s or m/s], (n,); infinity where unknown.
-        name: What to call the motion.
-        file: The file it is from.
-        slides: Which joints slide, (n,): the others are then told of in degrees; None: not known, all in rad or m.
-
-    Returns:
-        Faults and warnings, at most one of each a joint and a limit, at the worst instant.
     """
     faults: list[Fault] = []
     warnings: list[str] = []

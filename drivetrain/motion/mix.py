@@ -65,14 +65,7 @@ def build_mix(cycles: Sequence[Cycle], shares: Sequence[float], *, names: Sequen
 
 
 def share_faults(shares: Sequence[float]) -> list[Fault]:
-    """What is wrong with shares of use.
-
-    Args:
-        shares: One a part.
-
-    Returns:
-        A fault for every share that is none, or one when together they are not 1.
-    """
+    """What is wrong with shares of use."""
     faults = [
         Fault(f"shares[{i}]", "must lie between 0 and 1 (0 % and 100 %)", share)
         for i, share in enumerate(shares)

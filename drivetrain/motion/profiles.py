@@ -304,3 +304,6 @@ class SCurve:
         lengths = [rise, ramp - 2.0 * rise, rise, cruise, rise, ramp - 2.0 * rise, rise]
         starts = [0.0, top, top, 0.0, 0.0, -top, -top]
         return _chain(lengths, starts, [jerk, 0.0, -jerk, 0.0, -jerk, 0.0, jerk], PathLimits(speed, top, jerk))
+
+
+PROFILES: dict[str, Profile] = {"trapezoid": Trapezoid(), "quintic": Quintic(), "s_curve": SCurve()}

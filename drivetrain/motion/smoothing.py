@@ -46,15 +46,7 @@ class Smoothing(Protocol):
     """A way to differentiate samples."""
 
     def derivatives(self, time: Array, values: Array) -> Derivatives:
-        """First and second derivative at the samples.
-
-        Args:
-            time: Increasing [s], (N,).
-            values: Any unit, (N,).
-
-        Returns:
-            Both derivatives.
-        """
+        """First and second derivative at the samples."""
 
     @property
     def description(self) -> str:
@@ -66,18 +58,7 @@ class Parabolas:
     """The parabola through each sample and its two neighbours: no smoothing, and no ringing at corners."""
 
     def derivatives(self, time: Array, values: Array) -> Derivatives:
-        """Slope and curvature of the parabolas.
-
-        Args:
-            time: Increasing [s], (N,), N >= 3.
-            values: Any unit, (N,).
-
-        Returns:
-            Both derivatives; the end samples share the parabola of their neighbour.
-
-        Raises:
-            InputError: Fewer than three samples.
-        """
+        """Slope and curvature of the parabolas."""
         _check_count(time, 3)
         step = np.diff(time)
         slope = np.diff(values) / step
@@ -119,26 +100,11 @@ class SmoothingSpline:
     jitter: float = 0.0
 
     def derivatives(self, time: Array, values: Array) -> Derivatives:
-        """Derivatives of the spline.
-
-        Args:
-            time: Increasing [s], (N,), N >= 6.
-            values: Any unit, (N,).
-
-        Returns:
-            Both derivatives.
-
-        Raises:
-            InputError: Too few samples, a resolution that is not above zero, or samples that no spline fits.
-        """
+        """Derivatives of the spline."""
         return Derivatives(*self.fitted(time, values).rates[1:])
 
     def fitted(self, time: Array, values: Array) -> Fitted:
-        """Positions, speeds and accelerations of the spline at the samples, and how sure they are.
-
-        Raises:
-            InputError: Too few samples, a resolution that is not above zero, or samples that no spline fits.
-        """
+        """Positions, speeds and accelerations of the spline at the samples, and how sure they are."""
         _check_count(time, FEWEST_SAMPLES)
         resolution = self.resolution if self.resolution is not None else detected_resolution(values)
         if not resolution > 0.0:
@@ -282,18 +248,7 @@ class SavitzkyGolay:
     order: int = 5
 
     def derivatives(self, time: Array, values: Array) -> Derivatives:
-        """Derivatives of the fitted polynomials.
-
-        Args:
-            time: Uniform [s], (N,).
-            values: Any unit, (N,).
-
-        Returns:
-            Both derivatives.
-
-        Raises:
-            InputError: Sampling that is not uniform, or a window shorter than the order or longer than the data.
-        """
+        """Derivatives of the fitted polynomials."""
         from scipy.signal import savgol_filter
 
         step = float(np.median(np.diff(time)))
@@ -313,28 +268,14 @@ class SavitzkyGolay:
 
 
 def is_uniform(time: Array) -> bool:
-    """Whether the samples stand at equal distances, to one per cent.
-
-    Args:
-        time: Increasing [s], (N,).
-
-    Returns:
-        True where they do.
-    """
+    """Whether the samples stand at equal distances, to one per cent."""
     step = np.diff(time)
     middle = float(np.median(step))
     return bool(np.abs(step - middle).max() <= UNIFORM * middle)
 
 
 def detected_resolution(values: Array) -> float:
-    """The step between neighbouring readings: decimals written, or the counts of an encoder.
-
-    Args:
-        values: As in the file, in its unit, (N,).
-
-    Returns:
-        The step; 0 where the values have full precision.
-    """
+    """The step between neighbouring readings: decimals written, or the counts of an encoder."""
     size = max(float(np.abs(values).max(initial=0.0)), 1e-12)
     decimal = 0.0
     for digits in range(0, 10):
@@ -364,15 +305,7 @@ def _count_step(values: Array, decimal: float) -> float:
 
 
 def estimated_noise(time: Array, values: Array) -> float:
-    """Standard deviation of what no smooth motion explains, from high divided differences.
-
-    Args:
-        time: Increasing [s], (N,).
-        values: Any unit, (N,).
-
-    Returns:
-        The deviation in the same unit; medians make it blind to corners, 0 where it is not like noise.
-    """
+    """Standard deviation of what no smooth motion explains, from high divided differences."""
     if len(values) < 12:
         return 0.0
     deviations = [_spread(_differences(time, values, order)) for order in ORDERS]
@@ -411,16 +344,7 @@ def _spread(values: Array) -> float:
 
 
 def chosen_smoothing(time: Array, values: Array, resolution: float) -> Smoothing:
-    """The spline where rounding, noise or a jittering clock would show in the acceleration, else parabolas.
-
-    Args:
-        time: Never decreasing [s], (N,).
-        values: Any unit, (N,).
-        resolution: Step between readings, in that unit; 0 for full precision.
-
-    Returns:
-        The way to differentiate these values twice.
-    """
+    """The spline where rounding, noise or a jittering clock would show in the acceleration, else parabolas."""
     if len(time) < FEWEST_SAMPLES or np.ptp(values) == 0.0 or (np.diff(time) <= 0.0).any():
         return Parabolas()
     noise = max(resolution * NOISE_OF_RESOLUTION, 0.0)

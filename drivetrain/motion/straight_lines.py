@@ -17,13 +17,6 @@ def sampled(table: LoadTable) -> LoadTable:
 
     Currents are not straight where torque and speed are: losses change sides where the speed turns, and what heats is
     a square. A table of a few corners would else be judged by its corners alone.
-
-    Args:
-        table: Torque [N m], speed [rad/s] and acceleration [rad/s^2] are straight lines between its samples.
-
-    Returns:
-        The table with samples added, those it had unchanged; a dense one is left as it is where no speed turns
-        between its samples.
     """
     columns = np.hstack([table.torque, table.speed, table.acceleration])
     step = (table.time[-1] - table.time[0]) / PIECES

@@ -58,15 +58,6 @@ def read_table(source: str | Path | StringIO) -> Table:
 
     The separator is a comma, a semicolon (then numbers may have decimal commas) or a tab; empty lines and lines that
     begin with # are passed over.
-
-    Args:
-        source: The file, or its text as a stream.
-
-    Returns:
-        Its columns and the faults of single cells, which the caller adds to its own.
-
-    Raises:
-        InputError: The file cannot be read, or holds fewer than two rows of values.
     """
     if isinstance(source, StringIO):
         file, text = "", source.getvalue()

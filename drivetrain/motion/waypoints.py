@@ -75,24 +75,24 @@ def waypoint_motion(
         raise InputError(Fault(place, "needs at least one point"))
     waits = np.zeros(len(points)) if dwell is None else checked_array(dwell, (len(points),), f"{place}: dwell")
     times = None if durations is None else checked_array(durations, (len(points) - 1,), f"{place}: durations")
-    bounds = None if limits is None else _bounds(limits, len(joint_names), place)
+    bounds = None if limits is None else limit_rows(limits, len(joint_names), place)
     _check_times(times, waits, sample_time, place)
-    blocks, faults = [_rest(points[0], 0.0, float(waits[0]))], []
+    blocks, faults = [rest(points[0], 0.0, float(waits[0]))], []
     for index, (start, end) in enumerate(itertools.pairwise(points)):
         duration = None if times is None else float(times[index])
         try:
-            block = _move(start, end, _law(np.abs(end - start), profile, duration, bounds), duration, sample_time)
+            block = joint_move(start, end, profile, duration, bounds, sample_time)
         except InputError as error:
             here = f"{place}: point {index + 1} to point {index + 2}"
             faults += [Fault(here, fault.problem, fault.value, fault.hint) for fault in error.faults]
             continue
-        blocks += [block, _rest(end, 0.0, float(waits[index + 1]))]
+        blocks += [block, rest(end, 0.0, float(waits[index + 1]))]
     if faults:
         raise InputError(faults)
-    return _joined(name, joint_names, blocks, f"{len(points)} waypoints, {type(profile).__name__} profile")
+    return joined(name, joint_names, blocks, f"{len(points)} waypoints, {type(profile).__name__} profile")
 
 
-def _bounds(limits: MotionLimits, n: int, place: str) -> Array:
+def limit_rows(limits: MotionLimits, n: int, place: str) -> Array:
     """Speed, acceleration and jerk limits of every joint, (3, n)."""
     rows, faults = np.empty((3, n)), []
     for row, what in zip(rows, ("speed", "acceleration", "jerk"), strict=True):
@@ -145,27 +145,35 @@ def _law(distance: Array, profile: Profile, duration: float | None, bounds: Arra
     return quickest.stretched(duration)
 
 
-def _move(start: Array, end: Array, law: Law | None, duration: float | None, sample_time: float) -> Array:
+def joint_move(
+    start: Array, end: Array, profile: Profile, duration: float | None, bounds: Array | None, sample_time: float
+) -> Array:
     """Samples of one move: time, then position, velocity and acceleration of every joint, (N, 1 + 3 n)."""
+    law = _law(np.abs(end - start), profile, duration, bounds)
     if law is None:
-        return _rest(end, 0.0, duration or 0.0)
-    if not law.duration / sample_time <= MOST_SAMPLES:
-        problem = f"takes {law.duration:.3g} s, more than {MOST_SAMPLES:g} samples"
-        raise InputError(Fault("", problem, None, "check distances, limits and sample time"))
-    time, along, rate, second = law.sampled(sample_time).T[:, :, np.newaxis]
+        return rest(end, 0.0, duration or 0.0)
+    time, along, rate, second = sampled_law(law, sample_time).T[:, :, np.newaxis]
     step = end - start
     position = start + along * step
     position[-1] = end
     return np.hstack([time, position, rate * step, second * step])
 
 
-def _rest(point: Array, start: float, length: float) -> Array:
+def sampled_law(law: Law, sample_time: float) -> Array:
+    """Its samples, as of ``Law.sampled``, if they are not too many."""
+    if not law.duration / sample_time <= MOST_SAMPLES:
+        problem = f"takes {law.duration:.3g} s, more than {MOST_SAMPLES:g} samples"
+        raise InputError(Fault("", problem, None, "check distances, limits and sample time"))
+    return law.sampled(sample_time)
+
+
+def rest(point: Array, start: float, length: float) -> Array:
     """Standing still, like _move."""
     times = np.array([[start], [start + length]]) if length > 0.0 else np.array([[start]])
     return np.hstack([times, np.tile(point, (len(times), 1)), np.zeros((len(times), 2 * point.size))])
 
 
-def _joined(name: str, joint_names: tuple[str, ...], blocks: list[Array], how: str) -> Motion:
+def joined(name: str, joint_names: tuple[str, ...], blocks: list[Array], how: str) -> Motion:
     """One run of samples; instants at which nothing changes are kept once, steps of acceleration twice."""
     begin = 0.0
     for block in blocks:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.kinematics import link_poses, tip_pose
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.spring import tangent_stiffness
@@ -19,7 +20,6 @@ from drivetrain.dynamics.flexibility import (
     locked_frequencies,
 )
 from drivetrain.dynamics.inverse import joint_loads
-from drivetrain.dynamics.kinematics import link_poses, tip_pose
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.judge.missing import lacking_joints
 from drivetrain.sizing.judge.stiffness import (

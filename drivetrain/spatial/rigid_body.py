@@ -34,16 +34,6 @@ def momentum(inertia: Any, twist: Any) -> Array:
 def kinetic_energy(inertia: Any, twist: Any) -> Array:
     """The kinetic energy of a body.
 
-    Args:
-        inertia: Spatial inertia [kg m^2, kg m, kg], (6, 6).
-        twist: (angular [rad/s], linear [m/s]), (6,) or (N, 6).
-
-    Returns:
-        Energy [J], () or (N,).
-
-    Raises:
-        InputError: Wrong shapes, a NaN or infinity, or an inertia that is not symmetric.
-
     Reference: Modern Robotics, equation 8.33.
     """
     rows = batch(twist, 6, "twist")

@@ -18,6 +18,7 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from drivetrain import units as f
+from drivetrain.arm.tool_moves import ToolLimits
 from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.study.form import AsForm, Entry, Form, form_of
@@ -91,8 +92,68 @@ class PayloadForm(Form):
     inertia: InertiaForm | None = None
 
 
+Point = Annotated[tuple[float, float, float], f.Vector("m")]
+Pure = Annotated[float, f.Quantity("")]
+
+
+class AxisAngleForm(Form):
+    """A rotation by an angle about an axis of the base."""
+
+    axis: Annotated[tuple[float, float, float], f.Vector("")]
+    angle: Annotated[float, f.Quantity("rad")]
+
+
+class PoseForm(Form):
+    """Where the tool is and how it is turned, in the base frame; without a rotation it keeps the one before."""
+
+    position: Point
+    rpy: Annotated[tuple[float, float, float], f.Vector("rad")] | None = Field(
+        default=None, description="roll, pitch, yaw about the base's x, y, z, as in a URDF"
+    )
+    quaternion: Annotated[list[Pure], Field(min_length=4, max_length=4)] | None = Field(
+        default=None, description="w, x, y, z"
+    )
+    axis_angle: AxisAngleForm | None = None
+
+    @model_validator(mode="after")
+    def _one_rotation(self) -> Self:
+        if sum(one is not None for one in (self.rpy, self.quaternion, self.axis_angle)) > 1:
+            raise f.refused("must have at most one of: rpy, quaternion, axis_angle")
+        if self.quaternion is not None and not any(self.quaternion):
+            raise f.refused("quaternion must not be zero")
+        if self.axis_angle is not None and not any(self.axis_angle.axis):
+            raise f.refused("the axis must not be zero")
+        return self
+
+
+class MoveForm(Form):
+    """One move: to joint positions, to a pose with the joints in step, or of the tool along a line or a circle."""
+
+    joints: list[Any] | None = Field(default=None, description="one value a joint")
+    to: PoseForm | None = None
+    line: PoseForm | None = None
+    circle: PoseForm | None = Field(default=None, description="the end of an arc that passes `via`")
+    via: Point | None = None
+    blend: Annotated[float, f.Quantity("m", minimum=0.0)] = Field(
+        default=0.0, description="how far from its end the corner into the next line or circle is rounded"
+    )
+    dwell: Annotated[float, f.Quantity("s", minimum=0.0)] = Field(default=0.0, description="rest at its end")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        if sum(getattr(self, kind) is not None for kind in ("joints", "to", "line", "circle")) != 1:
+            raise f.refused("must have one of: joints, to, line, circle")
+        return self
+
+
+class ToolForm(form_of(ToolLimits)):  # type: ignore[misc]
+    """What the tool may do along lines and circles, and where it sits on the arm's tip."""
+
+    at: PoseForm | None = Field(default=None, description="the tool's frame in the tip's; without, the tip is the tool")
+
+
 class MotionForm(Form):
-    """One motion: a file of joint positions, waypoints with a profile, or a table of torque and speed.
+    """One motion: a file of joint positions, waypoints or moves with a profile, or a table of torque and speed.
 
     The entry `default` is no motion: what it says of waypoints holds for every motion that does not say otherwise.
     """
@@ -104,7 +165,12 @@ class MotionForm(Form):
     table: f.Name | None = Field(default=None, description="CSV file of torque and speed over time, without an arm")
     samples: str | None = Field(default=None, description="the lines of such a CSV file, written here")
     waypoints: list[Any] | None = Field(default=None, description="one row a waypoint, one value a joint")
-    unit: f.Names | None = Field(default=None, description="of bare numbers in the waypoints, for all or one a joint")
+    start: list[Any] | None = Field(default=None, description="joint positions before the first of `moves`")
+    moves: list[MoveForm] | None = Field(default=None, description="moves of joints and tool, in their order")
+    tool: ToolForm | None = Field(default=None, description="limits of the tool along lines and circles")
+    unit: f.Names | None = Field(
+        default=None, description="of bare numbers in waypoints, start and joints, for all or one a joint"
+    )
     profile: Literal["trapezoid", "quintic", "s_curve"] | None = None
     speed: Any = Field(default=None, description="largest speed, for all joints or one each")
     acceleration: Any = Field(default=None, description="largest acceleration, for all joints or one each")

@@ -58,6 +58,13 @@ motions:
     waypoints:
       - [{end}]
       - [{start}]
+  # drawn: # or moves of the tool in the base frame, by inverse kinematics; `start` also chooses the arm's posture
+  #   start: [{start}]
+  #   tool: {{speed: 250 mm/s, acceleration: 2 m/s^2, jerk: 20 m/s^3}} # along lines and circles
+  #   moves:
+  #     - {{line: {{position: [0.4 m, 0 m, 0.3 m]}}, blend: 20 mm}} # rpy, quaternion or axis_angle turn the tool
+  #     - {{circle: {{position: [0.4 m, 0.2 m, 0.3 m]}}, via: [0.5 m, 0.1 m, 0.3 m]}}
+  #     - {{to: {{position: [0.4 m, 0.2 m, 0.4 m]}}}} # the joints in step; or joints: [...]
 
 # One round of the repeated task; temperatures are those after many rounds.
 cycle:

@@ -9,8 +9,8 @@ import numpy as np
 from figures.task_space import figure_task_space
 
 import drivetrain as dt
+from drivetrain.arm.kinematics import body_jacobian, body_jacobian_rate
 from drivetrain.dynamics.inverse import bias_torque
-from drivetrain.dynamics.kinematics import body_jacobian, body_jacobian_rate
 from drivetrain.dynamics.task_space import Damped, Reduced, task_space_dynamics
 from drivetrain.report.charts.plotting import house_style, png_bytes
 

@@ -9,9 +9,9 @@ import numpy as np
 from figures.constrained import figure_held_arm
 
 import drivetrain as dt
+from drivetrain.arm.kinematics import tip_pose
 from drivetrain.dynamics.constrained import constrained_inverse_dynamics, constraint_projectors
 from drivetrain.dynamics.constraints import Attachment, Plane, PointOnSurface
-from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.dynamics.task_space import TipVelocity
 from drivetrain.report.charts.plotting import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained

@@ -10,9 +10,9 @@ from figures.constrained import figure_held_arm
 
 import drivetrain as dt
 from drivetrain.arm.bodies import with_body
+from drivetrain.arm.kinematics import body_jacobian, tip_pose
 from drivetrain.dynamics.constrained import constrained_forward_dynamics
 from drivetrain.dynamics.constraints import Attachment, ClosingJoint, LoopClosure
-from drivetrain.dynamics.kinematics import body_jacobian, tip_pose
 from drivetrain.report.charts.plotting import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained
 from drivetrain.spatial.inertia import cuboid

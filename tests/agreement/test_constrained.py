@@ -11,6 +11,7 @@ from random_arms import EVERY_JOINT, error, motion, pose, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import with_rotors
+from drivetrain.arm.kinematics import link_poses, tip_pose
 from drivetrain.dynamics.constrained import (
     closed_position,
     closed_speed,
@@ -33,7 +34,6 @@ from drivetrain.dynamics.constraints import (
 )
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import bias_torque
-from drivetrain.dynamics.kinematics import link_poses, tip_pose
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 

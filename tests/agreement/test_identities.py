@@ -10,12 +10,12 @@ from random_arms import EVERY_JOINT, coaxial_rotor, error, motion, random_arm, r
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import at_level, with_rotors
+from drivetrain.arm.kinematics import body_jacobian, link_poses
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.coriolis import coriolis_matrix
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import drive_torques, gravity_torque, inverse_dynamics
-from drivetrain.dynamics.kinematics import body_jacobian, link_poses
 from drivetrain.dynamics.mass import mass_matrix
 
 ROUNDING = 1e-12  # some thousand operations, each good to 1e-16, on values of one size

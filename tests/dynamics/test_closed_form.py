@@ -11,12 +11,12 @@ from scipy.linalg import block_diag
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import at_level, with_rotors
+from drivetrain.arm.kinematics import body_jacobian
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.book.closed_form import closed_form, closed_form_torque, mass_matrix_rate, stacked
 from drivetrain.dynamics.coriolis import coriolis_matrix
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics, velocity_torque
-from drivetrain.dynamics.kinematics import body_jacobian
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.spatial.poses import adjoint, inverse_pose

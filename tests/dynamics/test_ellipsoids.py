@@ -8,6 +8,7 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import with_rotors
+from drivetrain.arm.kinematics import tip_jacobian
 from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.book.ellipsoids import (
     Ellipsoid,
@@ -21,7 +22,6 @@ from drivetrain.dynamics.book.ellipsoids import (
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import inverse_dynamics
-from drivetrain.dynamics.kinematics import tip_jacobian
 from drivetrain.errors import InputError
 
 XY = np.eye(3)[:2]

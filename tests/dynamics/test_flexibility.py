@@ -11,6 +11,7 @@ import pytest
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import at_level, with_rotors
+from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.flexibility import (
@@ -21,7 +22,6 @@ from drivetrain.dynamics.flexibility import (
     tip_compliance,
     tip_jacobian,
 )
-from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.spatial.beams import Beam, beam_compliance, round_tube

@@ -7,7 +7,7 @@ import pytest
 from random_arms import EVERY_JOINT, error, motion, random_arm
 from scipy.linalg import expm
 
-from drivetrain.dynamics.kinematics import body_jacobian, link_poses, space_jacobian, tip_pose
+from drivetrain.arm.kinematics import body_jacobian, link_poses, space_jacobian, tip_pose
 from drivetrain.errors import InputError
 
 

@@ -8,11 +8,11 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import at_level, with_rotors
+from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy, power_balance
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics
-from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.errors import InputError
 from drivetrain.spatial.poses import inverse_pose, log_pose, pose
 

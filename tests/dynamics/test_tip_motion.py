@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from random_arms import EVERY_JOINT, error, motion, random_arm
 
+from drivetrain.arm.kinematics import body_jacobian, skeleton, tip_acceleration_terms, tip_jacobian, tip_pose
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
-from drivetrain.dynamics.kinematics import body_jacobian, skeleton, tip_acceleration_terms, tip_jacobian, tip_pose
 from drivetrain.errors import InputError
 
 

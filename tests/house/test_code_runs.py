@@ -50,6 +50,15 @@ def test_python_of_own_parts() -> None:
     assert set(names["checks"]["verdict"]) <= {"PASS", "MARGINAL", "NOT CHECKED"}
 
 
+def test_code_of_own_motion() -> None:
+    page = (ROOT / "docs" / "own_motion.md").read_text(encoding="utf-8")
+    assert executed(page)["drawn"].time[-1] > 1.0
+    drawing = (ROOT / "examples" / "ur5_pick_and_place" / "drawing.yaml").read_text(encoding="utf-8")
+    (fragment,) = blocks(page, "yaml")
+    told, run = (yaml.safe_load(text)["motions"]["draw"] for text in (fragment, drawing))
+    assert told["moves"] == run["moves"] and told["start"] == run["start"]
+
+
 def test_yaml_of_own_parts(folder: Path) -> None:
     """In place of the same entries of the study that ``init`` writes; the own parts are those of Python."""
     base = yaml.safe_load(study_template("planar-2r-bare"))

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drivetrain.arm.kinematics import link_poses
 from drivetrain.drive.motor_limits import operating_region
-from drivetrain.dynamics.kinematics import link_poses
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.report.charts.arm_charts import heat_chart, margin_chart, power_chart
 from drivetrain.report.charts.chart import Chart, Mark, Pictures, rounded

@@ -9,10 +9,10 @@ from figures.steps import figure_step_study, step_study
 from figures.task_space import figure_task_space
 
 from drivetrain.arm.geared import at_level
+from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.dynamics.constraints import Attachment, Plane, PointOnSurface
-from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.dynamics.task_space import Damped, TipVelocity, task_space_dynamics
 from drivetrain.report.charts.figures import figure_recording
 from drivetrain.report.charts.plotting import house_style, png_bytes

@@ -10,11 +10,11 @@ from scipy.special import ellipk
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import with_rotors
+from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor
 from drivetrain.dynamics.constrained import closed_position
 from drivetrain.dynamics.constraints import Attachment, ClosingJoint, KnifeEdge, LoopClosure, PointOnSurface, Sphere
-from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.errors import InputError
 from drivetrain.simulation.constrained import Baumgarte, Drifting, Projection, Stabilisation, simulate_constrained
 from drivetrain.solvers.solver import DormandPrince853, RungeKutta4, SemiImplicitEuler, Solver

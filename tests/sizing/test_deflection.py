@@ -12,10 +12,10 @@ import pytest
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import with_coupling
 from drivetrain.arm.flexible_links import BendingLink, with_flexible_links
+from drivetrain.arm.kinematics import tip_pose
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.spring import wind_up
 from drivetrain.dynamics.inverse import inverse_dynamics
-from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.errors import InputError
 from drivetrain.sizing.deflection import joint_stiffness, lost_motion, tip_deflection, vibration
 from drivetrain.sizing.judge.evaluate import evaluate

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drivetrain.arm.kinematics import tip_pose
 from drivetrain.catalog.read import Catalog
-from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate

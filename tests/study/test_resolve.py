@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import drivetrain as dt
 from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.load import load_arm
 from drivetrain.catalog.schema import GEAR_KINDS
@@ -59,6 +60,42 @@ def test_prismatic_rows_and_cells_with_their_own_unit(tmp_path: Path) -> None:
     np.testing.assert_allclose(arm.lower, [-0.02, -math.pi / 2])
     np.testing.assert_allclose(arm.upper, [0.3, math.pi / 2])
     np.testing.assert_allclose(arm.speed_limits, [0.05, math.pi])
+
+
+TOOLBOX = """sigma,theta [rad],d [m],a [m],alpha [rad],offset,m [kg],rx [m],ry [m],rz [m],\
+Ixx [kg m^2],Iyy [kg m^2],Izz [kg m^2],Jm,G
+0,0,0.3,0.2,1.2,0.4 rad,2,0.1,0,0,0.01,0.02,0.02,1e-4,50
+1,0.7,0,0.1,-0.5,0.25 m,1,0,0.2,0,0.01,0.01,0.01,1e-4,50
+R,0,0.1,0.3,0,-30 deg,3,0,0,0.1,0.02,0.02,0.01,1e-4,50
+"""
+
+
+def dh_matrix(modified: bool, theta: float, d: float, a: float, alpha: float) -> np.ndarray:
+    """Written out as in Corke, Robotics, Vision and Control, and in Craig, equation 3.6."""
+    ct, st, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+    if modified:
+        return np.array(
+            [[ct, -st, 0, a], [st * ca, ct * ca, -sa, -sa * d], [st * sa, ct * sa, ca, ca * d], [0, 0, 0, 1]]
+        )
+    return np.array([[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, d], [0, 0, 0, 1]])
+
+
+@pytest.mark.parametrize("modified", [False, True])
+def test_a_table_with_the_columns_of_the_robotics_toolbox(tmp_path: Path, modified: bool) -> None:
+    path = tmp_path / "arm.csv"
+    path.write_text(TOOLBOX, encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # inertias made up
+        arm = read_dh_table(path, "modified" if modified else "classic")
+    q = np.random.default_rng(3).normal(size=3)
+    expected = np.eye(4)
+    for theta, d, a, alpha in (
+        (q[0] + 0.4, 0.3, 0.2, 1.2), (0.7, q[1] + 0.25, 0.1, -0.5), (q[2] - np.pi / 6, 0.1, 0.3, 0.0)
+    ):  # fmt: skip
+        expected = expected @ dh_matrix(modified, theta, d, a, alpha)
+    assert dt.tip_pose(arm, q) == pytest.approx(expected, abs=1e-14)
+    assert arm.masses.tolist() == [2.0, 1.0, 3.0]
+    assert any(note.startswith("Jm, G: not used") for note in arm.notes)
 
 
 def test_every_fault_of_a_dh_table(tmp_path: Path) -> None:

@@ -31,8 +31,9 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
+from drivetrain.arm.kinematics import screw_displacements
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
-from drivetrain.arrays import Array, batch
+from drivetrain.arrays import Array, batch, finite_samples
 from drivetrain.dynamics.core.vectors import (
     Vector,
     add_six,
@@ -47,8 +48,7 @@ from drivetrain.dynamics.core.vectors import (
     turned,
     vector,
 )
-from drivetrain.dynamics.kinematics import screw_displacements
-from drivetrain.dynamics.samples import alone_within_reach, finite_samples
+from drivetrain.dynamics.samples import alone_within_reach
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import kernel
 from drivetrain.spatial.poses import adjoint, inverse_pose
@@ -188,13 +188,7 @@ def _advance(axis: Array, linear: Array) -> Array:
 def _fill_terms(
     known: Any, q: Array, qd: Array, mass: Array, rate: Array, velocity: Array, held: Array, jacobian: Array
 ) -> None:  # fmt: skip
-    """Fill M, dM/dt, c, g and J, products with L taken body by body: row b of ``L X`` is ``W L X + X``.
-
-    Args:
-        known: As ``_Constants`` tells.
-        q, qd: (N, n) [rad or m, and per s].
-        mass, rate, velocity, held, jacobian: As of ``ClosedForm``, zero before.
-    """
+    """Fill M, dM/dt, c, g and J, products with L taken body by body: row b of ``L X`` is ``W L X + X``."""
     carriers, places, screws, turns, inertias, masses, base, tip = known
     n = q.shape[1]
     # Of each body, as rows: n of L A, n of L [ad_Aqd] L A, then L [ad_Aqd] W V and L times the base's acceleration.

@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array, batch, checked_array
+from drivetrain.arm.kinematics import tip_jacobian
+from drivetrain.arrays import Array, batch, checked_array, finite_samples
 from drivetrain.dynamics.core.factor import factorise
-from drivetrain.dynamics.kinematics import tip_jacobian
 from drivetrain.dynamics.mass import mass_matrix, solve_lower
-from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 
 BASE_AXES = np.eye(3)

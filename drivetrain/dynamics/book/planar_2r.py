@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array, frozen_array
-from drivetrain.dynamics.samples import finite_samples
+from drivetrain.arrays import Array, finite_samples, frozen_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import pose
 

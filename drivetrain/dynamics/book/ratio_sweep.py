@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array, axes_of, checked_array
+from drivetrain.arrays import Array, axes_of, checked_array, finite_samples
 from drivetrain.dynamics.mass import mass_matrix
-from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 
 

@@ -17,8 +17,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
-from drivetrain.arrays import Array
-from drivetrain.dynamics.samples import finite_samples
+from drivetrain.arrays import Array, finite_samples
 from drivetrain.errors import Fault, InputError
 
 if TYPE_CHECKING:

@@ -92,14 +92,7 @@ Inertia = tuple[float, float, float, float, float, float]  # xx, yy, zz, xy, xz,
 
 @kernel
 def articulated_accelerations(arm: Any, q: Array, qd: Array, tau: Array, tip: Array, qdd: Array) -> tuple[int, int]:
-    """Fill the accelerations; sample and joint of the first that moves no inertia, or -1 and -1.
-
-    Args:
-        arm: Links, rotors and gravity, as ``packed.Packed`` tells.
-        q, qd, tau: Positions, speeds, torques [rad or m, per s, N m or N], (N, n).
-        tip: 0, 1 or N wrenches on the environment in the last link's frame, (.., 6) [N m, N].
-        qdd: Takes the accelerations [rad/s^2 or m/s^2], (N, n).
-    """
+    """Fill the accelerations; sample and joint of the first that moves no inertia, or -1 and -1."""
     links, rotors, gravity = arm
     n, m = q.shape[1], len(rotors)
     bodies, spinning, far = np.zeros(n + 1, BODY), np.zeros(1, BODY), np.zeros(m, FAR)  # the last body: the base

@@ -34,13 +34,7 @@ JOINT, JOINT_ALONE = block_type(*JOINT_ROWS), block_type(*JOINT_ROWS, lanes=1)
 
 @exact
 def sincos(joint: Any, factor: float, offset: float, far: bool) -> None:
-    """Cosines and sines of ``factor * q + offset``, to 4e-16.
-
-    Args:
-        factor: Turns of what is asked for, a turn of the joint [-].
-        offset: Added to the angle [rad], -pi to pi.
-        far: Whether an angle may be beyond ``FAR``.
-    """
+    """Cosines and sines of ``factor * q + offset``, to 4e-16."""
     q, c, s = joint.q, joint.cos, joint.sin
     if far:
         co, so = np.cos(offset), np.sin(offset)

@@ -26,13 +26,7 @@ WRENCH = block_type("fx", "fy", "fz", "nx", "ny", "nz")
 
 @kernel
 def compose(links: Any, rotors: Any, q: Array, out: Array) -> float:
-    """Fill mass matrices; 0, or NaN when a position is NaN, infinite, or beyond 1e154.
-
-    Args:
-        links, rotors: As ``packed.Packed`` tells.
-        q: Positions [rad or m], (N, n).
-        out: Takes the matrices, exactly symmetric [kg m^2, kg m or kg], (N, n, n).
-    """
+    """Fill mass matrices; 0, or NaN when a position is NaN, infinite, or beyond 1e154."""
     n, bad = q.shape[1], 0.0
     joints, wrenches = np.zeros(n + 1, JOINT), np.empty(n + len(rotors), WRENCH)  # the last joint: a rotor's
     bodies, own, entries = np.empty(n + 2, BODY), np.empty(n), np.empty((n, n, BLOCK))

@@ -68,14 +68,7 @@ def differentiate(
     links: Any, rotors: Any, gravity: Array, q: Array, qd: Array, qdd: Array, tip: Array,
     by_q: Array, by_qd: Array, by_qdd: Array,
 ) -> float:  # fmt: skip
-    """Fill the derivatives; 0, or NaN when a number is NaN, infinite, or beyond 1e154.
-
-    Args:
-        links, rotors, gravity: As ``packed.Packed`` tells.
-        q, qd, qdd: (N, n) [rad or m, and per s, s^2].
-        tip: 0, 1 or N wrenches on the environment in the last link's frame, (.., 6) [N m, N].
-        by_q, by_qd, by_qdd: Take the derivatives [N m or N, per unit], (N, n, n); the last is exactly symmetric.
-    """
+    """Fill the derivatives; 0, or NaN when a number is NaN, infinite, or beyond 1e154."""
     n, m, bad = q.shape[1], len(rotors), 0.0
     joints, bodies, entries = np.empty(n + m, JOINT), np.zeros(n + m + 1, BODY), np.empty((n, n), ENTRY)
     rest(bodies[n + m], gravity)

@@ -37,16 +37,7 @@ ROW = np.dtype([("across", np.int64), ("axis_b", np.int64), ("axis_a", np.int64)
 def close_loop(
     screws: Array, homes: Array, ends: Any, rows: Any, q: Array, qd: Array, error: Array, jacobian: Array, drift: Array
 ) -> None:
-    """The rows of a loop closed between two frames.
-
-    Args:
-        screws: Of the joints, (n, 6).
-        homes: Poses of the two frames with all joints at zero, (2, 4, 4).
-        ends: Their links (-1 the base), (2,).
-        rows: Records ROW, (k,).
-        q, qd: Positions and speeds [rad or m, and per s], (N, n).
-        error, jacobian, drift: Take the rows, (N, k), (N, k, n), (N, k) [SI].
-    """
+    """The rows of a loop closed between two frames."""
     links, frames = np.zeros(len(screws) + 1, LINK), np.empty(2, FRAME)
     for sample in range(len(q)):
         _move_links(screws, q[sample], qd[sample], links)
@@ -59,16 +50,7 @@ def close_loop(
 
 @kernel
 def move_frame(screws: Array, home: Array, end: int, q: Array, qd: Array, frames: Any, jacobian: Array) -> None:
-    """The motion of a frame on a link, along the base's axes.
-
-    Args:
-        screws: Of the joints, (n, 6).
-        home: Pose of the frame with all joints at zero, (4, 4).
-        end: Its link, -1 the base.
-        q, qd: Positions and speeds [rad or m, and per s], (N, n).
-        frames: Takes it, records FRAME, (N,) [SI].
-        jacobian: Takes that of the velocities, (N, 6, n) [SI].
-    """
+    """The motion of a frame on a link, along the base's axes."""
     n = len(screws)
     links = np.zeros(n + 1, LINK)
     for sample in range(len(q)):

@@ -58,11 +58,7 @@ class Packed:
 
 @lru_cache(maxsize=64)
 def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
-    """The arm for the kernels, remembered by the identity of the arm.
-
-    Args:
-        free: Joints whose rotors move on their own: their stand-ins count as far as the gear's output would turn.
-    """
+    """The arm for the kernels, remembered by the identity of the arm."""
     frames = link_frames(arm)
     ratios = [1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]
     inverse = inverse_poses(frames)
@@ -104,11 +100,7 @@ def followers(arm: Arm) -> list[int]:
 
 
 def axis_directions(arm: Arm) -> Array:
-    """The directions of the joint axes, along which the z axes of the joint frames lie.
-
-    Returns:
-        Unit directions in the base frame, all joints zero [-], (n, 3).
-    """
+    """The directions of the joint axes, along which the z axes of the joint frames lie."""
     turning = _turning(arm)
     return np.where(turning[:, None], arm.screws[:, :3], arm.screws[:, 3:])
 
@@ -118,9 +110,6 @@ def link_frames(arm: Arm) -> Array:
 
     The origin of link i is the point of joint axis i nearest to ``joint_points[i]``, its z axis is the joint's, its x
     axis is at right angles to the next joint's too. The base has the frame of link 0.
-
-    Returns:
-        Poses in the base frame [m], (n + 1, 4, 4).
     """
     axes = axis_directions(arm)
     turning = _turning(arm)[:, None]

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetrain.arm.kinematics import link_poses
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import drive_inertia
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import continuous_current, continuous_region, operating_region
-from drivetrain.dynamics.kinematics import link_poses
 from drivetrain.motion.duty_cycle import Cycle, sample_weights
 from drivetrain.report.charts.chart import rounded
 from drivetrain.report.quantities import convert, percent, printed_unit, scaled

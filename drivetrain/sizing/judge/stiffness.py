@@ -11,11 +11,11 @@ from functools import lru_cache
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.kinematics import tip_jacobian
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.spring import wind_up
 from drivetrain.dynamics.flexibility import locked_frequencies
-from drivetrain.dynamics.kinematics import tip_jacobian
 from drivetrain.sizing.judge.checks import ARM_CHECKS
 from drivetrain.sizing.judge.judge import utilisation
 from drivetrain.sizing.judge.missing import SPRINGS, lacking_joints

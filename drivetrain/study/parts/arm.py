@@ -36,10 +36,15 @@ COLUMNS: dict[str, tuple[str, float]] = {
     "com_x": ("m", 0.0), "com_y": ("m", 0.0), "com_z": ("m", 0.0),
     "ixx": ("kg m^2", 0.0), "iyy": ("kg m^2", 0.0), "izz": ("kg m^2", 0.0),
     "ixy": ("kg m^2", 0.0), "ixz": ("kg m^2", 0.0), "iyz": ("kg m^2", 0.0),
-    "lower": ("joint", -inf), "upper": ("joint", inf), "speed_limit": ("joint/s", inf),
+    "lower": ("joint", -inf), "upper": ("joint", inf), "speed_limit": ("joint/s", inf), "offset": ("joint", 0.0),
 }  # fmt: skip
 NEEDED = ("a", "alpha", "d", "mass")
 TEXTS = ("name", "kind")
+# As Corke's Robotics Toolbox names the fields of a link (a vector's parts as columns), capitals or not.
+TOOLBOX = {"m": "mass", "rx": "com_x", "ry": "com_y", "rz": "com_z", "qmin": "lower", "qmax": "upper", "sigma": "kind",
+           "jointtype": "kind"}  # fmt: skip
+OF_DRIVES = ("b", "jm", "g", "tc", "tc+", "tc-")  # friction, rotor and ratio: the study's drives bring their own
+KINDS = {"0": "revolute", "r": "revolute", "1": "prismatic", "p": "prismatic"}
 
 
 def arm_files(form: StudyForm, folder: Path) -> list[Path]:
@@ -211,26 +216,37 @@ def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
     """The arm of a Denavit-Hartenberg table; raises every fault of the file.
 
     A CSV file with columns ``name``, ``kind`` (revolute or prismatic), ``a [mm]``, ``alpha [deg]``, ``d [mm]``,
-    ``theta [deg]``, ``mass [kg]``, ``com_x [mm]`` to ``com_z``, ``ixx [kg m^2]`` to ``iyz``, ``lower [deg]``,
-    ``upper [deg]``, ``speed_limit [deg/s]``. A cell may carry its own unit.
+    ``theta [deg]``, ``offset [deg]`` (added to what the joint moves), ``mass [kg]``, ``com_x [mm]`` to ``com_z``,
+    ``ixx [kg m^2]`` to ``iyz``, ``lower [deg]``, ``upper [deg]``, ``speed_limit [deg/s]``; or with those of
+    ``TOOLBOX``. A cell may carry its own unit.
     """
     header, lines = _csv(path)
-    faults: list[Fault] = _header_faults(header, path)
+    names = [_column(column) for column in header]
+    faults: list[Fault] = _header_faults(names, path)
     rows: list[tuple[int, DHRow]] = []
     for number, line in lines:
-        cells = {split_header(column)[0]: (text.strip(), column) for column, text in zip(header, line, strict=False)}
+        cells = {name: (text.strip(), column) for name, column, text in zip(names, header, line, strict=False)}
         rows.append((number, _row(cells, f"row {number}", path, faults)))
     if not rows:
         faults.append(Fault("the file", "holds no joint", file=str(path)))
     if faults:
         raise InputError(faults)
-    position = [split_header(column)[0] for column in header]
-    names = [line[position.index("name")].strip() for _, line in lines] if "name" in position else None
-    down = STANDARD_GRAVITY if gravity is None else gravity
+    left = [column for name, column in zip(names, header, strict=True) if name in OF_DRIVES]
+    notes = (
+        [f"{', '.join(left)}: not used, as the drives of the study bring inertia, ratio and friction"] if left else []
+    )
     return arm_from_dh(
-        [row for _, row in rows], convention=convention, gravity=down, joint_names=names, name=path.stem,  # type: ignore[arg-type]
-        notes=dh_implausible(rows, path),
+        [row for _, row in rows], convention=convention,  # type: ignore[arg-type]
+        gravity=STANDARD_GRAVITY if gravity is None else gravity,
+        joint_names=[line[names.index("name")].strip() for _, line in lines] if "name" in names else None,
+        name=path.stem, notes=[*notes, *dh_implausible(rows, path)],
     )  # fmt: skip
+
+
+def _column(header: str) -> str:
+    """The name of a column without its unit, as it is known here."""
+    name = split_header(header)[0].casefold()
+    return TOOLBOX.get(name, name)
 
 
 def _csv(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
@@ -245,9 +261,8 @@ def _csv(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     return [column.strip() for column in lines[0][1]], lines[1:]
 
 
-def _header_faults(header: list[str], path: Path) -> list[Fault]:
-    names = [split_header(column)[0] for column in header]
-    known = [*COLUMNS, *TEXTS]
+def _header_faults(names: list[str], path: Path) -> list[Fault]:
+    known = [*COLUMNS, *TEXTS, *OF_DRIVES]
     faults = [
         Fault(f"column {name}", "is not known", hint=nearest(name, known), file=str(path))
         for name in names
@@ -258,9 +273,10 @@ def _header_faults(header: list[str], path: Path) -> list[Fault]:
 
 
 def _row(cells: dict[str, tuple[str, str]], place: str, path: Path, faults: list[Fault]) -> DHRow:
-    kind = cells.get("kind", ("revolute", ""))[0] or "revolute"
+    stated = cells.get("kind", ("", ""))[0] or "revolute"
+    kind = KINDS.get(stated.casefold(), stated)
     if kind not in list(JointKind):
-        faults.append(Fault(f"{place}, column kind", "must be revolute or prismatic", kind, file=str(path)))
+        faults.append(Fault(f"{place}, column kind", "must be revolute or prismatic", stated, file=str(path)))
     own = {"joint": "m", "joint/s": "m/s"} if kind == "prismatic" else {"joint": "rad", "joint/s": "rad/s"}
     values: dict[str, float] = {}
     for name, (unit, default) in COLUMNS.items():
@@ -277,6 +293,8 @@ def _row(cells: dict[str, tuple[str, str]], place: str, path: Path, faults: list
 
 def _dh_row(v: dict[str, float], kind: str) -> DHRow:
     inertia = [[v["ixx"], v["ixy"], v["ixz"]], [v["ixy"], v["iyy"], v["iyz"]], [v["ixz"], v["iyz"], v["izz"]]]
+    moved = "d" if kind == "prismatic" else "theta"
+    v = {**v, moved: v[moved] + v["offset"]}
     return DHRow(
         v["a"], v["alpha"], v["d"], v["theta"], JointKind(kind) if kind in list(JointKind) else JointKind.REVOLUTE,
         v["mass"], (v["com_x"], v["com_y"], v["com_z"]), inertia, v["lower"], v["upper"], v["speed_limit"],

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.arrays import Array
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.checks import TURNS_BELIEVED
@@ -17,15 +19,18 @@ from drivetrain.motion.duty_cycle import Cycle, Step, build_cycle
 from drivetrain.motion.limits import limit_notes
 from drivetrain.motion.mix import build_mix, share_faults
 from drivetrain.motion.motion import LoadTable, Motion
-from drivetrain.motion.profiles import Profile, Quintic, SCurve, Trapezoid
+from drivetrain.motion.profiles import PROFILES
 from drivetrain.motion.read import read_load_table, read_motion
 from drivetrain.motion.smoothing import Parabolas, SavitzkyGolay, Smoothing
 from drivetrain.motion.straight_lines import sampled
 from drivetrain.motion.waypoints import MotionLimits, waypoint_motion
+from drivetrain.spatial.poses import pose
+from drivetrain.spatial.rotations import exp_rotation, rotation_from_rpy, unit
+from drivetrain.spatial.tool_path import rotations
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
 from drivetrain.study.form import over
-from drivetrain.study.schema import DEFAULT, CycleForm, MixForm, MotionForm, StudyForm
+from drivetrain.study.schema import DEFAULT, CycleForm, MixForm, MotionForm, MoveForm, PoseForm, StudyForm
 from drivetrain.units import quantity
 
 KINDS: dict[str, frozenset[str]] = {
@@ -33,16 +38,17 @@ KINDS: dict[str, frozenset[str]] = {
     "table": frozenset(),
     "samples": frozenset({"smoothing"}),
     "waypoints": frozenset({"unit", "profile", "speed", "acceleration", "jerk", "durations", "dwell"}),
+    "moves": frozenset({"start", "tool", "unit", "profile", "speed", "acceleration", "jerk"}),
 }  # what may stand beside each kind of motion
 
 Motions = dict[str, Motion | LoadTable]
 
-PROFILES: dict[str, Profile] = {"trapezoid": Trapezoid(), "quintic": Quintic(), "s_curve": SCurve()}
 LIMITS = {
     "speed": ("rad/s", "m/s"),
     "acceleration": ("rad/s^2", "m/s^2"),
     "jerk": ("rad/s^3", "m/s^3"),
 }  # of a revolute and of a prismatic joint
+MOVES: tuple[Literal["joints", "to", "line", "circle"], ...] = ("joints", "to", "line", "circle")
 LONGEST_MOVE = 3600.0  # [s]; sampled every few milliseconds, so more is a slip of units
 
 
@@ -56,7 +62,7 @@ def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions
     """Every motion of a study, held against the arm's ranges; without an arm only load tables."""
     motions: Motions = {}
     default = form.motions.get(DEFAULT, MotionForm())
-    stray = sorted(default.model_fields_set - (KINDS["waypoints"] - {"durations"}))
+    stray = sorted(default.model_fields_set - ((KINDS["waypoints"] | KINDS["moves"]) - {"durations", "start"}))
     if stray:
         ledger.fault(("motions", DEFAULT, stray[0]), "is for one motion, not for all of them")
     for name, own in form.motions.items():
@@ -156,7 +162,7 @@ def _kind(own: MotionForm, ledger: Ledger, place: Place) -> str:
     """Which kind of motion an entry is; empty after a fault."""
     kinds = [name for name in KINDS if getattr(own, name) is not None]
     if len(kinds) != 1:
-        ledger.fault(place, "must have one of: file, table, samples, waypoints", ", ".join(kinds) or None)
+        ledger.fault(place, f"must have one of: {', '.join(KINDS)}", ", ".join(kinds) or None)
         return ""
     stray = sorted(own.model_fields_set - {kinds[0]} - KINDS[kinds[0]])
     for name in stray:
@@ -198,6 +204,8 @@ def _motion(name: str, own: MotionForm, default: MotionForm, arm: Arm | None, le
     motion: Motion | None = None
     if own.waypoints is not None:
         motion = resolve_waypoints(name, over(own, default), arm, ledger, place)
+    elif own.moves is not None:
+        motion = _moves(name, over(own, default), arm, ledger, place)
     else:
         units = ["m" if slides else "rad" for slides in _slides(arm)]
         source, kind = _source(own, ledger)
@@ -258,6 +266,58 @@ def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, pla
     return None
 
 
+def _moves(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> Motion | None:
+    """The motion through moves of joints and tool; None when it cannot be made."""
+    known = len(ledger.faults)
+    limits = {what: _limit(getattr(form, what), what, arm, ledger, (*place, what)) for what in LIMITS}
+    start = None if form.start is None else _row(form.start, form, arm, ledger, (*place, "start"))
+    if form.start is None:
+        ledger.fault((*place, "start"), "is missing: joint positions before the first move, which choose the posture")
+    if form.profile is None:
+        ledger.fault((*place, "profile"), f"is missing: {', '.join(PROFILES)}")
+    if not form.moves:
+        ledger.fault((*place, "moves"), "must have at least one move")
+    tool = form.tool
+    if tool is not None and tool.at is not None:
+        arm = replace(arm, tip=arm.tip @ _pose(tool.at))
+    moves = [_move(one, form, arm, ledger, (*place, "moves", i)) for i, one in enumerate(form.moves or [])]
+    if len(ledger.faults) > known or start is None or form.profile is None:
+        return None
+    bounds = MotionLimits(**{what: limit for what, limit in limits.items() if limit is not None})
+    own = {} if tool is None else {what: getattr(tool, what) for what in tool.model_fields_set - {"at"}}
+    with ledger.gather(place):
+        return tool_motion(
+            name, arm, start, [move for move in moves if move is not None],
+            profile=PROFILES[form.profile], limits=bounds, tool=ToolLimits(**own),
+        )  # fmt: skip
+    return None
+
+
+def _move(form: MoveForm, motion: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> Move | None:
+    kind = next(kind for kind in MOVES if getattr(form, kind) is not None)
+    target: Any = getattr(form, kind)
+    if kind == "joints":
+        target = _row(target, motion, arm, ledger, (*place, "joints"))
+        if target is None:
+            return None
+    else:
+        still = target.rpy is target.quaternion is target.axis_angle is None
+        target = np.array(target.position) if still else _pose(target)
+    return Move(kind, target, form.via, form.blend, form.dwell)
+
+
+def _pose(form: PoseForm) -> Array:
+    """The pose that a form states; without a rotation, one that is not turned."""
+    rotation = np.eye(3)
+    if form.rpy is not None:
+        rotation = rotation_from_rpy(form.rpy)
+    elif form.quaternion is not None:
+        rotation = rotations(np.array(form.quaternion)[None] / math.hypot(*form.quaternion))[0]
+    elif form.axis_angle is not None:
+        rotation = exp_rotation(form.axis_angle.angle * unit(form.axis_angle.axis))
+    return pose(rotation, form.position)
+
+
 def _slides(arm: Arm) -> list[bool]:
     """Whether a joint slides, one a joint."""
     return [not screw[:3].any() for screw in arm.screws]
@@ -272,7 +332,7 @@ def _row(row: Any, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> 
         return None
     units = form.unit or ()
     if len(units) not in (0, 1, n):
-        ledger.fault((*place[:-2], "unit"), f"must be one unit, or {n}: one a joint", len(units))
+        ledger.fault((*place[:2], "unit"), f"must be one unit, or {n}: one a joint", len(units))
         return None
     values = []
     for i, (value, slides) in enumerate(zip(row, _slides(arm), strict=True)):

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.kinematics import skeleton
 from drivetrain.arrays import Array, checked_array
-from drivetrain.dynamics.kinematics import skeleton
 from drivetrain.report.charts.chart import BLUE, INK, JOINT_COLOURS, MUTED, VERMILLION
 from drivetrain.report.charts.plotting import TIME_COLOURS, house_style
 from drivetrain.report.quantities import axis_name, printed_unit

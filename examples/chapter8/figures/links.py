@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.kinematics import link_poses, skeleton
 from drivetrain.arrays import Array, checked_array
-from drivetrain.dynamics.kinematics import link_poses, skeleton
 from drivetrain.report.charts.chart import INK, JOINT_COLOURS
 from drivetrain.report.charts.plotting import house_style
 from drivetrain.report.quantities import axis_name

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.kinematics import skeleton, tip_acceleration_terms
 from drivetrain.arrays import Array, batch, checked_array
 from drivetrain.dynamics.book.ellipsoids import (
     Ellipsoid,
@@ -24,7 +25,6 @@ from drivetrain.dynamics.book.ellipsoids import (
     torque_ellipsoid,
 )
 from drivetrain.dynamics.book.ratio_sweep import RatioSweep, with_ratio
-from drivetrain.dynamics.kinematics import skeleton, tip_acceleration_terms
 from drivetrain.errors import Fault, InputError
 from drivetrain.report.charts.chart import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, VERMILLION
 from drivetrain.report.charts.plotting import TIME_COLOURS, house_style

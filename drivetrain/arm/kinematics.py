@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array
-from drivetrain.dynamics.samples import finite_samples
+from drivetrain.arrays import Array, finite_samples
 
 
 def link_poses(arm: Arm, q: Any) -> Array:
@@ -96,7 +95,7 @@ def body_jacobian(arm: Arm, q: Any) -> Array:
     turned, place = np.swapaxes(tips[:, :3, :3], 1, 2), tips[:, :3, 3, None]
     columns = np.empty_like(space)
     columns[:, :3] = turned @ space[:, :3]
-    columns[:, 3:] = turned @ (space[:, 3:] - np.cross(place, space[:, :3], axis=1))
+    columns[:, 3:] = turned @ (space[:, 3:] - _cross(place, space[:, :3]))
     return columns if np.ndim(q) == 2 else columns[0]
 
 
@@ -130,16 +129,16 @@ def screw_displacements(screw: Array, angles: Array) -> Array:
     rotation = np.sin(angles)[:, None, None] * turn + rest[:, None, None] * (turn @ turn)
     result[:, :3, :3] = np.eye(3) + rotation
     # The point of the axis stays, but for the pitch.
-    result[:, :3, 3] = -rotation @ np.cross(axis, linear) + angles[:, None] * (float(axis @ linear) * axis)
+    result[:, :3, 3] = -rotation @ (turn @ linear) + angles[:, None] * (float(axis @ linear) * axis)
     return result
 
 
 def screw_columns(displacements: Array, screws: Array) -> Array:
     """Screws carried along with displacements, as columns, (N, 6, n)."""
     rotation, place = displacements[..., :3, :3], displacements[..., :3, 3]
-    angular = (rotation @ screws[:, :3, None])[..., 0]
-    linear = (rotation @ screws[:, 3:, None])[..., 0] + np.cross(place, angular)
-    return np.swapaxes(np.concatenate([angular, linear], axis=-1), 1, 2)
+    angular = np.swapaxes((rotation @ screws[:, :3, None])[..., 0], 1, 2)
+    linear = np.swapaxes((rotation @ screws[:, 3:, None])[..., 0], 1, 2) + _cross(np.swapaxes(place, 1, 2), angular)
+    return np.concatenate([angular, linear], axis=1)
 
 
 def space_jacobian_rate(arm: Arm, q: Any, qd: Any) -> Array:
@@ -192,8 +191,8 @@ def body_jacobian_rate(arm: Arm, q: Any, qd: Any) -> Array:
 
 def _brackets(a: Array, b: Array) -> Array:
     """Lie brackets of twists, column by column, (N, 6, n)."""
-    angular = np.cross(a[:, :3], b[:, :3], axis=1)
-    linear = np.cross(a[:, 3:], b[:, :3], axis=1) + np.cross(a[:, :3], b[:, 3:], axis=1)
+    angular = _cross(a[:, :3], b[:, :3])
+    linear = _cross(a[:, 3:], b[:, :3]) + _cross(a[:, :3], b[:, 3:])
     return np.concatenate([angular, linear], axis=1)
 
 
@@ -207,10 +206,32 @@ def tip_jacobian(arm: Arm, q: Any) -> Array:
     Reference: Modern Robotics, the J of equation 8.20 for any arm.
     """
     (positions,) = finite_samples(arm.n, {"q": q})
-    columns = space_jacobian(arm, positions)
-    place = tip_pose(arm, positions)[:, :3, 3, None]
-    columns[:, 3:] -= np.cross(place, columns[:, :3], axis=1)
+    columns = tip_pose_and_jacobian(arm, positions)[1]
     return columns if np.ndim(q) == 2 else columns[0]
+
+
+def tip_pose_and_jacobian(arm: Arm, q: Array) -> tuple[Array, Array]:
+    """``tip_pose`` and ``tip_jacobian`` of a batch, (N, 4, 4) and (N, 6, n)."""
+    moved = displacements(arm, q)
+    poses, columns = moved[:, -1] @ arm.tip, screw_columns(moved[:, :-1], arm.screws)
+    columns[:, 3:] -= _cross(poses[:, :3, 3, None], columns[:, :3])
+    return poses, columns
+
+
+def tip_jacobian_rate(jacobian: Array, qd: Array) -> Array:
+    """The time derivative of ``tip_jacobian``, given that, (N, 6, n)."""
+    moved = jacobian * qd[:, None]
+    until = np.cumsum(moved, axis=2)
+    after = until[:, 3:, -1:] - until[:, 3:]
+    # A joint turns all that comes after it; joints after it move the point that its axis turns.
+    angular = _cross(until[:, :3], jacobian[:, :3])
+    linear = _cross(until[:, :3], jacobian[:, 3:]) + _cross(jacobian[:, :3], after)
+    return np.concatenate([angular, linear], axis=1)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Cross products along the second axis, (N, 3, ...); numpy's takes ten times as long for one sample."""
+    return a[:, [1, 2, 0]] * b[:, [2, 0, 1]] - a[:, [2, 0, 1]] * b[:, [1, 2, 0]]
 
 
 def tip_acceleration_terms(arm: Arm, q: Any, qd: Any) -> Array:

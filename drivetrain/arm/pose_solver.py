@@ -1,0 +1,249 @@
+"""Joint positions that bring the tip where it is wanted: for one pose, and along a path.
+
+One pose: damped least squares inside the joints' ranges, from the positions before; where that leads nowhere, from
+others drawn at random, the nearest solution found. Along a path: Newton's method from one place to the next, so the arm
+never changes its posture, and exact derivatives over the distance. A redundant arm moves as little as it can.
+
+Reference: Modern Robotics, section 6.2; Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt
+    method, IEEE Trans. Robotics 27 (2011) 984-991; Golub and Pereyra, The differentiation of pseudo-inverses, SIAM J.
+    Numerical Analysis 10 (1973) 413-432.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import degrees, hypot, pi
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BPoly
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.kinematics import tip_jacobian_rate, tip_pose_and_jacobian
+from drivetrain.arrays import Array, checked_array
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.rotations import log_rotation
+from drivetrain.spatial.tool_path import PathSamples
+
+REACHED = 1e-11  # [m over the arm's size, rad]
+STEPS = 100  # of the search for one pose
+NEWTON_STEPS = 8
+RESTARTS = 20
+STALLED = 1e-4  # share of what is missing that a step must bring, else the search ends where it is
+SINGULAR = 1e-3  # smallest over largest singular value of the Jacobian, lengths over the arm's size
+COARSE = 32  # pieces of a path, each halved where Newton's method does not follow
+HALVINGS = 12
+FAR = 0.5  # [rad or m over the arm's size] from what was predicted: another posture
+PLACE = slice(3, 6)  # rows of a task that leaves the rotation free
+
+
+class JointPath(NamedTuple):
+    """Joint positions along a path and their derivatives over the distance, (N, n) each [rad or m, per m, m^2]."""
+
+    position: Array
+    first: Array
+    second: Array
+
+
+def inverse_kinematics(arm: Arm, pose: Any, start: Any, *, rotation: bool = True) -> Array:
+    """Joint positions, inside the joints' ranges, at which the tip has a pose.
+
+    Args:
+        arm: The arm.
+        pose: Wanted of the tip in the base frame [m], (4, 4).
+        start: Positions to start from [rad or m], (n,): of several solutions, one near to it.
+        rotation: Whether the tip's rotation counts; False: its place alone.
+
+    Returns:
+        Positions [rad or m], (n,); the tip is where it is wanted to 1e-11 of the arm's size and 1e-11 rad.
+
+    Raises:
+        InputError: Wrong shapes, or a pose that is out of reach, with what is missing.
+
+    Example:
+        >>> arm = dt.load_arm("ur5")
+        >>> pose = dt.tip_pose(arm, [0.1, -1.2, 1.4, -1.7, -1.5, 0.3])
+        >>> dt.inverse_kinematics(arm, pose, [0.0, -1.0, 1.0, -1.5, -1.5, 0.0]).round(6)
+        array([ 0.1, -1.2,  1.4, -1.7, -1.5,  0.3])
+    """
+    wanted, first = checked_array(pose, (4, 4), "pose"), checked_array(start, (arm.n,), "start")
+    rows = slice(0, 6) if rotation else PLACE
+    q, missing = _searched(arm, wanted, np.clip(first, arm.lower, arm.upper), rows)
+    if missing is None:
+        return q
+    best = (q, missing)
+    random = np.random.default_rng(0)
+    low, high = (np.where(np.isfinite(end), end, side * pi) for end, side in ((arm.lower, -1.0), (arm.upper, 1.0)))
+    found = []
+    for _ in range(RESTARTS):
+        q, missing = _searched(arm, wanted, random.uniform(low, high), rows)
+        if missing is None:
+            found.append(q)
+        elif missing @ missing < best[1] @ best[1]:
+            best = (q, missing)
+    if found:
+        return min(found, key=lambda q: float(np.abs(q - first).max()))
+    turn, way = best[1][:3], best[1][3:] * size_of(arm)
+    off = f"{1e3 * hypot(*way):.3g} mm" + (f" and {degrees(hypot(*turn)):.3g} deg" if rotation else "")
+    at = ", ".join(f"{1e3 * x:.4g}" for x in wanted[:3, 3])
+    raise InputError(Fault("pose", f"at [{at}] mm is out of reach: the nearest pose found misses it by {off}"))
+
+
+def size_of(arm: Arm) -> float:
+    """A length of the arm: the largest distance from one of its joints to the tip [m], all joints at zero."""
+    return float(np.linalg.norm(arm.joint_points - arm.tip[:3, 3], axis=1).max()) or 1.0
+
+
+def _searched(arm: Arm, wanted: Array, q: Array, rows: slice) -> tuple[Array, Array | None]:
+    """Damped least squares inside the ranges: where it ends, and what is missing there, None where nothing is."""
+    size, damping = size_of(arm), 1.0
+    missing, jacobian = (one[0] for one in _missing(arm, wanted[None], q[None], size))
+    for _ in range(STEPS):
+        error, columns = missing[rows], jacobian[rows]
+        power = float(error @ error)
+        if power <= REACHED**2:
+            return q, None
+        step = _damped(columns, error, damping * power)
+        stopped = ((q <= arm.lower) & (step < 0.0)) | ((q >= arm.upper) & (step > 0.0))
+        if stopped.any():  # joints at their ends leave the rest of the way to the others
+            step = _damped(columns * ~stopped, error, damping * power)
+        there = np.clip(q + step, arm.lower, arm.upper)
+        left, then = (one[0] for one in _missing(arm, wanted[None], there[None], size))
+        rest = float(left[rows] @ left[rows])
+        if rest < power:
+            q, missing, jacobian, damping = there, left, then, max(0.2 * damping, 1e-6)
+            if rest > (1.0 - STALLED) * power:
+                break
+        else:
+            damping *= 5.0
+            if damping > 1e6:
+                break
+    return q, missing
+
+
+def _damped(jacobian: Array, error: Array, damping: float) -> Array:
+    """The step that brings the most for its length."""
+    square = jacobian @ jacobian.T + (damping + 1e-15) * np.eye(len(error))
+    return np.asarray(jacobian.T @ np.linalg.solve(square, error))
+
+
+def _missing(arm: Arm, wanted: Array, q: Array, size: float) -> tuple[Array, Array]:
+    """What leads from where tips are to where they are wanted, and the Jacobians; linear rows over the arm's size.
+
+    (angular [rad], linear [-]) in base axes, (N, 6), and (N, 6, n).
+    """
+    there, jacobian = tip_pose_and_jacobian(arm, q)
+    jacobian[:, 3:] /= size
+    turns = wanted[:, :3, :3] @ np.swapaxes(there[:, :3, :3], 1, 2)
+    angular = log_rotation(turns[0])[None] if len(q) == 1 else _axial(turns)
+    return np.hstack([angular, (wanted[:, :3, 3] - there[:, :3, 3]) / size]), jacobian
+
+
+def _axial(turns: Array) -> Array:
+    """Axis times sine of rotations, which is axis times angle where that is small, (N, 3)."""
+    return 0.5 * np.stack(
+        [turns[:, (i + 2) % 3, (i + 1) % 3] - turns[:, (i + 1) % 3, (i + 2) % 3] for i in range(3)], 1
+    )
+
+
+def follow(
+    arm: Arm, path: Callable[[Array], PathSamples], length: float, start: Array, *, rotation: bool = True
+) -> Callable[[Array], JointPath]:
+    """Joint positions along a path, without a change of posture, as a function of distances.
+
+    Args:
+        path: Poses and derivatives at distances from 0 to the length [m].
+        start: Positions at the start of the path [rad or m], (n,).
+
+    Raises:
+        PathLostError: Where the path leaves the reach or comes to a singular pose; here, or of distances asked for.
+    """
+    rows, size = slice(0, 6) if rotation else PLACE, size_of(arm)
+    first = path(np.zeros(1))
+    knots, coarse = [0.0], [_rates(first, start[None], _missing(arm, first.poses, start[None], size)[1], rows, size)]
+    for goal in np.linspace(0.0, length, COARSE + 1)[1:]:
+        _go_on(arm, path, knots, coarse, float(goal), rows, size)
+    guess = BPoly.from_derivatives(np.array(knots), np.concatenate([np.stack(one, axis=1) for one in coarse]))
+
+    def at(s: Array) -> JointPath:
+        wanted = path(s)
+        q, jacobian, reached = _newton(arm, wanted.poses, guess(s), rows, size)
+        values = np.linalg.svd(jacobian[:, rows], compute_uv=False)
+        weak = ~reached | (values[:, min(arm.n, values.shape[1]) - 1] < SINGULAR * values[:, 0])
+        if weak.any():
+            raise PathLostError(float(s[int(np.argmax(weak))]), "singular")
+        return _rates(wanted, q, jacobian, rows, size)
+
+    return at
+
+
+class PathLostError(Exception):
+    """The distance at which an arm cannot follow a path, and whether that is ``out of reach`` or ``singular``."""
+
+    def __init__(self, distance: float, why: str) -> None:
+        super().__init__(distance, why)
+        self.distance, self.why = distance, why
+
+
+def _go_on(
+    arm: Arm,
+    path: Callable[[Array], PathSamples],
+    knots: list[float],
+    coarse: list[JointPath],
+    goal: float,
+    rows: slice,
+    size: float,
+) -> None:
+    """More knots, up to a goal; steps are halved where Newton's method does not follow the prediction."""
+    step, halved = goal - knots[-1], 0
+    while knots[-1] < goal:
+        there = min(knots[-1] + step, goal) if halved else goal
+        ahead, (q, first, second) = there - knots[-1], coarse[-1]
+        predicted = q + ahead * (first + 0.5 * ahead * second)
+        target = path(np.array([there]))
+        found, jacobian, reached = _newton(arm, target.poses, predicted, rows, size)
+        if reached.all() and np.abs(found - predicted).max() < FAR and np.abs(found - q).max() < FAR:
+            knots.append(there)
+            coarse.append(_rates(target, found, jacobian, rows, size))
+            continue
+        step, halved = 0.5 * (step if halved else ahead), halved + 1
+        if halved > HALVINGS:
+            raise PathLostError(there, _why(arm, path, knots[-1], goal, q[0], rows))
+
+
+def _why(arm: Arm, path: Callable[[Array], PathSamples], last: float, goal: float, q: Array, rows: slice) -> str:
+    """Whether the path goes on within reach, the joints' ranges left aside."""
+    free = replace(arm, lower=np.full(arm.n, -np.inf), upper=np.full(arm.n, np.inf))
+    try:
+        inverse_kinematics(free, path(np.array([goal])).poses[0], q, rotation=rows != PLACE)
+    except InputError:
+        return "out of reach"
+    return "singular"
+
+
+def _newton(arm: Arm, wanted: Array, q: Array, rows: slice, size: float) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Positions near to those given, Jacobians there, and which have been reached, (N, n), (N, 6, n), (N,)."""
+    for steps_left in reversed(range(NEWTON_STEPS)):
+        missing, jacobian = _missing(arm, wanted, q, size)
+        reached = np.abs(missing[:, rows]).max(axis=1) <= REACHED
+        if reached.all() or not steps_left:
+            break
+        inverse = np.linalg.pinv(jacobian[:, rows], rcond=1e-9)
+        q = q + (inverse @ missing[:, rows, None])[:, :, 0]
+    return q, jacobian, reached
+
+
+def _rates(wanted: PathSamples, q: Array, jacobian: Array, rows: slice, size: float) -> JointPath:
+    """Derivatives of the joint positions over the distance, of least length where the arm is redundant."""
+    scale = np.repeat([1.0, 1.0 / size], 3)
+    first, second = (rate * scale for rate in wanted[1:])
+    inverse = np.linalg.pinv(jacobian[:, rows], rcond=1e-9)
+    slope = (inverse @ first[:, rows, None])[:, :, 0]
+    rate = tip_jacobian_rate(jacobian, slope)[:, rows]
+    curve = inverse @ (second[:, rows, None] - rate @ slope[:, :, None])
+    if q.shape[1] > rate.shape[1]:
+        across = np.swapaxes(rate, 1, 2) @ (np.swapaxes(inverse, 1, 2) @ slope[:, :, None])
+        curve += across - inverse @ (jacobian[:, rows] @ across)
+    return JointPath(q, slope, curve[:, :, 0])

@@ -1,0 +1,301 @@
+"""The command that lets things run: a study's arm with its drives, or an arm without any."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from drivetrain.commands.chain import chosen, load_chosen
+from drivetrain.commands.shared import (
+    command,
+    folder_for,
+    inputs,
+    lines,
+    positive,
+    refuse,
+    report_folder,
+    say,
+    working,
+    write_page,
+)
+
+if TYPE_CHECKING:
+    from drivetrain.arm.arm import Arm
+    from drivetrain.arrays import Array
+    from drivetrain.errors import Fault
+    from drivetrain.simulation.recording import Recording
+    from drivetrain.sizing.results import Evaluation
+    from drivetrain.solvers.solver import Solver
+    from drivetrain.study.parts.simulation import Simulation
+
+STUDIES = (".yaml", ".yml", ".json")  # what the file of a study or a result ends in
+
+
+class Method(StrEnum):
+    """Solvers that can be asked for by name."""
+
+    ADAPTIVE = "adaptive"
+    FIXED = "fixed"
+    INVERSE = "inverse"
+    RK4 = "rk4"
+    SEMI_IMPLICIT = "semi-implicit"
+    EULER = "euler"
+
+
+@command
+def simulate(
+    what: Annotated[
+        str, typer.Argument(metavar="STUDY|RESULT|ARM", help="A study, a result.json, a built-in arm, or a URDF file.")
+    ],
+    duration: Annotated[
+        str | None, typer.Option(help="How long.  [default: the study's cycle; of an arm 3 s]", show_default=False)
+    ] = None,
+    start: Annotated[
+        str, typer.Option("--from", help="Of an arm, where it starts: 30 deg for all joints, or [0, 30, 0] deg.")
+    ] = "0 rad",
+    solver: Annotated[
+        Method | None,
+        typer.Option(help="Of a study fixed, adaptive or inverse; of an arm adaptive, rk4, semi-implicit or euler."),
+    ] = None,
+    step: Annotated[str | None, typer.Option(help="Of the methods with a fixed step.", show_default=False)] = None,
+    tip: Annotated[str | None, typer.Option(help="Of an arm, name of the link that is the end effector.")] = None,
+    effects: Annotated[
+        str | None,
+        typer.Option(help="Of a study: auto, all, none, or names separated by commas.", show_default=False),
+    ] = None,
+    tolerance: Annotated[
+        str | None, typer.Option(metavar="SHARE", help="For --effects auto, such as 1%.", show_default=False)
+    ] = None,
+    resume: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Of a study: go on from this recording.", show_default=False)
+    ] = None,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Of a study: run once more, finer, and show what that changes.")
+    ] = False,
+    out: Annotated[Path | None, folder_for("the recording and its pictures")] = None,
+) -> bool:
+    """Let a study's arm run its cycle with its drives; or let a passive arm go, without drives, friction or losses."""
+    if Path(what).suffix.lower() in STUDIES:
+        misplaced = _not_of(
+            "an arm without drives; the study says where it starts", {"--from": start != "0 rad", "--tip": tip}
+        )
+        asked = Asked(duration, None if solver is None else solver.value, step, effects, tolerance, resume, out, verify)
+        return _run_study(Path(what), asked, misplaced)
+    for_studies = {"--effects": effects, "--tolerance": tolerance, "--resume": resume, "--verify": verify}
+    _run_arm(what, _not_of("studies", for_studies), (duration, start, step, tip), solver or Method.ADAPTIVE, out)
+    return True
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the command line says beside the study; None: what the study says."""
+
+    duration: str | None = None
+    solver: str | None = None
+    step: str | None = None
+    effects: str | None = None
+    tolerance: str | None = None
+    resume: Path | None = None
+    out: Path | None = None
+    verify: bool = False
+
+
+def _not_of(whose: str, given: Mapping[str, object]) -> list[Callable[[], None]]:
+    """Refuse the options that are given and mean nothing here."""
+    return [partial(refuse, True, name, f"is for {whose}") for name, value in given.items() if value]
+
+
+def _run_arm(
+    what: str, misplaced: list[Callable[[], None]], asked: tuple[str | None, str, str | None, str | None],
+    method: Method, out: Path | None,
+) -> None:  # fmt: skip
+    """Let an arm go and write what it does."""
+    from drivetrain.arm.load import load_arm
+    from drivetrain.simulation.passive import simulate_passive
+
+    duration, start, step, tip = asked
+    width, solver, seconds, begin, loaded, *_ = inputs(
+        lambda: positive(step or "1 ms", "s", "--step"),
+        lambda: _solver(method),
+        lambda: positive(duration or "3 s", "s", "--duration"),
+        lambda: _start(load_arm(what), start),
+        lambda: load_arm(what, tip=tip),
+        *misplaced,
+        out=out,
+    )
+    with working(f"simulating {loaded.name}"):
+        recording = simulate_passive(loaded, begin, [0.0] * loaded.n, seconds, solver=solver(width))
+    _deliver(recording, out or Path(f"{loaded.name}_recording"))
+
+
+def _solver(method: Method) -> Callable[[float], Solver]:
+    """Makes the solver from its step [s]."""
+    from drivetrain.solvers.solver import DormandPrince853, Euler, RungeKutta4, SemiImplicitEuler
+
+    known: dict[Method, Callable[[float], Solver]] = {
+        Method.ADAPTIVE: lambda step: DormandPrince853(),
+        Method.RK4: RungeKutta4,
+        Method.SEMI_IMPLICIT: SemiImplicitEuler,
+        Method.EULER: Euler,
+    }
+    problem = "is for studies; an arm takes adaptive, rk4, semi-implicit or euler"
+    refuse(method not in known, "--solver", problem, method.value)
+    return known[method]
+
+
+def _start(arm: Arm, text: str) -> Array:
+    """Positions of all joints: radians or degrees, metres where a joint slides and only one unit is given."""
+    import numpy as np
+
+    from drivetrain.units import quantities, quantity
+
+    unit = "rad" if arm.screws[:, :3].any(axis=1).all() else "m"
+    if text.lstrip().startswith("["):
+        return quantities(text, unit, "--from", arm.n)
+    return np.full(arm.n, quantity(text, unit, "--from"))
+
+
+def _deliver(recording: Recording, folder: Path) -> None:
+    """Write the recording and its picture, and say what is in them."""
+    from drivetrain.report.charts.figures import figure_recording
+    from drivetrain.report.charts.plotting import house_style, svg_text
+    from drivetrain.whole_files import write_files
+
+    with house_style("recording"):
+        picture = svg_text(figure_recording(recording), "the recording over time")
+    write_files(folder, {"recording.svg": picture})
+    where = recording.save(folder / "recording.npz")
+    for event in recording.events:
+        say(f"{event.time:.3f} s: {event.detail}")
+    error = recording["energy_error"]
+    say(f"energy error at the end: {error[-1]:.3g} J; " + ", ".join(f"{k} {v}" for k, v in recording.counters.items()))
+    if recording.stopped_by:
+        say(f"stopped early: {recording.stopped_by}", errors=True)
+    say(f"recording: {where} (numpy.load, or drivetrain.simulation.recording.load_recording)")
+    say(f"picture: {folder / 'recording.svg'}")
+
+
+def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) -> bool:
+    """Run a study's cycle with its drives, and write what happens; whether every check holds on what was simulated."""
+    from drivetrain.accuracy.costs import interval_of
+    from drivetrain.accuracy.decision import basis_of, decision
+    from drivetrain.accuracy.study_run import engine_of, study_scene
+    from drivetrain.accuracy.verify import verified, whole_run
+    from drivetrain.report.pages.simulation_page import SimulationFound, simulation_lines, simulation_report
+    from drivetrain.simulation.planning.plan import plan
+    from drivetrain.simulation.recording import load_recording
+    from drivetrain.simulation.run import simulate
+    from drivetrain.sizing.results import Verdict
+    from drivetrain.study.parts.simulation import Simulation
+
+    said = [Simulation()]
+    earlier: list[Recording | None] = []
+
+    def load() -> Any:
+        loaded = load_chosen(path)
+        said[0] = loaded.simulation
+        return loaded
+
+    seconds, _, loaded, options, *_ = inputs(
+        lambda: positive(asked.duration, "s", "--duration"),
+        lambda: earlier.append(None if asked.resume is None else load_recording(asked.resume)),
+        load,
+        lambda: _options(said[0], asked),
+        lambda: whole_run(asked.verify, earlier[0] if earlier else None),
+        *misplaced,
+        out=asked.out,
+    )
+    result = chosen(loaded, runs=True)
+    with working("choosing effects") as step:
+        built = study_scene(result, options, progress=step)
+    ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))
+    say(str(ready))
+    interval, engine = interval_of(ready.scene.duration), engine_of(options)
+    with _share("simulating") as share:
+        recording = simulate(ready.scene, solver=engine, interval=interval, resume=earlier[0], progress=share)
+    basis = basis_of(built.full, result)
+    if asked.verify:
+        with _share("once more, finer") as share:
+            recording = verified(recording, ready.scene, engine, basis, interval=interval, progress=share)
+    whole = options.solver != "inverse" and recording.stopped_by is None
+    decided = decision(recording, built.scene, basis) if whole else None
+    found = SimulationFound(
+        result, recording, decided, str(ready), built.words, _limits(result), options.current_bandwidth
+    )
+    with working("drawing"):
+        page = simulation_report(found)
+    say("")
+    lines(simulation_lines(found))
+    write_page(loaded, asked.out, {"simulation.html": page})
+    _save(recording, asked.out or report_folder(loaded.name))
+    return recording.stopped_by is None and (decided is None or decided.verdict is not Verdict.FAIL)
+
+
+@contextmanager
+def _share(text: str) -> Iterator[Callable[[float], None]]:
+    """Progress of a run, told by the share of its time that is done."""
+    with working(text) as step:
+        yield lambda share: step(round(100.0 * share), 100, text)
+
+
+def _options(study: Simulation, asked: Asked) -> Simulation:
+    """What the study says of its simulation, with what the command line says over it."""
+    from drivetrain.errors import Fault, InputError, nearest
+    from drivetrain.study.parts.simulation import KNOWN_EFFECTS
+
+    faults: list[Fault] = []
+    changes: dict[str, Any] = {}
+    if asked.effects is not None:
+        names = tuple(name.strip() for name in asked.effects.split(",") if name.strip())
+        words = ("auto", "all", "none")
+        for name in names:
+            if name not in KNOWN_EFFECTS and not (name in words and len(names) == 1):
+                hint = nearest(name, [*KNOWN_EFFECTS, *words]) or ", ".join(KNOWN_EFFECTS)
+                faults.append(Fault("--effects", "is no effect of a study", name, hint))
+        changes["effects"] = () if names == ("none",) else names
+    if asked.solver is not None:
+        if asked.solver not in ("fixed", "adaptive", "inverse"):
+            faults.append(Fault("--solver", "is for arms; a study takes fixed, adaptive or inverse", asked.solver))
+        changes["solver"] = asked.solver
+    for name, text, unit in (("step", asked.step, "s"), ("tolerance", asked.tolerance, "")):
+        if text is not None:
+            try:
+                changes[name] = positive(text, unit, f"--{name}")
+            except InputError as error:
+                faults += error.faults
+    if faults:
+        raise InputError(faults)
+    return replace(study, **changes)
+
+
+def _limits(result: Evaluation) -> dict[str, dict[str, float]]:
+    """Of the amplifier's current, and of the voltage that it can give."""
+    from drivetrain.drive.amplifier import available_voltage
+
+    study = result.study
+    found = {
+        task.name: {
+            "current": task.amplifier.peak_current or math.inf,
+            "voltage": available_voltage(task.amplifier, study.supply.voltage),
+        }
+        for task in study.joints
+    }
+    return {name: {k: v for k, v in own.items() if math.isfinite(v)} for name, own in found.items()}
+
+
+def _save(recording: Recording, folder: Path) -> None:
+    """The recording in both forms, as far as the libraries are there."""
+    from importlib.util import find_spec
+
+    where = recording.save(folder / "recording.npz")
+    say(f"recording: {where} (drivetrain.simulation.recording.load_recording; --resume goes on from it)")
+    if find_spec("pyarrow") is not None:
+        say(f"table: {recording.save(folder / 'recording.parquet')} (pandas.read_parquet)")
