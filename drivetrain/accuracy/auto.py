@@ -10,7 +10,7 @@ import numpy as np
 
 from drivetrain.accuracy.costs import Progress, ran, seconds, silent
 from drivetrain.accuracy.decision import Basis, change, decision, tip_travel
-from drivetrain.accuracy.estimates import COSTS, Told, added, estimates, joined
+from drivetrain.accuracy.estimates import COARSE, COSTS, Told, added, estimates, joined
 from drivetrain.accuracy.scenes import LABELS, without
 from drivetrain.arrays import Array
 from drivetrain.simulation.cost_results import AutoChoice, Change, Choice, Decision, Judged, Proof
@@ -40,7 +40,7 @@ def choose_effects(
     *,
     tolerance: float = 0.01,
     tip_tolerance: float | None = None,
-    step: float = 5e-4,
+    step: float = COARSE,
     costs: Mapping[str, float] = COSTS,
     progress: Progress | None = None,
 ) -> AutoChoice:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from drivetrain.accuracy.auto import choose_effects
 from drivetrain.accuracy.costs import interval_of
 from drivetrain.accuracy.decision import basis_of
+from drivetrain.accuracy.estimates import COARSE
 from drivetrain.accuracy.scenes import full_scene, wanted_scene, without
 from drivetrain.accuracy.verify import verified, whole_run
 from drivetrain.drive.drive import Drive
@@ -114,7 +115,7 @@ def study_scene(
     if wishes.effects == ("auto",):
         found = choose_effects(
             full, basis_of(full, evaluation), tolerance=wishes.tolerance, tip_tolerance=wishes.tip_tolerance,
-            step=wishes.step, progress=progress,
+            step=min(wishes.step, COARSE), progress=progress,
         )  # fmt: skip
         gone = ", ".join(f"{one.label} of {one.choice.joint}" for one in found.dropped) or "nothing"
         proof = "" if found.proof is None else f" ({'proven' if found.proof.proven else 'not proven'})"

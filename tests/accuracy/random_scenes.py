@@ -34,7 +34,7 @@ from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
 MATTERS, TIP_MATTERS = 2e-3, 1e-3  # of a quantity, and rad or m: no decision rests on less
-FINE = 2e-4  # s, of the runs that measure
+FINE = 1e-4  # s, of the runs that measure
 QUANTITIES = ("peak current", "RMS current", "RMS torque", "winding's rise", "tip")
 
 Rng = np.random.Generator
