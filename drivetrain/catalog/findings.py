@@ -47,20 +47,12 @@ class Finding:
 
 
 def error(column: str, problem: str, predicted: float | None = None) -> Finding:
-    """A finding that cannot be right.
-
-    Args:
-        predicted: The value implied, in SI.
-    """
+    """A finding that cannot be right."""
     return Finding(column, Severity.ERROR, problem, predicted)
 
 
 def warning(column: str, problem: str, predicted: float | None = None) -> Finding:
-    """A finding that is unusual.
-
-    Args:
-        predicted: The value implied, in SI.
-    """
+    """A finding that is unusual."""
     return Finding(column, Severity.WARNING, problem, predicted)
 
 

@@ -32,11 +32,7 @@ PITCH_LIMIT = 0.05
 
 
 def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
-    """Everything that one gear's row says against itself.
-
-    Args:
-        cells: Of the row, numbers in SI, as printed.
-    """
+    """Everything that one gear's row says against itself."""
     values = {name: value for name, value in cells.items() if isinstance(value, float)}
     rules = (
         _losses, _torque_order, _rare_torques, _torques_present, _speeds, _stiffness, _efficiencies, _no_load, _pitch,
@@ -189,11 +185,7 @@ def _ratio_fraction(cells: Mapping[str, Cell]) -> Iterator[Finding]:
 
 
 def exact_ratio(text: str) -> Fraction | None:
-    """The fraction a text such as ``57/13`` stands for.
-
-    Returns:
-        None when it is no fraction, or not positive.
-    """
+    """The fraction a text such as ``57/13`` stands for."""
     try:
         value = Fraction(text.replace(" ", ""))
     except (ValueError, ZeroDivisionError):

@@ -68,22 +68,14 @@ class _Contents:
 def import_mgdb(
     folder: str | Path, out: str | Path, *, basis: Basis = "", keep_faulty: bool = True, overwrite: bool = False
 ) -> Imported:
-    """A catalogue folder from the files of the Motor-Gearbox Database.
-
-    Raises:
-        InputError: Nothing to read, unreadable files, an unknown basis, or tables already there.
-    """
+    """A catalogue folder from the files of the Motor-Gearbox Database."""
     return _import(MGDB, Path(folder), Path(out), basis, keep_faulty, overwrite)
 
 
 def import_table(
     folder: str | Path, out: str | Path, *, basis: Basis = "", keep_faulty: bool = True, overwrite: bool = False
 ) -> Imported:
-    """A catalogue folder from SI tables with the unit as a suffix of each column (``R_ohm``, ``kt_Nm_A``).
-
-    Raises:
-        InputError: Nothing to read, unreadable files, an unknown basis, or tables already there.
-    """
+    """A catalogue folder from SI tables with the unit as a suffix of each column (``R_ohm``, ``kt_Nm_A``)."""
     return _import(TABLE, Path(folder), Path(out), basis, keep_faulty, overwrite)
 
 

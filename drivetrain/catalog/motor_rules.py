@@ -79,11 +79,7 @@ _ORDERS = (
 
 
 def check_motor(cells: Mapping[str, Cell]) -> list[Finding]:
-    """Everything that one motor's row says against itself.
-
-    Args:
-        cells: Of the row, numbers in SI, as printed.
-    """
+    """Everything that one motor's row says against itself."""
     values = {name: value for name, value in dc_equivalent(cells).items() if isinstance(value, float)}
     rules = (_redundancy, _peak_torque, _orders, _nominal_torque, _thermal, _friction, _time_constants, _rotor)
     findings = [finding for rule in rules for finding in rule(values)]

@@ -12,11 +12,7 @@ UNDATED = "not dated"  # how a price begins whose source tells no day
 
 
 def check_brake(cells: Mapping[str, Cell]) -> list[Finding]:
-    """Everything that one brake's row says against itself.
-
-    Args:
-        cells: Of the row, numbers in SI, as printed.
-    """
+    """Everything that one brake's row says against itself."""
     values = _numbers(cells)
     return [*_coil(values), *_order(values, "energy_per_stop", "energy_per_hour")]
 

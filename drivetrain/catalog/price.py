@@ -68,16 +68,7 @@ class Offer:
 
 
 def offer_of(prices: Iterable[Price], currency: str, rates: Mapping[str, float]) -> Offer | None:
-    """The price of a part by its best offer: listed before estimated, of those the latest, at its upper end.
-
-    Args:
-        prices: Of one part.
-        currency: Wanted.
-        rates: What one unit of another currency is worth in it.
-
-    Returns:
-        None where no price is in the currency or in one with a rate.
-    """
+    """The price of a part by its best offer: listed before estimated, of those the latest, at its upper end."""
     known = [one for one in prices if one.currency == currency or one.currency in rates]
     if not known:
         return None

@@ -209,19 +209,7 @@ def compatible_pairs(
     gears: Collection[str] | None = None,
     rule: FramelessRule = FramelessRule(),
 ) -> list[tuple[str, str]]:
-    """The motor-gear pairs that may be built: published ones, and frameless motors by the geometric rule.
-
-    Args:
-        motors: Keys to consider; None: all.
-        gears: Keys to consider; None: all.
-
-    Returns:
-        (motor key, gear key), motors in the order given and for each the gears in the order given. Direct drives are
-        not among them.
-
-    Raises:
-        InputError: A key that the catalogue does not have.
-    """
+    """The motor-gear pairs that may be built: published ones, and frameless motors by the geometric rule."""
     motor_keys = list(catalog.motors) if motors is None else list(motors)
     gear_keys = list(catalog.gears) if gears is None else list(gears)
     _refuse_strangers("motor", motor_keys, catalog.motors)

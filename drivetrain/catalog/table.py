@@ -34,11 +34,7 @@ class Row:
     cells: Mapping[str, Cell]
 
     def number(self, name: str) -> float | None:
-        """The number in a column.
-
-        Returns:
-            In SI; None when the table has no such column or the cell is empty.
-        """
+        """The number in a column."""
         value = self.cells.get(name)
         return value if isinstance(value, float) else None
 
@@ -95,11 +91,7 @@ class Table:
         return self.fault(CellFault(row.line, self.headers.get(name, name), problem, value, hint))
 
     def as_printed(self, name: str, value: float, columns: Sequence[Column]) -> float:
-        """An SI value in the unit of its column's header.
-
-        Args:
-            value: In SI.
-        """
+        """An SI value in the unit of its column's header."""
         unit = by_name(columns)[name].unit
         return float(from_si(value, unit, self.units.get(name, ""))) if unit else value
 
@@ -115,14 +107,7 @@ class _Header:
 
 
 def read_table(path: Path, columns: Sequence[Column]) -> Table:
-    """A CSV file, with every fault in it instead of an exception.
-
-    Returns:
-        Its rows in SI and its faults.
-
-    Raises:
-        InputError: It cannot be read as text at all.
-    """
+    """A CSV file, with every fault in it instead of an exception."""
     lines = _csv_lines(path)
     if not lines:
         missing = CellFault(1, "", "must be a header row with the column names", hint=_listed(columns))

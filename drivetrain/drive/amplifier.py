@@ -230,15 +230,7 @@ def standstill_current(current: Any) -> Any:
 
 
 def available_voltage(amplifier: Amplifier, supply_voltage: float) -> float:
-    """The largest voltage the amplifier can put between two motor terminals.
-
-    Args:
-        amplifier: Its modulation is the share of the supply that arrives.
-        supply_voltage: [V].
-
-    Returns:
-        [V].
-    """
+    """The largest voltage the amplifier can put between two motor terminals."""
     return amplifier.modulation * supply_voltage
 
 
@@ -275,30 +267,12 @@ def from_dc(current: Values, basis: CurrentBasis | str) -> Values:
 
 
 def torque_constant_to_dc(constant: Values, basis: CurrentBasis | str) -> Values:
-    """A printed torque constant as that of the DC equivalent: the inverse of the conversion of currents.
-
-    Args:
-        constant: Torque over printed current [N m/A].
-        basis: What the printed ampere is: ``dc``, ``rms`` or ``peak``.
-
-    Returns:
-        Torque over DC-equivalent current [N m/A].
-
-    Raises:
-        InputError: An unknown basis.
-    """
+    """A printed torque constant as that of the DC equivalent: the inverse of the conversion of currents."""
     return constant / _dc_amperes(basis)
 
 
 def line_to_line(phase_value: Values) -> Values:
-    """The resistance or inductance between two terminals of a star: that of two phases in series.
-
-    Args:
-        phase_value: Of one phase [ohm] or [H].
-
-    Returns:
-        Between two terminals, in the same unit.
-    """
+    """The resistance or inductance between two terminals of a star: that of two phases in series."""
     return 2.0 * phase_value
 
 

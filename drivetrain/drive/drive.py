@@ -104,28 +104,14 @@ class PowerBalance:
 
 
 def shaft_friction(drive: Drive) -> Friction:
-    """The friction at the motor shaft: the drive's own, else what the motor's no-load data tell.
-
-    Args:
-        drive: Motor and its friction.
-
-    Returns:
-        The law; frictionless where neither is known (``no_load_friction`` tells which).
-    """
+    """The friction at the motor shaft: the drive's own, else what the motor's no-load data tell."""
     if drive.motor_friction is not None:
         return drive.motor_friction
     return no_load_friction(drive.motor) or FRICTIONLESS
 
 
 def drive_inertia(drive: Drive) -> float:
-    """Inertia that turns with the motor shaft: rotor and gear input.
-
-    Args:
-        drive: Motor and gear; an unknown inertia counts as 0, so callers say so.
-
-    Returns:
-        [kg m^2].
-    """
+    """Inertia that turns with the motor shaft: rotor and gear input."""
     return (drive.motor.rotor_inertia or 0.0) + (drive.gear.inertia or 0.0)
 
 
@@ -190,29 +176,13 @@ def motor_torque(
 
 
 def resting(speed: Array) -> Array:
-    """Where a motion is at rest.
-
-    Args:
-        speed: [rad/s], (N,).
-
-    Returns:
-        True where the speed is rounding beside the largest one, (N,).
-    """
+    """Where a motion is at rest."""
     magnitude = np.abs(speed)
     return np.asarray(magnitude <= STANDSTILL * np.max(magnitude, initial=0.0))
 
 
 def rolled(values: Array, places: int, parts: Sequence[slice] = ()) -> Array:
-    """Values moved along samples that repeat: what leaves at one end comes in at the other.
-
-    Args:
-        values: One a sample, (N,).
-        places: By which they move; 1: each sample gets the value before it.
-        parts: Samples that repeat by themselves, one slice each, in their order; empty: all together.
-
-    Returns:
-        (N,).
-    """
+    """Values moved along samples that repeat: what leaves at one end comes in at the other."""
     if len(parts) <= 1:
         return np.roll(values, places)
     return np.concatenate([np.roll(values[part], places) for part in parts])
@@ -223,15 +193,6 @@ def loss_speed(speed: Array, acceleration: Array, at_rest: Array, *, parts: Sequ
 
     At the instant at which a motion begins or ends it is that motion's way, too slow to matter: a joint that
     accelerates from rest already drives its mesh and its friction, and a command without them would not move it.
-
-    Args:
-        speed: Of the gear's output over a cycle that repeats [rad/s], (N,), in order of time.
-        acceleration: [rad/s^2], (N,).
-        at_rest: Where the joint is at rest, (N,).
-        parts: Samples that repeat by themselves, one slice each; empty: all together.
-
-    Returns:
-        [rad/s], (N,); zero where the joint holds still.
     """
     tiny = STANDSTILL * float(np.max(np.abs(speed), initial=0.0))
     way = np.where(at_rest, 0.0, np.sign(speed))
@@ -280,20 +241,7 @@ def power_balance(
     *,
     gear_temperature: float = DRAG_REFERENCE,
 ) -> PowerBalance:
-    """Where the electrical power of a motion goes.
-
-    Args:
-        drive: Motor, gear and frictions.
-        gear_torque: At the gear's output on the link, joint friction not in it [N m], (N,).
-        speed: Of the gear's output [rad/s], (N,).
-        torque: From ``motor_torque`` of the same motion.
-        winding_temperature: [C], (N,) or one for all.
-        magnet_temperature: [C].
-        gear_temperature: At which its drag is taken [C].
-
-    Returns:
-        Each share; the electrical one is voltage times current, the losses come from their own laws.
-    """
+    """Where the electrical power of a motion goes."""
     motor, motor_speed, gear = drive.motor, drive.gear.ratio * np.asarray(speed), mesh(drive.gear)
     amperes = current(motor, torque.total, magnet_temperature)
     volts = terminal_voltage(motor, motor_speed, amperes, 0.0, winding_temperature, magnet_temperature)

@@ -97,16 +97,7 @@ def _faults_of(check: Callable[[], object]) -> tuple[Fault, ...]:
 
 @kernel
 def current_reach(resistance: float, inductance: float, step: float) -> tuple[float, float]:
-    """By how much the current grows over a step for each volt that ``V - R I - k_t w`` is off at its start.
-
-    Args:
-        resistance: [ohm].
-        inductance: [H]; 0: the current follows at once.
-        step: [s].
-
-    Returns:
-        The growth at the end of the step and in the mean over it [A/V]; 1/R for steps far longer than L/R.
-    """
+    """By how much the current grows over a step for each volt that ``V - R I - k_t w`` is off at its start."""
     if inductance == 0.0:
         return 1.0 / resistance, 1.0 / resistance
     rate = -resistance * step / inductance

@@ -341,17 +341,7 @@ def complete(gear: Gear) -> Gear:
 
 
 def mesh_loss_coefficient(gear: Gear) -> float:
-    """Friction torque over transmitted torque, from the efficiency of the mesh, else the printed one.
-
-    Args:
-        gear: The sheet.
-
-    Returns:
-        mu = 1/eta - 1.
-
-    Raises:
-        InputError: The loss is unknown and the gear is not ``ideal``.
-    """
+    """Friction torque over transmitted torque, from the efficiency of the mesh, else the printed one."""
     record = as_record(complete(gear))
     if not known(unknown_loss(record)):
         hint, problem = "state an assumption for this kind of gear", "is unknown, so its losses cannot be computed"
@@ -364,27 +354,13 @@ def mesh_loss_coefficient(gear: Gear) -> float:
 
 @lru_cache(maxsize=1024)
 def mesh(gear: Gear) -> Mesh:
-    """The mesh of a gear whose loss is known.
-
-    Raises:
-        InputError: The loss is unknown and the gear is not ``ideal``.
-    """
+    """The mesh of a gear whose loss is known."""
     mesh_loss_coefficient(gear)
     return Mesh(*(float(value) for value in mesh_of(as_record(complete(gear)))))
 
 
 def mesh_factors(gear: Gear) -> MeshFactors:
-    """What the mesh alone does to a torque, in both directions of power.
-
-    Args:
-        gear: The sheet.
-
-    Returns:
-        Driving and driven, see ``mesh_of``.
-
-    Raises:
-        InputError: The loss is unknown and the gear is not ``ideal``.
-    """
+    """What the mesh alone does to a torque, in both directions of power."""
     found = mesh(gear)
     return MeshFactors(found.driving, found.driven)
 
@@ -435,12 +411,6 @@ def standstill_interval(gear: Gear, output_torque: Array) -> StandstillInterval:
 
 def torque_exponent(gear: Gear) -> float:
     """The exponent with which torque wears the gear, in the average torque and in the life.
-
-    Args:
-        gear: The sheet's own exponent where it has one, else that of its kind.
-
-    Returns:
-        10/3 for ``rv``, 3 for all others.
 
     Reference:
         Ball-bearing exponent 3 (Harmonic Drive catalogues; cubic mean torque of planetary gears), roller-bearing

@@ -39,27 +39,11 @@ class PowerLaw:
     rows: int
 
     def at(self, torque: float, ratio: float) -> float:
-        """The number of a gear.
-
-        Args:
-            torque: Its repeated peak torque [N m].
-            ratio: Magnitude of its ratio.
-
-        Returns:
-            [SI].
-        """
+        """The number of a gear."""
         return self.scale * torque**self.torque * ratio**self.ratio
 
     def torque_for(self, value: float, ratio: float) -> float:
-        """The size whose number is a wanted one.
-
-        Args:
-            value: Wanted [SI].
-            ratio: Magnitude of the ratio.
-
-        Returns:
-            Repeated peak torque [N m]; 0 where the number does not grow with size.
-        """
+        """The size whose number is a wanted one."""
         if self.torque <= 0.0 or value <= 0.0:
             return 0.0
         return float((value / (self.scale * ratio**self.ratio)) ** (1.0 / self.torque))
@@ -89,15 +73,7 @@ class GearFamily:
     largest: float = math.inf
 
     def gear(self, ratio: float, torque: float) -> Gear:
-        """The gear of a ratio and a size.
-
-        Args:
-            ratio: Magnitude.
-            torque: Repeated peak torque [N m]; an ideal gear has no limit.
-
-        Returns:
-            Its sheet; what the rows do not print stays unknown.
-        """
+        """The gear of a ratio and a size."""
         key = f"{self.name} {ratio:.4g}"
         if not self.laws:
             return Gear(key, ratio, kind="ideal", efficiency=1.0)
@@ -109,16 +85,7 @@ class GearFamily:
         return replace(bare, **numbers)  # type: ignore[arg-type]
 
     def size_for(self, ratio: float, peak: float, average: float) -> float:
-        """The smallest size that bears a load.
-
-        Args:
-            ratio: Magnitude.
-            peak: Largest torque, safety included [N m].
-            average: As wear sees it [N m].
-
-        Returns:
-            Repeated peak torque [N m].
-        """
+        """The smallest size that bears a load."""
         asked = [peak]
         for name, value in (("momentary_torque", peak), ("average_torque_limit", average)):
             if name in self.laws:
@@ -129,17 +96,7 @@ class GearFamily:
 
 
 def ideal_family(low: float, high: float) -> GearFamily:
-    """Gears without loss, mass, inertia and limits.
-
-    Args:
-        low, high: Ends of the range of ratios.
-
-    Returns:
-        The family.
-
-    Raises:
-        InputError: A range that is not positive or does not rise.
-    """
+    """Gears without loss, mass, inertia and limits."""
     _check_range(low, high)
     return GearFamily("ideal gear", low, high)
 
@@ -149,17 +106,6 @@ def fitted_family(name: str, gears: Iterable[Gear], low: float, high: float) -> 
 
     Every number is fitted by least squares of its logarithm over those of repeated peak torque and ratio; where all
     rows have one ratio, over torque alone.
-
-    Args:
-        name: Of the series.
-        gears: Rows of the catalogue; those without a repeated peak torque are left out.
-        low, high: Ends of the range of ratios.
-
-    Returns:
-        The family; a number that fewer than LEAST_ROWS rows print has no law and stays unknown.
-
-    Raises:
-        InputError: Too few rows, or a range that is not positive or does not rise.
     """
     _check_range(low, high)
     rows = [gear for gear in gears if gear.repeated_peak_torque is not None]

@@ -55,15 +55,7 @@ def drag_torque(mesh: Any, input_speed: Any, temperature: Any) -> Any:
 
 @law
 def settled_temperature(mesh: Any, ambient: Any, resistance: Any, heat: Any, drag: Any) -> Any:
-    """Of a gear whose drag warms its housing: T = T_ambient + R (heat + drag f(T)), from below by halving [C].
-
-    Args:
-        mesh: Its drag falls with temperature, so that there is one answer.
-        ambient: [C].
-        resistance: From the housing to ambient [K/W].
-        heat: That enters the housing beside the drag, at least [W].
-        drag: Power that the drag brings into the housing at 20 C, seals apart [W].
-    """
+    """Of a gear whose drag warms its housing: T = T_ambient + R (heat + drag f(T)), from below by halving [C]."""
     low = ambient + resistance * heat
     high = low + resistance * drag * drag_factor(mesh, low)
     for _ in range(HALVINGS):

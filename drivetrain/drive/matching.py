@@ -52,13 +52,6 @@ def scaled_gear(gear: Gear, ratio: float) -> Gear:
     torque at the input keeps its share of the rated torque, so it falls as the ratio grows, and so the split of the
     printed loss into running torque and mesh stays the same at every ratio. A drag over speed and temperature hardly
     depends on the ratio and stays; what starts the gear falls with its power STARTING (catalogs/SOURCES.md).
-
-    Args:
-        gear: The template.
-        ratio: Magnitude of the new ratio; the template's sign is kept.
-
-    Returns:
-        The scaled gear, its key unchanged.
     """
     running, starting, share = gear.no_load_torque, gear.starting_torque, abs(gear.ratio) / ratio
     return replace(
@@ -123,20 +116,6 @@ def torque_terms(
     mesh; three ratios therefore tell all of them. What does not fit the form is left out: the fall of the motor's
     friction with speed (Stribeck), and what it takes to start from rest.
 
-    Args:
-        drive: Its gear is the template (see ``scaled_gear``), its sign is kept.
-        gear_torque: At the gear's output on the link, joint friction not in it [N m], (N,), in order of time.
-        speed: Of the gear's output [rad/s], (N,).
-        acceleration: Of the gear's output [rad/s^2], (N,).
-        carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
-        weights: Time each sample stands for [s], (N,).
-
-    Returns:
-        The terms; exact wherever the motor's friction is Coulomb and viscous and the drag the same at any speed.
-
-    Raises:
-        InputError: The gear's efficiency is unknown and the gear is not ``ideal``.
-
     Reference:
         Lynch and Park, Modern Robotics (2017), equation 8.111, ordered by powers of G.
     """
@@ -160,28 +139,12 @@ def torque_terms(
 
 
 def torque_at(terms: TorqueTerms, ratio: float) -> Array:
-    """The motor torque at a ratio.
-
-    Args:
-        terms: Of the motion.
-        ratio: G, positive.
-
-    Returns:
-        [N m], (N,), positive where it drives the joint forwards.
-    """
+    """The motor torque at a ratio."""
     return np.asarray(terms.inverse / ratio + terms.constant + terms.linear * ratio)
 
 
 def rms_torque(terms: TorqueTerms, ratio: float) -> float:
-    """RMS of the motor torque at a ratio.
-
-    Args:
-        terms: Of the motion.
-        ratio: G, positive.
-
-    Returns:
-        [N m].
-    """
+    """RMS of the motor torque at a ratio."""
     return math.sqrt(_mean(torque_at(terms, ratio) ** 2, terms.weights))
 
 
@@ -192,12 +155,6 @@ def ratio_of_least_rms(terms: TorqueTerms) -> float:
     does not depend on the ratio, so G^4 = mean(T^2) / (J^2 mean(a^2)) exactly, whether T is inertia, weight or
     friction; for an inertia alone that is the matching ratio sqrt(I/J). With what does not depend on the ratio in the
     sum (Coulomb friction, an accelerated carrier) it is a root of a quartic.
-
-    Args:
-        terms: Of the motion.
-
-    Returns:
-        The ratio; infinite where nothing grows with it (a load that is only held), 0 where nothing falls.
     """
     x, y, xz, yz, _, _ = _moments(terms)
     if y == 0.0 or x == 0.0:
@@ -209,14 +166,7 @@ def ratio_of_least_rms(terms: TorqueTerms) -> float:
 
 
 def ratio_of_least_peak(terms: TorqueTerms) -> float:
-    """The ratio of the smallest peak of motor torque.
-
-    Args:
-        terms: Of the motion.
-
-    Returns:
-        The ratio; infinite where nothing grows with it, 0 where nothing falls.
-    """
+    """The ratio of the smallest peak of motor torque."""
     if not terms.linear.any() or not terms.inverse.any():
         return math.inf if not terms.linear.any() else 0.0
 
@@ -232,14 +182,6 @@ def ratio_of_least_peak(terms: TorqueTerms) -> float:
 
 def rated_ranges(terms: TorqueTerms, rated_torque: float) -> tuple[RatioRange, ...]:
     """The ratios at which the RMS torque is within a rated one.
-
-    Args:
-        terms: Of the motion.
-        rated_torque: [N m].
-
-    Returns:
-        The ranges, lowest first; none when no ratio's is. One as a rule; what does not depend on the ratio can part it.
-        A range that has no upper end ends at infinity, one without a lower end at 0.
 
     Reference:
         As ``load_match``, with the direction of power, Coulomb friction and the carrier in it.
@@ -267,22 +209,6 @@ def load_match(
 
     The efficiency divides the load torque whichever way the power flows, which asks too much of a motion that brakes;
     ``rated_ranges`` goes by the direction of power.
-
-    Args:
-        rated_torque: Of the motor, continuous [N m].
-        rotor_inertia: At the motor shaft [kg m^2].
-        load_torque: At the gear's output, (N,) [N m].
-        acceleration: Of the gear's output, (N,) [rad/s^2].
-        weights: Time each sample stands for [s], (N,).
-        efficiency: Of the gear.
-
-    Returns:
-        Both factors, the range and the best ratio; at either end of the range the RMS torque is the rated torque. The
-        ratio is motor speed over output speed; the source counts its inverse.
-
-    Raises:
-        InputError: A torque or inertia that is not positive, an efficiency outside 0 to 1, samples that are not finite
-            or of different numbers, or weights that are negative or all zero.
 
     Reference:
         Giberti, Cinquemani and Legnani: alpha = T_N^2/J, beta = 2 [a_rms T_rms + mean(a T)], and the condition

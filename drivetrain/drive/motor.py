@@ -130,15 +130,7 @@ class Motor:
 
 
 def braked(motor: Motor, brake: Brake) -> Motor:
-    """A motor with a holding brake on its shaft as one part, of both keys: ``MOTOR+BRAKE``.
-
-    Args:
-        motor: Without a brake.
-        brake: That acts at the motor's shaft.
-
-    Returns:
-        Inertia, mass and price are those of both; unknown where one of them is.
-    """
+    """A motor with a holding brake on its shaft as one part, of both keys: ``MOTOR+BRAKE``."""
     sums: dict[str, float | None] = {}
     for name, own in (("rotor_inertia", "inertia"), ("mass", "mass"), ("price", "price")):
         values = getattr(motor, name), getattr(brake, own)
@@ -209,12 +201,6 @@ def no_load_friction(motor: Motor) -> Friction | None:
     torque constant times no-load current at no-load speed; without that point the one column stands alone. With
     neither, the whole of torque constant times no-load current is taken as speed-independent, which is the larger
     friction at every speed below no-load speed.
-
-    Args:
-        motor: The sheet.
-
-    Returns:
-        The law, or None when the sheet says nothing about it.
     """
     coulomb, viscous = motor.coulomb_friction, motor.viscous_friction
     no_load = None if motor.no_load_current is None else motor.torque_constant * motor.no_load_current
@@ -229,16 +215,7 @@ def no_load_friction(motor: Motor) -> Friction | None:
 
 
 def current(motor: Motor, motor_torque: Values, magnet_temperature: float) -> Values:
-    """Current that makes an electromagnetic torque.
-
-    Args:
-        motor: The sheet.
-        motor_torque: Electromagnetic, friction included [N m].
-        magnet_temperature: [C].
-
-    Returns:
-        [A], DC equivalent.
-    """
+    """Current that makes an electromagnetic torque."""
     return motor_torque / torque_constant(motor, magnet_temperature)
 
 
@@ -270,14 +247,7 @@ def terminal_voltage(
 
 
 def stall_current(motor: Motor) -> float | None:
-    """Current at nominal voltage with the shaft blocked, everything at reference temperature.
-
-    Args:
-        motor: The sheet.
-
-    Returns:
-        [A]; None without a nominal voltage.
-    """
+    """Current at nominal voltage with the shaft blocked, everything at reference temperature."""
     return None if motor.nominal_voltage is None else motor.nominal_voltage / motor.resistance
 
 
@@ -312,24 +282,10 @@ def no_load_speed(motor: Motor) -> float | None:
 
 
 def speed_torque_gradient(motor: Motor) -> float:
-    """Speed lost for torque gained at constant voltage, at reference temperature.
-
-    Args:
-        motor: The sheet.
-
-    Returns:
-        R / k_t^2, positive [rad/s/(N m)].
-    """
+    """Speed lost for torque gained at constant voltage, at reference temperature."""
     return motor.resistance / motor.torque_constant**2
 
 
 def mechanical_time_constant(motor: Motor) -> float | None:
-    """Time in which the bare motor reaches 63 % of its speed after a step of voltage, at reference temperature.
-
-    Args:
-        motor: The sheet.
-
-    Returns:
-        R J / k_t^2 [s]; None without a rotor inertia.
-    """
+    """Time in which the bare motor reaches 63 % of its speed after a step of voltage, at reference temperature."""
     return None if motor.rotor_inertia is None else speed_torque_gradient(motor) * motor.rotor_inertia

@@ -103,30 +103,13 @@ def short_time_torque(motor: Any) -> Any:
 
 
 def thermal_resistances(motor: Motor, housing_to_ambient: float | None = None) -> tuple[float, float] | None:
-    """The way of the heat: from winding to housing, and from housing to ambient.
-
-    Args:
-        motor: The sheet.
-        housing_to_ambient: Replaces the sheet's, for the real mounting [K/W].
-
-    Returns:
-        Both [K/W], see ``thermal_path``; None when the sheet does not say enough.
-    """
+    """The way of the heat: from winding to housing, and from housing to ambient."""
     inner, outer = thermal_path(as_record(motor), UNKNOWN if housing_to_ambient is None else housing_to_ambient)
     return (float(inner), float(outer)) if known(inner + outer) else None
 
 
 def thermal_current(motor: Motor, ambient: float, housing_to_ambient: float | None = None) -> float | None:
-    """Constant current that heats the winding just to its limit, copper loss alone.
-
-    Args:
-        motor: The sheet.
-        ambient: Air temperature [C].
-        housing_to_ambient: Replaces the sheet's, for the real mounting [K/W].
-
-    Returns:
-        [A]; 0 when the air is as hot as the winding may be; None when the sheet does not say enough.
-    """
+    """Constant current that heats the winding just to its limit, copper loss alone."""
     mounting = UNKNOWN if housing_to_ambient is None else housing_to_ambient
     return _told(thermal_limit_current(as_record(motor), ambient, mounting))
 

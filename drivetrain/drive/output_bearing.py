@@ -32,11 +32,6 @@ def moment_square(arm: Any, mx: Any, my: Any, fx: Any, fy: Any) -> Any:
 
     M + F x d z, (mx + d fy, my - d fx): nobody states on which side of the joint its flange lies. The radial force is
     counted in it by this lever, and once more by itself in the loads below: these are two effects of it.
-
-    Args:
-        arm: To the point [m].
-        mx, my: Moment about the joint's point [N m].
-        fx, fy: Force there [N].
     """
     return mx * mx + my * my + arm * (arm * (fx * fx + fy * fy) + 2.0 * abs(mx * fy - my * fx))
 
@@ -66,11 +61,5 @@ def bearing_life(rating: Any, load_factor: Any, mean_load: Any, mean_speed: Any)
 
     Swings count by the angle they travel; very small ones fret the rollers, and the law does not hold. Harmonic Drive
     CSF/CSG catalogue, pp. 34-35.
-
-    Args:
-        rating: C [N].
-        load_factor: fw: 1 to 1.2 smooth, 1.2 to 1.5 usual, 1.5 to 3 with shocks.
-        mean_load: Of ``equivalent_load`` over the travel, with the exponent of rollers [N].
-        mean_speed: Of the output, rests included [rad/s].
     """
     return 2e6 * math.pi / mean_speed * (rating / (load_factor * mean_load)) ** ROLLER_EXPONENT

@@ -22,15 +22,6 @@ def overload(sheet: AmplifierSheet, current: Array, time: Array) -> float | None
     With a peak time the integral of I^2 - I_c^2, never below zero, is held against (I_p^2 - I_c^2) t_p; with a time
     constant the first-order mean of I^2 against I_c^2. The current is constant from each sample to the next.
 
-    Args:
-        sheet: Its continuous current, and either of the two models; the time constant counts where it has both.
-        current: DC equivalent [A], (N,).
-        time: Of the samples [s], (N,), rising.
-
-    Returns:
-        Infinite where the mean square of the cycle alone is above the continuous one; None where the sheet lacks a
-        number.
-
     Reference:
         The i2t monitor of servo drives: E' = I^2 - I_c^2 and theta' = (I^2/I_c^2 - theta)/tau.
     """
@@ -101,13 +92,6 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
 
 def peak_duration(sheet: AmplifierSheet, current: float) -> float | None:
     """How long an amplifier gives a current, from rest.
-
-    Args:
-        sheet: As for ``overload``.
-        current: DC equivalent [A].
-
-    Returns:
-        [s]; infinite at the continuous current and below; None where the sheet lacks a number.
 
     Reference:
         tau ln(r^2/(r^2 - 1)), r = I/I_c, or (I_p^2 - I_c^2) t_p/(I^2 - I_c^2).

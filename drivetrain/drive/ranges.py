@@ -26,14 +26,7 @@ class Range:
     low_included: bool = False
 
     def holds(self, value: float) -> bool:
-        """Whether a number lies in the range and is not too large to calculate with.
-
-        Args:
-            value: The number, in the unit of the range's ends.
-
-        Returns:
-            False for a NaN and for both infinities.
-        """
+        """Whether a number lies in the range and is not too large to calculate with."""
         above = value >= self.low if self.low_included else value > self.low
         return abs(value) <= LARGEST and above and value <= self.high
 
@@ -48,17 +41,7 @@ TEMPERATURE = Range("must be in degrees Celsius above absolute zero (-273.15)", 
 def range_faults(
     owner: str, record: object, ranges: Mapping[str, Range], *, required: Collection[str] = ()
 ) -> list[Fault]:
-    """Every field of a record that is not a number in its range.
-
-    Args:
-        owner: What the record is, such as ``motor maxon_DCX22L``: the start of each fault's place.
-        record: The object whose fields are looked at.
-        ranges: The range of each field.
-        required: Fields that may not be None.
-
-    Returns:
-        One fault a field; empty when all hold.
-    """
+    """Every field of a record that is not a number in its range."""
     faults = []
     for name, allowed in ranges.items():
         value = getattr(record, name)
@@ -71,15 +54,7 @@ def range_faults(
 
 
 def is_number_in(allowed: Range, value: object) -> bool:
-    """Whether a value is a number that the range holds.
-
-    Args:
-        allowed: The range.
-        value: Anything.
-
-    Returns:
-        False also for text, truth values and arrays.
-    """
+    """Whether a value is a number that the range holds."""
     if isinstance(value, float):  # the usual case: thousands of them stand in a catalogue
         return allowed.holds(value)
     if isinstance(value, (bool, str)) or axes_of(value) != 0:

@@ -43,11 +43,7 @@ class Spring:
 
 
 def gear_spring(gear: Gear) -> Spring:
-    """The spring of a gear; a piece whose start is unknown is not used, nor those after it.
-
-    Raises:
-        InputError: The gear has no stiffness.
-    """
+    """The spring of a gear; a piece whose start is unknown is not used, nor those after it."""
     first, second, third = gear.stiffness_1, gear.stiffness_2, gear.stiffness_3
     lower, upper = gear.torque_1, gear.torque_2
     if first is None:
@@ -118,13 +114,6 @@ def spring_torque(gear: Gear, deflection: Array) -> Array | None:
 
     Give it the deflection itself. Taken as the difference of two angles it is mere rounding once they are large: after
     1e6 rad, 1e-10 rad of it, which is 1e-4 N m on a spring of 1e6 N m/rad. Keep the deflection as a state of its own.
-
-    Args:
-        gear: The sheet.
-        deflection: Twist between input and output, at the output [rad], any shape.
-
-    Returns:
-        Torque at the output [N m], that shape, of the sign of the deflection; None without a stiffness.
     """
     if gear.stiffness_1 is None:
         return None
@@ -138,17 +127,7 @@ KINKS = 7  # flanks and bends of both sides, and where a damped flank lets go
 def touch(
     spring: Any, flanks: tuple[float, float], damping: float, twist: float, rate: float
 ) -> tuple[float, float, float]:
-    """What two flanks answer that push and never pull.
-
-    Args:
-        flanks: Twists at which the lower and the upper one are met [rad]; two that are equal are glued, and pull too.
-        damping: In touch [N m s/rad].
-        twist: [rad].
-        rate: [rad/s].
-
-    Returns:
-        Torque [N m], slope [N m/rad], damping [N m s/rad].
-    """
+    """What two flanks answer that push and never pull."""
     low, high = flanks
     if low == high:
         torque, slope, _ = answer(spring, twist - high)
@@ -191,17 +170,7 @@ def _kink(spring: Any, flanks: tuple[float, float], loose: float, way: float, j:
 def mean_touch(
     spring: Any, flanks: tuple[float, float], damping: float, twist: float, rate: float, h: float
 ) -> tuple[float, float, float]:
-    """What the flanks answer in the mean over a step, and how that grows.
-
-    Args:
-        twist: In the middle of the step [rad].
-        rate: Of the whole step [rad/s].
-        h: Step [s].
-
-    Returns:
-        Torque [N m]; how it grows with the twist [N m/rad] and with the rate [N m s/rad]. It never falls with the rate
-        while the twist at the beginning of the step stays.
-    """
+    """What the flanks answer in the mean over a step, and how that grows."""
     at, end, glued = twist - 0.5 * h * rate, twist + 0.5 * h * rate, flanks[0] == flanks[1]
     length = end - at  # as rounding leaves it
     if length == 0.0:

@@ -42,38 +42,31 @@ class Braking(NamedTuple):
     acceleration: float
 
 
+class StopRotor(NamedTuple):
+    """A rotor while its joint stops, at the gear's output [kg m^2]: that turns behind the gear, and that loads it."""
+
+    turning: float
+    loading: float
+
+
+@law
+def stop_rotor(ratio: Any, inertia: Any, rides: Any) -> StopRotor:
+    """G^2 J of a stator on the link before the joint. One that rides on the moved link (rides 1, else 0) turns the
+    rotor by w' more, G (G + 1) J, and has its reaction on the load, (G + 1) J.
+    """
+    return StopRotor(ratio * (ratio + rides) * inertia, rides * (ratio + 1.0) * inertia)
+
+
 @law
 def braking_push(mesh: Any, shaft: Any, factor: Any, inertia: Any, limit: Any, speed: Any, carrier: Any) -> Any:
-    """What slows the rotor beside what crosses the mesh, seen at the output [N m].
-
-    Args:
-        mesh: Of the gear (``gear.mesh_of``).
-        shaft: Friction at the motor's shaft (``friction.friction_curve``).
-        factor: Of the gear's drag, by its temperature (``gear_loss.drag_factor``).
-        inertia: At the gear's input, J [kg m^2].
-        limit: Torque with which the motor brakes [N m].
-        speed: Of the gear's output [rad/s].
-        carrier: Acceleration of the stator's link along the rotor's axis [rad/s^2].
-    """
+    """What slows the rotor beside what crosses the mesh, seen at the output [N m]."""
     drag = abs(sliding_friction(shaft, mesh.ratio * speed) + turning_drag(mesh, factor, mesh.ratio * speed))
     return -direction(speed) * abs(mesh.ratio) * (limit + drag) - mesh.ratio * inertia * carrier
 
 
 @law
 def braked(driving: Any, driven: Any, rotor: Any, push: Any, static: Any, inertia: Any, way: Any) -> Any:
-    """The torque of a gear while its motor brakes, and how the joint slows down; one sample.
-
-    Args:
-        driving, driven: Of the mesh (``gear.mesh_of``); 1 and 1 leave its losses out.
-        rotor: G^2 J [kg m^2].
-        push: On the rotor beside what crosses the mesh, at the output: motor, friction, its carrier's turning [N m].
-        static: Torque at the output that holds the load's speed, b [N m].
-        inertia: Of the load, I [kg m^2].
-        way: Direction of motion, 1 or -1.
-
-    Returns:
-        Torque infinite where the mesh locks itself so that no acceleration solves it.
-    """
+    """The torque of a gear while its motor brakes, and how the joint slows down; one sample."""
     through = rotor * static + inertia * push
     factor = driving if through * way > 0.0 else driven
     whole = factor * inertia + rotor
@@ -110,7 +103,7 @@ def struck(stiffness: Any, inertia: Any, speed: Any, static: Any, torque: Any) -
     """
     if not known(stiffness):
         return math.inf
-    return abs(static) + abs(torque - static) + abs(speed) * (stiffness * inertia) ** 0.5
+    return abs(static) + abs(torque - static) + abs(speed) * (stiffness * max(inertia, 0.0)) ** 0.5
 
 
 @law

@@ -27,15 +27,7 @@ class BusStep(NamedTuple):
 
 @law
 def bus_step(energy: Any, drawn: Any, full: Any, most: Any, feedable: Any, burnable: Any) -> Any:
-    """Energy of a bus after a step: the source fills it up, never above; the resistor cuts off what is above its start.
-
-    Args:
-        energy: C V^2/2 before [J].
-        drawn: By all drives in the step, negative where they feed back [J].
-        full: That the source holds [J].
-        most: Above which the resistor is on [J].
-        feedable, burnable: What source and resistor can do in the step [J].
-    """
+    """Energy of a bus after a step: the source fills it up, the resistor cuts off what is above its start [J]."""
     left = energy - drawn
     fed = min(max(full - left, 0.0), feedable)
     burnt = min(max(left + fed - most, 0.0), burnable)
@@ -63,14 +55,6 @@ def bus_peak(
     """Highest voltage of a bus behind a source that can give any power and takes nothing back.
 
     V2 = sqrt(V1^2 + 2 E/C) with all that was fed back since the bus was last at V1; power is straight between samples.
-
-    Args:
-        voltage: V1, of the source [V].
-        capacity: C [F].
-        threshold: At which the resistor comes on [V]; infinite: there is none.
-        resistance: Of it [ohm].
-        time: Of one cycle [s], (N,).
-        power: That all drives draw [W], (N,).
     """
     full, most = 0.5 * capacity * voltage * voltage, 0.5 * capacity * threshold * threshold
     energy, highest, sample, burnt, before = full, full, 0, 0.0, full

@@ -167,11 +167,7 @@ def vibration(evaluation: Evaluation) -> Vibration:
 
 
 def joint_stiffness(evaluation: Evaluation) -> Array:
-    """The stiffness of every joint about the torque of every instant.
-
-    Returns:
-        In the joint's coordinate [N m/rad or N/m], (N, n); infinite where the gear prints none.
-    """
+    """The stiffness of every joint about the torque of every instant."""
     columns = []
     for joint, task in zip(evaluation.joints.values(), evaluation.study.joints, strict=True):
         slope = tangent_stiffness(joint.drive.gear, joint.series.gear_torque)

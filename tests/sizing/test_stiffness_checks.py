@@ -15,8 +15,12 @@ from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import gaps
+from drivetrain.sizing.judge.stiffness import tip_deviation
+from drivetrain.sizing.search.arm_wishes import arm_use, moved_by, relaxed
 from drivetrain.sizing.search.candidates import candidates
+from drivetrain.sizing.search.domains import Domain
 from drivetrain.sizing.search.front import pareto_front
+from drivetrain.sizing.search.problem import Cut, problem
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import DriveMass, StiffnessWish
 from drivetrain.study.parts.mounting import loaded_arm
@@ -210,6 +214,45 @@ def test_bounds_of_what_a_gear_must_be(make):
             assert (16.0 * math.pi) ** 2 * bound <= wanted * (1.0 + 1e-9)
             seen += (16.0 * math.pi) ** 2 * bound > 0.5 * wanted
     assert seen > 10
+
+
+def test_a_relaxed_sum_bounds_every_choice():
+    """Against every choice of three lists: no lower bound is too high, no candidate that may be part of one is out."""
+    rng, sharp = np.random.default_rng(5), 0
+    for _ in range(200):
+        costs, moved = (rng.uniform(low, 3.0, (3, 5)) for low in (0.5, -0.5))
+        moved[rng.random((3, 5)) < 0.1] = math.inf
+        domains = [Domain(np.arange(5), row, np.zeros(5, np.bool_), float(row.min())) for row in costs]
+        most, limit = float(rng.uniform(-1.0, 5.0)), float(rng.uniform(1.5, 8.0))
+        bound, kept = relaxed(domains, moved, most, limit)
+        for places in itertools.product(range(5), repeat=3):
+            way, cost = (sum(rows[j][at] for j, at in enumerate(places)) for rows in (moved, costs))
+            if way <= most and cost < limit:
+                assert bound <= cost + 1e-12 and all(kept[j][at] for j, at in enumerate(places))
+        sharp += bound > sum(row.min() for row in costs) or sum(map(np.sum, kept)) < 15
+    assert sharp > 100
+
+
+def test_bounds_of_how_far_each_joint_moves_the_tip(make):
+    """A cut's sum at the least that open choices leave is no more than how far any whole set goes along it."""
+    study = replace(random_springs(make, 5), stiffness=StiffnessWish(tip_deviation=1e-5))
+    offered, way = problem(candidates(study), Wanted()), np.array([0.6, 0.0, 0.8])
+    used = [arm_use(offered, pairs) for pairs in itertools.product(*(one.tolist() for one in offered.known))]
+    assert any(1.0 < one < math.inf for one in used) and offered.cuts
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        domains = tuple(one.kept(rng.random(len(one)) < 0.6) for one in offered.domains())
+        if not all(map(len, domains)):
+            continue
+        sample, (low, high) = int(rng.integers(len(study.cycle.time))), offered.ranges(domains)
+        least = [moved_by(offered.candidates, j, one, Cut(sample, way), low, high) for j, one in enumerate(domains)]
+        pairs = [int(rng.choice(one.pairs)) for one in domains]
+        drives = evaluate(study, offered.keys(dict(enumerate(pairs)))).joints
+        torque = np.column_stack([one.series.gear_torque for one in drives.values()])
+        whole = tip_deviation(study, {name: one.drive for name, one in drives.items()}, torque)[sample] @ way
+        assert sum(float(row[one.pairs == pair][0]) for row, one, pair in zip(least, domains, pairs, strict=True)) <= (
+            whole + 1e-12
+        ) or not math.isfinite(sum(row.max() for row in least))
 
 
 def test_a_wish_without_an_arm_is_refused(tmp_path):

@@ -12,11 +12,12 @@ from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.friction import Friction
-from drivetrain.dynamics.inverse import joint_loads
+from drivetrain.dynamics.inverse import drive_torques, joint_loads
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.study.model import DriveMass, Stop
+from drivetrain.study.model import DriveMass, Mount, Stop
+from drivetrain.study.parts.mounting import seated_rotor
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
 
@@ -95,6 +96,33 @@ def test_a_stop_at_a_current_solves_the_braked_joint(two_links):
     evaluation = evaluate(study)
     for joint, name in enumerate(study.cycle.joint_names):
         assert check(evaluation, name, MOMENTARY).required == pytest.approx(braked_by_hand(study, joint, 5.0), rel=1e-6)
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+def test_a_stator_on_the_moved_link_brakes_that_too(two_links, joint):
+    """T = A a + b and G tau = f T + R a + r, the numbers by two runs of inverse dynamics, the rotor on its link."""
+    before, limit = stopped(two_links, current=5.0), 50.0 * 0.05 * 5.0
+    tasks = [replace(task, mount=Mount("child")) if k == joint else task for k, task in enumerate(before.joints)]
+    study = replace(before, joints=tuple(tasks))
+    rotors = [seated_rotor(study.arm, k, task.mount, 50.0, 2.1e-5) for k, task in enumerate(tasks)]
+    arm, cycle, largest = with_rotors(study.arm, rotors), study.cycle, 0.0
+    for q, qd, qdd in zip(cycle.position, cycle.velocity, cycle.acceleration, strict=True):
+        runs = []
+        for share in (0.0, 1.0):
+            slowed = qdd.copy()
+            slowed[joint] = share
+            found = drive_torques(arm, q, qd, slowed)
+            runs.append((found.gear[joint], 50.0 * found.motor[joint] - found.gear[joint]))
+        (b, r), (whole, turned) = runs
+        way, planned = np.sign(qd[joint]), b + (whole - b) * qdd[joint]
+        for factor in (1.0 / 0.7, 2.0 - 1.0 / 0.7) if way else ():
+            slowing = (-way * limit - factor * b - r) / (factor * (whole - b) + turned - r)
+            torque = b + (whole - b) * slowing
+            if (torque * way > 0.0) == (factor > 1.0):
+                largest = max(largest, abs(2.0 * torque - planned))
+    asked = [check(evaluate(one), cycle.joint_names[joint], MOMENTARY).required for one in (study, before)]
+    assert asked[0] == pytest.approx(largest, rel=1e-6)
+    assert abs(asked[1] / asked[0] - 1.0) > 1e-3
 
 
 def test_the_safe_current_is_the_largest_one(two_links):

@@ -24,17 +24,7 @@ SMALLEST = 1.0 / 512.0  # of the step: a change of the limit is enclosed this cl
 
 @kernel
 def stretch(current: float, integral: float, h: float, limit: float, loop: Loop) -> tuple[float, float, float]:
-    """The state after a stretch in which the voltage is free (limit 0) or at one limit.
-
-    Args:
-        current, integral: At its beginning [A], [V].
-        h: [s].
-        limit: The voltage held [V]; 0: the controller's own.
-        loop: Resistance [ohm], inductance [H], kp [V/A], ki [V/(A s)], command [A], back-emf [V], fed forward [V].
-
-    Returns:
-        Both at its end, and the mean current [A].
-    """
+    """The state after a stretch in which the voltage is free (limit 0) or at one limit."""
     resistance, inductance, kp, ki, command, emf, forward = loop
     if limit == 0.0:
         m11, m12, m21, m22 = -(kp + resistance) / inductance, 1.0 / inductance, -ki, 0.0
@@ -60,16 +50,6 @@ def flows(
 
     The mean square follows from y' = A y, y off what it settles at, and A' Q + Q A = -e e' (Q of a Lyapunov equation):
     the integral of the square is what y' Q y has lost. The power is that of voltage and current, the controller's own.
-
-    Args:
-        current, integral: At the beginning [A], [V].
-        end, drawn: Both at the end.
-        mean: Of the current [A].
-        h: [s].
-        limit: The voltage held [V]; 0: the controller's own.
-
-    Returns:
-        Mean square of the current [A^2], mean of voltage times current [W].
     """
     resistance, inductance, kp, ki, command, emf, forward = loop
     if limit != 0.0:
@@ -91,18 +71,7 @@ def flows(
 
 @kernel
 def held_at(current: float, integral: float, volts: float, kp: float, command: float, forward: float) -> float:
-    """At which limit the voltage is.
-
-    Args:
-        current, integral: The state [A], [V].
-        volts: The limit [V].
-        kp: [V/A].
-        command: [A].
-        forward: Fed forward [V].
-
-    Returns:
-        The voltage of the limit [V]; 0 between them.
-    """
+    """At which limit the voltage is."""
     asked = kp * (command - current) + integral + forward
     return volts if asked > volts else -volts if asked < -volts else 0.0
 
@@ -111,16 +80,7 @@ def held_at(current: float, integral: float, volts: float, kp: float, command: f
 def loop_step(
     current: float, integral: float, h: float, volts: float, loop: Loop
 ) -> tuple[float, float, float, float, float]:
-    """The state after a step, through any number of changes at the limit.
-
-    Args:
-        current, integral: At its beginning [A], [V].
-        h: [s].
-        volts: Limit of the voltage [V]; infinite: none.
-
-    Returns:
-        Both at its end, the mean current [A], the mean of its square [A^2], and of voltage times current [W].
-    """
+    """The state after a step, through any number of changes at the limit."""
     kp, command, forward = loop[2], loop[4], loop[6]
     left, carried, heated, flowed, trial = h, 0.0, 0.0, 0.0, h
     while left > 0.0:

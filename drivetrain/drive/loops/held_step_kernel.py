@@ -22,11 +22,7 @@ Matrix = tuple[float, float, float, float]  # its entries, row after row
 
 @kernel
 def times(a: Matrix, b: Matrix) -> Matrix:
-    """The product of two matrices.
-
-    Returns:
-        a b [product of the units].
-    """
+    """The product of two matrices."""
     return (
         a[0] * b[0] + a[1] * b[2], a[0] * b[1] + a[1] * b[3], a[2] * b[0] + a[3] * b[2], a[2] * b[1] + a[3] * b[3]
     )  # fmt: skip
@@ -34,15 +30,7 @@ def times(a: Matrix, b: Matrix) -> Matrix:
 
 @kernel
 def held_step(a: Matrix, h: float) -> tuple[Matrix, Matrix, Matrix]:
-    """E, F and G of a step.
-
-    Args:
-        a: A [1/s].
-        h: [s].
-
-    Returns:
-        The three [-].
-    """
+    """E, F and G of a step."""
     doublings = 0
     while max(abs(a[0]) + abs(a[1]), abs(a[2]) + abs(a[3])) * h > 0.5 and doublings < 1000:
         h *= 0.5

@@ -235,36 +235,14 @@ def given_loops(
     notch: Notch | None = None,
     limited_by: str = "given gains",
 ) -> LoopDesign:
-    """What gains make of an axis.
-
-    Args:
-        axis: The joint.
-        timing: Current loop and samples.
-        speed_gain: At the motor [A s/rad].
-        integral_time: Of the speed loop [s].
-        position_gain: Of the position loop [1/s].
-        notch: In the speed loop.
-        limited_by: What the answer is to say of them.
-
-    Returns:
-        As ``design_loops``.
-    """
+    """What gains make of an axis."""
     bandwidth = speed_gain * axis.torque_constant / axis.whole_inertia
     bench = _Bench.of(axis, timing, bandwidth, notch)
     return _judged(bench, speed_gain, integral_time, position_gain, limited_by)
 
 
 def closed_loop(axis: ServoAxis, timing: ServoTiming, design: LoopDesign) -> StateSpace:
-    """The cascade from commanded to measured angle of the motor, without speed fed forward.
-
-    Args:
-        axis: The joint.
-        timing: Current loop and samples.
-        design: Its gains.
-
-    Returns:
-        A system of the ``control`` library [rad over rad], sampled where the loops are: for ``control.step_response``.
-    """
+    """The cascade from commanded to measured angle of the motor, without speed fed forward."""
     bench = _Bench.of(axis, timing, design.speed_bandwidth, design.notch)
     return _cascade(bench, design.speed_gain, design.integral_time, design.position_gain)[1]
 

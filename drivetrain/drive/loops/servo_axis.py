@@ -109,14 +109,7 @@ class Notch:
 
 
 def resonances(axis: ServoAxis) -> tuple[float, float]:
-    """The two frequencies of a joint with a spring.
-
-    Args:
-        axis: The joint.
-
-    Returns:
-        Anti-resonance sqrt(K / I_L) and resonance sqrt(K (1/I_L + 1/(ratio^2 J))) [rad/s]; infinite when rigid.
-    """
+    """The two frequencies of a joint with a spring."""
     if axis.stiffness is None:
         return math.inf, math.inf
     rotor = axis.ratio**2 * axis.rotor_inertia
@@ -127,15 +120,7 @@ def resonances(axis: ServoAxis) -> tuple[float, float]:
 
 
 def servo_plant(axis: ServoAxis, timing: ServoTiming) -> StateSpace:
-    """From commanded current to measured speed: of a sampled loop, what the motor turns in a period over the period.
-
-    Args:
-        axis: The joint.
-        timing: Current loop, samples and delay; continuous without any: the motor's speed after a current.
-
-    Returns:
-        A system of the ``control`` library [rad/s over A].
-    """
+    """From commanded current to measured speed: of a sampled loop, what the motor turns in a period over the period."""
     import control
 
     j, kt, c = axis.rotor_inertia, axis.torque_constant, axis.viscous
@@ -170,14 +155,6 @@ def servo_plant(axis: ServoAxis, timing: ServoTiming) -> StateSpace:
 def notch_filter(notch: Notch, period: float) -> tuple[Array, Array]:
     """A sampled notch, by the bilinear transform that keeps its middle.
 
-    Args:
-        notch: Below half the sampling rate.
-        period: Between two samples [s].
-
-    Returns:
-        Coefficients of the present, the last and the last but one sample: of what comes in, and of what goes out (the
-        first of these is 1), (3,) each.
-
     Reference:
         Astrom and Wittenmark, Computer-Controlled Systems, section 8.2 (Tustin's approximation with prewarping).
     """
@@ -202,13 +179,6 @@ def notch_system(notch: Notch, period: float) -> TransferFunction:
 
 def sampled_limit(axis: ServoAxis, timing: ServoTiming) -> float:
     """The largest speed gain with which a rigid joint settles under a sampled speed loop.
-
-    Args:
-        axis: The joint; its spring is left out.
-        timing: Period and delay.
-
-    Returns:
-        [A s/rad]; infinite for a continuous loop.
 
     Reference:
         The loop z^(d+2) - z^(d+1) + a/2 (z + 1) = 0, a = gain kt period / J; its root of largest magnitude leaves the

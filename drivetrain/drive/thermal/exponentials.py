@@ -13,14 +13,7 @@ from drivetrain.jit import kernel
 
 @kernel
 def first(x: float) -> float:
-    """(e^x - 1) / x.
-
-    Args:
-        x: Rate times step, any sign [-].
-
-    Returns:
-        1 at zero [-].
-    """
+    """(e^x - 1) / x."""
     if abs(x) < 0.05:  # seven terms: the eighth is below rounding
         return 1.0 + x / 2.0 * (1.0 + x / 3.0 * (1.0 + x / 4.0 * (1.0 + x / 5.0 * (1.0 + x / 6.0 * (1.0 + x / 7.0)))))
     return math.expm1(x) / x
@@ -28,15 +21,7 @@ def first(x: float) -> float:
 
 @kernel
 def second(x: float, first_of_x: float) -> float:
-    """((e^x - 1) / x - 1) / x.
-
-    Args:
-        x: Rate times step, any sign [-].
-        first_of_x: ``first(x)``, which every caller has already [-].
-
-    Returns:
-        1/2 at zero [-].
-    """
+    """((e^x - 1) / x - 1) / x."""
     if abs(x) < 0.05:
         inner = 1.0 + x / 5.0 * (1.0 + x / 6.0 * (1.0 + x / 7.0 * (1.0 + x / 8.0)))
         return 0.5 * (1.0 + x / 3.0 * (1.0 + x / 4.0 * inner))

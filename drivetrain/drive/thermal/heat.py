@@ -140,22 +140,7 @@ def mixed_temperature(
     *,
     housing_loss: Array | None = None,
 ) -> PeriodicTemperature:
-    """The temperatures of a mix of torque cycles, winding and magnets as warm as they make them.
-
-    Args:
-        network: From ``thermal_network``.
-        motor: Resistance, torque constant and their change with temperature.
-        time: Never decreasing [s], (N,), through one period of each part after another.
-        motor_torque: Electromagnetic [N m], (N,), linear between samples of a part.
-        mix: Parts and their shares; one part gives what ``periodic_temperature`` does.
-        housing_loss: Iron and friction loss that heats the housing [W], (N,); None: none.
-
-    Returns:
-        Temperatures and current; means are those over the mix, the spectral radius is not told (NaN).
-
-    Raises:
-        InputError: Lengths that differ, time that decreases, a part that takes no time.
-    """
+    """The temperatures of a mix of torque cycles, winding and magnets as warm as they make them."""
     torque = checked_array(motor_torque, (None,), "motor_torque")
     copper = Copper(*(float(value) for value in copper_of(as_record(motor), network.ambient)))
     found = _solved(network, copper, time, torque, mix, housing_loss)
@@ -173,23 +158,7 @@ def mixed_temperature_of_current(
     housing_loss: Array | None = None,
     warming: bool = True,
 ) -> PeriodicTemperature:
-    """The temperatures of a mix of current cycles, windings as warm as they make them.
-
-    Args:
-        network: From ``thermal_network``.
-        motor: Resistance and its change with temperature.
-        time: Never decreasing [s], (N,), through one period of each part after another.
-        current: [A], DC equivalent, (N,), linear between samples of a part.
-        mix: Parts and their shares; one part gives what ``temperature_of_current`` does.
-        housing_loss: Iron and friction loss that heats the housing [W], (N,); None: none.
-        warming: Whether the resistance follows the winding; else it stays that of the motor's reference temperature.
-
-    Returns:
-        Temperatures; the magnets decide nothing here and are at the mean housing temperature.
-
-    Raises:
-        InputError: Lengths that differ, time that decreases, a part that takes no time.
-    """
+    """The temperatures of a mix of current cycles, windings as warm as they make them."""
     amperes = checked_array(current, (None,), "current")
     slope = motor.resistance * copper_coefficient(motor.reference_temperature) if warming else 0.0
     cold = winding_resistance(motor, network.ambient) if warming else motor.resistance
@@ -265,16 +234,6 @@ def rms_rule_validity(
     parts: Sequence[slice] = (),
 ) -> str | None:
     """What stands against judging a cycle by its RMS current alone: overloads that are long for the winding.
-
-    Args:
-        network: Its winding time constant is what overloads are short against.
-        time: Never decreasing [s], (N,); the cycle ends where it starts again.
-        current: [A], (N,), linear between samples.
-        continuous_current: Above which the current overloads the motor [A].
-        parts: Samples that repeat by themselves, one slice each; empty: all together.
-
-    Returns:
-        A remark, or None when the longest overload is at most 5 % of the winding time constant.
 
     Reference:
         Overload periods far shorter than the copper time constant (Parker K series, p. 12); the intermittent-duty

@@ -1,9 +1,10 @@
 """The fastest cycle that given drives can hold: the way kept, every move as quick as their real limits allow.
 
-Each move, from rest to rest, keeps its form and takes another time. First it is made as short as all limits allow that
-bind at an instant: torque and speed of the gear, current, voltage over speed, bearings, the supply's peaks. What counts
-over the whole cycle, heat before all, may then need more: no move is then quicker than a common share of its time in
-the study.
+Each move, from rest to rest, first keeps its form and takes another time, as short as all limits allow that bind at an
+instant: torque and speed of the gear, current, voltage over speed, bearings, the supply's peaks. What counts over the
+whole cycle, heat before all, may then need more: no move is then quicker than a common share of its time in the study.
+Where it does not, the way of each move is timed anew within: at each place as quick as torque at gear and motor and
+speed let it be. What is quicker in the end counts, and every check is made on it.
 """
 
 from __future__ import annotations
@@ -12,12 +13,15 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.motion.duty_cycle import Cycle, Indices
+from drivetrain.motion.time_optimal import quickest_squares, times
 from drivetrain.sizing.judge.evaluate import Given, evaluate
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import Study
@@ -26,6 +30,8 @@ from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 MOST = 50.0  # times slower or faster than the study: beyond, it is another task
 STEP = 1.25  # of the factor while an edge is looked for
 CLOSE = 1e-3  # of the factor, to the safe side
+GRID = 160  # pieces of a move that is timed within
+FINEST = 1.0 / 400.0  # of a move's way between two points of its spline
 REPAIRS = 60  # steps of a move that fails beside the others, though it held alone
 OVER_THE_CYCLE = {"winding temperature"}  # told with an instant, and yet of the whole cycle
 
@@ -82,7 +88,9 @@ class Fastest:
 
 
 def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
-    """The shortest cycle in which the drives hold every check, dwells and the form of each move kept.
+    """The shortest cycle in which the drives hold every check, dwells and the way of each move kept.
+
+    Where no check over the whole cycle binds, heat before all, moves are timed within too: accelerations then step.
 
     Args:
         study: Of an arm.
@@ -102,6 +110,47 @@ def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
     moves = moves_of(cycle)
     if not moves:
         raise InputError(Fault("cycle", "holds no move from rest to rest", hint="nothing can be made faster"))
+    best = _paced(study, drives, cycle, moves)
+    if best.feasible and best.share == 0.0:
+        again = _paced(study, drives, *_timed(study, drives, best, cycle, moves))
+        if again.feasible and again.share == 0.0 and again.duration < best.duration:
+            best = again
+    return Fastest(best.evaluation.study, best.evaluation, cycle.duration, _move_times(cycle, moves, best), best.share)
+
+
+@dataclass(frozen=True, eq=False)
+class _Paced:
+    """A cycle whose moves go at paces of their own.
+
+    Attributes:
+        cycle: Before, with its moves.
+        edges: The share of its time that each move may take as far as instants go.
+        share: As of ``Fastest``.
+        pace: The share of its time that each takes.
+        evaluation: Of the drives at that pace.
+        lasting: Place and name of the check over the whole cycle that binds.
+    """
+
+    cycle: Cycle
+    moves: list[slice]
+    edges: Array
+    share: float
+    pace: Array
+    evaluation: Evaluation
+    lasting: tuple[str, str]
+
+    @property
+    def feasible(self) -> bool:
+        return self.evaluation.feasible
+
+    @property
+    def duration(self) -> float:
+        return self.evaluation.study.cycle.duration
+
+
+def _paced(study: Study, drives: Mapping[str, Given] | None, cycle: Cycle, moves: list[slice]) -> _Paced:
+    """Each move of a cycle as quick as the checks let it be, its form kept."""
+    study = replace(study, cycle=cycle)
     edges = np.array([_alone(study, drives, move) for move in moves])
 
     def at(pace: Array) -> Evaluation:
@@ -112,10 +161,152 @@ def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
     if not _holds(at(edges)):
         share = _edge(lambda share: _holds(at(np.maximum(edges, share))), least, quicker=False)
     pace = np.maximum(edges, share)
-    evaluation = at(pace)
-    lasting = _lasting(at, edges, share)
-    times = _move_times(cycle, evaluation, moves, edges, pace, lasting)
-    return Fastest(evaluation.study, evaluation, cycle.duration, times, share)
+    return _Paced(cycle, moves, edges, share, pace, at(pace), _lasting(at, edges, share))
+
+
+class _Way(NamedTuple):
+    """What a move passes, by its place from 0 to 1."""
+
+    place: Array  # (N,)
+    position: Array  # (N, n)
+    first: Array  # derivative of the position, (N, n)
+    second: Array  # and once more
+    sample: Indices  # of the cycle, at or after each place, (N,)
+
+
+def _timed(
+    study: Study, drives: Mapping[str, Given] | None, best: _Paced, cycle: Cycle, moves: list[slice]
+) -> tuple[Cycle, list[slice]]:
+    """The ways of a cycle's moves run as quickly as straight limits of torque and speed let them; and its moves.
+
+    What each joint may give of torque at its gear, of torque at its motor, and of speed, is what it gives at the best
+    pace so far, over the share of its limits that this uses. ``evaluate`` decides in the end.
+    """
+    ways = [_way(cycle, move) for move in moves]
+    after = best.evaluation.study.cycle
+    rates = [1.0 / (after.time[move.stop - 1] - after.time[move.start]) for move in best.moves]
+
+    def torques(speeds: bool, pushed: str) -> list[Array]:
+        """Torques at gears, at motors without friction and of friction, and motor speeds, (4, N, n) a move."""
+        blocks = []
+        for way, rate in zip(ways, rates, strict=True):
+            acceleration = rate**2 * getattr(way, pushed) if pushed else np.zeros_like(way.first)
+            blocks.append((way.place / rate, rate * speeds * way.first, acceleration))
+        trial, places = _rebuilt(cycle, moves, ways, blocks)
+        series = [joint.series for joint in evaluate(replace(study, cycle=trial), drives).joints.values()]
+        found = [
+            [one.gear_torque, one.motor_torque - one.friction_torque, one.friction_torque, one.motor_speed]
+            for one in series
+        ]
+        inside = [slice(place.start + 1, place.stop - 1) for place in places]
+        return [np.transpose(np.array(found), (1, 2, 0))[:, place] for place in inside]
+
+    still, pushed, running = torques(False, ""), torques(False, "first"), torques(True, "second")
+    torque, speed, (by_torque, by_turn) = _allowed(best)
+    blocks = []
+    for way, rate, held, more, quick in zip(ways, rates, still, pushed, running, strict=True):
+        turn = by_turn * quick[3] / rate
+        # Three rows a joint: torque at the gear, at the motor, and volts over what there are.
+        parts = (more - held) / rate**2, (quick - held) / rate**2, held
+        p, q, need = (np.hstack([part[0], part[1], by_torque * part[1]]) for part in parts)
+        friction = quick[2]
+        need[:, len(speed) :] += np.hstack([friction, by_torque * friction])
+        most = np.concatenate([*torque, np.ones_like(speed)])
+        most = np.maximum(most, 1.001 * np.abs(need).max(axis=0))
+        v = np.hstack([np.zeros_like(turn), np.zeros_like(turn), turn])
+        with np.errstate(divide="ignore"):
+            squares = np.min((speed / np.abs(way.first)) ** 2, axis=1)
+        square = quickest_squares(
+            way.place, np.hstack([p, -p]), np.hstack([q, -q]), np.hstack([most - need, most + need]),
+            np.minimum(squares, (MOST * rate) ** 2), np.hstack([v, -v]),
+        )  # fmt: skip
+        push = 0.5 * np.diff(square) / np.diff(way.place)
+        push = np.concatenate([push[:1], 0.5 * (push[1:] + push[:-1]), push[-1:]])[:, None]
+        x = square[:, None]
+        blocks.append((times(way.place, square), np.sqrt(x) * way.first, way.second * x + way.first * push))
+    return _rebuilt(cycle, moves, ways, blocks)
+
+
+def _allowed(best: _Paced) -> tuple[Array, Array, Array]:
+    """What limits would let be: torques at gears and motors [N m], (2, n); speeds, (n,); and use of the voltage.
+
+    The last are the shares of the voltage that a unit of motor torque and of motor speed take [1/(N m), s/rad], (2, n).
+    """
+    after = best.evaluation.study.cycle
+    torque, speed = np.full((2, len(after.joint_names)), np.inf), np.abs(after.velocity).max(axis=0)
+    volts = np.zeros_like(torque)
+    for i, joint in enumerate(best.evaluation.joints.values()):
+        used = {"gear": 1e-9, "motor": 1e-9, "speed": 1e-9, "voltage": 1e-9}
+        for check in joint.checks:
+            if check.time is not None and check.utilisation is not None and check.name not in OVER_THE_CYCLE:
+                kind = next((word for word in ("speed", "voltage", "gear") if word in check.name), "motor")
+                used[kind] = max(used[kind], check.utilisation)
+        series = joint.series
+        torque[0, i] = np.abs(series.gear_torque).max() / used["gear"]
+        torque[1, i] = np.abs(series.motor_torque).max() / used["motor"]
+        speed[i] /= used["speed"]
+        drawn = np.stack([series.motor_torque, series.motor_speed], axis=1)
+        share, *_ = np.linalg.lstsq(drawn, series.voltage, rcond=None)
+        volts[:, i] = share * used["voltage"] / np.abs(series.voltage).max()
+    return torque, speed, volts
+
+
+def _way(cycle: Cycle, move: slice) -> _Way:
+    """A spline through the positions of a move, over the length of its chords."""
+    positions = cycle.position[move]
+    chords = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    places = np.concatenate([[0.0], np.cumsum(chords)]) / chords.sum()
+    kept = [0]
+    for i, place in enumerate(places):
+        if place - places[kept[-1]] > FINEST and (1.0 - place > FINEST or i == len(places) - 1):
+            kept.append(i)
+    if kept[-1] != len(places) - 1:
+        kept.append(len(places) - 1)
+    spline = CubicSpline(places[kept], positions[kept])
+    grid = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, GRID + 1)))  # closer where the arm starts and stops
+    sample = move.start + np.clip(np.searchsorted(places, grid), 1, len(places) - 1)
+    return _Way(grid, spline(grid), spline(grid, 1), spline(grid, 2), sample)
+
+
+def _rebuilt(
+    cycle: Cycle, moves: list[slice], ways: list[_Way], blocks: list[tuple[Array, Array, Array]]
+) -> tuple[Cycle, list[slice]]:
+    """A cycle with other samples in its moves: times from 0, speeds and accelerations; and its moves.
+
+    The rests at both ends of a move stay as samples of their own, at which nothing accelerates.
+    """
+    old = np.arange(len(cycle.time))
+    steps, accelerations = np.diff(cycle.time, prepend=cycle.time[0]), cycle.acceleration.copy()
+    rows: list[tuple[Any, ...]] = []
+    found, index, done, count = [], np.zeros(len(old), dtype=np.int64), 0, 0
+
+    def take(positions: Array, *columns: Any) -> None:
+        nonlocal count
+        rows.append((positions, *columns))
+        count += len(positions)
+
+    def keep(first: int, last: int) -> None:
+        span = old[first:last]
+        index[span] = count + np.arange(len(span))
+        take(cycle.position[span], cycle.velocity[span], accelerations[span], steps[span], span)
+
+    for move, way, (time, velocity, acceleration) in zip(moves, ways, blocks, strict=True):
+        accelerations[[move.start, move.stop - 1]] = 0.0
+        keep(done, move.start + 1)
+        begin = int(index[move.start])
+        take(way.position, velocity, acceleration, np.diff(time, prepend=time[0]), way.sample)
+        steps[move.stop - 1] = 0.0
+        keep(move.stop - 1, move.stop)
+        done = move.stop
+        found.append(slice(begin, count))
+    keep(done, len(old))
+    position, velocity, acceleration, step, source = (np.concatenate(column) for column in zip(*rows, strict=True))
+    parts = tuple(slice(int(index[part.start]), int(index[part.stop - 1]) + 1) for part in cycle.parts)
+    rebuilt = replace(
+        cycle, time=cycle.time[0] + np.cumsum(step), position=position, velocity=velocity, acceleration=acceleration,
+        payload=cycle.payload[source], segment=cycle.segment[source], parts=parts,
+    )  # fmt: skip
+    return rebuilt, found
 
 
 def moves_of(cycle: Cycle) -> list[slice]:
@@ -255,18 +446,16 @@ def _lasting(at: Callable[[Array], Evaluation], edges: Array, share: float) -> t
     return (place, "" if check is None else check.name)
 
 
-def _move_times(
-    before: Cycle, result: Evaluation, moves: list[slice], edges: Array, pace: Array, lasting: tuple[str, str]
-) -> tuple[MoveTime, ...]:
-    times, after = [], result.study.cycle
-    for move, edge, final in zip(moves, edges, pace, strict=True):
-        first, last = move.start, move.stop - 1
-        length, start, end = before.time[last] - before.time[first], float(after.time[first]), float(after.time[last])
-        name = before.segment_names[before.segment[(first + last) // 2]]
-        place, check, at = *lasting, math.nan
+def _move_times(before: Cycle, moves: list[slice], best: _Paced) -> tuple[MoveTime, ...]:
+    found, result, after = [], best.evaluation, best.evaluation.study.cycle
+    for own, move, edge, final in zip(moves, best.moves, best.edges, best.pace, strict=True):
+        length = float(before.time[own.stop - 1] - before.time[own.start])
+        start, end = float(after.time[move.start]), float(after.time[move.stop - 1])
+        name = before.segment_names[before.segment[(own.start + own.stop - 1) // 2]]
+        place, check, at = *best.lasting, math.nan
         if final <= edge:
             alone = evaluate(replace(result.study, cycle=_cut(after, move)), result.drives)
             place, most = max(_instants(alone), key=lambda one: one[1].utilisation or 0.0, default=("", None))
             check, at = ("", math.nan) if most is None else (most.name, most.time or start)
-        times.append(MoveTime(name, start, float(length), end - start, place, check, at))
-    return tuple(times)
+        found.append(MoveTime(name, start, length, end - start, place, check, at))
+    return tuple(found)

@@ -139,11 +139,7 @@ class JointDemand:
         return self.mean(np.abs(self.speed))
 
     def mean(self, values: Array) -> float:
-        """The mean over the cycle.
-
-        Args:
-            values: At each sample, (N,), in any unit.
-        """
+        """The mean over the cycle."""
         total = float(self.weights.sum())
         return float(values @ self.weights) / total if total > 0.0 else float(np.mean(values))
 

@@ -80,14 +80,7 @@ class JointBasis:
 
 
 def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, ...]:
-    """The basis of every joint.
-
-    Args:
-        forces_only: Without wrenches and inertias, which take six of seven runs of the arm: rows of no width.
-
-    Returns:
-        One a joint [SI]; empty when the study has no arm.
-    """
+    """The basis of every joint."""
     if study.arm is None:
         return ()
     arm = emptied(study)
@@ -99,12 +92,7 @@ def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, 
 
 
 def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
-    """The five numbers through which a drive loads the joints before it.
-
-    Returns:
-        Mass [kg], inertia across and along [kg m^2], of the rotor [kg m^2], and that times the ratio, (5,). The first
-        three are zero where the arm's links already hold them.
-    """
+    """The five numbers through which a drive loads the joints before it."""
     inertia = drive_inertia(drive)
     spinning = [inertia, inertia * rotor_ratio(drive, study.joints[joint])]
     moved = (0.0, 0.0, 0.0) if study.drive_mass is DriveMass.INCLUDED else drive_body(drive)
@@ -112,11 +100,7 @@ def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
 
 
 def all_numbers(study: Study, basis: JointBasis, drives: Mapping[int, Drive]) -> Array:
-    """The numbers of all drives that load a joint, in the order of its basis.
-
-    Returns:
-        (rows,); the units of ``drive_numbers``.
-    """
+    """The numbers of all drives that load a joint, in the order of its basis."""
     nothing = np.zeros(NUMBERS)
     rows = [drive_numbers(study, k, drives[k]) if k in drives else nothing for k in basis.drives]
     return np.concatenate(rows) if rows else np.zeros(0)

@@ -166,12 +166,7 @@ class Work(NamedTuple):
 
 
 def work_of(demand: JointDemand, added: Added | None = None) -> Work:
-    """The work of a joint.
-
-    Args:
-        demand: Without what the amounts add.
-        added: None: nothing.
-    """
+    """The work of a joint."""
     motion, load, pick, parts = motion_of(demand), load_of(demand), _sharp(demand), len(demand.cycle.parts)
     if added is None:
         added = nothing_added(load)

@@ -141,15 +141,7 @@ class _Driven:
 
 
 def march(study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices) -> tuple[Stops, Stops]:
-    """Stops of an arm from some samples of its cycle.
-
-    Args:
-        drives: Of every joint, by name, with known inertia and losses.
-        first: Samples, (S,).
-
-    Returns:
-        With the losses of the sheets, when gears bear most, and without any, when stops take longest.
-    """
+    """Stops of an arm from some samples of its cycle."""
     twice = np.concatenate([first, first])
     torque, travel, energy = np.zeros((3, len(twice), len(study.joints)))
     found = Stops(twice, torque, travel, energy, np.full(len(twice), math.inf))

@@ -36,6 +36,7 @@ class Setting:
         stop_current: With which the motor brakes in a stop [A]; NaN: not known.
         stop_ramp: Time in which the speeds fall to 0 in a stop [s]; NaN: as that current allows.
         stop_rise: Time in which that current comes [s].
+        rides: 1 where the stator turns with the link that its joint moves, else 0.
         ramped, jam: 1 where stops follow a ramp, and where the gear must bear a jam, else 0.
         stops: In the service life; NaN: not stated.
         counted: 1 where they are stated, else 0.
@@ -63,6 +64,7 @@ class Setting:
     stop_current: float | None = None
     stop_ramp: float | None = None
     stop_rise: float = 0.0
+    rides: float = 0.0
     ramped: float = 0.0
     jam: float = 0.0
     stops: float | None = None
@@ -224,13 +226,18 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
         duration if duration > 0.0 else 1.0, stop_current(stop.current, task.amplifier), stop.ramp, stop.rise,
-        float(stop.ramp is not None), float(stop.jam), stops, float(stops is not None),
-        float(study.drag_temperature(study.ambient)),
-        float(study.gear_temperature is None), task.gear_heat, study.cold_start, float(study.cold_start is not None),
+        float(study.arm is not None and rides(task)), float(stop.ramp is not None), float(stop.jam), stops,
+        float(stops is not None), float(study.drag_temperature(study.ambient)), float(study.gear_temperature is None),
+        task.gear_heat, study.cold_start, float(study.cold_start is not None),
         float(bool(task.brakes)), 0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
-        1.0 - study.stiffness.scatter,
-        study.supply.voltage, float(rates_supply(task.amplifier)), float(judges_overload(task.amplifier)),
+        1.0 - study.stiffness.scatter, study.supply.voltage, float(rates_supply(task.amplifier)),
+        float(judges_overload(task.amplifier)),
     )  # fmt: skip
+
+
+def rides(task: JointTask) -> bool:
+    """Whether a joint's stator turns with the link that the joint moves."""
+    return task.mount.carrier == "child" and task.travel_per_turn is None and not task.coupled
 
 
 @law
@@ -281,17 +288,7 @@ def gear_records(gears: Sequence[Gear]) -> Any:
 
 
 def paired(study: Study, joint: int, demand: JointDemand, motors: tuple[Any, Any], gears: Any, pairs: Any) -> Any:
-    """Pairs of motor and gear at one joint.
-
-    Args:
-        demand: Of the joint, whatever drives are in place.
-        motors: Records of motors and of their shafts' friction, (motors,) each.
-        gears: From ``gear_records``.
-        pairs: Row of the motor and of the gear of each pair, (P, 2).
-
-    Returns:
-        Records of ``Case``, (P,).
-    """
+    """Pairs of motor and gear at one joint."""
     task = study.joints[joint]
     plain = Case(
         NOBODY.motor,

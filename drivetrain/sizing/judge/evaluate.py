@@ -91,12 +91,7 @@ def evaluate_drives(study: Study, drives: Mapping[str, Drive]) -> Evaluation:
 
 
 def holding_figures(evaluation: Evaluation) -> dict[str, dict[str, tuple[float | None, float | None]]]:
-    """What holding at rest asks of the motor, by what counts of the mesh's friction meanwhile.
-
-    Returns:
-        By the name of each joint that rests under load, then by ``least``, ``lossless``, ``most``: RMS current [A] and
-        hottest winding temperature [C] over the whole cycle; None where the sheets do not say enough.
-    """
+    """What holding at rest asks of the motor, by what counts of the mesh's friction meanwhile."""
     found: dict[str, dict[str, tuple[float | None, float | None]]] = {}
     held = [name for name, joint in evaluation.joints.items() if _holds(joint)]
     for choice, number in HOLDING.items() if held else ():
@@ -127,14 +122,7 @@ def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[C
 
 
 def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
-    """The drive of every joint: the caller's, else the study's.
-
-    Args:
-        drives: Keys of (motor, gear) by joint name.
-
-    Raises:
-        InputError: Unknown joints, motors or gears, or a joint without a drive; all of them at once.
-    """
+    """The drive of every joint: the caller's, else the study's."""
     if not isinstance(drives, Mapping):
         raise InputError(Fault("drives", "must give (motor key, gear key) by joint name", drives))
     names = [task.name for task in study.joints]
@@ -223,12 +211,7 @@ def _remarks(op: Operation) -> list[str]:
 
 
 def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Check, ...]:
-    """The checks of all joints together.
-
-    Returns:
-        The supply's; what the study wishes of the arm's stiffness; and, where an unknown mass leaves joints too lightly
-        loaded, that it was not checked.
-    """
+    """The checks of all joints together."""
     study, lacking = with_chosen(study, results), [name for name, one in results.items() if not one.torque_known]
     every = [result.series for result in results.values()]
     power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)

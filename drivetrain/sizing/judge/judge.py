@@ -41,7 +41,7 @@ from drivetrain.drive.output_bearing import (
     static_load,
 )
 from drivetrain.drive.overload import overload_share
-from drivetrain.drive.stops import braked, braking_push, jam_torque, overshoot, stiff_spring, struck
+from drivetrain.drive.stops import braked, braking_push, jam_torque, overshoot, stiff_spring, stop_rotor, struck
 from drivetrain.drive.thermal.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
@@ -58,23 +58,7 @@ def judge_cases(
     cases: Any, numbers: Any, checks: Any, work: Work, amounts: Any, until: float, quick: bool, power: Any, used: Any,
     found: Any, binding: Any, lacking: Any,
 ) -> None:  # fmt: skip
-    """Judge many cases at one joint, each until a stage has a check that asks more than ``until`` of its limit.
-
-    Args:
-        cases: Records of ``cases.Case``: motor, gear, frictions and setting are given, the rest is filled, (P,).
-        numbers: The same memory as plain floats, one row a case (``records.as_numbers``).
-        checks: The table (``checks.table``), (C,).
-        work: Of the joint (``series.work_of``).
-        amounts: Of what cases add to its load, (P, K).
-        until: 1 for a search, infinite for every figure.
-        quick: Only verdicts are wanted: a look at some samples or at the cold motor may settle one, and so does an
-            essential check that cannot be made.
-        power: Takes the electrical power of each case on top of what is there, amplifier's switches included, and that
-            which it would draw at least [W], a row a case or one for all, (., 2, N); (0, 2, N): not wanted.
-        used: Takes every check's utilisation, NaN where it is not checked, (P, C); (0, C): not wanted.
-        found, binding: Take the largest utilisation and its check, -1 for none, (P,).
-        lacking: Takes the first essential check that cannot be made, else -1, (P,).
-    """
+    """Judge many cases at one joint, each until a stage has a check that asks more than ``until`` of its limit."""
     whole = work._replace(few=None)
     if not quick or work.few is None:
         judge_all(cases, numbers, checks, whole, amounts, until, quick, False, power, used, found, binding, lacking)
@@ -427,17 +411,19 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
     """
     mesh, shaft, ratio = mesh_of(case.gear), friction_curve(case.shaft), case.gear.ratio
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
-    rotor, limit = ratio * ratio * inertia, case.motor.torque_constant * case.setting.stop_current
+    rides, limit = case.setting.rides, case.motor.torque_constant * case.setting.stop_current
+    rotor, own = stop_rotor(ratio, inertia, rides)
     stiff, factor = stiff_spring(case.gear).slope_3, drag_factor(mesh, stop_temperature(case))
     largest, holding, longest = 0.0, 0.0, 0.0
     for t in range(len(torque)):
-        speed, load = motion.loss_speed[t], load_inertia[t]
+        speed, load = motion.loss_speed[t], load_inertia[t] + own
         static = torque[t] - load * motion.acceleration[t]
         holding = max(holding, abs(static / ratio))
         way, trace[t] = direction(speed), 0.0
         if way == 0.0:
             continue
-        push = braking_push(mesh, shaft, factor, inertia, limit, speed, motion.carrier_acceleration[t])
+        carrier = motion.carrier_acceleration[t] - rides * motion.acceleration[t]
+        push = braking_push(mesh, shaft, factor, inertia, limit, speed, carrier)
         found = braked(mesh.driving, mesh.driven, rotor, push, static, load, way)
         swing = overshoot(case.gear.stiffness_1, load, rotor, case.setting.stop_rise)
         swung = abs(found.torque + swing * (found.torque - torque[t]))
@@ -616,11 +602,6 @@ def settled_factor(case: Any, nodes: Any, square: Any, heat: Any, drag: Any) -> 
 
     The copper loss counts as of a motor at the cold end of the drag's law: a gear that is taken for too cold warms the
     winding too much, and hotter air or a higher resistance never makes it cooler.
-
-    Args:
-        square: Mean of the torque's [N^2 m^2].
-        heat: That enters the housing beside copper loss and drag [W].
-        drag: That enters it of the drag as at 20 C [W].
     """
     mesh, motor, setting = mesh_of(case.gear), case.motor, case.setting
     if setting.settles == 0.0 or mesh.cooling <= 0.0 or drag <= 0.0:

@@ -17,22 +17,13 @@ TERMS = ("mass", "price", "energy")
 
 
 def drive_price(drive: Drive) -> float | None:
-    """Price of motor and gear together; a direct drive's gear costs nothing.
-
-    Returns:
-        In the catalogue's currency; None when one is unknown.
-    """
+    """Price of motor and gear together; a direct drive's gear costs nothing."""
     gear = 0.0 if drive.gear.key == "" else drive.gear.price
     return None if drive.motor.price is None or gear is None else drive.motor.price + gear
 
 
 def criteria(study: Study, joints: Mapping[str, JointResult], shared: Iterable[Check]) -> dict[str, float]:
-    """The figures by which sets of drives are compared.
-
-    Returns:
-        ``mass`` [kg] and ``price`` of all drives; ``energy`` drawn by all over one cycle [J], what a drive feeds back
-        credited; ``utilisation``, the largest of any judged check. NaN where something is not known.
-    """
+    """The figures by which sets of drives are compared."""
     results = joints.values()
     checks = [check for result in results for check in result.checks] + list(shared)
     used = [check.utilisation for check in checks if check.utilisation is not None]
@@ -46,11 +37,7 @@ def criteria(study: Study, joints: Mapping[str, JointResult], shared: Iterable[C
 
 
 def weighted(wanted: SelectionOptions, found: Mapping[str, float]) -> float:
-    """The objective: the weighted sum of the criteria that count.
-
-    Returns:
-        What a selection minimises; NaN where a criterion that counts is not known.
-    """
+    """The objective: the weighted sum of the criteria that count."""
     return math.fsum(weight * found[name] for name, weight in wanted.weights)
 
 

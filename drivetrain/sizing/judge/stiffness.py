@@ -36,12 +36,7 @@ class Extreme:
 
 
 def arm_checks(study: Study, drives: Mapping[str, Drive], torque: Array) -> Iterator[Check]:
-    """What the study wishes of the arm's stiffness, held against a set of drives; nothing where it wishes nothing.
-
-    Args:
-        drives: Of the whole set, by joint name.
-        torque: At their gears' outputs, joint friction included [N m], (N, n).
-    """
+    """What the study wishes of the arm's stiffness, held against a set of drives; nothing where it wishes nothing."""
     for row in ARM_CHECKS:
         wish, wanted = row.limit, getattr(study.stiffness, row.limit)
         if wanted is None or study.arm is None:
@@ -101,15 +96,7 @@ def joint_plays(study: Study, drives: Mapping[str, Drive]) -> Array:
 
 
 def lost_motion(plays: Array) -> Array:
-    """The largest distance between two positions of the tip that play in the joints allows.
-
-    Args:
-        plays: What the whole play of each joint does to the tip [m], (N, n, 3).
-
-    Returns:
-        [m], (N,): the longest sum of plays with signs chosen freely; with more than MOST_COMBINED joints that have
-        play, the sum of their lengths, which is never less.
-    """
+    """The largest distance between two positions of the tip that play in the joints allows."""
     loose = plays[:, np.abs(plays).any(axis=(0, 2))]
     count = loose.shape[1]
     if count > MOST_COMBINED:
@@ -133,10 +120,15 @@ def _resonance(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extr
     return Extreme(float(lowest.min()), int(np.argmin(lowest)))
 
 
-def _deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
-    """What wind-up does to the tip at its most [m]; a softer gear has the same bends at the same torques."""
+def tip_deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Array:
+    """What wind-up does to the tip [m], (N, 3); a softer gear has the same bends at the same torques."""
     twist = joint_twists(study, drives, torque) / (1.0 - study.stiffness.scatter)
-    size = np.linalg.norm(np.einsum("nj,njc->nc", twist, tip_levers(study)), axis=1)
+    return np.asarray(np.einsum("nj,njc->nc", twist, tip_levers(study)))
+
+
+def _deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
+    """The same at its most."""
+    size = np.linalg.norm(tip_deviation(study, drives, torque), axis=1)
     return Extreme(float(size.max()), int(np.argmax(size)))
 
 

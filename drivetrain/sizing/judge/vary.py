@@ -144,13 +144,7 @@ def edge(
     holds: Callable[[float], bool], inside: float, outside: float,
     *, error: float = EDGE, least: float = 0.0, geometric: bool = False,
 ) -> Edge:  # fmt: skip
-    """Where something ceases to hold between a value at which it does and one at which it does not, by bisection.
-
-    Args:
-        error: Width of what is left over the larger side.
-        least: Width that is narrow enough whatever the values are.
-        geometric: Halve the ratio of the two, not their difference.
-    """
+    """Where something ceases to hold between a value at which it does and one at which it does not, by bisection."""
     while abs(inside - outside) > max(error * max(abs(inside), abs(outside)), least):
         middle = math.sqrt(inside * outside) if geometric else 0.5 * (inside + outside)
         inside, outside = (middle, outside) if holds(middle) else (inside, middle)

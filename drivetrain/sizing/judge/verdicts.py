@@ -83,10 +83,6 @@ def supply_figures(study: Study, power: Array) -> dict[str, Any]:
     What one joint feeds back another may use at the same instant; only the sum reaches the supply. Drawn is where the
     sum is positive, regenerated where it is negative; the mean of each is over the whole cycle, so that a supply that
     takes nothing back is not credited with it. What brakes and lifts the bus is the least power: no loss helps it.
-
-    Args:
-        study: With the supply.
-        power: Electrical, and the least, of all joints together, electronics left out [W], (S, 2, N) or (2, N).
     """
     weights = study.cycle.weights
     share = weights / weights.sum() if weights.sum() > 0.0 else np.full(len(weights), 1.0 / len(weights))
@@ -123,16 +119,7 @@ def bus_of(study: Study, power: Array) -> BusPeak:
 
 
 def supply_checks(study: Study, power: Array, *, unknown: str = "") -> tuple[Check, ...]:
-    """Power of all joints together, instant by instant, against the supply's limits.
-
-    Args:
-        study: With the supply.
-        power: Electrical, and the least, of all joints together [W], (2, N).
-        unknown: Joints whose power is not known, in words.
-
-    Returns:
-        Peak, mean, regenerated and peak braking power [W], and the highest voltage of the bus [V].
-    """
+    """Power of all joints together, instant by instant, against the supply's limits."""
     supply, figures, bus = study.supply, supply_figures(study, power), bus_of(study, power[1])
     instants = {
         "power": int(np.argmax(power[0])), "braking": int(np.argmin(power[1])), "bus": bus.sample, "": None,

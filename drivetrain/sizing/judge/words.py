@@ -13,7 +13,7 @@ from drivetrain.drive.friction import friction_curve
 from drivetrain.drive.gear import Gear, mesh_of, torque_exponent
 from drivetrain.drive.gear_loss import drag_factor
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.stops import braked, braking_limit, braking_push, overshoot, stiff_spring, struck
+from drivetrain.drive.stops import braked, braking_limit, braking_push, overshoot, stiff_spring, stop_rotor, struck
 from drivetrain.drive.thermal.heat import rms_rule_validity
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
@@ -116,12 +116,12 @@ def _hard_stop(op: Any) -> str:
     case, demand = op.judgement.case, op.demand
     at = int(np.argmax(op.judgement.work.traces.stop))
     mesh, way = mesh_of(case.gear), float(np.sign(demand.speed[at]) or 1.0)
-    rotor, push, static = (float(series[at]) for series in _braking(op))
-    found = braked(mesh.driving, mesh.driven, rotor, push, static, float(demand.load_inertia[at]), way)
+    rotor, push, static, inertia = (float(series[at]) for series in _braking(op))
+    found = braked(mesh.driving, mesh.driven, rotor, push, static, inertia, way)
     speed = abs(float(demand.speed[at]))
     slowing = -way * found.acceleration
     ends = f"in {1e3 * speed / slowing:.3g} ms" if slowing > 0.0 else "never, as the load is stronger"
-    swing = overshoot(case.gear.stiffness_1, float(demand.load_inertia[at]), rotor, case.setting.stop_rise)
+    swing = overshoot(case.gear.stiffness_1, inertia, rotor, case.setting.stop_rise)
     peak = op.judgement.work.traces.stop[at]
     return (
         f"stop of this joint at {case.setting.stop_current:.3g} A (DC) from t = {demand.time[at]:.4g} s at "
@@ -136,16 +136,21 @@ def _travel(op: Any) -> str:
     return f"travel at most {travel:.3g} deg" if math.isfinite(travel) else "in some state it does not stop the load"
 
 
-def _braking(op: Any) -> tuple[Any, Any, Any]:
-    """Of stops at the current limit: rotor [kg m^2], push on it [N m] and static torque [N m] at the output, (N,)."""
+def _braking(op: Any) -> tuple[Any, Any, Any, Any]:
+    """Of stops at the current limit, at the output: rotor [kg m^2], push on it and static torque [N m], load [kg m^2],
+    (N,) each.
+    """
     case, demand = op.judgement.case, op.demand
     ratio, mesh = float(case.gear.ratio), mesh_of(case.gear)
     inertia = float(case.motor.rotor_inertia) + (op.drive.gear.inertia or 0.0)
     limit = float(case.motor.torque_constant * case.setting.stop_current)
     shaft, factor = friction_curve(case.shaft), drag_factor(mesh, float(stop_temperature(case)))
-    push = braking_push(mesh, shaft, factor, inertia, limit, demand.speed, demand.carrier_acceleration)
-    static = demand.gear_torque - demand.load_inertia * demand.acceleration
-    return np.full(len(push), ratio**2 * inertia), push, static
+    rides = float(case.setting.rides)
+    rotor, load = stop_rotor(ratio, inertia, rides)
+    load = load + demand.load_inertia
+    carrier = demand.carrier_acceleration - rides * demand.acceleration
+    push = braking_push(mesh, shaft, factor, inertia, limit, demand.speed, carrier)
+    return np.full(len(push), rotor), push, demand.gear_torque - load * demand.acceleration, load
 
 
 def _safe_current(op: Any) -> str:
@@ -170,8 +175,8 @@ def safe_stop_current(op: Any) -> tuple[float, float]:
     """
     case, demand = op.judgement.case, op.demand
     mesh, way = mesh_of(case.gear), np.sign(demand.speed)
-    rotor, push, static = _braking(op)
-    inertia, allowed = demand.load_inertia, op.drive.gear.momentary_torque / case.safety.peak_torque
+    rotor, push, static, inertia = _braking(op)
+    allowed = op.drive.gear.momentary_torque / case.safety.peak_torque
     rise, stiffness = case.setting.stop_rise, case.gear.stiffness_1
     swing = np.array([overshoot(stiffness, float(i), float(rotor[0]), rise) for i in inertia])
     torque = (-way * allowed + swing * demand.gear_torque) / (1.0 + swing)

@@ -29,7 +29,7 @@ from drivetrain.drive.gear import life_of, mesh_of, mesh_slope, mesh_torque, wea
 from drivetrain.drive.gear_loss import drag_factor, mesh_loss_power
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.output_bearing import bearing_arm, static_load
-from drivetrain.drive.stops import braked, braking_push, stiff_spring
+from drivetrain.drive.stops import braked, braking_push, stiff_spring, stop_rotor
 from drivetrain.drive.thermal.periodic_heat import thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known, known_or
@@ -374,7 +374,8 @@ def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
         return LeastStop(0.0, np.nan)
     mesh, shaft, ratio, found, holding = mesh_of(gear), friction_curve(case.shaft), gear.ratio, 0.0, 0.0
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(gear.inertia, 0.0)
-    rotor, limit = ratio * ratio * inertia, case.motor.torque_constant * setting.stop_current
+    rides, limit = setting.rides, case.motor.torque_constant * setting.stop_current
+    rotor, riding = stop_rotor(ratio, inertia, rides)
     factor = drag_factor(mesh, stop_temperature(case))
     stiff, swings = stiff_spring(gear).slope_3, 1.0 if setting.stop_rise <= 0.0 else 0.0
     for t in range(len(brake.speed)):
@@ -383,12 +384,14 @@ def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
             own_torque += amounts[k] * brake.added_torque[k, t]
             own += amounts[k] * brake.added_inertia[k, t]
         way, low, high = direction(speed), np.inf, -np.inf
-        push = braking_push(mesh, shaft, factor, inertia, limit, speed, brake.carrier_acceleration[t])
-        least = max(brake.inertia[0, t] + own, 0.0)
+        carrier = brake.carrier_acceleration[t] - rides * acceleration
+        push = braking_push(mesh, shaft, factor, inertia, limit, speed, carrier)
+        bare, own = own, own + riding
+        least = max(max(brake.inertia[0, t] + bare, 0.0) + riding, 0.0)
         for i in range(2):
             static = brake.static[i, t] + own_torque - own * acceleration
             for j in range(2):
-                load = max(brake.inertia[j, t] + own, 0.0)
+                load = max(brake.inertia[j, t] + bare, 0.0) + riding
                 torque = braked(mesh.driving, mesh.driven, rotor, push, static, load, way).torque
                 for k in range(2):
                     swung = torque + (torque - brake.torque[k, t] - own_torque)

@@ -140,6 +140,14 @@ class JointOffer:
             ends[:] = self._ends(start, rows, list(self.others), low, high)
         return self.records.whole.low, self.records.whole.high
 
+    def load_at(self, sample: int, low: Array, high: Array) -> tuple[Array, Array]:
+        """Both ends of the torque at one sample that open choices leave, friction and own drive in it [N m], (1,)."""
+        drives = [*self.others, *([self.joint] if len(self.work.added.torque) else [])]
+        rows = np.concatenate([self.rows.torque[:, [sample]], self.work.added.torque[:, [sample]]])
+        shown = self.records.whole.shown[sample]
+        least, most = self._ends(self.work.load.torque[[sample]], rows, drives, low, high)
+        return least + shown, most + shown
+
     def _inertia(self, low: Array, high: Array) -> float:
         """The least of the largest inertia that open choices leave."""
         least = self.work.load.inertia

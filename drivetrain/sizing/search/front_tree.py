@@ -24,10 +24,11 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import NUMBERS
+from drivetrain.sizing.search.arm_wishes import arm_use
 from drivetrain.sizing.search.bounds import BELOW
 from drivetrain.sizing.search.domains import Domain, Domains, Mask, with_domain
 from drivetrain.sizing.search.problem import ROUNDING, Problem
-from drivetrain.sizing.search.propagate import arm_use, supply_limited, supply_use
+from drivetrain.sizing.search.propagate import supply_limited, supply_use
 from drivetrain.sizing.search.robust import OftenEnough
 from drivetrain.sizing.search.tree import Tell, halves
 from drivetrain.sizing.search.zones import Zones, reaching, survivors

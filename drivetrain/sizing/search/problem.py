@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,13 @@ AT_ONCE = 4096  # candidates judged at most at once
 REMEMBERED = 10**6  # verdicts
 
 
+class Cut(NamedTuple):
+    """The sample at which a set let the tip go too far, and its way there, of length 1."""
+
+    sample: int
+    way: tuple[float, float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """The candidates of a study with what is wanted of it; P pairs of all joints, n joints.
@@ -42,6 +50,7 @@ class Problem:
         reach: Largest torque that one unit of each number of the drive of joint k makes on joint j, over the largest
             that the task alone asks there, (j, k, NUMBERS).
         constraints: For all joints together.
+        cuts: Where sets were found to let the tip go too far, each once.
     """
 
     candidates: Candidates
@@ -55,6 +64,7 @@ class Problem:
     unknown: tuple[Indices, ...]
     reach: Array
     constraints: tuple[CommonParts, ...]
+    cuts: dict[Cut, None] = field(default_factory=dict)
     _judged: dict[tuple[int, bytes], dict[int, list[float]]] = field(default_factory=dict)
 
     @property

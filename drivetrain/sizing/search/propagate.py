@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,10 +25,6 @@ from drivetrain.arrays import Array
 from drivetrain.drive.friction import friction_torque
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
-from drivetrain.sizing.judge.evaluate import evaluated
-from drivetrain.sizing.judge.fill import FilledParts
-from drivetrain.sizing.judge.stiffness import arm_checks, unsprung
-from drivetrain.sizing.judge.stop_checks import asks_stops, stop_checks
 from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
 from drivetrain.sizing.search.bounds import power_ends
 from drivetrain.sizing.search.domains import ALL, CHEAPEST, UNTESTED, Domain, Domains, Mask
@@ -175,32 +170,6 @@ def supply_use(problem: Problem, power: Array) -> float:
     """The largest utilisation of a limited supply by the power of all drives together, and the least [W], (2, N)."""
     checks = supply_checks(problem.candidates.study, power)
     return max((check.utilisation for check in checks if check.utilisation is not None), default=0.0)
-
-
-def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
-    """The largest utilisation of what is wished of the arm by a set, and of its stops; 0 where nothing is asked.
-
-    Infinite where a check lacks a number of a drive that the study does not give: such a drive is not chosen.
-    """
-    study, work = problem.candidates.study, problem.candidates.work
-    if not (study.stiffness.asked or asks_stops(study)):
-        return 0.0
-    filled_parts, keys = FilledParts(study), problem.keys(dict(enumerate(pairs)))
-    mounted = {i: filled_parts.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
-    drives = {task.name: mounted[i] for i, task in enumerate(study.joints)}
-    if unsprung(study, {task.name: drives[task.name] for task in study.joints if task.drive is None}):
-        return math.inf
-    torque = np.column_stack([work.at(i, mounted).demand(drive).load_torque for i, drive in mounted.items()])
-    used = 0.0
-    for check in arm_checks(study, drives, torque):
-        used = max(used, check.utilisation or 0.0)
-        if used > 1.0:  # the rest costs much and changes nothing
-            return used
-    if asks_stops(study):
-        if any(task.amplifiers for task in study.joints):
-            study = evaluated(work, keys).study  # with the amplifiers that were chosen, whose peak current brakes
-        used = max([used, *(check.utilisation or 0.0 for check in stop_checks(study, drives))])
-    return used
 
 
 def supply_may_be_feasible(problem: Problem, domains: Domains, ranges: Ranges) -> bool:

@@ -19,6 +19,7 @@ from typing import Protocol
 
 import numpy as np
 
+from drivetrain.sizing.search.arm_wishes import without_soft
 from drivetrain.sizing.search.common_parts import CommonParts
 from drivetrain.sizing.search.domains import Domains, Indices, cheapest_pairs, with_domain, without_cheapest
 from drivetrain.sizing.search.problem import Problem
@@ -213,11 +214,14 @@ class Tree:
         self.counters["nodes made"] += 1
         ranges = Ranges.unknown(problem.n) if above is None else above.ranges.copied()
         ordered = [domain.in_order() for domain in left] if problem.energy else list(left)
-        left = Propagation(problem, ordered, ranges, limit, full, self.suspects, self.counters).run()
+        stiff, kept = without_soft(problem, tuple(ordered), limit)
+        if stiff >= limit:
+            return None
+        left = Propagation(problem, list(kept), ranges, limit, full, self.suspects, self.counters).run()
         if left is None:
             return None
         least = sum(domain.least for domain in left)
-        bound = max([least, *(constraint.bound(left, limit) for constraint in problem.constraints)])
+        bound = max([least, stiff, *(constraint.bound(left, limit) for constraint in problem.constraints)])
         if bound >= limit or (self.supply_binds and not supply_may_be_feasible(problem, left, ranges)):
             return None
         node = Node(bound, left, ranges)

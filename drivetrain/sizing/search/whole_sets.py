@@ -13,9 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.sizing.search.arm_wishes import arm_use
 from drivetrain.sizing.search.domains import Domains, Mask
 from drivetrain.sizing.search.problem import ROUNDING, Problem
-from drivetrain.sizing.search.propagate import Ranges, arm_use, supply_limited, supply_use
+from drivetrain.sizing.search.propagate import Ranges, supply_limited, supply_use
 
 Pairs = tuple[int, ...]
 
