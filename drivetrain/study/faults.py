@@ -12,18 +12,22 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
 from drivetrain.study.document import Document, Place, spelled
+from drivetrain.study.parts.rules import GearRow, MotorRow
 from drivetrain.study.schema import StudyForm
 
 F = TypeVar("F", bound=BaseModel)
 _ROUNDS = 20  # each round cuts out at least one entry; faults hidden behind others come up in the next
 _STAND_INS: dict[str, Any] = {"schema_version": 1, "motions": {}, "supply": {"voltage": "1 V"}, "joints": {}}
+_SHEETS: dict[str, type[BaseModel]] = {"motors": MotorRow, "gears": GearRow}
+_SYMBOLS = {"kt": "torque_constant", "r": "resistance", "l": "inductance", "j": "rotor_inertia", "m": "mass",
+            "eta": "efficiency", "i": "ratio", "n": "ratio"}  # fmt: skip
 _WORDS = {
     "dict_type": "must be a mapping of names to values",
     "model_type": "must be a mapping of names to values",
@@ -82,7 +86,7 @@ def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Faul
     if kind == "unknown":
         return [_unknown(document, place, name, context["known"]) for name in context["unknown"]]
     if kind == "missing":
-        return [(place, document.fault(place, "is missing"))]
+        return [(place, document.fault(place, "is missing", hint=_choices(place)))]
     if isinstance(context.get("error"), InputError):  # an entry has one place, so its faults are reported as one
         faults = context["error"].faults
         problem, first = "; ".join(dict.fromkeys(fault.problem for fault in faults)), faults[0]
@@ -99,7 +103,20 @@ def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Faul
 
 def _unknown(document: Document, place: Place, name: str, known: list[str]) -> tuple[Place, Fault]:
     inner = (*place, name)
-    return inner, document.fault(inner, "is not known here", hint=nearest(name, known))
+    return inner, document.fault(inner, "is not known here", hint=_meant(name, known))
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    """The hint for a name that is not known: the quantity whose usual symbol it is, or the nearest names."""
+    symbol = _SYMBOLS.get(name.casefold(), "")
+    return f"did you mean {symbol!r}?" if symbol in known else nearest(name, known)
+
+
+def _choices(place: Place) -> str:
+    """What a column of a sheet that is missing may be, where it is one of a few words."""
+    columns = _SHEETS[str(place[0])].model_fields if place[0] in _SHEETS else {}
+    words = get_args(columns[str(place[-1])].annotation) if place[-1] in columns else ()
+    return " or ".join(words) if all(isinstance(word, str) for word in words) else ""
 
 
 def _near(found: str, names: list[str]) -> str:
@@ -189,7 +206,7 @@ class Ledger:
         known = form.model_fields
         for name in data:
             if name not in known:  # which would keep the rest from being looked at
-                self.fault((*place, name), "is not known here", hint=nearest(name, known))
+                self.fault((*place, name), "is not known here", hint=_meant(name, known))
         try:
             return form.model_validate({name: value for name, value in data.items() if name in known})
         except ValidationError as error:

@@ -275,6 +275,8 @@ def test_a_load_table_without_an_arm() -> None:
         ({"drives": ("MI", "G")}, "no motor has this key (found 'MI'); known: MY"),
         ({"drives": "MY"}, "drives: must be (motor key, gear key)"),
         ({"drives": {"joint_3": ("MY", "G")}}, "joints.joint_3: is no joint"),
+        ({"motors": {"MY": {"kt": "1 N m/A"}}}, "motors.MY.kt: is not known here; did you mean 'torque_constant'?"),
+        ({"motors": {"MY": {"R": "1 ohm"}}}, "motors.MY.kind: is missing; brushed or brushless"),
         ({"suply": "48 V"}, "suply: is not known here; did you mean 'supply'"),
         ({"supply": "48 W"}, "supply.voltage: must be a voltage"),
         ({"supply": None}, "supply: is missing"),

@@ -17,8 +17,10 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.bodies import with_body
+from drivetrain.arm.coupling import shaft_torques
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arrays import Array
+from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
 from drivetrain.study.model import DriveMass, Study
@@ -62,12 +64,15 @@ class JointBasis:
     Attributes:
         bare: Of arm and payload; the leading axis is dropped.
         slides: Whether the joint is prismatic.
+        told: Whether the wrench is one on the gear's bearing: not where a guide carries the joint, where the gear turns
+            a shaft away from it, or where a loop closes around it.
         drives: Joints whose drives load this one, in the order of their rows.
         force, wrench, inertia: Added by one unit, NUMBERS rows a drive, (rows, N), (rows, 6 N), (rows, N).
     """
 
     bare: Loads
     slides: bool
+    told: bool
     drives: tuple[int, ...]
     force: Array
     wrench: Array
@@ -86,9 +91,17 @@ def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, 
     arm = emptied(study)
     loads = _forces if forces_only else _loads
     bare = _with_payloads(study, arm, loads)
+    bare = replace(bare, force=bare.force - counterbalance_torques(study, study.cycle.position).T)
     reference = loads(study, arm)
     units = [_units(study, arm, reference, joint, loads) for joint in range(arm.n)]
     return tuple(_of_joint(study, bare, units, joint, not arm.screws[joint, :3].any()) for joint in range(arm.n))
+
+
+def counterbalance_torques(study: Study, position: Array) -> Array:
+    """What counterbalances give to the joints, at the shafts where motors are coupled [N m], (N, n)."""
+    columns = [counterbalance_torque(task.counterbalances, position[:, i]) for i, task in enumerate(study.joints)]
+    torque = np.column_stack(columns)
+    return torque if study.arm is None else shaft_torques(study.arm, torque)
 
 
 def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
@@ -152,7 +165,7 @@ def _with_payloads(study: Study, arm: Arm, loads: Callable[..., Loads]) -> Loads
 def _units(study: Study, arm: Arm, reference: Loads, joint: int, loads: Callable[..., Loads]) -> list[Loads]:
     """What one unit of each number of one joint's drive adds to all joints."""
     mount = study.joints[joint].mount
-    link, point = carrier_link(joint, mount), mount_point(arm, joint, mount)
+    link, point = carrier_link(arm, joint, mount), mount_point(arm, joint, mount)
     axis = joint_axis(arm, seat(joint, mount))
     across = np.eye(3) - np.outer(axis, axis)
 
@@ -179,10 +192,14 @@ def _units(study: Study, arm: Arm, reference: Loads, joint: int, loads: Callable
 
 def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
     """The drives that may load a joint, or where motors are coupled its shaft."""
-    names = [task.name for task in study.joints]
+    assert study.arm is not None
+    names, linkage = [task.name for task in study.joints], study.arm.linkage
+    carriers = [carrier_link(study.arm, k, task.mount) for k, task in enumerate(study.joints)]
+    if linkage is not None:
+        return tuple(k for k, carrier in enumerate(carriers) if joint in linkage.loops.moving(carrier))
     coupled = study.joints[joint].coupled
     first = min((names.index(name) for name in coupled), default=joint)
-    riding = {k for k, task in enumerate(study.joints) if carrier_link(k, task.mount) >= first}
+    riding = {k for k, carrier in enumerate(carriers) if carrier >= first}
     own = {joint} & riding
     others = riding if coupled else set[int]()
     return tuple(sorted({*range(joint + 1, len(names)), *own, *others}))
@@ -202,7 +219,8 @@ def _of_joint(study: Study, bare: Loads, units: list[list[Loads]], joint: int, s
     if joint in drives:  # the load's inertia leaves the joint's own rotor out
         at = NUMBERS * drives.index(joint)
         inertia[at + 3 : at + NUMBERS] = 0.0
-    return JointBasis(own, slides, drives, stacked("force"), stacked("wrench"), inertia)
+    told = not (slides or study.joints[joint].coupled or np.isnan(own.wrench).any())
+    return JointBasis(own, slides, told, drives, stacked("force"), stacked("wrench"), inertia)
 
 
 def _difference(first: Loads, second: Loads) -> Loads:

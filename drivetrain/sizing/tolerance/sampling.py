@@ -124,9 +124,8 @@ def _payload_rows(study: Study, work: Workload) -> Iterator[Added]:
             yield Added(*nothing)
             continue
         full, travel = work.basis[joint], task.travel_per_turn or 1.0
-        told = not (full.slides or task.coupled)
         added = Added(
-            np.zeros((rows, samples)), np.zeros((rows, 6, samples if told else 0)), np.zeros((rows, samples)),
+            np.zeros((rows, samples)), np.zeros((rows, 6, samples if full.told else 0)), np.zeros((rows, samples)),
             np.zeros((rows, states)), np.zeros((rows, samples if task.brakes else 0)),
         )  # fmt: skip
         for row, body in enumerate(study.payloads):
@@ -141,7 +140,7 @@ def _payload_rows(study: Study, work: Workload) -> Iterator[Added]:
             if task.brakes:
                 full_still, empty_still = work.resting[joint].bare, still[body.name][joint].bare
                 added.static[row] = travel * (full_still.force - empty_still.force)
-            if told:
+            if full.told:
                 added.wrench[row] = (full.bare.wrench - empty.wrench).T
         yield added
 
