@@ -6,9 +6,13 @@ from drivetrain.face import shown
 
 if TYPE_CHECKING:
     from drivetrain.arm.arm import Arm as Arm
+    from drivetrain.arm.bodies import on_moving_base as on_moving_base
     from drivetrain.arm.bodies import with_body as with_body
     from drivetrain.arm.bodies import with_payload as with_payload
     from drivetrain.arm.builtin import builtin_names as builtin_names
+    from drivetrain.arm.closures import Closure as Closure
+    from drivetrain.arm.closures import LoopLink as LoopLink
+    from drivetrain.arm.closures import with_closures as with_closures
     from drivetrain.arm.coupling import belts_over as belts_over
     from drivetrain.arm.coupling import differential as differential
     from drivetrain.arm.coupling import rotor_turns as rotor_turns

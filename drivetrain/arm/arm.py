@@ -7,7 +7,7 @@ screws are (angular, linear).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -43,6 +43,7 @@ class Arm:
         level: How much of the rotors' motion is counted.
         coupling: Turns of shaft i, which motor i drives through its gear, a turn of joint j [-], (n, n); None: shaft i
             is joint i. See ``coupling.py``.
+        linkage: The bodies of an arm with closed loops, whose rows here are its driven joints; see ``closures.py``.
         name: What to call the arm.
         notes: What the reader of a report should know: ignored tags, doubtful numbers.
     """
@@ -62,6 +63,7 @@ class Arm:
     rotors: tuple[MountedRotor | None, ...]
     level: RotorLevel = RotorLevel.FULL
     coupling: Array | None = None
+    linkage: Linkage | None = None
     name: str = "arm"
     notes: tuple[str, ...] = field(default=())
 
@@ -83,6 +85,28 @@ class Arm:
     def n(self) -> int:
         """Number of joints [-]."""
         return len(self.masses)
+
+    def body_before(self, joint: int) -> int:
+        """The body that a joint hangs on.
+
+        Args:
+            joint: Index of the joint [-].
+
+        Returns:
+            Index of the link, of all bodies where loops close [-]; -1 is the base.
+        """
+        return joint - 1 if self.linkage is None else self.linkage.loops.before(self.linkage.loops.driven[joint])
+
+    def body_after(self, joint: int) -> int:
+        """The body that a joint moves.
+
+        Args:
+            joint: Index of the joint [-].
+
+        Returns:
+            Index of the link, of all bodies where loops close [-].
+        """
+        return joint if self.linkage is None else self.linkage.loops.driven[joint]
 
     def link_frame(self, name: str) -> Array:
         """The frame of a moving link: origin where its joint sits, directions of its home frame.
@@ -185,6 +209,76 @@ class Arm:
             name=name,
             notes=(*notes, *warnings),
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Loops:
+    """Which joints are where; joints and bodies of the arm count first, then those of the linkages in their order.
+
+    Attributes:
+        paths: Joints of each chain from the base, the arm's own first.
+        owner: Chain that counts each body.
+        driven: Joints with a drive, in the order of the arm that shows them.
+        pins: Two chains, how many joints of each stand before the pin, and its point in the base frame with all joints
+            at zero [m], (3,).
+    """
+
+    paths: tuple[tuple[int, ...], ...]
+    owner: tuple[int, ...]
+    driven: tuple[int, ...]
+    pins: tuple[tuple[tuple[int, int], tuple[int, int], Array], ...]
+
+    @property
+    def passive(self) -> tuple[int, ...]:
+        """Joints that follow."""
+        return tuple(joint for joint in range(len(self.owner)) if joint not in self.driven)
+
+    def path(self, body: int) -> tuple[int, ...]:
+        """Joints from the base to a body, its own the last; none to the base, -1."""
+        if body < 0:
+            return ()
+        path = self.paths[self.owner[body]]
+        return path[: path.index(body) + 1]
+
+    def before(self, joint: int) -> int:
+        """The body on which the body of a joint hangs; -1 is the base."""
+        path = self.path(joint)
+        return path[-2] if len(path) > 1 else -1
+
+    def moving(self, body: int) -> tuple[int, ...]:
+        """The driven joints, counted among these, that may move a body: all of them behind one that follows."""
+        path = self.path(body)
+        every = any(joint not in self.driven for joint in path)
+        return tuple(k for k, joint in enumerate(self.driven) if every or joint in path)
+
+    def inside(self, joint: int) -> bool:
+        """Whether a loop closes around a joint, so that what it passes on across its axis is not determined."""
+        ends = [[joint in self.paths[chain][:count] for chain, count in pin[:2]] for pin in self.pins]
+        return any(first != second for first, second in ends)
+
+
+@dataclass(frozen=True, eq=False)
+class Linkage:
+    """The bodies of an arm with loops.
+
+    Attributes:
+        chains: Each with all joints from the base; a body has its mass in one of them. Their rotors are the arm's.
+        loops: How they hang together.
+    """
+
+    chains: tuple[Arm, ...]
+    loops: Loops
+
+    def with_chain(self, index: int, chain: Arm) -> Linkage:
+        """Another chain in place of one."""
+        return replace(self, chains=(*self.chains[:index], chain, *self.chains[index + 1 :]))
+
+
+def refuse_loops(arm: Arm) -> None:
+    """Raises InputError for an arm with closed loops, whose rows are not all of its joints."""
+    if arm.linkage is not None:
+        hint = "inverse dynamics and evaluations know such arms; constraints on an open chain go through LoopClosure"
+        raise InputError(Fault("arm", "has closed loops (closures), which is not computed here", arm.name, hint))
 
 
 def _frozen(array: Array | None) -> Array:

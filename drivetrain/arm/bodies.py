@@ -1,4 +1,4 @@
-"""An arm with a body added to a link, or taken away: a drive, a payload."""
+"""An arm with a body added to a link, or taken away (a drive, a payload), and one on a base that moves."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.checks import called, checked_inertia, warn_of_inertias
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError
@@ -35,6 +35,11 @@ def with_body(arm: Arm, link: int, mass: float, com: Any, inertia: Any) -> Arm:
         InputError: No such link; no body; or more taken away than the link has.
     """
     body = RigidBody(mass, com, checked_inertia(inertia, "inertia"))
+    if arm.linkage is not None and 0 <= link < len(arm.linkage.loops.owner):
+        loops, chains = arm.linkage.loops, arm.linkage.chains
+        at = loops.owner[link]
+        chain = with_body(chains[at], loops.paths[at].index(link), mass, com, inertia)
+        return replace(arm, linkage=arm.linkage.with_chain(at, chain))
     if isinstance(link, bool) or not isinstance(link, (int, np.integer)) or not -1 <= link < arm.n:
         raise InputError(Fault("link", f"must be between -1 (the base) and {arm.n - 1}", link))
     if link == -1:
@@ -75,7 +80,48 @@ def with_payload(arm: Arm, mass: float, com: Any, inertia: Any) -> Arm:
     """
     tensor = checked_inertia(inertia, "inertia")
     body = RigidBody(mass, checked_array(com, (3,), "com"), tensor).seen_from(arm.tip)
-    return with_body(arm, arm.n - 1, body.mass, body.com, 0.5 * (body.inertia + body.inertia.T))
+    last = arm.n - 1 if arm.linkage is None else arm.linkage.chains[0].n - 1
+    return with_body(arm, last, body.mass, body.com, 0.5 * (body.inertia + body.inertia.T))
+
+
+def on_moving_base(arm: Arm) -> Arm:
+    """The arm on a vehicle, a ship or a gantry that moves as it is told: six joints without mass before its own.
+
+    The first three slide along x, y and z of the ground, the next three turn the base about its z, y and x axis (yaw,
+    pitch, roll). Give them the motion of the base; what is asked of them is what the base must bear. A track or a
+    positioner that has a drive is a joint of the arm like any other.
+
+    Args:
+        arm: With rotors or without; what its base carries moves with the base.
+
+    Returns:
+        An arm of n + 6 joints, the arm's own the last n.
+
+    Raises:
+        InputError: An arm with closed loops.
+    """
+    refuse_loops(arm)
+    n, turns, slides = arm.n, np.eye(3)[::-1], np.eye(3)
+    screws = np.zeros((6, 6))
+    screws[:3, 3:], screws[3:, :3] = slides, turns
+    before: dict[str, Any] = {
+        "home": np.tile(np.eye(4), (6, 1, 1)), "screws": screws, "masses": np.zeros(6), "inertias": np.zeros((6, 3, 3)),
+        "joint_points": np.zeros((6, 3)), "lower": np.full(6, -np.inf), "upper": np.full(6, np.inf),
+        "speed_limits": np.full(6, np.inf),
+    }  # fmt: skip
+    joined: dict[str, Any] = {name: np.concatenate([values, getattr(arm, name)]) for name, values in before.items()}
+    for values in joined.values():
+        values.setflags(write=False)
+    names = tuple(f"base_{name}" for name in ("x", "y", "z", "yaw", "pitch", "roll"))
+    coupling = None
+    if arm.coupling is not None:
+        coupling = np.eye(n + 6)
+        coupling[6:, 6:] = arm.coupling
+    rotors = tuple(None if rotor is None else replace(rotor, carrier=rotor.carrier + 6) for rotor in arm.rotors)
+    return replace(
+        arm, **joined, joint_names=(*names, *arm.joint_names), link_names=(*names, *arm.link_names),
+        rotors=(*(None,) * 6, *rotors), coupling=coupling,
+    )  # fmt: skip
 
 
 def _check_remainder(arm: Arm, link: int, mass: float, tensor: Array) -> None:

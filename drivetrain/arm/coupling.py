@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arrays import Array, checked_array, checked_numbers
 from drivetrain.errors import Fault, InputError
 
@@ -35,6 +35,7 @@ def with_coupling(arm: Arm, coupling: Any) -> Arm:
     Raises:
         InputError: Another shape, not finite, or singular: shafts that leave a joint free.
     """
+    refuse_loops(arm)
     return replace(arm, coupling=None if coupling is None else checked_coupling(coupling, arm.n))
 
 

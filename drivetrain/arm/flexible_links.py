@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.coupling import placed
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.arrays import Array, checked_number
@@ -98,6 +98,7 @@ def with_flexible_links(arm: Arm, links: Mapping[int, BendingLink]) -> SprungArm
     Reference:
         Modern Robotics, section 8.9.5: "vibrations along the link" add states; here they are joints.
     """
+    refuse_loops(arm)
     _check(arm, links)
     bodies: list[RigidBody] = []
     rows: list[tuple[int, Array, Array, str]] = []  # link that gives the directions, screw, point, name

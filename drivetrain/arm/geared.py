@@ -82,9 +82,10 @@ def _mounted(arm: Arm, joint: int, rotor: Rotor | None) -> MountedRotor | None:
         return None
     if not isinstance(rotor, Rotor):
         raise InputError(Fault(place, "must be a Rotor or None", rotor))
-    carrier = joint - 1 if rotor.carrier is None else rotor.carrier
-    if carrier >= arm.n:
-        raise InputError(Fault(f"{place}.carrier", f"must be between -1 (base) and {arm.n - 1}", carrier))
+    carrier = arm.body_before(joint) if rotor.carrier is None else rotor.carrier
+    bodies = arm.n if arm.linkage is None else len(arm.linkage.loops.owner)
+    if carrier >= bodies:
+        raise InputError(Fault(f"{place}.carrier", f"must be between -1 (base) and {bodies - 1}", carrier))
     screw = _joint_line(arm, joint) if rotor.screw is None else rotor.screw
     home = rotor.home
     if home is None:

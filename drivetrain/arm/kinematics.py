@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arrays import Array, finite_samples
 
 
@@ -101,6 +101,7 @@ def body_jacobian(arm: Arm, q: Any) -> Array:
 
 def displacements(arm: Arm, q: Any) -> Array:
     """How base, link 0, link 1, ... have moved since the joints were at zero, (N, n + 1, 4, 4)."""
+    refuse_loops(arm)
     (positions,) = finite_samples(arm.n, {"q": q})
     result = np.empty((len(positions), arm.n + 1, 4, 4))
     result[:, 0] = np.eye(4)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
+from drivetrain.arm.arm import STANDARD_GRAVITY, Arm, refuse_loops
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.inertia import parallel_axis
@@ -62,6 +62,7 @@ def book_lists(arm: Arm) -> BookLists:
 
     Reference: Modern Robotics, exercise 8.12.
     """
+    refuse_loops(arm)
     hint = "take it off: with_rotors(arm, [None, ...])"
     mounted = [i for i, rotor in enumerate(arm.rotors) if rotor is not None]
     if mounted:

@@ -17,10 +17,10 @@ from drivetrain.drive.drive import shaft_friction
 from drivetrain.drive.gear import complete
 from drivetrain.drive.overload import overload_room
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
-from drivetrain.dynamics.core.blocks import JOINT
+from drivetrain.dynamics.core.blocks import JOINT_ALONE
 from drivetrain.dynamics.core.packed import Packed, packed
 from drivetrain.dynamics.core.records import LINK, ROTOR
-from drivetrain.dynamics.core.recursion import LINKS
+from drivetrain.dynamics.core.recursion import LINKS_ALONE
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.jit import callback
@@ -50,10 +50,10 @@ def _tick(run: Any) -> None:
     sizes[4] = 0 if whole < FAR * FAR else 1
     if sizes[4] != 0:
         return
-    bodies = carray(run[BODIES_AT], wide + 2, LINKS)
+    bodies = carray(run[BODIES_AT], wide + 2, LINKS_ALONE)
     arm = Arm(
         carray(run[LINKS_AT], sizes[2], LINK), carray(run[ROTORS_AT], sizes[3], ROTOR),
-        carray(run[JOINTS_AT], wide + 1, JOINT), bodies, carray(run[SPREAD_AT], (wide, n), np.float64),
+        carray(run[JOINTS_AT], wide + 1, JOINT_ALONE), bodies, carray(run[SPREAD_AT], (wide, n), np.float64),
         carray(run[TURNS_AT], (n, n), np.float64), carray(run[UNMIXED_AT], (n, n), np.float64),
     )  # fmt: skip
     command(arm, carray(run[AXES_AT], n, AXIS), targets, size)
@@ -101,6 +101,11 @@ class Commander:
             Fault(f"joints.{name}", "lacks what its torque rests on", f"{joint.motor} + {joint.gear}")
             for name, joint in given.joints.items()
             if not joint.torque_known
+        ]
+        faults += [
+            Fault(f"joints.{task.name}.counterbalances", "are not among what a commander knows yet")
+            for task in study.joints
+            if task.counterbalances
         ]
         if faults:
             raise InputError(faults)
@@ -218,7 +223,7 @@ class Commander:
 def memory(model: Packed, axes: Any, targets: Array) -> list[Any]:
     """What a tick works on, in the order of its addresses; the motors not coupled."""
     n, wide = len(axes), len(model.links) - len(model.rotors)
-    joints, bodies = np.zeros(wide + 1, JOINT), np.zeros(wide + 2, LINKS)
+    joints, bodies = np.zeros(wide + 1, JOINT_ALONE), np.zeros(wide + 2, LINKS_ALONE)
     for name, weight in zip(("ax", "ay", "az"), model.gravity, strict=True):
         bodies[name][0] = -weight
     spread = np.eye(n) if model.spread is None else np.ascontiguousarray(model.spread)

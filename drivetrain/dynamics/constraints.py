@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.checks import checked_pose
 from drivetrain.arm.kinematics import screw_displacements
 from drivetrain.arrays import Array, checked_array, frozen_array
@@ -419,6 +419,7 @@ def stacked_rows(arm: Arm, constraints: Sequence[Constraint], q: Array, qd: Arra
 
 def checked_constraints(arm: Arm, constraints: Any) -> tuple[Constraint, ...]:
     """Constraints as a tuple, each of which is one and fits the arm."""
+    refuse_loops(arm)
     if isinstance(constraints, Constraint):
         several: tuple[Any, ...] = (constraints,)
     elif isinstance(constraints, Iterable):

@@ -17,6 +17,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import shaft_torques
 from drivetrain.arrays import Array, finite_samples, samples
+from drivetrain.dynamics.closed import closed_loads
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.core.recursion import torque_alone
 from drivetrain.dynamics.samples import TORQUE_ONLY, Outputs, alone, run, tip_samples
@@ -78,6 +79,8 @@ def inverse_dynamics(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = N
 
     Reference: Modern Robotics, equations 8.103 to 8.111.
     """
+    if arm.linkage is not None:
+        return joint_loads(arm, q, qd, qdd, tip_wrench=tip_wrench).torque
     model = packed(arm)
     if model.spread is None and alone(arm.n, q, qd, qdd):
         torque = np.empty(arm.n)
@@ -105,6 +108,9 @@ def drive_torques(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None
 
     Reference: Modern Robotics, equations 8.110 and 8.111.
     """
+    if arm.linkage is not None:
+        loads = joint_loads(arm, q, qd, qdd, tip_wrench=tip_wrench)
+        return DriveTorques(loads.gear, loads.motor)
     model = packed(arm)
     motion = samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
     gear = np.empty(motion[0].shape)
@@ -132,6 +138,12 @@ def joint_loads(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) 
 
     Reference: Modern Robotics, equations 8.109 to 8.111.
     """
+    if arm.linkage is not None:
+        ratios = [1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]
+        closed = finite_samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
+        torque, gear, wrench, axial = closed_loads(arm, closed, tip_wrench, joint_loads)
+        loads = (torque, gear, torque / ratios, wrench, axial)
+        return JointLoads(*loads) if np.ndim(q) == 2 else JointLoads(*(load[0] for load in loads))
     model = packed(arm)
     motion = samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
     shape = motion[0].shape

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.kinematics import displacements, screw_columns, screw_displacements
 from drivetrain.arm.rotors import RotorLevel
@@ -75,6 +75,7 @@ def torque_parameters(arm: Arm) -> Array:
         axes are the base's. Frame of a rotor: its origin on the spin axis, abreast of the centre of mass, z along the
         axis, x and y the base's turned the shortest way.
     """
+    refuse_loops(arm)
     frames, home, masses, inertias = link_parameter_frames(arm), arm.home, arm.masses, arm.inertias
     rotors = [rotor for rotor in arm.rotors if rotor is not None]
     if rotors:

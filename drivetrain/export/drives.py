@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.checks import Faults
 from drivetrain.arm.geared import at_level
 from drivetrain.arm.rotors import RotorLevel
@@ -83,6 +83,7 @@ def exported(evaluation: Evaluation, payload: str | None = None) -> tuple[Arm, l
         raise InputError(Fault("payload", "is none of the study's", payload, nearest(payload, names)))
     drives = {name: joint.drive for name, joint in evaluation.joints.items()}
     arm = loaded_arm(study, drives, -1 if payload is None else names.index(payload))
+    refuse_loops(arm)
     data = [_drive(study, task, evaluation.joints[task.name]) for task in study.joints]
     return at_level(arm, RotorLevel.REFLECTED), data
 

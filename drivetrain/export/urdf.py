@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
+from drivetrain.arm.arm import STANDARD_GRAVITY, Arm, refuse_loops
 from drivetrain.arm.checks import Faults
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arrays import Array, frozen_array
@@ -95,6 +95,7 @@ def urdf_text(arm: Arm, *, data: UrdfJointData = NO_DATA, base: str | None = Non
 
 def _written(arm: Arm, data: UrdfJointData, base: str | None, tip: str | None) -> tuple[str, tuple[str, ...]]:
     """The text, and the notes in it."""
+    refuse_loops(arm)
     faults = Faults()
     for joint in np.flatnonzero(_pitch(arm)):
         place = f"joint {arm.joint_names[joint]}"

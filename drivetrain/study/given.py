@@ -41,6 +41,8 @@ def add_arm(data: dict[str, Any], arm: Any) -> list[str]:
     notes = []
     data["arm"] = str(arm) if isinstance(arm, Path) else arm
     if isinstance(arm, Arm):
+        if arm.linkage is not None:
+            raise InputError(Fault("arm", "has closed loops: give the open chain, and closures beside it", arm.name))
         numbers = {name: getattr(arm, name).tolist() for name in _ARM_NUMBERS}
         data["arm"] = {"from_screws": numbers | {name: getattr(arm, name) for name in _ARM_NAMES}}
         if arm.coupling is not None and "coupling" not in data:

@@ -20,6 +20,7 @@ from pydantic_core import CoreSchema
 from drivetrain import units as f
 from drivetrain.arm.tool_moves import ToolLimits
 from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
+from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.study.form import AsForm, Entry, Form, form_of
 from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Prices, Safety, StiffnessWish, Stop
@@ -242,6 +243,32 @@ class CouplingForm(Form):
         return self
 
 
+class LoopLinkForm(Form):
+    """A body of a linkage, and the joint by which it hangs on the one before; base frame, all joints at zero."""
+
+    joint: f.Name = Field(description="its name")
+    kind: Literal["revolute", "prismatic"] = "revolute"
+    driven: bool = Field(default=False, description="true: it has a drive, which `joints` states; else it follows")
+    axis: Annotated[tuple[float, float, float], f.Vector("")] = Field(description="direction of its axis or travel")
+    point: Annotated[tuple[float, float, float], f.Vector("m")] = Field(description="of the axis")
+    mass: f.Mass = 0.0
+    com: Annotated[tuple[float, float, float], f.Vector("m")] | None = Field(
+        default=None, description="centre of mass; default: the joint's point"
+    )
+    inertia: InertiaForm | None = Field(default=None, description="about the centre of mass, in axes of the base")
+
+
+class ClosureForm(Form):
+    """A linkage between two links of the arm, which closes a loop; without links a pin between the two."""
+
+    start: f.Name = Field(default="base", description="link or joint on which the first link hangs")
+    links: list[LoopLinkForm] = Field(default_factory=list, description="from the start on")
+    end: f.Name = Field(description="link or joint to whose link a pin holds the last link")
+    point: Annotated[tuple[float, float, float], f.Vector("m")] = Field(
+        description="of the pin, in the base frame with all joints at zero"
+    )
+
+
 class FreeRatioForm(Form):
     """A gear of any ratio in a range: ideal, or one of a series of the catalogue, scaled.
 
@@ -298,6 +325,9 @@ class JointForm(Form):
     mount: MountEntry = Field(default_factory=Mount)
     contained: ContainedForm | None = None
     friction: Entry[Friction] = Friction()
+    counterbalances: tuple[Entry[Counterbalance], ...] = Field(
+        default=(), description="springs, gas springs and biases: torques on the link that the joint's angle decides"
+    )
     motor_friction: Entry[Friction] | None = Field(
         default=None, description="replaces what the motor's no-load data imply"
     )
@@ -416,6 +446,8 @@ class StudyForm(Form):
         default=None, description="in the base frame; default [0, 0, -9.81] m/s^2"
     )
     coupling: list[CouplingForm] = Field(default_factory=list, description="joints whose motors work together")
+    closures: list[ClosureForm] = Field(default_factory=list, description="linkages that close loops in the arm")
+    passive: f.Names = Field(default=(), description="joints of the arm that have no drive and follow the closures")
     drive_mass: Literal["added", "included", "replaced"] | None = None
     payloads: dict[str, PayloadForm] = Field(default_factory=dict)
     motions: dict[str, MotionForm]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, finite_samples
@@ -136,6 +136,7 @@ def symbolic_dynamics(arm: Arm, *, simplify: bool = True, most_joints: int = 6) 
     if arm.n > most_joints:
         hint = "raise most_joints and be patient"
         raise InputError(Fault("arm", f"must have at most {most_joints} joints for equations in letters", arm.n, hint))
+    refuse_loops(arm)
     try:
         from sympy import symbols
     except ImportError:

@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
@@ -59,6 +59,7 @@ class Packed:
 @lru_cache(maxsize=64)
 def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
     """The arm for the kernels, remembered by the identity of the arm."""
+    refuse_loops(arm)
     frames = link_frames(arm)
     ratios = [1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]
     inverse = inverse_poses(frames)

@@ -14,6 +14,7 @@ from drivetrain.drive.drive import drive_inertia
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import continuous_current, continuous_region, operating_region
+from drivetrain.dynamics.closed import main_chain
 from drivetrain.motion.duty_cycle import Cycle, sample_weights
 from drivetrain.report.charts.chart import rounded
 from drivetrain.report.quantities import convert, percent, printed_unit, scaled
@@ -204,7 +205,8 @@ def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | Non
     if arm is None:
         return None
     at = kept[np.unique(np.linspace(0, len(kept) - 1, POSES).astype(int))]
-    moved = link_poses(arm, study.cycle.position[at]) @ np.linalg.inv(arm.home)
+    arm, positions = main_chain(arm, study.cycle.position[at])
+    moved = link_poses(arm, positions) @ np.linalg.inv(arm.home)
     points = np.hstack([arm.joint_points, np.ones((arm.n, 1))])
     places = np.einsum("nkij,kj->nki", moved, points)[..., :3]
     turns = np.linalg.norm(arm.screws[:, :3], axis=1) > 0.5

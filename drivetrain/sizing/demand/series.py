@@ -224,12 +224,11 @@ def added_by(work: Workload, joint: int, drives: Sequence[int]) -> Added:
     """
     basis, travel = work.basis[joint], work.study.joints[joint].travel_per_turn or 1.0
     samples, rows = len(work.study.cycle.time), NUMBERS * len(drives)
-    told = not (basis.slides or work.study.joints[joint].coupled)
     stops = None if work.study.joints[joint].stop.ramp is None else work.stops
     states = 0 if stops is None else len(stops.first)
     held = work.resting[joint].force if work.study.joints[joint].brakes else np.zeros((len(basis.force), 0))
     torque, inertia, static, stop = (np.zeros((rows, width)) for width in (samples, samples, held.shape[1], states))
-    wrench = np.zeros((rows, 6, samples if told else 0))
+    wrench = np.zeros((rows, 6, samples if basis.told else 0))
     for position, drive in enumerate(drives):
         if drive not in basis.drives:
             continue
@@ -238,7 +237,7 @@ def added_by(work: Workload, joint: int, drives: Sequence[int]) -> Added:
         static[to] = travel * held[at]
         if stops is not None:
             stop[to] = travel * stops.joints[joint].force[at]
-        if told:
+        if basis.told:
             wrench[to] = basis.wrench[at].reshape(NUMBERS, samples, 6).transpose(0, 2, 1)
     return Added(torque, wrench, inertia, stop, static)
 

@@ -12,8 +12,10 @@ import numpy as np
 
 from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
 from drivetrain.arm.builtin import builtin_names
+from drivetrain.arm.closures import Closure, LoopLink, with_closures
 from drivetrain.arm.coupling import belts_over, coupled_groups, differential, placed, with_coupling
 from drivetrain.arm.dh import DHRow, JointKind, arm_from_dh
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.load import SUFFIXES, load_arm
 from drivetrain.arrays import Array, frozen_array
 from drivetrain.errors import Fault, InputError, nearest
@@ -21,7 +23,7 @@ from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
 from drivetrain.study.model import Payload
 from drivetrain.study.plausibility import dh_implausible
-from drivetrain.study.schema import CouplingForm, StudyForm
+from drivetrain.study.schema import CouplingForm, InertiaForm, LoopLinkForm, StudyForm
 from drivetrain.units import quantity, split_header
 from drivetrain.whole_files import read_text
 
@@ -82,11 +84,11 @@ def resolve_payloads(form: StudyForm, ledger: Ledger) -> dict[str, Payload]:
     """The bodies the tip may carry."""
     payloads = {}
     for name, body in form.payloads.items():
-        i, tensor = body.inertia, np.zeros((3, 3))
-        if i is None:
+        tensor = np.zeros((3, 3))
+        if body.inertia is None:
             ledger.note([f"Payload {name} is a point mass: no inertia is given."])
         else:
-            tensor = np.array([[i.xx, i.xy, i.xz], [i.xy, i.yy, i.yz], [i.xz, i.yz, i.zz]])
+            tensor = inertia_tensor(body.inertia)
             _note_inertia(name, tensor, ledger)
         com = frozen_array(body.com, (3,), f"{name}.com")
         payloads[name] = Payload(name, body.mass, com, frozen_array(tensor, (3, 3), "inertia"))
@@ -144,6 +146,42 @@ def _note_inertia(name: str, tensor: Array, ledger: Ledger) -> None:
     small, middle, large = np.linalg.eigvalsh(tensor)
     if small < 0.0 or large > (small + middle) * (1.0 + 1e-9):
         ledger.note([f"Payload {name}: no body has principal moments {small:.3g}, {middle:.3g}, {large:.3g} kg m^2."])
+
+
+def resolve_closures(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | None:
+    """The arm with the loops that the study closes, its joints those that have drives; None without one."""
+    if not form.closures and not form.passive:
+        return arm
+    if form.arm is None:
+        ledger.fault(("closures",), "go with an arm: load tables already hold what each gear must give")
+    if form.coupling:
+        ledger.fault(("closures",), "do not go with coupling: state the coupled motion as a linkage")
+    if arm is None:
+        return None
+    own = with_rotors(arm, [None] * arm.n)  # the drives of the study bring theirs
+    closed = None
+    with ledger.gather(("closures",)):
+        closures = [
+            Closure(entry.start, entry.end, np.array(entry.point), tuple(map(_loop_link, entry.links)))
+            for entry in form.closures
+        ]
+        closed = with_closures(own, closures, form.passive)
+        names = [*arm.joint_names, *(link.joint for one in closures for link in one.links)]
+        follow = ", ".join(name for name in names if name not in closed.joint_names)
+        ledger.note([f"Joints {follow} follow in closed loops: their pins are taken without friction and play."])
+    return closed
+
+
+def _loop_link(form: LoopLinkForm) -> LoopLink:
+    inertia = None if form.inertia is None else inertia_tensor(form.inertia)
+    com = None if form.com is None else np.array(form.com)
+    axis, point = np.array(form.axis), np.array(form.point)
+    return LoopLink(form.joint, axis, point, form.mass, com, inertia, form.kind == "prismatic", form.driven)
+
+
+def inertia_tensor(i: InertiaForm) -> Array:
+    """The tensor of an entry, (3, 3)."""
+    return np.array([[i.xx, i.xy, i.xz], [i.xy, i.yy, i.yz], [i.xz, i.yz, i.zz]])
 
 
 def resolve_coupling(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | None:

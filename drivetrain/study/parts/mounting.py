@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -32,7 +32,7 @@ def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) ->
     rotors: list[Rotor | None] = [None] * arm.n
     for joint, task in enumerate(study.joints):
         if task.name in drives:
-            drive, link = drives[task.name], carrier_link(joint, task.mount)
+            drive, link = drives[task.name], carrier_link(arm, joint, task.mount)
             rotors[joint] = seated_rotor(arm, joint, task.mount, rotor_ratio(drive, task), drive_inertia(drive))
             mass, across, along = drive_body(drive)
             if study.drive_mass is not DriveMass.INCLUDED and mass > 0.0:
@@ -60,7 +60,7 @@ def mass_counts(study: Study, joint: int) -> bool:
     """Whether the mass of a joint's drive loads the arm."""
     if study.arm is None or study.drive_mass not in (DriveMass.ADDED, DriveMass.REPLACED):
         return False
-    return carrier_link(joint, study.joints[joint].mount) >= 0
+    return carrier_link(study.arm, joint, study.joints[joint].mount) >= 0
 
 
 def drive_body(drive: Drive) -> tuple[float, float, float]:
@@ -82,10 +82,12 @@ def rotor_ratio(drive: Drive, task: JointTask) -> float:
     return drive.gear.ratio / (task.travel_per_turn or 1.0)
 
 
-def carrier_link(joint: int, mount: Mount) -> int:
+def carrier_link(arm: Arm, joint: int, mount: Mount) -> int:
     """Index of the link that holds the stator."""
     at = seat(joint, mount)
-    return {"parent": at - 1, "child": at, "base": -1}[mount.carrier]
+    if mount.carrier == "base":
+        return -1
+    return arm.body_before(at) if mount.carrier == "parent" else arm.body_after(at)
 
 
 def seat(joint: int, mount: Mount) -> int:
@@ -97,7 +99,7 @@ def seated_rotor(arm: Arm, joint: int, mount: Mount, ratio: float, inertia: floa
     """A rotor where its drive sits, along the axis of the joint there; ratio [- or rad/m], inertia [kg m^2]."""
     axis = joint_axis(arm, seat(joint, mount))
     line = np.concatenate([axis, np.cross(arm.joint_points[seat(joint, mount)], axis)])
-    return Rotor(ratio, inertia, screw=line, carrier=carrier_link(joint, mount))
+    return Rotor(ratio, inertia, screw=line, carrier=carrier_link(arm, joint, mount))
 
 
 def emptied(study: Study) -> Arm:
@@ -129,7 +131,7 @@ def _without(arm: Arm, joint: int, task: JointTask) -> Arm:
     if held is None or held.mass == 0.0:
         return arm
     point = mount_point(arm, joint, held.mount)
-    return with_body(arm, carrier_link(joint, held.mount), -held.mass, point, np.zeros((3, 3)))
+    return with_body(arm, carrier_link(arm, joint, held.mount), -held.mass, point, np.zeros((3, 3)))
 
 
 def joint_axis(arm: Arm, joint: int) -> Array:
@@ -144,6 +146,16 @@ def mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
     at = seat(joint, mount)
     point: Array = arm.joint_points[at] + mount.offset * joint_axis(arm, at)
     return point
+
+
+def with_counterbalances(arm: Arm, joints: Sequence[JointTask]) -> Arm:
+    """The arm with the masses of the joints' counterbalances, as points."""
+    for joint, task in enumerate(joints):
+        for one in task.counterbalances:
+            if one.mass:
+                point = arm.joint_points[joint] + one.com
+                arm = with_body(arm, joint if one.moves else joint - 1, one.mass, point, np.zeros((3, 3)))
+    return arm
 
 
 def cylinder_inertia(mass: float | None, diameter: float | None, length: float | None) -> tuple[float, float]:

@@ -1,0 +1,200 @@
+"""Arms with closed loops: palletisers with parallelograms, screws on a triangle, four-bars.
+
+An open chain stays what it is; linkages are chains that begin at the base or at a link and whose far end a pin holds to
+another. Some joints have drives, the others follow. As an ``Arm`` such an arm shows its driven joints alone, one row
+each; its bodies are in ``arm.linkage``. How the others follow, and what the driven ones must give:
+``dynamics/closed.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm, Linkage, Loops
+from drivetrain.arm.checks import Faults, checked_inertia
+from drivetrain.arrays import Array, checked_array, frozen_array
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.spatial.poses import pose
+
+BASE = "base"
+
+
+@dataclass(frozen=True, eq=False)
+class LoopLink:
+    """A body of a linkage, and the joint by which it hangs on the one before; base frame, all joints at zero.
+
+    Attributes:
+        joint: Its name, also that of the body.
+        axis: Direction of the joint's axis, or of its travel [-], (3,); made unit length.
+        point: Of the axis [m], (3,).
+        mass: [kg].
+        com: Centre of mass [m], (3,).
+        inertia: About it, axes of the base [kg m^2], (3, 3).
+        slides: Whether the joint is prismatic.
+        driven: Whether it has a drive.
+        lower, upper, speed_limit: Of the joint [rad or m, and per s]; infinite where unknown.
+    """
+
+    joint: str
+    axis: Array
+    point: Array
+    mass: float = 0.0
+    com: Array | None = None
+    inertia: Array | None = None
+    slides: bool = False
+    driven: bool = False
+    lower: float = -inf
+    upper: float = inf
+    speed_limit: float = inf
+
+    def __post_init__(self) -> None:
+        place = f"LoopLink {self.joint}"
+        axis = checked_array(self.axis, (3,), f"{place}.axis")
+        if not axis.any():
+            raise InputError(Fault(f"{place}.axis", "must not be zero", axis.tolist()))
+        mass = float(checked_array(self.mass, (), f"{place}.mass"))
+        if mass < 0.0:
+            raise InputError(Fault(f"{place}.mass", "must not be negative [kg]", mass))
+        tensor = np.zeros((3, 3)) if self.inertia is None else self.inertia
+        checked = {
+            "axis": frozen_array(axis / np.linalg.norm(axis), (3,), "axis"),
+            "point": frozen_array(self.point, (3,), f"{place}.point"),
+            "com": frozen_array(self.point if self.com is None else self.com, (3,), f"{place}.com"),
+            "mass": mass,
+            "inertia": checked_inertia(tensor, f"{place}.inertia"),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def screw(self) -> Array:
+        """Of the joint, base frame, (6,)."""
+        if self.slides:
+            return np.concatenate([np.zeros(3), self.axis])
+        return np.concatenate([self.axis, np.cross(self.point, self.axis)])
+
+
+@dataclass(frozen=True, eq=False)
+class Closure:
+    """A linkage from one body to another, which closes a loop; without links a pin between two links of the arm.
+
+    Attributes:
+        start: Link or joint of the arm, or joint of a linkage before this one, on which the first link hangs; ``base``.
+        end: The body to which a pin holds the last link.
+        point: Of the pin, base frame, all joints at zero [m], (3,). The pin keeps two points together, as a ball joint
+            does; in a plane linkage that is a hinge.
+        links: From the start on.
+    """
+
+    start: str
+    end: str
+    point: Array
+    links: tuple[LoopLink, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen_array(self.point, (3,), "Closure.point"))
+        object.__setattr__(self, "links", tuple(self.links))
+
+
+def with_closures(arm: Arm, closures: Sequence[Closure], passive: Sequence[str] = ()) -> Arm:
+    """The arm with linkages that close loops; some of its joints then follow.
+
+    Args:
+        arm: Without rotors and without a coupling.
+        closures: The linkages; with every joint at zero each must be closed, as its pin is one point.
+        passive: Joints of the arm that have no drive. Those of linkages have none unless their link says ``driven``.
+
+    Returns:
+        An arm of the driven joints: the arm's own in their order, then those of the linkages. Positions of driven
+        joints tell all others. ``inverse_dynamics``, ``drive_torques``, ``joint_loads`` and ``evaluate`` know such an
+        arm; what does not know it says so.
+
+    Raises:
+        InputError: Names that are not there or stand twice, an arm with rotors, no joint that is driven, or pins that
+            cannot hold the joints that follow: all of them at once.
+    """
+    faults = Faults()
+    if any(arm.rotors) or arm.coupling is not None or arm.linkage is not None:
+        faults.add("arm", "must be an open chain without rotors and coupling", arm.name)
+    for name in passive:
+        if name not in arm.joint_names:
+            faults.add("passive", "names a joint that is not there", name, nearest(name, arm.joint_names))
+    names = [*arm.joint_names, *(link.joint for closure in closures for link in closure.links)]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        faults.add("closures", "has a joint whose name another joint has", name)
+    bodies = {BASE: -1, **{name: i for i, name in enumerate(arm.link_names)}, **{n: i for i, n in enumerate(names)}}
+    paths, owner = [tuple(range(arm.n))], [0] * arm.n
+    chains, ends, drives = [arm], [], [name not in passive for name in arm.joint_names]
+    for k, closure in enumerate(closures):
+        known = {name: body for name, body in bodies.items() if body < len(owner)}
+        if closure.start not in known:
+            faults.add(f"closures[{k}].start", "is no body before it", closure.start, nearest(closure.start, known))
+            continue
+        start = known[closure.start]
+        on = () if start < 0 else paths[owner[start]][: paths[owner[start]].index(start) + 1]
+        first = len(owner)
+        if closure.links:
+            carrier = arm if start < 0 else chains[owner[start]]
+            chains.append(_chain(carrier, len(on), closure))
+            paths.append((*on, *range(first, first + len(closure.links))))
+            owner += [len(paths) - 1] * len(closure.links)
+            drives += [link.driven for link in closure.links]
+        ends.append((k, len(owner) - 1 if closure.links else start))
+    faults.raise_any()
+    driven = tuple(i for i, one in enumerate(drives) if one)
+    loops = Loops(tuple(paths), tuple(owner), driven, ())
+    pins = []
+    for k, last in ends:
+        name = closures[k].end
+        if name not in bodies:
+            faults.add(f"closures[{k}].end", "is no body", name, nearest(name, bodies))
+            continue
+        held = tuple((0 if body < 0 else owner[body], len(loops.path(body))) for body in (last, bodies[name]))
+        pins.append((held[0], held[1], closures[k].point))
+    if not driven:
+        faults.add("passive", "leaves no joint with a drive", list(passive))
+    faults.raise_any()
+    return _shown(arm, Linkage(tuple(chains), replace(loops, pins=tuple(pins))))
+
+
+def _chain(carrier: Arm, count: int, closure: Closure) -> Arm:
+    """A linkage behind the first joints of another chain, whose bodies count there."""
+    links, none = closure.links, np.zeros((count, 3, 3))
+    before = slice(0, count)
+    return Arm.from_screws(
+        np.array([*carrier.home[before], *(pose(point=link.com) for link in links)]),
+        np.array([*carrier.screws[before], *(link.screw for link in links)]),
+        np.array([*np.zeros(count), *(link.mass for link in links)]),
+        np.array([*none, *(link.inertia for link in links)]),
+        gravity=carrier.gravity,
+        joint_points=np.array([*carrier.joint_points[before], *(link.point for link in links)]),
+        joint_names=[*carrier.joint_names[before], *(link.joint for link in links)],
+        lower=np.array([*carrier.lower[before], *(link.lower for link in links)]),
+        upper=np.array([*carrier.upper[before], *(link.upper for link in links)]),
+        speed_limits=np.array([*carrier.speed_limits[before], *(link.speed_limit for link in links)]),
+        check_inertias=False,
+    )
+
+
+def _shown(arm: Arm, linkage: Linkage) -> Arm:
+    """The driven joints of a linkage as an arm."""
+    loops, rows = linkage.loops, []
+    for joint in loops.driven:
+        chain = linkage.chains[loops.owner[joint]]
+        rows.append((chain, loops.paths[loops.owner[joint]].index(joint)))
+
+    def column(name: str) -> Any:
+        values = np.array([getattr(chain, name)[at] for chain, at in rows])
+        values.setflags(write=False)
+        return values
+
+    arrays = ("home", "screws", "masses", "inertias", "joint_points", "lower", "upper", "speed_limits")
+    changes: dict[str, Any] = {name: column(name) for name in arrays}
+    for name in ("joint_names", "link_names"):
+        changes[name] = tuple(str(getattr(chain, name)[at]) for chain, at in rows)
+    return replace(arm, **changes, rotors=(None,) * len(rows), linkage=linkage)

@@ -1,0 +1,221 @@
+"""Arms with closed loops: how the joints that follow move, and what the driven ones must give.
+
+Pins hold the joints that follow: ``A_p qd_p + A_d qd_d = 0``. So ``qd = J qd_d`` for all joints, and as the forces in
+ideal pins do no work, what the chains ask one by one is asked of the drives as ``J^T tau``: the constrained inverse
+dynamics of the driven joints, without the forces in the pins. Their friction is not in it.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.2 (loop constraints by explicit constraints).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm, Linkage, Loops
+from drivetrain.arrays import Array
+from drivetrain.dynamics.core.frames import FRAME, move_frame
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.poses import pose
+
+STRIDE = 0.2  # of a driven joint at once, on the way from zero [rad]; of sliding ones as far as the arm is wide [-]
+CLOSED = 1e-12  # that pins may stay open, over the arm's size: rounding
+MOST = 30  # Newton's steps
+DEAD = 1e-5  # smallest over largest singular value at which joints still follow: a dead centre is near below it
+
+
+class WholeMotion(NamedTuple):
+    """All joints of an arm with loops, m of them.
+
+    Attributes:
+        position, velocity, acceleration: [rad or m, and per s, s^2], (N, m).
+        turns: J, what each does a unit of a driven joint [-, rad/m or m/rad], (N, m, n).
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    turns: Array
+
+
+def whole_motion(linkage: Linkage, q: Array, qd: Array, qdd: Array) -> WholeMotion:
+    """What all joints do in a motion of the driven ones; raises InputError where pins cannot stay closed."""
+    geometry = _Geometry(linkage.loops, tuple(chain.screws.tobytes() for chain in linkage.chains))
+    position, turns, follows = _assembly(geometry, np.ascontiguousarray(q).tobytes(), len(q))
+    velocity, acceleration = ((turns @ values[:, :, None])[..., 0] for values in (qd, qdd))
+    if qd.any():
+        drift = _pins(geometry.loops, geometry.screws, position, velocity)[2]
+        acceleration[:, list(geometry.loops.passive)] -= (follows @ drift[:, :, None])[..., 0]
+    return WholeMotion(position, velocity, acceleration, turns)
+
+
+class _Geometry(NamedTuple):
+    """What the motion of all joints depends on: neither masses nor rotors."""
+
+    loops: Loops
+    chains: tuple[bytes, ...]
+
+    @property
+    def screws(self) -> list[Array]:
+        """Of each chain, (k, 6); kernels are compiled for arrays that may be written to."""
+        return [np.frombuffer(screws).reshape(-1, 6).copy() for screws in self.chains]
+
+
+@lru_cache(maxsize=8)
+def _assembly(geometry: _Geometry, key: bytes, count: int) -> tuple[Array, Array, Array]:
+    """Positions of all joints, J, and the pseudo-inverse of what pins ask of those that follow; kept for positions."""
+    loops, screws = geometry.loops, geometry.screws
+    driven, passive = list(loops.driven), list(loops.passive)
+    q = np.frombuffer(key).reshape(count, -1)
+    different, back = np.unique(q, axis=0, return_inverse=True)
+    position = _closed_positions(loops, screws, different)
+    _, jacobian, _ = _pins(loops, screws, position, np.zeros_like(position))
+    follows = _following(jacobian, passive, different)
+    turns = np.zeros((len(different), len(loops.owner), len(driven)))
+    turns[:, driven] = np.eye(len(driven))
+    turns[:, passive] = -follows @ jacobian[:, :, driven]
+    every = back.reshape(-1)
+    return position[every], turns[every], follows[every]
+
+
+def _following(jacobian: Array, passive: list[int], q: Array) -> Array:
+    """The pseudo-inverse of what pins ask of the joints that follow, (N, p, k)."""
+    if not passive:
+        return np.zeros((len(q), 0, jacobian.shape[1]))
+    left, values, right = np.linalg.svd(jacobian[:, :, passive], full_matrices=False)
+    share = values[:, -1] / values[:, 0] if values.shape[1] == len(passive) else np.zeros(len(q))
+    if not (share > DEAD).all():
+        worst = int(np.argmin(share))
+        problem = "do not tell where the joints that follow are: a dead centre, or a joint that no pin holds"
+        raise InputError(Fault("driven joints", problem, q[worst].tolist(), "in rad or m; more pins, or other ranges"))
+    return np.asarray(np.swapaxes(right, 1, 2) / values[:, None] @ np.swapaxes(left, 1, 2))
+
+
+def _closed_positions(loops: Loops, screws: list[Array], q: Array) -> Array:
+    """Where all joints are, on the way from zero straight to positions of the driven ones, (N, m).
+
+    Along this way, which all samples go at once, joints that follow cannot change to the linkage's other assembly
+    unless it passes a dead centre.
+    """
+    driven, passive = list(loops.driven), list(loops.passive)
+    size = max((float(np.linalg.norm(point)) for _, _, point in loops.pins), default=1.0) or 1.0
+    slides = [
+        not screws[loops.owner[joint]][loops.paths[loops.owner[joint]].index(joint), :3].any() for joint in driven
+    ]
+    strides = np.abs(q) / np.where(slides, size, 1.0)
+    steps = max(1, math.ceil(float(strides.max(initial=0.0)) / STRIDE))
+    position = np.zeros((len(q), len(loops.owner)))
+    rest, error = np.zeros_like(position), np.inf
+    for step in range(steps):
+        begin, jacobian, _ = _pins(loops, screws, position, rest)
+        change = q / steps
+        position[:, driven] += change
+        asked = begin + (jacobian[:, :, driven] @ change[:, :, None])[..., 0]
+        position[:, passive] -= _least(jacobian[:, :, passive], asked)
+        for _ in range(MOST if step == steps - 1 else 1):
+            missing, jacobian, _ = _pins(loops, screws, position, rest)
+            error = float(np.abs(missing).max(initial=0.0)) / size
+            if error <= CLOSED:
+                break
+            position[:, passive] -= _least(jacobian[:, :, passive], missing)
+    if not error <= 1e3 * CLOSED:
+        worst = int(np.argmax(np.abs(missing).max(axis=1)))
+        problem = f"leaves a pin {error * size:.3g} m open: the linkage does not reach so far"
+        raise InputError(Fault("position of the driven joints", problem, q[worst].tolist(), "in rad or m"))
+    return position
+
+
+def _least(matrix: Array, asked: Array) -> Array:
+    """Least squares by the normal equations, whose rounding the next step of Newton's method takes away, (N, p)."""
+    turned = np.swapaxes(matrix, 1, 2)
+    normal = turned @ matrix
+    scale = np.trace(normal, axis1=1, axis2=2)[:, None, None] + 1e-300
+    normal = normal + 1e-14 * scale * np.eye(matrix.shape[2])
+    return np.asarray(np.linalg.solve(normal, turned @ asked[:, :, None])[..., 0])
+
+
+def _pins(loops: Loops, screws: list[Array], position: Array, velocity: Array) -> tuple[Array, Array, Array]:
+    """How far pins are open [m], (N, k), its Jacobian, (N, k, m), and second derivative at constant rates, (N, k)."""
+    count, m = position.shape
+    error, drift = np.zeros((2, count, 3 * len(loops.pins)))
+    jacobian = np.zeros((count, 3 * len(loops.pins), m))
+    frames = np.empty(count, FRAME)
+    columns: dict[int, Array] = {}
+    for k, (first, second, point) in enumerate(loops.pins):
+        rows = slice(3 * k, 3 * k + 3)
+        for (chain, length), sign in ((first, 1.0), (second, -1.0)):
+            path = list(loops.paths[chain])
+            turned = columns.setdefault(chain, np.empty((count, 6, len(path))))
+            q, qd = (np.ascontiguousarray(values[:, path]) for values in (position, velocity))
+            move_frame(screws[chain], pose(point=point), length - 1, q, qd, frames, turned)
+            error[:, rows] += sign * frames["place"]
+            drift[:, rows] += sign * frames["dv"]
+            jacobian[:, rows, path] += sign * turned[:, 3:]
+    return error, jacobian, drift
+
+
+def chain_arms(arm: Arm) -> list[Arm]:
+    """The chains of an arm with loops, its gravity, level and rotors on them."""
+    assert arm.linkage is not None
+    loops, found = arm.linkage.loops, []
+    mounted = dict(zip(loops.driven, arm.rotors, strict=True))
+    taken = set[int]()
+    for chain, path in zip(arm.linkage.chains, loops.paths, strict=True):
+        rotors = []
+        for joint in path:
+            rotor = mounted.get(joint)
+            here = rotor is not None and joint not in taken and (rotor.carrier < 0 or rotor.carrier in path)
+            taken.update([joint] if here else [])
+            rotors.append(replace(rotor, carrier=path.index(rotor.carrier) if rotor.carrier >= 0 else -1)
+                          if rotor is not None and here else None)  # fmt: skip
+        found.append(replace(chain, gravity=arm.gravity, level=arm.level, rotors=tuple(rotors)))
+    if any(rotor is not None and joint not in taken for joint, rotor in mounted.items()):
+        raise InputError(Fault("rotors", "must ride on the base or on a link before or after their joint"))
+    return found
+
+
+def main_chain(arm: Arm, q: Array) -> tuple[Arm, Array]:
+    """An arm's own chain and the positions of all its joints, (N, n); the arm itself where no loop closes."""
+    if arm.linkage is None:
+        return arm, q
+    rest = np.zeros_like(q)
+    whole = whole_motion(arm.linkage, q, rest, rest)
+    return arm.linkage.chains[0], whole.position[:, list(arm.linkage.loops.paths[0])]
+
+
+def closed_loads(arm: Arm, motion: list[Array], tip_wrench: Any, loads: Any) -> tuple[Array, ...]:
+    """What the driven joints of an arm with loops must give, from the loads of its chains.
+
+    Args:
+        motion: q, qd, qdd of the driven joints, (N, n).
+        tip_wrench: On the environment, of the arm's own chain.
+        loads: ``joint_loads``.
+
+    Returns:
+        Generalised torque, that at the gears' outputs, wrenches, and accelerations of the links before, as in
+        ``JointLoads``; wrenches are NaN where a loop closes around the joint: how its bearings and the pins share them
+        depends on how stiff they are.
+    """
+    assert arm.linkage is not None
+    loops = arm.linkage.loops
+    whole = whole_motion(arm.linkage, *motion)
+    torque, gear = np.zeros((2, *whole.position.shape))
+    count, n = motion[0].shape
+    wrench, axial = np.zeros((count, n, 6)), np.zeros((count, n))
+    for index, (chain, path) in enumerate(zip(chain_arms(arm), loops.paths, strict=True)):
+        along = [np.ascontiguousarray(values[:, list(path)]) for values in whole[:3]]
+        found = loads(chain, *along, tip_wrench=tip_wrench if index == 0 else None)
+        torque[:, path] += found.torque
+        gear[:, path] += found.gear
+        for k, joint in enumerate(loops.driven):
+            if joint in path:
+                wrench[:, k] += found.wrench[:, path.index(joint)]
+                axial[:, k] = found.carrier_acceleration[:, path.index(joint)]
+    wrench[:, [k for k, joint in enumerate(loops.driven) if loops.inside(joint)]] = np.nan
+    turned = np.swapaxes(whole.turns, 1, 2)
+    projected = ((turned @ values[:, :, None])[..., 0] for values in (torque, gear))
+    return (*projected, wrench, axial)
