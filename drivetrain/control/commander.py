@@ -102,6 +102,11 @@ class Commander:
             for name, joint in given.joints.items()
             if not joint.torque_known
         ]
+        faults += [
+            Fault(f"joints.{task.name}.counterbalances", "are not among what a commander knows yet")
+            for task in study.joints
+            if task.counterbalances
+        ]
         if faults:
             raise InputError(faults)
         self.joints: tuple[str, ...] = tuple(given.joints)

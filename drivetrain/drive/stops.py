@@ -103,7 +103,7 @@ def struck(stiffness: Any, inertia: Any, speed: Any, static: Any, torque: Any) -
     """
     if not known(stiffness):
         return math.inf
-    return abs(static) + abs(torque - static) + abs(speed) * (stiffness * max(inertia, 0.0)) ** 0.5
+    return abs(static) + abs(torque - static) + abs(speed) * (0.5 * stiffness * (inertia + abs(inertia))) ** 0.5
 
 
 @law

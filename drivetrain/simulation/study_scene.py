@@ -26,6 +26,7 @@ from drivetrain.effects.friction.viscous_friction import ViscousFriction
 from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.gear_drag import GearDrag
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.loads.counterbalance_torque import CounterbalanceTorque
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.payload_change import EMPTY, Body, PayloadChange
 from drivetrain.effects.motor.given_current import GivenCurrent
@@ -233,6 +234,7 @@ def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, options:
         effects += _drag(study, drive) if options.friction else []
     elif options.friction and drive.gear.no_load_torque:
         effects.append(DryFriction(Friction(coulomb=drive.gear.no_load_torque), "motor"))
+    effects += [CounterbalanceTorque(one, k + 1) for k, one in enumerate(task.counterbalances)]
     network = thermal_network(drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
     if options.heat and network is not None and network.winding_capacity is not None:
         effects.append(WindingHeat(network, gear_heat=task.gear_heat))

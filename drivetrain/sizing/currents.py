@@ -18,16 +18,17 @@ from drivetrain.drive.motor import winding_resistance
 from drivetrain.errors import Fault, InputError
 from drivetrain.records import as_record
 from drivetrain.sizing.demand.demand import at_rest
-from drivetrain.sizing.demand.load_basis import all_numbers, load_basis
+from drivetrain.sizing.demand.load_basis import all_numbers, counterbalance_torques, load_basis
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import Study
 
 PARTS = (
-    "inertia", "gravity", "velocity", "given torque", "joint friction", "mesh loss", "gear drag", "motor friction",
-    "rotor inertia",
+    "inertia", "gravity", "velocity", "counterbalance", "given torque", "joint friction", "mesh loss", "gear drag",
+    "motor friction", "rotor inertia",
 )  # fmt: skip
-"""What a current is for: the arm's accelerations, its weight, its speeds, or a table of torques, all through a lossless
-gear; then what friction and losses take, and what accelerates the rotor. Their currents add up to the whole."""
+"""What a current is for: the arm's accelerations, its weight, its speeds, counterbalances, or a table of torques, all
+through a lossless gear; then what friction and losses take, and what accelerates the rotor. Together they are the
+whole current."""
 
 
 def current_commands(evaluation: Evaluation, *, rate: float | None = None, hold: int = 1) -> pd.DataFrame:
@@ -77,19 +78,22 @@ def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
     still = at_rest(study)
     steady = replace(still, cycle=replace(still.cycle, velocity=study.cycle.velocity))
     bases = [load_basis(one, forces_only=True) for one in (still, steady)] if study.arm is not None else []
+    given = -counterbalance_torques(study, study.cycle.position).T
     found = {}
     for i, task in named:
         joint = evaluation.joints[task.name]
         whole = joint.series.gear_torque - friction_torque(joint.drive.joint_friction, joint.series.speed)
         if not bases:
-            found[task.name] = dict(zip(PARTS, (nothing, nothing, nothing, whole), strict=False))
+            parts = (nothing, nothing, nothing, given[i], whole - given[i])
+            found[task.name] = dict(zip(PARTS, parts, strict=False))
             continue
         held, moving = (
             (task.travel_per_turn or 1.0)
             * (basis[i].bare.force + all_numbers(study, basis[i], drives) @ basis[i].force)
             for basis in bases
         )
-        found[task.name] = dict(zip(PARTS, (whole - moving, held, moving - held, nothing), strict=False))
+        parts = (whole - moving, held - given[i], moving - held, given[i], nothing)
+        found[task.name] = dict(zip(PARTS, parts, strict=False))
     return found
 
 

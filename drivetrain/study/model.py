@@ -13,6 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.brake import Brake
+from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear_loss import DRAG_REFERENCE
 from drivetrain.errors import Fault, InputError
@@ -169,6 +170,7 @@ class JointTask:
         amplifiers: One of which is chosen, the first that holds; empty: ``amplifier``, which else allows what any of
             them allows.
         brakes: One of which must hold the joint; empty: it needs none. Motor keys name theirs: ``MOTOR+BRAKE``.
+        counterbalances: Torques on the link behind the joint that its angle alone decides; their masses are the arm's.
     """
 
     name: str
@@ -191,6 +193,7 @@ class JointTask:
     gear_heat: float = 1.0
     brakes: tuple[Brake, ...] = ()
     amplifiers: tuple[Amplifier, ...] = ()
+    counterbalances: tuple[Counterbalance, ...] = ()
 
     def __repr__(self) -> str:
         driven = f"{self.drive[0]} with {self.drive[1] or 'no gear'}" if self.drive else f"{len(self.pairs)} pairs"

@@ -17,8 +17,9 @@ from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.form import form_of, given, made, over
 from drivetrain.study.model import DriveMass, Payload, Prices, Study
 from drivetrain.study.parts.arm import arm_files, resolve_arm, resolve_closures, resolve_coupling, resolve_payloads
-from drivetrain.study.parts.joints import Surroundings, resolve_joints
+from drivetrain.study.parts.joints import Surroundings, check_gas_springs, resolve_joints
 from drivetrain.study.parts.motions import motion_files, resolve_cycle, resolve_motions
+from drivetrain.study.parts.mounting import with_counterbalances
 from drivetrain.study.parts.selection import TERMS, SelectionOptions, TradeOffs
 from drivetrain.study.parts.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
 from drivetrain.study.parts.simulation import AddedEffect, Control, Simulation, drive_fields, known_effects
@@ -63,6 +64,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     names = arm.joint_names if arm else next((motion.joint_names for motion in motions.values()), ())
     around = Surroundings(form, arm, catalog, ledger)
     joints = resolve_joints(around, names)
+    check_gas_springs(joints, cycle, ledger)
     wanted = resolve_wanted(form, names, ledger)
     trade_offs = resolve_trade_offs(form, cycle, payloads, ledger)
     simulation = resolve_simulation(form, names, ledger)
@@ -86,7 +88,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
         description=form.description.strip(),
         path=str(document.path),
         digest=study_digest(document, named_files(form, document)),
-        arm=arm,
+        arm=None if arm is None else with_counterbalances(arm, joints),
         drive_mass=None if form.drive_mass is None else DriveMass(form.drive_mass),
         payloads=tuple(payloads[name] for name in cycle.payload_names),
         cycle=cycle,

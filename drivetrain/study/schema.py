@@ -20,6 +20,7 @@ from pydantic_core import CoreSchema
 from drivetrain import units as f
 from drivetrain.arm.tool_moves import ToolLimits
 from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
+from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.study.form import AsForm, Entry, Form, form_of
 from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Prices, Safety, StiffnessWish, Stop
@@ -324,6 +325,9 @@ class JointForm(Form):
     mount: MountEntry = Field(default_factory=Mount)
     contained: ContainedForm | None = None
     friction: Entry[Friction] = Friction()
+    counterbalances: tuple[Entry[Counterbalance], ...] = Field(
+        default=(), description="springs, gas springs and biases: torques on the link that the joint's angle decides"
+    )
     motor_friction: Entry[Friction] | None = Field(
         default=None, description="replaces what the motor's no-load data imply"
     )

@@ -28,40 +28,24 @@ _KNOWN = ("schema_version", "study", "vary", "scale", "run", "points_per_shard")
 
 @dataclass(frozen=True)
 class Point:
-    """One study of a sweep.
+    """One study of a sweep."""
 
-    Attributes:
-        index: From 0, in the order in which values vary, the last one fastest.
-        entries: New values of the study file, by place.
-        change: Of the task.
-        texts: What is varied and to what, in words, in the order of ``Sweep.names``.
-    """
-
-    index: int
-    entries: tuple[tuple[Place, Any], ...]
-    change: TaskChange
-    texts: tuple[str, ...]
+    index: int  # from 0, in the order in which values vary, the last one fastest
+    entries: tuple[tuple[Place, Any], ...]  # new values of the study file, by place
+    change: TaskChange  # of the task
+    texts: tuple[str, ...]  # what is varied and to what, in words, in the order of ``Sweep.names``
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """What is varied, and what is done at each point.
+    """What is varied, and what is done at each point."""
 
-    Attributes:
-        document: The study file.
-        names: Of what is varied: places in the study file, then ``scale.payload`` and its like.
-        values: Of each, in the order given.
-        places: Of those that are entries of the study file.
-        run: ``select`` drives at each point, or ``size`` those that the study gives.
-        points_per_shard: How many are kept in one file.
-    """
-
-    document: Document
-    names: tuple[str, ...]
-    values: tuple[tuple[Any, ...], ...]
-    places: tuple[Place, ...]
-    run: str
-    points_per_shard: int
+    document: Document  # the study file
+    names: tuple[str, ...]  # of what is varied: places in the study file, then ``scale.payload`` and its like
+    values: tuple[tuple[Any, ...], ...]  # of each, in the order given
+    places: tuple[Place, ...]  # of those that are entries of the study file
+    run: str  # ``select`` drives at each point, or ``size`` those that the study gives
+    points_per_shard: int  # how many are kept in one file
 
     def __len__(self) -> int:
         size = 1
@@ -141,11 +125,7 @@ def read_sweep(path: str | Path) -> Sweep:
 
 
 def study_of(sweep: Sweep, point: Point) -> Study:
-    """The study of one point, its task not yet changed.
-
-    Raises:
-        InputError: What is wrong with the study at this point.
-    """
+    """The study of one point, its task not yet changed."""
     return study_from(varied(sweep.document, dict(point.entries)))
 
 

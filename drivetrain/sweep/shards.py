@@ -33,11 +33,7 @@ def write_shard(out: Path, shard: int, sweep: Sweep, digest: str, rows: Sequence
 
 
 def done_shards(out: Path, sweep: Sweep, digest: Callable[[int], str]) -> set[int]:
-    """The shards that need no more work.
-
-    Raises:
-        InputError: The folder holds results of another sweep.
-    """
+    """The shards that need no more work."""
     found: set[int] = set()
     for shard in range(sweep.shards):
         place = shard_path(out, shard)

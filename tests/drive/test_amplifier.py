@@ -7,6 +7,7 @@ from drivetrain.drive.amplifier import (
     Amplifier,
     Supply,
     available_voltage,
+    conduction_loss,
     from_dc,
     line_to_line,
     to_dc,
@@ -44,6 +45,13 @@ def test_there_and_back(basis: str) -> None:
     currents = np.array([-3.0, 0.0, 5.0])
     np.testing.assert_allclose(from_dc(to_dc(currents, basis), basis), currents, rtol=1e-15)
     assert to_dc(2.0, basis) * torque_constant_to_dc(0.4, basis) == pytest.approx(0.8)
+
+
+def test_two_switches_of_three_half_bridges_heat_by_their_resistance() -> None:
+    """Three phases of sinusoidal currents, each through one switch: 3 R times the mean square, in the DC equivalent."""
+    phase = 4.0 * PHASES
+    lost = 0.005 * np.mean(np.sum(phase**2, axis=1))
+    assert conduction_loss(0.005, to_dc(4.0, "peak")) == pytest.approx(lost, rel=1e-12)
 
 
 def test_an_unknown_basis_is_refused_with_the_known_ones() -> None:

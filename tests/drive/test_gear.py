@@ -16,12 +16,16 @@ from drivetrain.drive.gear import (
     mesh_factors,
     mesh_input_torque,
     mesh_loss_coefficient,
+    mesh_of,
     momentary_peak_count,
     standstill_interval,
+    tells_drag,
     torque_exponent,
+    unknown_loss,
 )
 from drivetrain.drive.spring import wind_up
 from drivetrain.errors import InputError
+from drivetrain.records import as_record
 
 RPM = 2.0 * math.pi / 60.0
 HOUR = 3600.0
@@ -35,6 +39,25 @@ def test_mesh_friction_of_both_directions_is_one_number() -> None:
     assert mesh_factors(LOSSY).driven == pytest.approx(1.0 - mu) == pytest.approx(2.0 - 1.0 / 0.7)
     assert mesh_factors(dataclasses.replace(LOSSY, backdriving_efficiency=0.5)).driven == 0.5
     assert mesh_factors(WORM).driven < 0.0
+
+
+@pytest.mark.parametrize("lost", ["mesh_efficiency", "drag_torque", "drag_speed_exponent", "drag_speed"])
+def test_half_of_mesh_and_drag_is_unknown(lost: str) -> None:
+    """Of a sheet that tells mesh and drag apart every number counts, of one that does not the efficiency alone."""
+    apart = dataclasses.replace(
+        LOSSY, mesh_efficiency=0.9, drag_torque=0.02, drag_speed=200.0, drag_speed_exponent=0.7,
+        drag_temperature_1=0.0, drag_temperature_2=0.0,
+    )  # fmt: skip
+    record = as_record(apart)
+    assert unknown_loss(record) == 0.0 and mesh_of(record).driving == pytest.approx(1.0 / 0.9)
+    assert mesh_of(record).drag == pytest.approx(0.02 / 200.0**0.7)
+    constant = dataclasses.replace(apart, drag_speed_exponent=0.0, drag_speed=None)
+    assert unknown_loss(as_record(constant)) == 0.0 and mesh_of(as_record(constant)).drag == pytest.approx(0.02)
+    less = as_record(dataclasses.replace(apart, **{lost: None}))
+    assert math.isnan(unknown_loss(less)) or not tells_drag(less)
+    assert unknown_loss(as_record(LOSSY)) == 0.0
+    silent = as_record(dataclasses.replace(LOSSY, efficiency=None))
+    assert math.isnan(unknown_loss(silent)) and mesh_of(silent).driving == mesh_of(silent).driven == 1.0
 
 
 def test_torque_through_the_mesh_in_four_quadrants() -> None:

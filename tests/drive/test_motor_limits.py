@@ -97,6 +97,12 @@ def test_printed_current_is_carried_to_another_air_and_mounting() -> None:
     assert hot.value == pytest.approx(2.0 * math.sqrt(50.0 / 100.0)) and "scaled from 25 °C to 75 °C" in hot.source
     cooled = continuous_current(_motor(nominal_current=2.0), 25.0, housing_to_ambient=2.0)
     assert cooled.value == pytest.approx(2.0 * math.sqrt(8.0 / 4.0)) and "mounting" in cooled.source
+    both = continuous_current(_motor(nominal_current=2.0), 75.0, housing_to_ambient=2.0)
+    assert both.value == pytest.approx(2.0 * math.sqrt(0.5 * 8.0 / 4.0))
+    torque = continuous_current(_motor(nominal_torque=0.06), 75.0)
+    assert torque.value == pytest.approx(1.5 * math.sqrt(0.5))  # over the torque constant of 0.04 N m/A
+    assert continuous_current(_motor(nominal_current=2.0), 25.0).value == 2.0
+    assert continuous_current(_motor(nominal_current=2.0), 130.0).value == 0.0  # hotter air than the winding may be
     unknown = continuous_current(Motor("bare", 1.0, 0.1, nominal_current=2.0), 75.0)
     assert unknown.value == 2.0 and "not scaled" in unknown.source
 

@@ -9,16 +9,19 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from drivetrain.drive.gear import Gear, permitted_peaks
+from drivetrain.drive.friction import Friction, friction_curve
+from drivetrain.drive.gear import Gear, mesh_of, permitted_peaks
 from drivetrain.drive.spring import answer, gear_spring
 from drivetrain.drive.stops import (
     STIFFER,
     StiffSpring,
     braked,
     braking_limit,
+    braking_push,
     jam_torque,
     overshoot,
     stiff_spring,
+    stop_rotor,
     struck,
 )
 
@@ -80,6 +83,27 @@ def test_a_braked_mesh_solves_its_equation():
             push, abs=1e-8
         )
     assert braked(1.4, -2.0, 0.1, -50.0, 0.0, 1.0, 1.0).torque == math.inf  # no acceleration solves a mesh that locks
+
+
+@pytest.mark.parametrize("ratio", [100.0, -60.0])
+def test_motor_and_friction_push_against_the_motion(ratio):
+    """-sgn(w) |G| (K I + drag + friction) - G J a_carrier, the drag and friction by hand."""
+    mesh = mesh_of(replace(
+        GEAR, ratio=ratio, mesh_efficiency=0.9, drag_torque=0.02, drag_speed=200.0, drag_speed_exponent=0.5,
+        drag_temperature_1=0.0, drag_temperature_2=0.0, seal_drag_torque=0.03,
+    ))  # fmt: skip
+    shaft = friction_curve(Friction(0.004, viscous=1e-5))
+    for speed, carrier in ((2.0, 0.0), (-2.0, 0.0), (2.0, 7.0), (-0.5, -3.0)):
+        turning = abs(ratio * speed)
+        drag = 0.02 * 0.8 * (turning / 200.0) ** 0.5 + 0.03 + 0.004 + 1e-5 * turning
+        asked = -math.copysign(abs(ratio) * (0.3 + drag), speed) - ratio * 2e-5 * carrier
+        assert braking_push(mesh, shaft, 0.8, 2e-5, 0.3, speed, carrier) == pytest.approx(asked, rel=1e-12)
+
+
+def test_a_rotor_on_the_moved_link_turns_more_and_loads_it():
+    assert stop_rotor(50.0, 2e-5, 0.0) == pytest.approx((0.05, 0.0))
+    assert stop_rotor(50.0, 2e-5, 1.0) == pytest.approx((0.051, 51 * 2e-5))
+    assert stop_rotor(-50.0, 2e-5, 1.0) == pytest.approx((0.049, -49 * 2e-5))
 
 
 def test_a_worse_mesh_asks_more_of_a_gear_that_is_driven():

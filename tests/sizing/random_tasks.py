@@ -13,6 +13,7 @@ from drivetrain.arm.coupling import belts_over, differential, placed, with_coupl
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
+from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.motion.mix import build_mix
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
@@ -111,6 +112,19 @@ def held_by_brakes(study, seed, torque=0.3, share=0.3, silent=0.1):
             task, motors = replace(task, pairs=pairs, brakes=brakes, drive=given), motors | rows
         tasks.append(task)
     return replace(study, joints=tuple(tasks), catalog=replace(study.catalog, motors=motors))
+
+
+def counterbalanced(study, seed, share=0.3):
+    """The study with springs and biases at some of its turning joints."""
+    rng, tasks = np.random.default_rng((seed, 77)), []
+    for task in study.joints:
+        spring = Counterbalance(
+            stiffness=float(rng.uniform(100.0, 3000.0)), free_length=0.1, lever_carrier=0.25, lever_link=0.1,
+            dead_centre=float(rng.uniform(-2.0, 2.0)), torque=float(rng.normal()),
+        )  # fmt: skip
+        chosen = rng.random() < share and task.travel_per_turn is None
+        tasks.append(replace(task, counterbalances=(spring,) if chosen else ()))
+    return replace(study, joints=tuple(tasks))
 
 
 def random_friction(rng, curved):
@@ -216,4 +230,4 @@ def random_study(make: SimpleNamespace, seed: int, kind: str) -> Study:
         ambient=float(rng.choice([25.0, 40.0])), holding=str(rng.choice(["least", "lossless", "most"])),
         cold_start=float(rng.choice([-30.0, 0.0])) if rng.random() < 0.5 else None,
     )  # fmt: skip
-    return held_by_brakes(study, seed)
+    return held_by_brakes(counterbalanced(study, seed), seed)

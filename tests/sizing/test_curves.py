@@ -12,6 +12,7 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
+from drivetrain.sizing.answers import curve
 from drivetrain.sizing.answers.curve import optimum_curve
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
@@ -138,3 +139,40 @@ def test_a_given_drive_without_data_is_told(make):
     study = replace(study, catalog=catalog, joints=(first, study.joints[1]))
     curve = optimum_curve(study, "payload", (0.5, 2.0), points=2)
     assert not curve.feasible and any("bare" in note and "efficiency" in note for note in curve.notes)
+
+
+class Ladder:
+    """Sets that hold up to a value each, the dearer the further: what a curve asks of a task, without one."""
+
+    often = None
+
+    def __init__(self, steps):
+        self.steps, self.searches = steps, 0  # (name, holds up to, cost)
+
+    def worth(self, drives, value):
+        costs = [cost for name, end, cost in self.steps if drives == {"j": (name, "")} and value <= end]
+        return costs[0] if costs else math.inf
+
+    def selected(self, value, before):
+        self.searches += 1
+        cost, name = min((cost, name) for name, end, cost in self.steps if value <= end)
+        return curve.CurvePoint(value, {"j": (name, "")}, cost, {}, "optimal")
+
+
+def test_slivers_fold_into_a_neighbour_that_holds_and_are_not_searched_for(monkeypatch):
+    """Sets a to g up to 0.3, 0.5, 0.501, 0.502, 0.503, 0.504 and 1; looked at in steps of 0.25."""
+    ends = dict(zip("abcdefg", (0.3, 0.5, 0.501, 0.502, 0.503, 0.504, 1.0), strict=True))
+    row = Ladder([(name, end, 1.0 + 0.1 * i) for i, (name, end) in enumerate(ends.items())])
+    monkeypatch.setattr(curve, "_drawn", lambda *_: ())
+    monkeypatch.setattr(curve, "_ended_by", lambda *_: "")
+    found = [row.selected(value, None) for value in np.linspace(0.0, 1.0, 5)]
+    starts, narrow = [(0.0, found[0])], curve.SLIVER * 0.25
+    for one in found:
+        curve._between(row, starts, one, 1e-9, narrow)
+    assert len(starts) > 3
+    pieces, folded = curve._pieces(row, starts, 1.0, 1e-9, narrow)
+    assert folded >= 1 and [one.drives["j"][0] for one in pieces] == ["a", "b", "g"]
+    assert [one.high for one in pieces] == pytest.approx([0.3, 0.5, 1.0], abs=1e-8)
+    for piece in pieces:  # whoever reads a set off a piece finds one that holds
+        for value in np.linspace(piece.low + 1e-8, piece.high - 1e-8, 101):
+            assert math.isfinite(row.worth(piece.drives, value))

@@ -193,7 +193,7 @@ def test_any_criteria_with_ties_agree_with_brute_force(make, seed, names, coarse
 def test_costs_of_a_box_are_below_those_of_every_set_in_it(make, seed, carrier):
     study = random_study(make, seed, joints=3 if seed else 2, carrier=carrier)
     what = problem(candidates(study), study.wanted)
-    search = FrontTree(what, ("mass", "energy", "utilisation"))
+    search = FrontTree(what, names=("mass", "energy", "utilisation"))
     root = search.root()
     search._weights = np.array([[0.0, 0.0, 1.0, 0.0]])
     rng, looked_at = np.random.default_rng(seed), 0

@@ -130,7 +130,7 @@ def kept(study: Study, drives) -> bool:
     return True
 
 
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 10**6), weights=st.sampled_from(OBJECTIVES), sets=st.integers(1, 7))
 def test_k_best_sets_are_those_of_brute_force(make, seed, weights, sets):
     study = random_study(make, seed, Wanted(weights, sets=sets))
@@ -146,7 +146,7 @@ def test_k_best_sets_are_those_of_brute_force(make, seed, weights, sets):
         assert len({tuple(one.drives.items()) for one in selection.best_sets}) == len(expected)
 
 
-@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     seed=st.integers(0, 10**6), weights=st.sampled_from(OBJECTIVES),
     motors=st.sampled_from([None, 1, 2]), gears=st.sampled_from([None, 1, 2]), family=st.booleans(),

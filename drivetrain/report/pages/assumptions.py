@@ -234,7 +234,11 @@ def _friction(study: Study) -> Group:
         for where, friction in (("at the output", task.friction), ("at the motor shaft", task.motor_friction)):
             if friction is not None and friction != Friction():
                 lines.append((f"{task.name}, {where}", _friction_text(friction)))
-    return Group("Friction stated in the study", tuple(lines))
+        for one in task.counterbalances:
+            stated = [f"{f.name.replace('_', ' ')} {getattr(one, f.name)}" for f in fields(one)
+                      if getattr(one, f.name) != f.default]  # fmt: skip
+            lines.append((f"{task.name}, counterbalance (SI)", ", ".join(stated)))
+    return Group("Friction and counterbalances stated in the study", tuple(lines))
 
 
 def _friction_text(friction: Friction) -> str:

@@ -25,7 +25,8 @@ from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.judge.vary import Setup, Vary, edge, named_drives, worst_of_set
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.asked import unknown_terms
-from drivetrain.sizing.search.robust import CONFIDENCE, chance_of, robust_select, scatters
+from drivetrain.sizing.search.often_enough import CONFIDENCE, chance_of, scatters
+from drivetrain.sizing.search.robust import robust_select
 from drivetrain.sizing.search.search import better_set, select
 from drivetrain.sizing.tables import CRITERION_UNITS, set_table
 from drivetrain.sizing.tolerance.monte_carlo import Chance
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 POINTS = 17
 TOLERANCE = 1e-6  # of the span of values
 EQUAL = 1e-9  # of an objective: sums in another order
+SLIVER = 0.1  # of a step of the grid: a piece that is narrower was found by luck, and nobody builds for it
 DRAWN = 9  # points of each piece
 SAMPLES = 2048  # of each set selected, where tolerances are stated and no probability is wanted
 PROVEN = "optimal"
@@ -193,15 +195,14 @@ def optimum_curve(
     starts = [(grid[0], found[0])]
     for before, one in itertools.pairwise(found):
         if row.often is None:
-            _between(row, starts, one, tolerance)
+            _between(row, starts, one, tolerance, SLIVER * (grid[1] - grid[0]))
         elif one.drives != before.drives:  # whether a set is feasible often enough is too dear to be asked on the way
             starts.append((0.5 * (before.value + one.value), one))
-    pieces = _pieces(row, starts, grid[-1], tolerance)
-    if row.often is not None:
-        tolerance = 0.5 * (grid[1] - grid[0])
+    step = grid[1] - grid[0]
+    pieces, folded = _pieces(row, starts, grid[-1], tolerance, SLIVER * step)
     return OptimumCurve(
-        study, what, row.payload, row.now, tuple(sorted(row.made, key=lambda one: one.value)), pieces, tolerance,
-        tuple(_notes(row, grid[1] - grid[0])),
+        study, what, row.payload, row.now, tuple(sorted(row.made, key=lambda one: one.value)), pieces,
+        tolerance if row.often is None else 0.5 * step, tuple(_notes(row, step, folded)),
     )  # fmt: skip
 
 
@@ -309,20 +310,24 @@ def _robust(study: Study, value: float) -> CurvePoint:
     return CurvePoint(value, dict(best.drives), best.objective, best.criteria, proof, found.chosen.chance)
 
 
-def _between(row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint, tolerance: float) -> None:
+def _between(
+    row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint, tolerance: float, narrow: float
+) -> None:  # fmt: skip
     """Go on from the last set to the set at a further value, breakpoint by breakpoint.
 
-    Args:
-        starts: Where each best set begins, and the set, by rising value; those on the way are put in.
+    ``starts``: where each best set begins, and the set, by rising value; those on the way are put in.
     """
     while starts[-1][1].drives != end.drives:
         start = starts[-1][1]
         low, high = edge(partial(_goes_on, row, start.drives, end.drives), start.value, end.value,
                          error=0.0, least=tolerance)  # fmt: skip
+        if end.value - start.value < narrow and math.isfinite(row.worth(end.drives, high)):
+            starts.append((0.5 * (low + high), end))  # a third set between them would be a sliver
+            return
         before = row.selected(low, start)
         if before.drives != start.drives and low > start.value:
             # A third set is better somewhere before the edge: look for its own edge first.
-            _between(row, starts, before, tolerance)
+            _between(row, starts, before, tolerance, narrow)
             continue
         after = far = row.selected(high, end)
         if before.objective == after.objective and after.drives != end.drives:
@@ -331,7 +336,7 @@ def _between(row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint,
             if row.worth(far.drives, high) <= after.objective * (1.0 + EQUAL):
                 after = replace(after, drives=far.drives)
         starts.append((0.5 * (low + high), after))
-        _between(row, starts, far, tolerance)
+        _between(row, starts, far, tolerance, narrow)
         if high >= end.value:
             return
 
@@ -352,13 +357,22 @@ class _Run(NamedTuple):
     drives: Drives
 
 
-def _pieces(row: _Row, starts: list[tuple[float, CurvePoint]], last: float, tolerance: float) -> tuple[CurvePiece, ...]:
-    """The sets with the ranges in which they are the best, without those that rounding or equal worth tell apart."""
+def _pieces(
+    row: _Row, starts: list[tuple[float, CurvePoint]], last: float, tolerance: float, narrow: float
+) -> tuple[tuple[CurvePiece, ...], int]:  # fmt: skip
+    """The sets with the ranges in which they are the best, and how many slivers were folded into their neighbours.
+
+    What rounding or equal worth tell apart is one; a sliver goes where a neighbour's set holds over it too.
+    """
     ends = [*(start for start, _ in starts[1:]), last]
     runs = [_Run(low, high, one.drives) for (low, one), high in zip(starts, ends, strict=True)]
     runs = _joined(runs, lambda one, other: one.drives if one.drives == other.drives else None)
+    folded = 0
     if row.often is None:
         runs = _joined(_joined(runs, partial(_wider, 2.0 * tolerance)), partial(_as_good_as_both, row))
+        folded = len(runs)
+        runs = _joined(runs, partial(_holds_for_both, row, narrow))
+        folded -= len(runs)
     return tuple(
         CurvePiece(
             low, high, drives, _drawn(row, drives, low, high),
@@ -366,7 +380,7 @@ def _pieces(row: _Row, starts: list[tuple[float, CurvePoint]], last: float, tole
             _ended_by(row, drives, high, 1) if high < last else "",
         )
         for low, high, drives in runs
-    )  # fmt: skip
+    ), folded  # fmt: skip
 
 
 def _joined(runs: list[_Run], one_for_both: Callable[[_Run, _Run], Drives | None]) -> list[_Run]:
@@ -393,15 +407,23 @@ def _as_good_as_both(row: _Row, one: _Run, other: _Run) -> Drives | None:
     return other.drives if _as_good(row, other.drives, one) else None
 
 
-def _as_good(row: _Row, drives: Drives, run: _Run) -> bool:
+def _holds_for_both(row: _Row, narrow: float, one: _Run, other: _Run) -> Drives | None:
+    if other.high - other.low < narrow and _as_good(row, one.drives, other, at_any_cost=True):
+        return one.drives
+    folds = one.high - one.low < narrow and _as_good(row, other.drives, one, at_any_cost=True)
+    return other.drives if folds else None
+
+
+def _as_good(row: _Row, drives: Drives, run: _Run, *, at_any_cost: bool = False) -> bool:
     """Whether a set is feasible over the whole run of another and worth no less there, looked at where it is drawn."""
     if not drives or not run.drives:
         return False
     inner, ends = np.linspace(run.low, run.high, DRAWN + 2)[1:-1], 1e-9 * (run.high - run.low)
-    return all(
-        row.worth(drives, float(value)) <= row.worth(run.drives, float(value)) * (1.0 + EQUAL) < math.inf
-        for value in (inner[DRAWN // 2], run.low + ends, run.high - ends, *inner)
-    )
+    for value in (inner[DRAWN // 2], run.low + ends, run.high - ends, *inner):
+        own, other = row.worth(drives, float(value)), row.worth(run.drives, float(value))
+        if math.isinf(own) or not (at_any_cost or own <= other * (1.0 + EQUAL) < math.inf):
+            return False
+    return True
 
 
 def _ended_by(row: _Row, drives: Drives, value: float, direction: int) -> str:
@@ -424,8 +446,13 @@ def _drawn(row: _Row, drives: Drives, low: float, high: float) -> tuple[CurvePoi
     return tuple(CurvePoint(value, drives, one.objective, one.criteria, "") for value, one in found)
 
 
-def _notes(row: _Row, step: float) -> list[str]:
+def _notes(row: _Row, step: float, folded: int) -> list[str]:
     notes = list(row.missing)
+    if folded:
+        notes.append(
+            f"{folded} pieces narrower than {SLIVER * step:.3g} {row.vary.unit} are folded into a neighbour, whose set "
+            "is feasible there too and worth little less"
+        )
     if scatters(row.study) and row.often is None:
         notes.append(
             "sets are those that hold with nominal numbers; with what probability each holds within the tolerances is "

@@ -169,11 +169,7 @@ def free_ratios(
 
 
 def goal_of(goal: Goal | str) -> Goal:
-    """A goal by its name.
-
-    Raises:
-        InputError: There is none of that name.
-    """
+    """A goal by its name."""
     known = [one.value for one in Goal]
     if str(goal) not in known:
         raise InputError(Fault("goal", "is none that ratios can be chosen for", str(goal), nearest(str(goal), known)))
@@ -198,9 +194,8 @@ class _Design:
     def setup(self, ratios: Mapping[int, float], after: Setup | None = None, joint: int | None = None) -> Setup:
         """The drives for a set of ratios, each sized for the load of those after it.
 
-        Args:
-            after: Of the drives after a joint, already sized.
-            joint: To start from, going to the base; None: the tip.
+        ``after``: of the drives after a joint, already sized; joint: to start from, going to the base; None:
+        the tip.
         """
         drives = dict(self.fixed)
         if after is not None and joint is not None:

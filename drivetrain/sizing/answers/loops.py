@@ -23,33 +23,20 @@ MOST_SAMPLES = 20_000
 
 @dataclass(frozen=True, eq=False)
 class JointLoops:
-    """One joint's loops.
+    """One joint's loops."""
 
-    Attributes:
-        joint: Its name.
-        axis: With the heaviest load of the cycle.
-        lightest: Load inertia at its least [kg m^2].
-        timing: Of its servo.
-        design: With the heaviest load.
-        light: What the same gains make of the lightest.
-        current_gain, current_integral: Of the current loop [V/A], [V/(A s)]; None where the sheet tells no inductance.
-        time: Of the step responses [s], (M,).
-        step, light_step: Motor's angle over a step of its command, no speed fed forward [-], (M,).
-        notch_step: With the heaviest load and the notch that would help; None where the design offers none.
-    """
-
-    joint: str
-    axis: ServoAxis
-    lightest: float
-    timing: ServoTiming
-    design: LoopDesign
-    light: LoopDesign
-    current_gain: float | None
+    joint: str  # its name
+    axis: ServoAxis  # with the heaviest load of the cycle
+    lightest: float  # load inertia at its least [kg m^2]
+    timing: ServoTiming  # of its servo
+    design: LoopDesign  # with the heaviest load
+    light: LoopDesign  # what the same gains make of the lightest
+    current_gain: float | None  # of the current loop [V/A], [V/(A s)]; None where the sheet tells no inductance
     current_integral: float | None
-    time: Array
-    step: Array
+    time: Array  # of the step responses [s], (M,)
+    step: Array  # motor's angle over a step of its command, no speed fed forward [-], (M,)
     light_step: Array
-    notch_step: Array | None
+    notch_step: Array | None  # with the heaviest load and the notch that would help; None where the design offers none
 
     @property
     def stable(self) -> bool:
@@ -59,15 +46,10 @@ class JointLoops:
 
 @dataclass(frozen=True, eq=False)
 class StudyLoops:
-    """The loops of a study's joints.
+    """The loops of a study's joints."""
 
-    Attributes:
-        joints: Those that could be laid out.
-        missing: Of the others why not, by joint.
-    """
-
-    joints: tuple[JointLoops, ...]
-    missing: dict[str, str]
+    joints: tuple[JointLoops, ...]  # those that could be laid out
+    missing: dict[str, str]  # of the others why not, by joint
 
 
 def study_loops(
@@ -106,11 +88,9 @@ def servo_timing(wishes: Simulation, joint: str) -> ServoTiming:
 def servo_axes(joint: JointResult, damping: float) -> tuple[ServoAxis, float] | None:
     """A joint as its servo sees it, with its gear at its softest.
 
-    Args:
-        damping: Of the spring, as a share of the critical one [-].
+    ``damping``: of the spring, as a share of the critical one [-].
 
-    Returns:
-        The axis at the largest inertia of the cycle, and the least load inertia; None where an inertia is unknown.
+    The axis at the largest inertia of the cycle, and the least load inertia; None where an inertia is unknown.
     """
     load, drive = joint.series.load_inertia, joint.drive
     if load is None or not drive.motor.rotor_inertia or not float(load.min()) > 0.0:

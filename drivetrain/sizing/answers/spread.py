@@ -13,24 +13,17 @@ from drivetrain.sizing.tolerance.tornado import Tornado, effects
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """How a set of drives stands the scatter of its numbers.
+    """How a set of drives stands the scatter of its numbers."""
 
-    Attributes:
-        robustness: Probabilities that checks, joints and the whole set hold.
-        tornadoes: Of the binding check of every joint and of the supply, most loaded first.
-        choice: How the set was chosen, where a probability was wanted; else None.
-    """
-
-    robustness: Robustness
-    tornadoes: tuple[Tornado, ...]
-    choice: RobustSelection | None = None
+    robustness: Robustness  # probabilities that checks, joints and the whole set hold
+    tornadoes: tuple[Tornado, ...]  # of the binding check of every joint and of the supply, most loaded first
+    choice: RobustSelection | None = None  # how the set was chosen, where a probability was wanted; else None
 
 
 def spread(evaluation: Evaluation, choice: RobustSelection | None = None) -> Spread | None:
     """What scatter means for evaluated drives.
 
-    Returns:
-        The probabilities and tornadoes; None where the study states no tolerance.
+    The probabilities and tornadoes; None where the study states no tolerance.
     """
     if not evaluation.study.tolerances.given:
         return None
@@ -40,9 +33,8 @@ def spread(evaluation: Evaluation, choice: RobustSelection | None = None) -> Spr
 def robustly(selection: Selection) -> tuple[Selection, RobustSelection | None]:
     """A selection whose set holds with the wanted probability.
 
-    Returns:
-        The selection with the best set that holds often enough, and how it was found; where none does, one that is not
-        feasible and says so. As it was, and None, where nothing scatters or no probability is wanted.
+    The selection with the best set that holds often enough, and how it was found; where none does, one that is
+    not feasible and says so. As it was, and None, where nothing scatters or no probability is wanted.
     """
     study = selection.study
     if study.wanted.holds is None or not study.tolerances.given or not selection.feasible:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
 from drivetrain.motion.duty_cycle import Cycle, Indices
@@ -258,6 +259,7 @@ class JointWork:
         if sums is None:
             nothing = np.zeros_like(speed)
             given = nothing if cycle.torque is None else cycle.torque[:, self.joint]
+            given = given - counterbalance_torque(task.counterbalances, position)
             told = None if task.load_inertia is None else np.full_like(speed, task.load_inertia)
             static = given if told is None else given - told * acceleration
             return JointDemand(

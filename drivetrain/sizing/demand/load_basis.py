@@ -17,10 +17,15 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.bodies import with_body
+from drivetrain.arm.coupling import shaft_motion, shaft_torques
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arrays import Array
+from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, drive_inertia
+from drivetrain.dynamics.core.packed import link_frames
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
+from drivetrain.sizing.demand.unit_loads import NUMBERS, Along, Riders, fill_rows, go_along
+from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.parts.mounting import (
     carrier_link,
@@ -34,7 +39,7 @@ from drivetrain.study.parts.mounting import (
     seated_rotor,
 )
 
-NUMBERS = 5  # of a drive: mass, inertia across, along, of the rotor, of the rotor times ratio
+AT_ONCE = 1024  # samples gone along at once: what rows are made of stays in a near cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,15 +88,24 @@ class JointBasis:
 
 
 def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, ...]:
-    """The basis of every joint."""
+    """The basis of every joint; with ``forces_only`` wrenches and inertias are rows of no width."""
     if study.arm is None:
         return ()
-    arm = emptied(study)
-    loads = _forces if forces_only else _loads
+    arm, loads = emptied(study), _forces if forces_only else _loads
     bare = _with_payloads(study, arm, loads)
-    reference = loads(study, arm)
+    bare = replace(bare, force=bare.force - counterbalance_torques(study, study.cycle.position).T)
+    if arm.linkage is None:
+        return _with_units(study, arm, bare)
+    reference = loads(study, arm)  # a loop carries what a drive weighs to joints elsewhere: differences of whole runs
     units = [_units(study, arm, reference, joint, loads) for joint in range(arm.n)]
     return tuple(_of_joint(study, bare, units, joint, not arm.screws[joint, :3].any()) for joint in range(arm.n))
+
+
+def counterbalance_torques(study: Study, position: Array) -> Array:
+    """What counterbalances give to the joints, at the shafts where motors are coupled [N m], (N, n)."""
+    columns = [counterbalance_torque(task.counterbalances, position[:, i]) for i, task in enumerate(study.joints)]
+    torque = np.column_stack(columns)
+    return torque if study.arm is None else shaft_torques(study.arm, torque)
 
 
 def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
@@ -228,3 +242,43 @@ def _scaled_sum(first: Loads, second: Loads, scale: float) -> Loads:
         wrench=scale * (first.wrench + second.wrench),
         inertia=scale * (first.inertia + second.inertia),
     )
+
+
+def _with_units(study: Study, arm: Arm, bare: Loads) -> tuple[JointBasis, ...]:
+    """Every joint with what a unit of each number of the drives that load it adds."""
+    cycle, n, samples = study.cycle, arm.n, len(study.cycle.time)
+    mounts = [task.mount for task in study.joints]
+    axes = [joint_axis(arm, i) for i in range(n)]
+    riders = Riders(
+        np.array([carrier_link(arm, k, mount) for k, mount in enumerate(mounts)]),
+        np.array([mount_point(arm, k, mount) for k, mount in enumerate(mounts)]),
+        np.array([axes[seat(k, mount)] for k, mount in enumerate(mounts)]),
+        np.full(n, study.drive_mass is not DriveMass.INCLUDED),
+    )
+    frames = link_frames(arm)[1:, :3]
+    frames[:, :, :3] = [frame_along(axis) for axis in axes]
+    turns = np.eye(n) if arm.coupling is None else np.array(np.linalg.inv(arm.coupling).T)  # a row a shaft
+    full, joints = bare.inertia.shape[-1], []
+    for joint in range(n):
+        drives = loading_drives(study, joint)
+        force, wrench, inertia = (
+            np.zeros((NUMBERS * len(drives), *shape)) for shape in ((samples,), (full, 6), (full,))
+        )
+        own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
+        slides = not arm.screws[joint, :3].any()
+        told = not (slides or study.joints[joint].coupled)
+        joints.append(JointBasis(own, slides, told, drives, force, wrench, inertia))
+    for first in range(0, samples, AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        motion = [np.array(row[part]) for row in (cycle.position, cycle.velocity, cycle.acceleration)]
+        shafts = [np.ascontiguousarray(shaft_motion(arm, row)) for row in motion[1:]]
+        along = Along(*(np.empty((n, *rows, len(motion[0]))) for rows in ((6,), (12,), (NUMBERS, 6), (6,))))
+        go_along(np.array(arm.screws), frames, np.array(arm.gravity), riders, *motion, *shafts, along)
+        for joint, basis in enumerate(joints):
+            rows = (basis.force, basis.wrench, basis.inertia)
+            for at, drive in enumerate(basis.drives):
+                of = slice(NUMBERS * at, NUMBERS * (at + 1))
+                fill_rows(along, riders, joint, drive, turns[joint], first, *(row[of] for row in rows))
+                if joint == drive:  # the load's inertia leaves the joint's own rotor out
+                    basis.inertia[of][3:] = 0.0
+    return tuple(replace(one, wrench=one.wrench.reshape(len(one.wrench), 6 * full)) for one in joints)

@@ -24,6 +24,7 @@ from drivetrain.drive.stops import braking_push, overshoot, stiff_spring, struck
 from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.motion.duty_cycle import Indices
 from drivetrain.records import as_record
+from drivetrain.sizing.demand.load_basis import counterbalance_torques
 from drivetrain.sizing.judge.stiffness import joint_travels, loaded_arms
 from drivetrain.study.model import Study
 
@@ -79,6 +80,7 @@ class _Driven:
     """An arm with one payload and its drives, its joints told by the angles s of their gears' outputs; n joints.
 
     Attributes:
+        study: Whose counterbalances act on the joints.
         arm: With rotors.
         turns: What a radian of each gear's output does to each joint [rad or m], (n, n).
         travels: Of each joint a radian of its gear's output [rad or m], (n,).
@@ -91,6 +93,7 @@ class _Driven:
         rises: Time in which each braking torque comes [s].
     """
 
+    study: Study
     arm: Arm
     turns: Array
     travels: Array
@@ -109,7 +112,7 @@ class _Driven:
         """At the gears' outputs, and what turns the rotors beside that [N m], (S, n) each."""
         found = drive_torques(self.arm, q, speed @ self.turns.T, acceleration @ self.turns.T)
         gear = found.gear * self.travels
-        return gear, found.motor * self.ratio - gear
+        return gear - counterbalance_torques(self.study, q), found.motor * self.ratio - gear
 
     def equations(self, q: Array, speed: Array) -> tuple[Array, Array, Array, Array]:
         """A, b, B and r, (S, n, n) and (S, n)."""
@@ -163,7 +166,7 @@ def _driven(study: Study, arm: Arm, drives: Mapping[str, Drive]) -> _Driven:
     coldest = min(float(study.drag_temperature(study.ambient)), math.inf if cold is None else cold)
     driving, driven = (np.array([getattr(one, way) for one in meshes]) for way in ("driving", "driven"))
     return _Driven(
-        arm, shafts * travels, travels, ratio, ratio**2 * np.array([drive_inertia(one) for one in every]), gears,
+        study, arm, shafts * travels, travels, ratio, ratio**2 * np.array([drive_inertia(one) for one in every]), gears,
         meshes, tuple(friction_curve(as_record(shaft_friction(one))) for one in every),
         tuple(stiff_spring(one).slope_3 for one in gears), tuple(float(drag_factor(one, coldest)) for one in meshes),
         driving, driven, tuple(task.stop.rise for task in study.joints),

@@ -25,11 +25,7 @@ MOST_NAMED = 3
 def check_asked(study: Study, wanted: SelectionOptions | None) -> None:
     """Refuse what no search can answer; a study from a file has passed all of it.
 
-    Args:
-        wanted: What is asked for instead of what the study says; None: that.
-
-    Raises:
-        InputError: All that is wrong: no study, unknown terms or joints, numbers out of range.
+    ``wanted``: what is asked for instead of what the study says; None: that.
     """
     if not isinstance(study, Study):
         raise InputError(Fault("study", "must be a study", type(study).__name__, "load_study reads one from its file"))
@@ -42,11 +38,7 @@ def check_asked(study: Study, wanted: SelectionOptions | None) -> None:
 
 
 def check_keys(study: Study) -> None:
-    """Refuse drives and candidates that the catalogue does not have; asked only once one was not found.
-
-    Raises:
-        InputError: The first unknown motor and gear of every joint.
-    """
+    """Refuse drives and candidates that the catalogue does not have; asked only once one was not found."""
     faults = [fault for task in study.joints for fault in _of_keys(study, task)]
     if faults:
         raise InputError(faults)

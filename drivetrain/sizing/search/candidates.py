@@ -46,63 +46,39 @@ TABLE = table()
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """Candidates of one joint, judged; K of them.
+    """Candidates of one joint, judged; K of them."""
 
-    Attributes:
-        cases: Records of ``cases.Case``, (K,).
-        used: Largest utilisation, (K,).
-        binding: Its check, -1 for none, (K,).
-        lacking: First essential check that could not be made, else -1, (K,).
-        checks: Every check's utilisation, NaN where it is not made, (K, checks); (0, 0) where nobody asked.
-    """
-
-    cases: Any
-    used: Array
-    binding: Indices
-    lacking: Indices
-    checks: Array
+    cases: Any  # records of ``cases.Case``, (K,)
+    used: Array  # largest utilisation, (K,)
+    binding: Indices  # its check, -1 for none, (K,)
+    lacking: Indices  # first essential check that could not be made, else -1, (K,)
+    checks: Array  # every check's utilisation, NaN where it is not made, (K, checks); (0, 0) where nobody asked
 
 
 @dataclass(frozen=True, eq=False)
 class JointOffer:
-    """One joint: its work without drives, its candidates' rows, and what the drives of others add to its load.
+    """One joint: its work without drives, its candidates' rows, and what the drives of others add to its load."""
 
-    Attributes:
-        joint: Index of the joint.
-        demand: Without drives.
-        work: The same for compiled code; amounts are the numbers of the joint's own drive, where it rides on the link
-            that it moves.
-        others: Joints whose drives load this one.
-        rows: What a unit of each number of each of their drives adds.
-        heavy: Load of the output bearing without drives where it is largest in each stretch, (6, M) or (6, 0).
-        heavy_rows: What a unit of each number of the others' and the own drive adds to it, (K, 6, M).
-        held, held_rows: The same of the torque that holds a position still, (M,) or (0,), (K, M).
-        stops, stop_rows: The same of the torque in stops on a ramp.
-        brake: Torque, static torque and inertia without drives where stops at a current limit are looked at, (3, B).
-        brake_rows: What a unit of each number of the others adds to them, (3, K, B).
-        few: The work at a few samples, with its memory.
-        records: The candidates for the bounds, with their memory.
-        given: Whether the study gives the drive: it stays, whatever is known of it.
-        task: Of its amplifiers a drive takes the first that holds; of none that of the records.
-    """
-
-    joint: int
-    demand: JointDemand
+    joint: int  # index of the joint
+    demand: JointDemand  # without drives
+    # the same for compiled code; amounts are the numbers of the joint's own drive, where it rides on the link that it
+    # moves
     work: Work
-    others: tuple[int, ...]
-    rows: Added
-    heavy: Array
-    heavy_rows: Array
-    held: Array
+    others: tuple[int, ...]  # joints whose drives load this one
+    rows: Added  # what a unit of each number of each of their drives adds
+    heavy: Array  # load of the output bearing without drives where it is largest in each stretch, (6, M) or (6, 0)
+    heavy_rows: Array  # what a unit of each number of the others' and the own drive adds to it, (K, 6, M)
+    held: Array  # the same of the torque that holds a position still, (M,) or (0,), (K, M)
     held_rows: Array
-    stops: Array
+    stops: Array  # the same of the torque in stops on a ramp
     stop_rows: Array
+    # torque, static torque and inertia without drives where stops at a current limit are looked at, (3, B)
     brake: Array
-    brake_rows: Array
-    few: Work
-    records: Offer
-    given: bool
-    task: JointTask
+    brake_rows: Array  # what a unit of each number of the others adds to them, (3, K, B)
+    few: Work  # the work at a few samples, with its memory
+    records: Offer  # the candidates for the bounds, with their memory
+    given: bool  # whether the study gives the drive: it stays, whatever is known of it
+    task: JointTask  # of its amplifiers a drive takes the first that holds; of none that of the records
 
     def cases(self, parts: Indices) -> Any:
         """Records of pairs, (K,); parts: rows of motor and gear, (K, 2)."""
@@ -120,8 +96,7 @@ class JointOffer:
 
         They lie in the memory of the records, for the bounds that are asked next.
 
-        Args:
-            low, high: Numbers of all joints' drives, (n, NUMBERS).
+        ``low, high``: Numbers of all joints' drives, (n, NUMBERS).
         """
         open_span(self.records, low, high)
         found = self.records.whole.still
@@ -177,8 +152,7 @@ class JointOffer:
     ) -> tuple[int, Array, Array, Array]:  # fmt: skip
         """Candidates while the torque lies in the interval; see ``bound_candidates``.
 
-        Returns:
-            How many were looked at, their utilisations and energies at least, (K,), and the line, (N,).
+        How many were looked at, their utilisations and energies at least, (K,), and the line, (N,).
         """
         line = np.zeros(len(self.records.load))
         used, energy = np.zeros(len(pairs)), np.zeros(len(pairs))
@@ -257,33 +231,20 @@ class JointOffer:
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """The pairs of all joints, P of them; n joints.
+    """The pairs of all joints, P of them; n joints."""
 
-    Attributes:
-        study: The task.
-        work: Its joints' work.
-        motors, gears: Catalogue keys by row; the first gear is that of a direct drive.
-        first: Pairs of joint j are ``first[j]`` to ``first[j + 1]``, (n + 1,).
-        pairs: Row of the motor and of the gear of each pair, (P, 2).
-        numbers: Through which each pair loads joints, the units of ``drive_numbers``, (P, NUMBERS).
-        ratio: Of each pair's gear, (P,).
-        mass, price: Of each pair [kg], NaN where unknown, (P,).
-        joints: One a joint.
-        power_known: Whether every given drive's power is known, as far as it is to be held against the supply.
-    """
-
-    study: Study
-    work: Workload
-    motors: tuple[str, ...]
+    study: Study  # the task
+    work: Workload  # its joints' work
+    motors: tuple[str, ...]  # catalogue keys by row; the first gear is that of a direct drive
     gears: tuple[str, ...]
-    first: Indices
-    pairs: Indices
-    numbers: Array
-    ratio: Array
-    mass: Array
+    first: Indices  # pairs of joint j are ``first[j]`` to ``first[j + 1]``, (n + 1,)
+    pairs: Indices  # row of the motor and of the gear of each pair, (P, 2)
+    numbers: Array  # through which each pair loads joints, the units of ``drive_numbers``, (P, NUMBERS)
+    ratio: Array  # of each pair's gear, (P,)
+    mass: Array  # of each pair [kg], NaN where unknown, (P,)
     price: Array
-    joints: tuple[JointOffer, ...]
-    power_known: bool
+    joints: tuple[JointOffer, ...]  # one a joint
+    power_known: bool  # whether every given drive's power is known, as far as it is to be held against the supply
 
     def keys(self, pair: int) -> tuple[str, str]:
         """The catalogue keys of a pair."""

@@ -23,19 +23,12 @@ STEPS = 30  # of the multipliers of a bound
 
 @dataclass(frozen=True, eq=False)
 class CommonParts:
-    """At most so many different labels at some joints.
+    """At most so many different labels at some joints."""
 
-    Attributes:
-        what: In words, such as ``motor types``.
-        label: Of each pair, (P,).
-        joints: Indices of the joints.
-        most: Different labels, FREE not counted.
-    """
-
-    what: str
-    label: Indices
-    joints: tuple[int, ...]
-    most: int
+    what: str  # in words, such as ``motor types``
+    label: Indices  # of each pair, (P,)
+    joints: tuple[int, ...]  # indices of the joints
+    most: int  # different labels, FREE not counted
 
     def satisfied(self, pairs: Sequence[int]) -> bool:
         """Whether a set satisfies the constraint."""

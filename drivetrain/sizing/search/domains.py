@@ -19,21 +19,14 @@ UNTESTED, CHEAPEST, ALL = range(3)
 
 @dataclass(frozen=True, eq=False)
 class Domain:
-    """The candidates that are left at one joint, K of them.
+    """The candidates that are left at one joint, K of them."""
 
-    Attributes:
-        pairs: Indices into the pairs of the study, (K,).
-        cost: What each costs at least, (K,) or (K, criteria).
-        exact: Whether that is what it costs, and it is feasible: all that loads the joint is decided, (K,).
-        least: What the cheapest costs at least.
-        tested: Which were held against the torque that is left possible: none (UNTESTED), those that might be the
-            cheapest (CHEAPEST) or ALL.
-    """
-
-    pairs: Indices
-    cost: Array
-    exact: Mask
-    least: float = UNPRICED
+    pairs: Indices  # indices into the pairs of the study, (K,)
+    cost: Array  # what each costs at least, (K,) or (K, criteria)
+    exact: Mask  # whether that is what it costs, and it is feasible: all that loads the joint is decided, (K,)
+    least: float = UNPRICED  # what the cheapest costs at least
+    # which were held against the torque that is left possible: none (UNTESTED), those that might be the cheapest
+    # (CHEAPEST) or ALL
     tested: int = UNTESTED
 
     def __len__(self) -> int:

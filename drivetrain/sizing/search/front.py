@@ -16,8 +16,8 @@ from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.asked import SHEET, lacking_of, satisfied, words_of
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.front_tree import NAMES, FrontTree
+from drivetrain.sizing.search.often_enough import CONFIDENCE, OftenEnough, chance_of, scatters
 from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.robust import CONFIDENCE, OftenEnough, chance_of, scatters
 from drivetrain.sizing.tables import CRITERION_UNITS, set_table
 from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import nominal_of
@@ -146,16 +146,12 @@ def pareto_front(
     often = None
     if holds is not None:
         often = OftenEnough(what, nominal_of(study, what.candidates.work), holds, seed=study.tolerances.seed)
-    search = FrontTree(what, names, often=often)
+    search = FrontTree(what, often=often, names=names)
     return _searched(search, time_limit, progress, left_out, tuple(notes))
 
 
 def check_criteria(study: Study, criteria: Sequence[str]) -> None:
-    """Refuse a front that cannot be found, before anything is searched.
-
-    Raises:
-        InputError: No criterion, one of another name, or none that candidates have data for.
-    """
+    """Refuse a front that cannot be found, before anything is searched."""
     _check(criteria, TIME_LIMIT)
     _known(study, criteria)
 
@@ -181,13 +177,14 @@ def _searched(
 ) -> Front:
     """The front as far as a search comes."""
     tell = progress or (lambda done, total, text: None)
+    search.begin()  # what a first run compiles is no search
     end = time.perf_counter() + time_limit
-    search.run(time_limit, tell)
+    search.run(end, tell)
     points, wrong = _evaluated(search, tell)
     while wrong:  # compiled code and evaluation disagree on a set: an error in here, which must not hide other sets
-        search = FrontTree(search.problem, search.names, search.excluded | wrong, search.often)
+        search = FrontTree(search.problem, search.excluded | wrong, search.often, names=search.names)
         search.counters["disagreements"] = len(search.excluded)
-        search.run(max(end - time.perf_counter(), 0.1 * time_limit), tell)
+        search.run(end, tell)
         points, wrong = _evaluated(search, tell)
     points.sort(key=lambda one: tuple(one.criteria[name] for name in search.names))
     chances = _chances(search, points, tell)
@@ -195,8 +192,8 @@ def _searched(
     missing = missing_words(evaluated(search.problem.candidates.work, points[0].drives)) if points else ()
     told = dict.fromkeys((*notes, *missing, *_told_of_scatter(search, chances)))
     return Front(
-        search.problem.candidates.study, search.names, left_out, tuple(points), search.finished, search.gap(), counters,
-        tuple(told), None if search.finished else search, chances, not missing,
+        search.problem.candidates.study, tuple(search.names), left_out, tuple(points), search.finished, search.gap(),
+        counters, tuple(told), None if search.finished else search, chances, not missing,
     )  # fmt: skip
 
 

@@ -11,14 +11,11 @@ and what is lost in the bound shrinks with the square of the interval.
 
 from __future__ import annotations
 
-import copy
-import heapq
 import itertools
 import math
 import time
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,11 +23,10 @@ from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.search.arm_wishes import arm_use
 from drivetrain.sizing.search.bounds import BELOW
-from drivetrain.sizing.search.domains import Domain, Domains, Mask, with_domain
-from drivetrain.sizing.search.problem import ROUNDING, Problem
+from drivetrain.sizing.search.branch_and_bound import BranchAndBound, Node, Pairs, Tell, halves, split
+from drivetrain.sizing.search.domains import Domain, Mask
+from drivetrain.sizing.search.problem import ROUNDING
 from drivetrain.sizing.search.propagate import supply_limited, supply_use
-from drivetrain.sizing.search.robust import OftenEnough
-from drivetrain.sizing.search.tree import Tell, halves
 from drivetrain.sizing.search.zones import Zones, reaching, survivors
 
 MASS, PRICE, ENERGY, USED = range(4)
@@ -43,126 +39,58 @@ NARROWER = 0.7  # than when costs were found: then they are found anew
 TINY = 1e-12  # what is open has some width, even where it changes no torque
 STEPS = {0: 1, 1: 1, 2: 12, 3: 6}  # of weightings between two criteria, by how many of them are added up
 HEIGHTS = (math.inf, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3)
-TELL_EVERY = 64
-
-Pairs = tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """A part of all sets.
+class Part(Node):
+    """A node; the costs of its candidates are mass, price, energy a cycle and utilisation, (K, 4).
 
-    Attributes:
-        domains: Its candidates; costs are mass, price, energy a cycle and utilisation, exact or bounds, of energy
-            without what the drives that load a joint answer for, (K, 4).
-        width: Of what was open in the load of each joint when its costs were found, as a share of the largest; 0 where
-            they are exact, (n,).
-        slope: Energy at joint j that a unit of each number of the drive of joint k answers for [J], (j, k, NUMBERS).
-        bound: The least of each weighting, (W,).
-        used: The least utilisation.
+    They are exact or bounds, of energy without what the drives that load a joint answer for.
     """
 
-    domains: Domains
-    width: Array
-    slope: Array
-    bound: Array
-    used: float
-
-    @property
-    def sets(self) -> int:
-        """How many there are."""
-        return math.prod(len(domain) for domain in self.domains)
+    width: (
+        Array  # of what was open in the load of each joint when its costs were found, over the largest; 0: exact, (n,)
+    )
+    slope: (
+        Array  # energy at joint j that a unit of each number of the drive of joint k answers for [J], (j, k, NUMBERS)
+    )
+    bound: Array  # the least of each weighting, (W,)
+    used: float  # the least utilisation
 
 
-class FrontTree:
-    """The search, what it found and what it has left; it can be stopped between two nodes and go on.
+@dataclass
+class FrontTree(BranchAndBound[Part]):
+    """The search for the front, and the sets found with what they leave open, ``zones``."""
 
-    Attributes:
-        problem: What is chosen from.
-        names: Criteria that are compared.
-        zones: The sets found, and what they leave open.
-        open: Nodes left, most promising first.
-        counters: Work done.
-        excluded: Sets that are not to be found.
-        often: Says whether a set is feasible often enough; None where that is not asked.
-    """
+    names: Sequence[str] = ()  # criteria that are compared
+    zones: Zones = field(init=False)
+    _root: Part | None = field(default=None, init=False)  # all candidates, as long as no first sets were looked for
+    _weights: Array = field(default_factory=lambda: np.zeros((0, 4)), init=False)
+    _corners: tuple[Array, Array] | None = field(default=None, init=False)
 
-    def __init__(
-        self, problem: Problem, names: Sequence[str], excluded: frozenset[Pairs] = frozenset(),
-        often: OftenEnough | None = None,
-    ) -> None:  # fmt: skip
-        self.problem = problem
-        self.names = tuple(names)
-        self.excluded = excluded
-        self.often = often
-        self.counters: Counter[str] = Counter()
-        self.open: list[tuple[float, int, Part]] = []
+    def __post_init__(self) -> None:
         self.zones = Zones(np.zeros(len(self.names)), EQUAL)
         self._columns = [ADDITIVE[name] for name in self.names if name in ADDITIVE]
         self._additive = [i for i, name in enumerate(self.names) if name in ADDITIVE]
         self._judged = "utilisation" in self.names
-        self._weights = np.zeros((0, 4))
-        self._corners: tuple[Array, Array] | None = None
-        self._following: Part | None = None
-        self._started = False
         # Whether drives load only the joints before their own: then these can be judged from the tip to the base.
-        self._ordered = not np.tril(problem.loads).any()
+        self._ordered = not np.tril(self.problem.loads).any()
+
+    def copied(self) -> FrontTree:
+        other = super().copied()
+        other.zones = self.zones.copied()
+        return other
 
     @property
     def finished(self) -> bool:
-        """Whether nothing is left."""
-        return self._started and not self.open and self._following is None
+        return self.started and not self.open and self.following is None and self._root is None
 
-    def copied(self) -> FrontTree:
-        """The same search, to go on without touching this one."""
-        other = copy.copy(self)
-        other.counters, other.open, other.zones = Counter(self.counters), list(self.open), self.zones.copied()
-        return other
-
-    def run(self, time_limit: float, tell: Tell) -> None:
-        """Search until nothing is left or the time is up.
-
-        Args:
-            time_limit: Once all candidates were looked at a first time, which may compile [s]; at most half of it
-                goes into first sets.
-        """
-        start = self._begin(time_limit) if not self._started else time.perf_counter()
-        while not self.finished and time.perf_counter() < start + time_limit:
-            # A descent ends in sets, and sets rule out nodes: so the better part of a node is gone on with at once.
-            part = heapq.heappop(self.open)[2] if self._following is None else self._following
-            self._following = None
-            self.counters["boxes"] += 1
-            if self.counters["boxes"] % TELL_EVERY == 0:
-                tell(0, 1, f"{len(self.zones.points)} sets, {self.counters['boxes']} boxes, {len(self.open)} open")
-            again = self._survivors(part)  # sets found since may rule it out
-            branches = [] if again is None else self._branches(again)
-            parts = [one for one in map(self._narrowed, branches) if one is not None]
-            self._following = min(parts, key=self._order, default=None)
-            for one in parts:
-                if one is not self._following:
-                    self._push(one)
-
-    def gap(self) -> float:
-        """By what share of itself every criterion of a set found may at most be improved at once by one not found."""
-        left = [part for _, _, part in self.open] + ([] if self._following is None else [self._following])
-        points = self.zones.points
-        if not left or not len(points):
-            return math.inf if left or not self._started else 0.0
-        values = points[:, self._additive] @ self._weights[:, self._columns].T
-        heights = points[:, self.names.index("utilisation")] if self._judged else np.full(len(points), math.inf)
-        shares = (
-            np.maximum(part.used / heights, (part.bound / values).max(axis=1, initial=-math.inf)) for part in left
-        )
-        return max(0.0, *(1.0 - float(share.min()) for share in shares))
-
-    def _begin(self, time_limit: float) -> float:
-        """All candidates, the weightings that suit their sizes, and first sets; returns when their search began."""
-        self._started = True
+    def first(self) -> None:
         if not all(len(pairs) for pairs in self.problem.known):
-            return time.perf_counter()
-        root = self._costed(self.root())
+            return
+        root = self._root = self._costed(self.root())
         if root is None:
-            return time.perf_counter()
+            return
         costs = [domain.cost for domain in root.domains]
         self._weights = weightings(
             self._columns, np.maximum(np.sum([np.ptp(one, axis=0) for one in costs], axis=0), 1e-9)
@@ -171,10 +99,44 @@ class FrontTree:
         highest = [2.0 * most[ADDITIVE[name]] + 1e9 if name in ADDITIVE else 2.0 for name in self.names]
         self.zones = Zones(np.array(highest), EQUAL)
         self._survivors(root)  # compiled before the clock runs
-        start = time.perf_counter()
-        self._dive(root, start + 0.5 * time_limit)
-        self._following = self._narrowed(root)
-        return start
+
+    def run(self, deadline: float, tell: Tell) -> None:
+        self.begin()
+        if self._root is not None:  # at most half of the time goes into first sets
+            root, self._root = self._root, None
+            self._dive(root, 0.5 * (time.perf_counter() + deadline))
+            self.following = self._narrowed(root)
+        super().run(deadline, tell)
+
+    def order(self, node: Part) -> float:
+        order = node.used if self._judged else 0.0
+        return order + (float(np.mean(node.bound / self._scale)) if len(node.bound) else 0.0)
+
+    def of_interest(self, node: Part) -> bool:
+        return True  # told when it is parted
+
+    def parts(self, node: Part) -> list[Part]:
+        again = self._survivors(node)  # sets found since may rule it out
+        branches = [] if again is None else self._branches(again)
+        return [one for one in map(self._narrowed, branches) if one is not None]
+
+    def followed(self, parts: Sequence[Part]) -> Part | None:
+        return min(parts, key=self.order, default=None)  # a descent ends in sets, and sets rule out nodes
+
+    def progress(self) -> tuple[int, int, str]:
+        return 0, 1, f"{len(self.zones.points)} sets, {self.counters['nodes']} nodes, {len(self.open)} open"
+
+    def gap(self) -> float:
+        """By what share of itself every criterion of a set found may at most be improved at once by one not found."""
+        left, points = self.left, self.zones.points
+        if self.finished or not len(points):
+            return 0.0 if self.finished else math.inf
+        values = points[:, self._additive] @ self._weights[:, self._columns].T
+        heights = points[:, self.names.index("utilisation")] if self._judged else np.full(len(points), math.inf)
+        shares = (
+            np.maximum(part.used / heights, (part.bound / values).max(axis=1, initial=-math.inf)) for part in left
+        )
+        return max(0.0, *(1.0 - float(share.min()) for share in shares))
 
     def root(self) -> Part:
         """All candidates, their costs not known yet."""
@@ -193,15 +155,6 @@ class FrontTree:
                 used = corners[:, self.names.index("utilisation")] * (1.0 - EQUAL)
             self._corners = np.ascontiguousarray(values - EQUAL * np.abs(values)), np.ascontiguousarray(used)
         return self._corners
-
-    def _push(self, part: Part) -> None:
-        self.counters["pushed"] += 1
-        heapq.heappush(self.open, (self._order(part), -self.counters["pushed"], part))
-
-    def _order(self, part: Part) -> float:
-        """How promising a node is: the smaller the better."""
-        order = part.used if self._judged else 0.0
-        return order + (float(np.mean(part.bound / self._scale)) if len(part.bound) else 0.0)
 
     @property
     def _scale(self) -> Array:
@@ -226,7 +179,7 @@ class FrontTree:
         decided = not part.width.any() and part.sets <= MOST
         if not decided and not (self._ordered and part.sets <= few):
             return part
-        self.counters["boxes decided" if decided else "boxes walked"] += 1
+        self.counters["nodes decided" if decided else "nodes walked"] += 1
         found = list(self._walk(part))
         costs = np.array([cost for _, cost in found]).reshape(-1, 4)
         for at in np.lexsort((costs[:, USED], *costs[:, :3].T)):
@@ -290,13 +243,9 @@ class FrontTree:
 
     def _without_failing(self, part: Part) -> Part:
         """A node without the candidates that are known to fail too often with loads that are decided."""
-        if self.often is None or not self.often.failing or not all(map(len, part.domains)):
+        if self.often is None or not all(map(len, part.domains)):
             return part
-        lead, domains = tuple(int(domain.pairs[0]) for domain in part.domains), part.domains
-        for joint in np.flatnonzero(part.width == 0.0):
-            kept = ~self.often.fails(int(joint), domains[joint].pairs, lead)
-            domains = with_domain(domains, int(joint), domains[joint].kept(kept))
-        return replace(part, domains=domains)
+        return replace(part, domains=self.often.without_failing(part.domains, part.width == 0.0))
 
     def _walk(self, part: Part) -> Iterator[tuple[Pairs, Array]]:
         """Every set of a small node with its costs, from the tip to the base, those that reach no zone left out.
@@ -391,11 +340,7 @@ class FrontTree:
             if not differ[joint, number] > 0.0:  # its loads are decided, and there are many sets
                 joint = int(np.argmax([len(domain) for domain in part.domains]))
                 below = np.arange(len(part.domains[joint])) < len(part.domains[joint]) // 2
-                domain = part.domains[joint]
-                return [
-                    replace(part, domains=with_domain(part.domains, joint, domain.kept(mask)))
-                    for mask in (below, ~below)
-                ]
+                return [replace(part, domains=one) for one in split(part.domains, joint, below)]
         return [replace(part, domains=one) for one in halves(self.problem, part.domains, joint, number)]
 
     def _dive(self, root: Part, deadline: float) -> None:
@@ -433,8 +378,7 @@ class FrontTree:
 def weightings(columns: Sequence[int], spans: Array) -> Array:
     """Weightings of the additive criteria: each alone, and mixtures of all, (W, 4).
 
-    Args:
-        spans: By which each is scaled, (4,).
+    ``spans``: by which each is scaled, (4,).
     """
     rows, steps = [], STEPS[len(columns)]
     for parts in itertools.product(range(steps + 1), repeat=len(columns)):

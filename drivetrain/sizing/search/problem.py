@@ -36,35 +36,22 @@ class Cut(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """The candidates of a study with what is wanted of it; P pairs of all joints, n joints.
+    """The candidates of a study with what is wanted of it; P pairs of all joints, n joints."""
 
-    Attributes:
-        candidates: Of the study.
-        wanted: What is minimised and must be respected.
-        share: What each pair adds to the objective whatever it does, (P,).
-        energy: What one joule a cycle adds.
-        step, joules: Objectives, and energies [J], that round to the same multiple of it are equal.
-        loads: Whether the drive of joint k changes what is asked of joint j, (j, k).
-        known: Pairs by joint that may be chosen, cheapest first.
-        unknown: Pairs by joint whose share of the objective is not known.
-        reach: Largest torque that one unit of each number of the drive of joint k makes on joint j, over the largest
-            that the task alone asks there, (j, k, NUMBERS).
-        constraints: For all joints together.
-        cuts: Where sets were found to let the tip go too far, each once.
-    """
-
-    candidates: Candidates
-    wanted: SelectionOptions
-    share: Array
-    energy: float
-    step: float
+    candidates: Candidates  # of the study
+    wanted: SelectionOptions  # what is minimised and must be respected
+    share: Array  # what each pair adds to the objective whatever it does, (P,)
+    energy: float  # what one joule a cycle adds
+    step: float  # objectives, and energies [J], that round to the same multiple of it are equal
     joules: float
-    loads: Mask
-    known: tuple[Indices, ...]
-    unknown: tuple[Indices, ...]
+    loads: Mask  # whether the drive of joint k changes what is asked of joint j, (j, k)
+    known: tuple[Indices, ...]  # pairs by joint that may be chosen, cheapest first
+    unknown: tuple[Indices, ...]  # pairs by joint whose share of the objective is not known
+    # largest torque that one unit of each number of the drive of joint k makes on joint j, over the largest that the
+    # task alone asks there, (j, k, NUMBERS)
     reach: Array
-    constraints: tuple[CommonParts, ...]
-    cuts: dict[Cut, None] = field(default_factory=dict)
+    constraints: tuple[CommonParts, ...]  # for all joints together
+    cuts: dict[Cut, None] = field(default_factory=dict)  # where sets let the tip go too far, each once
     _judged: dict[tuple[int, bytes], dict[int, list[float]]] = field(default_factory=dict)
 
     @property
@@ -102,9 +89,8 @@ class Problem:
     ) -> tuple[Mask, Array, int]:
         """Which candidates of a joint may be feasible and cost less than a limit, costs at least, how many were tested.
 
-        Args:
-            full: Whether all are tested, or only those that may be the cheapest.
-            low, high: Numbers of all joints' drives, (n, NUMBERS).
+        ``full``: whether all are tested, or only those that may be the cheapest; low, high: numbers of all
+        joints' drives, (n, NUMBERS).
         """
         offer, cost = self.candidates.joints[joint], domain.cost.copy()
         offer.interval(low, high)
@@ -121,14 +107,9 @@ class Problem:
         return found
 
     def judged(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array]:
-        """Candidates of one joint beside chosen drives.
+        """Candidates of one joint beside chosen drives; pairs: (K,); numbers: of all joints' drives, (n, NUMBERS).
 
-        Args:
-            pairs: (K,).
-            numbers: Of all joints' drives, (n, NUMBERS).
-
-        Returns:
-            Largest utilisation, infinite where one is not feasible, and energy a cycle [J], (K,).
+        Largest utilisation, infinite where one is not feasible, and energy a cycle [J], (K,).
         """
         key = joint, numbers[self.loads[joint]].tobytes()
         if key not in self._judged and sum(map(len, self._judged.values())) > REMEMBERED:

@@ -58,25 +58,15 @@ class Ranges:
 
 @dataclass
 class Propagation:
-    """The domains of one node while they shrink.
+    """The domains of one node while they shrink."""
 
-    Attributes:
-        problem: What is chosen from.
-        domains: What is left.
-        ranges: Of what is left.
-        limit: Sets that cost as much or more are of no interest.
-        full: So many candidates of a joint are all tested, of more only those that may be the cheapest.
-        suspects: Pairs that were judged infeasible although the bounds let them pass.
-        counters: Work done.
-    """
-
-    problem: Problem
-    domains: list[Domain]
-    ranges: Ranges
-    limit: float
-    full: int
-    suspects: set[int]
-    counters: Counter[str] = field(default_factory=Counter)
+    problem: Problem  # what is chosen from
+    domains: list[Domain]  # what is left
+    ranges: Ranges  # of what is left
+    limit: float  # sets that cost as much or more are of no interest
+    full: int  # so many candidates of a joint are all tested, of more only those that may be the cheapest
+    suspects: set[int]  # pairs that were judged infeasible although the bounds let them pass
+    counters: Counter[str] = field(default_factory=Counter)  # work done
 
     def run(self) -> Domains | None:
         """Rule out candidates until nothing changes; None where no set below the limit is left."""

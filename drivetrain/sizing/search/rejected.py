@@ -38,17 +38,11 @@ Alternatives = tuple[tuple[str, str, float], ...]
 
 @dataclass(frozen=True, eq=False)
 class GivenOthers:
-    """Candidates of one joint, judged given the drives of others; K of them.
+    """Candidates of one joint, judged given the drives of others; K of them."""
 
-    Attributes:
-        pairs: Indices into the pairs of the study, (K,).
-        label: Of what rejects each, into LABELS; FEASIBLE where nothing does, (K,).
-        numbers: Required, available and utilisation of that check, or of the one that binds, (K, 3).
-    """
-
-    pairs: Indices
-    label: Indices
-    numbers: Array
+    pairs: Indices  # indices into the pairs of the study, (K,)
+    label: Indices  # of what rejects each, into LABELS; FEASIBLE where nothing does, (K,)
+    numbers: Array  # required, available and utilisation of that check, or of the one that binds, (K, 3)
 
     @property
     def feasible(self) -> Indices:
@@ -77,15 +71,10 @@ def given_others(problem: Problem, joint: int, pairs: Indices, chosen: Mapping[i
 
 @dataclass(frozen=True, eq=False)
 class Rejected(Sequence[RejectedPair]):
-    """Every candidate that is rejected given a set of drives, judged when first asked for.
+    """Every candidate that is rejected given a set of drives, judged when first asked for."""
 
-    Attributes:
-        problem: What was chosen from.
-        chosen: The set, pairs by joint; joints that have none are not told.
-    """
-
-    problem: Problem
-    chosen: Mapping[int, int]
+    problem: Problem  # what was chosen from
+    chosen: Mapping[int, int]  # the set, pairs by joint; joints that have none are not told
 
     @cached_property
     def _table(self) -> tuple[Indices, Indices, Indices, Array]:
@@ -168,19 +157,12 @@ def _first_feasible(problem: Problem, joint: int, pairs: Indices, chosen: Mappin
 
 @dataclass(frozen=True, eq=False)
 class Nearest:
-    """The set of drives that comes nearest to what is asked.
+    """The set of drives that comes nearest to what is asked."""
 
-    Attributes:
-        study: What is asked.
-        joint: Index of the joint nearest to the tip at which no candidate is feasible; SUPPLY: every joint has one.
-        pairs: Pair of each joint that has a candidate at all.
-        keys: Of motor and gear, by joint name.
-    """
-
-    study: Study
-    joint: int
-    pairs: dict[int, int]
-    keys: dict[str, tuple[str, str]]
+    study: Study  # what is asked
+    joint: int  # index of the joint nearest to the tip at which no candidate is feasible; SUPPLY: every joint has one
+    pairs: dict[int, int]  # pair of each joint that has a candidate at all
+    keys: dict[str, tuple[str, str]]  # of motor and gear, by joint name
 
 
 def nearest_set(problem: Problem) -> Nearest:

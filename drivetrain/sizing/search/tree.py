@@ -8,25 +8,20 @@ so that no set comes up twice.
 
 from __future__ import annotations
 
-import copy
-import heapq
 import math
-import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 import numpy as np
 
 from drivetrain.sizing.search.arm_wishes import without_soft
+from drivetrain.sizing.search.branch_and_bound import BranchAndBound, Node, halves, split
 from drivetrain.sizing.search.common_parts import CommonParts
-from drivetrain.sizing.search.domains import Domains, Indices, cheapest_pairs, with_domain, without_cheapest
-from drivetrain.sizing.search.problem import Problem
+from drivetrain.sizing.search.domains import Domains, Indices, cheapest_pairs, without_cheapest
 from drivetrain.sizing.search.propagate import Propagation, Ranges, supply_may_be_feasible
-from drivetrain.sizing.search.whole_sets import Found, Pairs, can_be_judged, feasible_sets, least_joules
+from drivetrain.sizing.search.whole_sets import Found, can_be_judged, feasible_sets, least_joules
 
-TELL_EVERY = 50  # nodes
 MISSES = 20  # dead ends on the way to the first sets
 SMALL, EVERY = 16, 10**9  # candidates of a joint: so few are all tested again at every node, at the first node all
 DESCEND = 3  # every third node of smallest bound is followed down to a set or a dead end
@@ -35,80 +30,30 @@ COUNTED = 1000  # equals of the best set; of more nobody is told how many
 COARSE = 0.05  # of what a node can still gain: open loads that matter less are decided one by one
 
 
-class OftenEnough(Protocol):
-    """Says whether sets are feasible often enough while their numbers scatter; see ``robust.OftenEnough``."""
-
-    def __call__(self, pairs: tuple[int, ...]) -> bool: ...
-
-    def without_failing(self, domains: Domains, ranges: Ranges) -> Domains: ...
-
-
-Tell = Callable[[int, int, str], None]
-
-
 @dataclass(frozen=True, eq=False)
-class Node:
-    """A part of all sets.
+class Bounded(Node):
+    """A node with the ranges of its drives' numbers."""
 
-    Attributes:
-        bound: No feasible set in it has a smaller objective.
-        domains: The candidates left.
-        ranges: Of their numbers.
-        whole: Whether its cheapest candidates are a feasible set.
-    """
-
-    bound: float
-    domains: Domains
     ranges: Ranges
-    whole: bool = False
-
-    @property
-    def sets(self) -> int:
-        """How many sets it has."""
-        return math.prod(len(domain) for domain in self.domains)
+    bound: float  # no feasible set in it has a smaller objective
+    whole: bool = False  # whether its cheapest candidates are a feasible set
 
 
 @dataclass
-class Tree:
-    """The search and what it found; it can be stopped between two nodes and go on.
+class Tree(BranchAndBound[Bounded]):
+    """The search for the best sets, and what it found."""
 
-    Attributes:
-        problem: What is chosen from.
-        excluded: Sets that are not to be found.
-        below: Sets that cost as much are not wanted either.
-        best: The best sets so far, best first.
-        open: Nodes that are left, smallest bound first.
-        following: The node that a descent goes on with.
-        started: Whether the first node was made.
-        fine: Whether the last node was branched by a single load.
-        supply_binds: Whether the supply ruled out a set.
-        suspects: Pairs that were judged infeasible although the bounds let them pass.
-        often: Says whether a set is feasible often enough; None where that is not asked.
-        counters: Work done.
-        counted: Feasible sets by the level of their objective, of the nodes that were looked at.
-        uncounted: Levels of which a node was left, as none of its sets comes before the best.
-    """
-
-    problem: Problem
-    excluded: frozenset[Pairs] = frozenset()
-    below: float = math.inf
-    best: list[Found] = field(default_factory=list)
-    open: list[tuple[float, int, Node]] = field(default_factory=list)
-    following: Node | None = None
-    started: bool = False
-    fine: bool = False
-    supply_binds: bool = False
-    suspects: set[int] = field(default_factory=set)
-    often: OftenEnough | None = None
-    counters: Counter[str] = field(default_factory=Counter)
-    counted: Counter[int] = field(default_factory=Counter)
-    uncounted: set[int] = field(default_factory=set)
+    below: float = math.inf  # sets that cost as much are not wanted either
+    best: list[Found] = field(default_factory=list)  # best first
+    fine: bool = False  # whether the last node was branched by a single load
+    supply_binds: bool = False  # whether the supply ruled out a set
+    suspects: set[int] = field(default_factory=set)  # pairs that were judged infeasible although the bounds passed them
+    counted: Counter[int] = field(default_factory=Counter)  # feasible sets by level of objective, of nodes looked at
+    uncounted: set[int] = field(default_factory=set)  # levels of which a node was left: none of it precedes the best
 
     def copied(self) -> Tree:
-        """The same search, to go on without touching this one."""
-        other = copy.copy(self)
-        other.best, other.open, other.counters = list(self.best), list(self.open), Counter(self.counters)
-        other.counted, other.uncounted = Counter(self.counted), set(self.uncounted)
+        other = super().copied()
+        other.best, other.counted, other.uncounted = list(self.best), Counter(self.counted), set(self.uncounted)
         return other
 
     @property
@@ -147,46 +92,7 @@ class Tree:
         left = [self.open[0][0]] if self.open else []
         return min([*left, math.inf if self.following is None else self.following.bound])
 
-    def run(self, deadline: float, tell: Tell) -> None:
-        """Search until it is finished or the time is up.
-
-        Args:
-            deadline: On the clock of ``time.perf_counter`` [s]; one step is made whatever it says.
-        """
-        self.begin()
-        while not self.finished:
-            node = self._next()
-            if self.counters["nodes"] % TELL_EVERY == 0:
-                self._tell(tell)
-            if node.whole:
-                self.counted[self.problem.level(node.bound)] += 1
-            parts = (
-                []
-                if self._settled_equals(node)
-                else [found for part in self._branches(node) if (found := self.narrowed(part, SMALL, node)) is not None]
-            )
-            if parts and self.counters["descents"] % DESCEND == 0:
-                self.following = parts[0] if self.fine else min(parts, key=lambda one: one.bound)
-            for part in parts:
-                if part is not self.following:
-                    self._push(part)
-            if time.perf_counter() >= deadline:
-                return
-
-    def _next(self) -> Node:
-        """The node to look at: the one of smallest bound, or the one that a descent goes on with."""
-        self.counters["nodes"] += 1
-        node, self.following = self.following, None
-        if node is not None and node.bound < self.limit:
-            return node
-        self.counters["descents"] += 1
-        return heapq.heappop(self.open)[2]
-
-    def begin(self) -> None:
-        """Make the first node, and the first sets to hold others against."""
-        if self.started:
-            return
-        self.started = True
+    def first(self) -> None:
         root = self.narrowed(self.problem.domains(), 0, None)
         for _ in range(2):
             if root is None:
@@ -195,15 +101,34 @@ class Tree:
             root = self.narrowed(root.domains, EVERY, root)
             if math.isinf(self.limit):
                 break
-        self._push(root)
+        if root is not None:
+            self.push(root)
 
-    def _push(self, node: Node | None) -> None:
-        if node is not None:
-            # Of equals the youngest first: it is nearest to a set.
-            self.counters["pushed"] += 1
-            heapq.heappush(self.open, (node.bound, -self.counters["pushed"], node))
+    def order(self, node: Bounded) -> float:
+        return node.bound
 
-    def narrowed(self, domains: Domains, full: int, above: Node | None) -> Node | None:
+    def of_interest(self, node: Bounded) -> bool:
+        return node.bound < self.limit
+
+    def parts(self, node: Bounded) -> list[Bounded]:
+        if node.whole:
+            self.counted[self.problem.level(node.bound)] += 1
+        if self._settled_equals(node):
+            return []
+        return [found for part in self._branches(node) if (found := self.narrowed(part, SMALL, node)) is not None]
+
+    def followed(self, parts: Sequence[Bounded]) -> Bounded | None:
+        if not parts or self.counters["descents"] % DESCEND:
+            return None
+        return parts[0] if self.fine else min(parts, key=lambda one: one.bound)
+
+    def progress(self) -> tuple[int, int, str]:
+        share = 0.0
+        if self.best and self.best[0].objective > 0.0:
+            share = min(max(self.bound / self.best[0].objective, 0.0), 1.0)
+        return round(1000 * share), 1000, f"{self.counters['nodes']} nodes, {len(self.open)} open"
+
+    def narrowed(self, domains: Domains, full: int, above: Bounded | None) -> Bounded | None:
         """What propagation leaves of some domains; a set that comes out of it is kept."""
         problem, limit = self.problem, self.limit
         left: Domains | None = domains if all(len(domain) for domain in domains) else None
@@ -224,10 +149,13 @@ class Tree:
         bound = max([least, stiff, *(constraint.bound(left, limit) for constraint in problem.constraints)])
         if bound >= limit or (self.supply_binds and not supply_may_be_feasible(problem, left, ranges)):
             return None
-        node = Node(bound, left, ranges)
+        node = Bounded(left, ranges, bound)
         if all(domain.settled for domain in left) and not self._open_loads(node).size:
             node = replace(node, whole=self._offer_cheapest(node))
-        often = left if self.often is None else self.often.without_failing(left, ranges)
+        if self.often is None:
+            return node
+        decided = np.asarray([ranges.decided[loading].all() for loading in self.problem.loads])
+        often = self.often.without_failing(left, decided)
         return node if often is left else self.narrowed(often, full, node)
 
     def _violated(self, domains: Domains) -> CommonParts | None:
@@ -235,11 +163,11 @@ class Tree:
         pairs = cheapest_pairs(domains)
         return next((one for one in self.problem.constraints if not one.satisfied(pairs)), None)
 
-    def _open_loads(self, node: Node) -> Indices:
+    def _open_loads(self, node: Bounded) -> Indices:
         """Joints whose drives load others and are not decided."""
         return np.flatnonzero(self.problem.loads.any(axis=0) & ~node.ranges.decided)
 
-    def _offer_cheapest(self, node: Node) -> bool:
+    def _offer_cheapest(self, node: Bounded) -> bool:
         """Keep the cheapest set of a node whose loads are decided, if it is among the best; whether it is feasible."""
         cheapest = [domain.kept(np.arange(len(domain)) == domain.cheapest) for domain in node.domains]
         if cheapest_pairs(cheapest) in self.excluded or self._violated(node.domains) is not None:
@@ -261,7 +189,7 @@ class Tree:
         self.best = sorted([*self.best, found])[: self.problem.wanted.sets]
         return True
 
-    def _settled_equals(self, node: Node) -> bool:
+    def _settled_equals(self, node: Bounded) -> bool:
         """Whether a node is done with: all of its sets are equals of the last one wanted, and few, or come after it."""
         problem, last = self.problem, self.last
         if last is None or node.bound < (last.level - 0.5) * problem.step:
@@ -277,7 +205,7 @@ class Tree:
         self.counted[last.level] += sum([self._offer(one) for one in found]) - node.whole
         return True
 
-    def _dive(self, node: Node | None) -> None:
+    def _dive(self, node: Bounded | None) -> None:
         """Go for feasible sets: the cheapest candidate from the tip to the base."""
         for _ in range(self.problem.n + self.problem.wanted.sets + MISSES):
             if node is None or node.bound >= self.limit:
@@ -287,7 +215,7 @@ class Tree:
             parts = self._one_load(node, int(loads[-1])) if alone else self._branches(node)
             node = next((found for part in parts if (found := self.narrowed(part, SMALL, node)) is not None), None)
 
-    def _branches(self, node: Node) -> list[Domains]:
+    def _branches(self, node: Bounded) -> list[Domains]:
         """A node in parts, each with less to be decided."""
         loads, violated = self._open_loads(node), self._violated(node.domains)
         self.fine = False
@@ -300,7 +228,7 @@ class Tree:
             return self._one_load(node, int(loads[-1]))
         return halves(self.problem, node.domains, joint, number)
 
-    def _widest(self, node: Node) -> tuple[int, int]:
+    def _widest(self, node: Bounded) -> tuple[int, int]:
         """The number of a joint's drive that loads the others most differently, by what each is known to cost."""
         least, room = np.array([domain.least for domain in node.domains]), self.limit - node.bound
         if math.isinf(room):
@@ -315,23 +243,8 @@ class Tree:
         joint, number = np.unravel_index(int(np.argmax(effect)), effect.shape)
         return int(joint), int(number)
 
-    def _one_load(self, node: Node, joint: int) -> list[Domains]:
+    def _one_load(self, node: Bounded, joint: int) -> list[Domains]:
         """The candidates of a joint that load others as its cheapest does, and the rest."""
         domain, numbers = node.domains[joint], self.problem.candidates.numbers
         same = (numbers[domain.pairs] == numbers[domain.pairs[domain.cheapest]]).all(axis=1)
-        return [with_domain(node.domains, joint, domain.kept(mask)) for mask in (same, ~same)]
-
-    def _tell(self, tell: Tell) -> None:
-        share = 0.0
-        if self.best and self.best[0].objective > 0.0:
-            share = min(max(self.bound / self.best[0].objective, 0.0), 1.0)
-        tell(round(1000 * share), 1000, f"{self.counters['nodes']} nodes, {len(self.open)} open")
-
-
-def halves(problem: Problem, domains: Domains, joint: int, number: int) -> list[Domains]:
-    """Domains in two, parted in the middle of one number of a joint's drives."""
-    values = problem.candidates.numbers[domains[joint].pairs, number]
-    least, most = values.min(), values.max()
-    middle = 0.5 * (least + most)
-    below = values <= (middle if middle < most else least)  # of neighbouring floats the middle is one of them
-    return [with_domain(domains, joint, domains[joint].kept(mask)) for mask in (below, ~below)]
+        return split(node.domains, joint, same)

@@ -14,51 +14,34 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.search.arm_wishes import arm_use
+from drivetrain.sizing.search.branch_and_bound import Pairs
 from drivetrain.sizing.search.domains import Domains, Mask
 from drivetrain.sizing.search.problem import ROUNDING, Problem
 from drivetrain.sizing.search.propagate import Ranges, supply_limited, supply_use
 
-Pairs = tuple[int, ...]
-
 
 @dataclass(frozen=True, order=True)
 class Found:
-    """One feasible set.
+    """One feasible set."""
 
-    Attributes:
-        level, joules: Its objective and its energy a cycle in steps within which both are equal.
-        used: Its largest utilisation.
-        pairs: One a joint.
-        objective: Of the set.
-        costs: What each pair adds to it.
-    """
-
-    level: int
+    level: int  # its objective and its energy a cycle in steps within which both are equal
     joules: int
-    used: float
-    pairs: Pairs
-    objective: float = field(compare=False)
-    costs: tuple[float, ...] = field(compare=False)
+    used: float  # its largest utilisation
+    pairs: Pairs  # one a joint
+    objective: float = field(compare=False)  # of the set
+    costs: tuple[float, ...] = field(compare=False)  # what each pair adds to it
 
 
 @dataclass(frozen=True, eq=False)
 class _Chosen:
-    """Pairs of the last joints, with all that they ask.
+    """Pairs of the last joints, with all that they ask."""
 
-    Attributes:
-        pairs, costs: Of the joints chosen.
-        numbers: Of all joints' drives, those of the node where none is chosen, (n, NUMBERS).
-        energy: A cycle [J].
-        used: Largest utilisation.
-        power: Electrical, and the least [W], (2, N); (1,) where the supply has no limit.
-    """
-
-    pairs: Pairs
+    pairs: Pairs  # of the joints chosen
     costs: tuple[float, ...]
-    numbers: Array
-    energy: float
-    used: float
-    power: Array
+    numbers: Array  # of all joints' drives, those of the node where none is chosen, (n, NUMBERS)
+    energy: float  # a cycle [J]
+    used: float  # largest utilisation
+    power: Array  # electrical, and the least [W], (2, N); (1,) where the supply has no limit
 
 
 def can_be_judged(problem: Problem, decided: Mask) -> bool:

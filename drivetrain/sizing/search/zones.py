@@ -37,11 +37,7 @@ class Zones:
         self._highest = np.asarray(highest, dtype=np.float64)
 
     def offer(self, point: Array, key: tuple[int, ...]) -> bool:
-        """Take a point in, if no other matches it.
-
-        Args:
-            point: (p,).
-        """
+        """Take a point in, if no other matches it; point: (p,)."""
         if self.matched(point):
             return False
         slack = self._tolerance * np.maximum(np.abs(point), 1e-300)
@@ -52,11 +48,7 @@ class Zones:
         return True
 
     def matched(self, point: Array) -> bool:
-        """Whether a point of the front is no worse than another one in any criterion.
-
-        Args:
-            point: (p,).
-        """
+        """Whether a point of the front is no worse than another one in any criterion; point: (p,)."""
         slack = self._tolerance * np.maximum(np.abs(point), 1e-300)
         return bool(len(self.points) and (self.points <= point + slack).all(axis=1).any())
 

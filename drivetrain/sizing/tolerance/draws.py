@@ -25,15 +25,10 @@ Pair = tuple[str, str]
 
 @dataclass(frozen=True)
 class Source:
-    """One number that is drawn by itself.
+    """One number that is drawn by itself."""
 
-    Attributes:
-        quantity: Name of its tolerance.
-        place: Name of the joint or the payload; empty for the ambient temperature.
-    """
-
-    quantity: str
-    place: str = ""
+    quantity: str  # name of its tolerance
+    place: str = ""  # name of the joint or the payload; empty for the ambient temperature
 
     def __str__(self) -> str:
         words = self.quantity.replace("_", " ")
@@ -42,17 +37,11 @@ class Source:
 
 @dataclass(frozen=True, eq=False)
 class Draws:
-    """Drawn samples.
+    """Drawn samples."""
 
-    Attributes:
-        factors: On the numbers of each joint, in the order of ``PARTS``, (samples, n, 6).
-        ambient: Ambient temperature [C], (samples,).
-        payload: Factors on mass and inertia of each payload, (samples, payloads).
-    """
-
-    factors: Array
-    ambient: Array
-    payload: Array
+    factors: Array  # on the numbers of each joint, in the order of ``PARTS``, (samples, n, 6)
+    ambient: Array  # ambient temperature [C], (samples,)
+    payload: Array  # factors on mass and inertia of each payload, (samples, payloads)
 
     def __len__(self) -> int:
         return len(self.ambient)
@@ -82,8 +71,7 @@ def streamed(study: Study, samples: int, seed: int | tuple[int, ...], *, most: i
 def from_uniform(study: Study, uniform: Array) -> Draws:
     """Samples by the probabilities of smaller deviations.
 
-    Args:
-        uniform: Numbers between 0 and 1, one column a source, (samples, sources).
+    ``uniform``: numbers between 0 and 1, one column a source, (samples, sources).
     """
     found, edge = sources(study), 2.0**-53  # neither 0 nor 1: no law has an end at infinity
     columns = np.clip(uniform, edge, 1.0 - edge).T
@@ -94,8 +82,7 @@ def from_uniform(study: Study, uniform: Array) -> Draws:
 def deviated(study: Study, samples: int, deviations: Mapping[Source, Array]) -> Draws:
     """Samples with given deviations.
 
-    Args:
-        deviations: Of some sources, in the unit of their tolerance, (samples,) each; the rest is nominal.
+    ``deviations``: of some sources, in the unit of their tolerance, (samples,) each; the rest is nominal.
     """
     names = [task.name for task in study.joints]
     bodies = [body.name for body in study.payloads]

@@ -22,15 +22,10 @@ NORMAL_95 = 1.959963984540054
 
 @dataclass(frozen=True)
 class Chance:
-    """A probability as counted over independent samples.
+    """A probability as counted over independent samples."""
 
-    Attributes:
-        held: In how many samples it held.
-        samples: Of how many.
-    """
-
-    held: int
-    samples: int
+    held: int  # in how many samples it held
+    samples: int  # of how many
 
     @property
     def probability(self) -> float:
@@ -59,34 +54,23 @@ class Chance:
 
 @dataclass(frozen=True, eq=False)
 class Robustness:
-    """How well a set of drives stands the scatter of its numbers.
+    """How well a set of drives stands the scatter of its numbers."""
 
-    Attributes:
-        evaluation: With nominal numbers.
-        samples: How many arms were drawn.
-        seed: Of the random numbers.
-        scattering: What scattered, in words.
-        checks: Of every judged check, by joint (or ``supply``) and name.
-        joints: That every check of a joint holds, by name; the supply's last.
-        whole: That everything holds at once.
-        utilisations: Quantiles (5 %, 50 %, 95 %) of each check's utilisation, by joint and name.
-    """
-
-    evaluation: Evaluation
-    samples: int
-    seed: int
-    scattering: tuple[str, ...]
-    checks: dict[str, dict[str, Chance]]
-    joints: dict[str, Chance]
-    whole: Chance
+    evaluation: Evaluation  # with nominal numbers
+    samples: int  # how many arms were drawn
+    seed: int  # of the random numbers
+    scattering: tuple[str, ...]  # what scattered, in words
+    checks: dict[str, dict[str, Chance]]  # of every judged check, by joint (or ``supply``) and name
+    joints: dict[str, Chance]  # that every check of a joint holds, by name; the supply's last
+    whole: Chance  # that everything holds at once
+    # quantiles (5 %, 50 %, 95 %) of each check's utilisation, by joint and name
     utilisations: dict[str, dict[str, tuple[float, ...]]]
 
 
 def drives_of(evaluation: Evaluation) -> dict[str, Pair]:
     """The drives that were evaluated.
 
-    Returns:
-        Keys of (motor, gear) by joint name.
+    Keys of (motor, gear) by joint name.
     """
     return {name: (result.motor, result.gear) for name, result in evaluation.joints.items()}
 

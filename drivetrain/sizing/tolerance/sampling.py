@@ -37,57 +37,34 @@ TORQUES = ("coulomb", "coulomb_negative", "viscous", "viscous_negative", "static
 
 @dataclass(frozen=True, eq=False)
 class Nominal:
-    """A study with nominal numbers, prepared for any set of drives.
+    """A study with nominal numbers, prepared for any set of drives."""
 
-    Attributes:
-        study: The task.
-        work: Of all joints.
-        payloads: What the whole of each payload asks of each joint.
-    """
-
-    study: Study
-    work: Workload
-    payloads: tuple[Added, ...]
+    study: Study  # the task
+    work: Workload  # of all joints
+    payloads: tuple[Added, ...]  # what the whole of each payload asks of each joint
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A set of drives, ready for drawn samples.
+    """A set of drives, ready for drawn samples."""
 
-    Attributes:
-        study: The nominal task.
-        drives: Keys of (motor, gear) by joint name.
-        nominal: With nominal numbers.
-        lossy: Whether a joint's gear is more than an ideal one, which loses nothing however it is built.
-        cases: One a joint, with nominal numbers.
-        works: One a joint; the payloads are what cases add.
-        checks: The table, for compiled code.
-        limits: Of the supply, in the order of ``SUPPLY_NAMES``, NaN where there is none or the power is not known.
-    """
-
-    study: Study
-    drives: Mapping[str, Pair]
-    nominal: Evaluation
-    lossy: tuple[bool, ...]
-    cases: tuple[Any, ...]
-    works: tuple[Work, ...]
-    checks: Any
-    limits: Array
+    study: Study  # the nominal task
+    drives: Mapping[str, Pair]  # keys of (motor, gear) by joint name
+    nominal: Evaluation  # with nominal numbers
+    lossy: tuple[bool, ...]  # whether a joint's gear is more than an ideal one, which loses nothing however it is built
+    cases: tuple[Any, ...]  # one a joint, with nominal numbers
+    works: tuple[Work, ...]  # one a joint; the payloads are what cases add
+    checks: Any  # the table, for compiled code
+    limits: Array  # of the supply, in the order of ``SUPPLY_NAMES``, NaN where there is none or the power is not known
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Utilisations of some samples, NaN where a check was not made.
+    """Utilisations of some samples, NaN where a check was not made."""
 
-    Attributes:
-        joints: In the order of ``NAMES``, (S, n, checks).
-        supply: In the order of ``SUPPLY_NAMES``, (S, checks of the supply).
-        judged: Whether every essential check could be made.
-    """
-
-    joints: Array
-    supply: Array
-    judged: bool
+    joints: Array  # in the order of ``NAMES``, (S, n, checks)
+    supply: Array  # in the order of ``SUPPLY_NAMES``, (S, checks of the supply)
+    judged: bool  # whether every essential check could be made
 
     @property
     def feasible(self) -> Array:
@@ -146,11 +123,7 @@ def _payload_rows(study: Study, work: Workload) -> Iterator[Added]:
 
 
 def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
-    """A set of drives made ready for drawn samples.
-
-    Args:
-        drives: Keys of (motor, gear) by joint name.
-    """
+    """A set of drives made ready for drawn samples; drives: keys of (motor, gear) by joint name."""
     study, filled_parts = nominal.study, FilledParts(nominal.study)
     mounted = {i: filled_parts.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
     cases, works = [], []

@@ -34,23 +34,17 @@ ARMS, BINS = 4096, 64  # of which the shares are counted: each is good to about 
 
 @dataclass(frozen=True)
 class Bar:
-    """What one number that scatters does to a check, all others nominal.
+    """What one number that scatters does to a check, all others nominal."""
 
-    Attributes:
-        source: What scatters.
-        low, high: Deviations at the ends: the limits of a uniform law, twice the standard deviation of a normal one; a
-            share of the nominal value, or in kg or K.
-        absolute: The deviations are in kg or K.
-        at_low, at_high: Utilisation with each.
-        share: Of the variance of the utilisation, 0 to 1; NaN where it has none or where some arms run away.
-    """
-
-    source: Source
+    source: Source  # what scatters
+    # deviations at the ends: the limits of a uniform law, twice the standard deviation of a normal one; a share of the
+    # nominal value, or in kg or K
     low: float
     high: float
-    absolute: bool
-    at_low: float
+    absolute: bool  # the deviations are in kg or K
+    at_low: float  # utilisation with each
     at_high: float
+    # of the variance of the utilisation, 0 to 1; NaN where it has none or where some arms run away
     share: float = math.nan
 
     @property
@@ -61,42 +55,25 @@ class Bar:
 
 @dataclass(frozen=True)
 class Tornado:
-    """What each tolerance alone does to one check.
+    """What each tolerance alone does to one check."""
 
-    Attributes:
-        joint: Name, or ``supply``.
-        check: Its name.
-        nominal: Utilisation with nominal numbers.
-        bars: Widest first; what does nothing is left out.
-    """
-
-    joint: str
-    check: str
-    nominal: float
-    bars: tuple[Bar, ...]
+    joint: str  # name, or ``supply``
+    check: str  # its name
+    nominal: float  # utilisation with nominal numbers
+    bars: tuple[Bar, ...]  # widest first; what does nothing is left out
 
 
 @dataclass(frozen=True, eq=False)
 class Effects:
-    """Every check with each tolerance alone at both of its ends.
+    """Every check with each tolerance alone at both of its ends."""
 
-    Attributes:
-        evaluation: With nominal numbers.
-        sources: What scatters.
-        joints: Utilisations at the low and at the high end, (2, sources, n, CHECKS).
-        supply: Of the supply, (2, sources, 3).
-        order: Arms in which everything scatters in the order of each source's number, (sources, arms).
-        arms: Utilisations of these arms, (arms, n, CHECKS).
-        arms_supply: Of the supply, (arms, 3).
-    """
-
-    evaluation: Evaluation
-    sources: tuple[Source, ...]
-    joints: Array
-    supply: Array
-    order: NDArray[np.int64]
-    arms: Array
-    arms_supply: Array
+    evaluation: Evaluation  # with nominal numbers
+    sources: tuple[Source, ...]  # what scatters
+    joints: Array  # utilisations at the low and at the high end, (2, sources, n, CHECKS)
+    supply: Array  # of the supply, (2, sources, 3)
+    order: NDArray[np.int64]  # arms in which everything scatters in the order of each source's number, (sources, arms)
+    arms: Array  # utilisations of these arms, (arms, n, CHECKS)
+    arms_supply: Array  # of the supply, (arms, 3)
 
     def of(self, joint: str, check: str) -> Tornado:
         """The tornado of one check."""
@@ -130,14 +107,12 @@ class Effects:
 def variance_share(values: Array) -> float:
     """By what share the variance of some values would fall, were their order known.
 
-    Args:
-        values: In the order of what they may depend on, (N,), in any unit.
+    ``values``: in the order of what they may depend on, (N,), in any unit.
 
-    Returns:
-        0 to 1, free of the bias of finite bins; NaN where the values do not vary, or not all are finite.
+    0 to 1, free of the bias of finite bins; NaN where the values do not vary, or not all are finite.
 
     Reference:
-        Sobol's first-order index; as a correlation ratio: Pearson, Proc. R. Soc. 71 (1903) 288, its bias after Kelley,
+        Sobol's first-order index; as a correlation ratio: pearson, Proc. R. Soc. 71 (1903) 288, its bias after Kelley,
         Proc. Natl. Acad. Sci. 21 (1935) 554.
     """
     if not np.isfinite(values).all():

@@ -7,14 +7,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
 from drivetrain.catalog.read import Catalog, FramelessRule, fits
 from drivetrain.drive.amplifier import Amplifier, best_of, limits_of, to_dc
 from drivetrain.drive.brake import Brake
+from drivetrain.drive.counterbalance import Counterbalance, span_length
 from drivetrain.drive.friction import FRICTIONLESS, Friction
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import nearest
+from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
 from drivetrain.study.form import Form, given, made, over
@@ -199,6 +203,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         free_ratio=resolve_free_ratio(form.free_ratio, around.catalog, ledger, (*place, "free_ratio")),
         load_inertia=_load_inertia(around, form, place),
         brakes=brakes,
+        counterbalances=_counterbalances(around, index, form, place),
     )
 
 
@@ -244,6 +249,31 @@ def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[
         f"brakes: {len(found)} of {len(keys)} considered, the others lack {', '.join(_BRAKE_NEEDS).replace('_', ' ')}"
     )
     return tuple(found), (told,) if chosen else ()
+
+
+def _counterbalances(around: Surroundings, index: int, form: JointForm, place: Place) -> tuple[Counterbalance, ...]:
+    """Those of a joint that turns."""
+    place, found = (*place, "counterbalances"), []
+    if form.counterbalances and around.arm is not None and not around.arm.screws[index, :3].any():
+        around.ledger.fault(place, "go with a joint that turns")
+    for k, entry in enumerate(form.counterbalances):
+        with around.ledger.gather((*place, k)):
+            found.append(made(entry))
+    return tuple(found)
+
+
+def check_gas_springs(joints: Sequence[JointTask], cycle: Cycle | None, ledger: Ledger) -> None:
+    """That no gas spring is pulled out or pushed together further in the cycle than it goes."""
+    if cycle is None:
+        return
+    for i, task in enumerate(joints):
+        for k, one in enumerate(task.counterbalances):
+            length = span_length(one, cycle.position[:, i]) if one.gas_force else np.array([one.extended_length])
+            low, high = float(length.min()), float(length.max())
+            if low < one.extended_length - one.stroke or high > one.extended_length:
+                problem = f"goes from {one.extended_length - one.stroke:.4g} to {one.extended_length:.4g} m"
+                value, place = f"{low:.4g} to {high:.4g} m in the cycle", ("joints", task.name, "counterbalances", k)
+                ledger.fault(place, problem, value, "another extended_length, stroke or levers")
 
 
 def _with_brakes(around: Surroundings, pairs: Sequence[Pair], brakes: Sequence[Brake]) -> tuple[Pair, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -146,6 +146,16 @@ def mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
     at = seat(joint, mount)
     point: Array = arm.joint_points[at] + mount.offset * joint_axis(arm, at)
     return point
+
+
+def with_counterbalances(arm: Arm, joints: Sequence[JointTask]) -> Arm:
+    """The arm with the masses of the joints' counterbalances, as points."""
+    for joint, task in enumerate(joints):
+        for one in task.counterbalances:
+            if one.mass:
+                point = arm.joint_points[joint] + one.com
+                arm = with_body(arm, joint if one.moves else joint - 1, one.mass, point, np.zeros((3, 3)))
+    return arm
 
 
 def cylinder_inertia(mass: float | None, diameter: float | None, length: float | None) -> tuple[float, float]:

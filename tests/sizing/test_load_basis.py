@@ -1,0 +1,55 @@
+"""The one pass that makes the rows of a reduction, against the recursion of the arm with its drives mounted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from random_tasks import random_study
+
+from drivetrain.drive.drive import drive_inertia
+from drivetrain.dynamics.inverse import joint_loads
+from drivetrain.dynamics.mass import mass_matrix
+from drivetrain.sizing.demand import load_basis
+from drivetrain.sizing.demand.demand import Workload
+from drivetrain.sizing.judge.vary import named_drives
+from drivetrain.study.parts.mounting import loaded_arm, rotor_ratio
+
+CLOSE = 1e-11  # of the largest: both sum some hundred numbers
+
+
+def turned(study):
+    """The same with axes along x, y and z in turn, so that nothing lies in one plane, and a joint that is a screw."""
+    screws = np.array(study.arm.screws)
+    screws[0] = [0.0, 0.0, 1.0, 0.0, 0.0, 0.02]
+    screws[-1] = [1.0, 0.0, 0.0, 0.0, 0.0, -study.arm.joint_points[-1][1]]
+    return replace(study, arm=replace(study.arm, screws=screws))
+
+
+@pytest.mark.parametrize("kind", ["arm", "sliding", "coupled"])
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("change", [lambda study: study, turned])
+def test_rows_and_numbers_are_the_loads_of_the_arm_with_its_drives(make, monkeypatch, seed, kind, change):
+    monkeypatch.setattr(load_basis, "AT_ONCE", 17)  # the motion in parts
+    study = change(random_study(make, seed, kind))
+    study = replace(study, joints=tuple(replace(task, counterbalances=()) for task in study.joints))
+    known = [key for key, row in study.catalog.motors.items() if row.rotor_inertia and row.mass]
+    gears = [key for key, row in study.catalog.gears.items() if row.inertia and row.mass]
+    keys = {task.name: (known[i % len(known)], gears[i % len(gears)]) for i, task in enumerate(study.joints)}
+    drives, cycle = named_drives(study, keys), study.cycle
+    arm = loaded_arm(study, {task.name: drives[i] for i, task in enumerate(study.joints)}, -1)
+    wanted = joint_loads(arm, cycle.position, cycle.velocity, cycle.acceleration)
+    matrix, work = mass_matrix(arm, cycle.position), Workload(study, load_basis.load_basis(study), cycle.weights)
+    for joint, task in enumerate(study.joints):
+        found, travel = work.at(joint, drives).demand(drives[joint]), task.travel_per_turn or 1.0
+        near(found.gear_torque, wanted.gear[:, joint] * travel)
+        if found.wrench is not None:
+            near(found.wrench, wanted.wrench[:, joint])
+        if task.mount.carrier == "parent" and not task.coupled and kind != "coupled":
+            own = drive_inertia(drives[joint]) * rotor_ratio(drives[joint], task) ** 2
+            near(found.load_inertia, (matrix[:, joint, joint] - own) * travel**2, scale=matrix.max())
+
+
+def near(found, wanted, scale=0.0):
+    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=CLOSE * max(float(np.abs(wanted).max()), scale, 0.01))
