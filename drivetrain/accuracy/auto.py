@@ -1,4 +1,4 @@
-"""``effects: auto``: the cheapest set of effects whose estimated error stays within a tolerance, and the proof."""
+"""``effects: auto``: the cheapest set of effects whose changes, each found alone, fit a tolerance; the proof."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from drivetrain.accuracy.costs import Progress, ran, seconds, silent
 from drivetrain.accuracy.decision import Basis, change, decision, tip_travel
-from drivetrain.accuracy.estimates import COSTS, Told, added, estimates, joined, task_of
+from drivetrain.accuracy.estimates import COARSE, COSTS, Told, added, estimates, joined
 from drivetrain.accuracy.scenes import LABELS, without
 from drivetrain.arrays import Array
 from drivetrain.simulation.cost_results import AutoChoice, Change, Choice, Decision, Judged, Proof
@@ -40,34 +40,21 @@ def choose_effects(
     *,
     tolerance: float = 0.01,
     tip_tolerance: float | None = None,
-    step: float = 5e-4,
+    step: float = COARSE,
     costs: Mapping[str, float] = COSTS,
     progress: Progress | None = None,
 ) -> AutoChoice:
-    """The cheapest scene within a tolerance of the full one, proven by running both.
-
-    Args:
-        tolerance: Of peak and RMS current, RMS torque and the winding's rise at every joint [-].
-        tip_tolerance: Of the tip's deviation [m], of one joint's [rad or m]; None: the tolerance's share of how far
-            the command moves the tip.
-        step: Of the fixed engine with which it is proven [s].
-        progress: Told (done, of how many, what).
-
-    Raises:
-        InputError: A tolerance that is not positive, a scene that contradicts itself or does not reach its end.
-    """
+    """The cheapest scene within a tolerance of the full one, proven by running both."""
     check_positive("tolerance", tolerance, "1")
     tell = progress or silent
-    tell(0, 3, "estimating")
-    task = task_of(scene, basis)
-    told = estimates(scene, task)
+    told = estimates(scene, basis, step, tell)
     if tip_tolerance is None:
         tip_tolerance = tolerance * tip_travel(scene, ran(plan(without(scene, ())), FixedStep(step)))
     limits = Limits(tolerance, tip_tolerance)
     dropped = set(cheapest(told, limits, scene.joints, costs))
     restored: list[Choice] = []
     while True:
-        tell(1, 3, f"proving that {len(dropped)} effects may be omitted")
+        tell(0, 1, f"proving that {len(dropped)} effects may be omitted")
         kept = without(scene, dropped)
         proof = None
         if dropped:
@@ -78,7 +65,7 @@ def choose_effects(
         back = _largest(told, dropped, limits, proof)
         restored.append(back)
         dropped.remove(back)
-    tell(3, 3, "done")
+    tell(1, 1, "done")
     judged = tuple(_judged(one, one.choice not in dropped, scene, costs) for one in told)
     return AutoChoice(kept, tolerance, tip_tolerance, judged, proof, tuple(restored))
 
@@ -94,7 +81,7 @@ def cheapest(
 ) -> tuple[Choice, ...]:
     """The effects that may go together and save most.
 
-    Effects whose estimates are not valid stay. Of the rest every set is tried that could save more than the best one
+    Effects without which no run ends stay. Of the rest every set is tried that could save more than the best one
     so far, dearest effects first; after a hundred thousand sets the best one so far is taken.
     """
     fit = [one for one in told if one.valid and _used([one], limits, joints) <= 1.0]
@@ -153,16 +140,7 @@ def _largest(told: Sequence[Told], dropped: Collection[Choice], limits: Limits, 
 def proved(
     scene: Scene, kept: Scene, basis: Basis, estimate: Mapping[str, Change], tolerance: float, tip: float, step: float
 ) -> Proof:
-    """The chosen scene beside the full one.
-
-    Args:
-        tolerance: Of the decision quantities [-].
-        tip: Tolerance of the tip [m].
-        step: To start with [s]; halved until the numbers are good enough.
-
-    Raises:
-        InputError: A run that does not reach its end.
-    """
+    """The chosen scene beside the full one."""
     full = without(scene, ())
     plans, scenes = (plan(kept), plan(full)), (kept, full)
     coarse, audit = _pair(plans, scenes, basis, step)
@@ -197,11 +175,7 @@ def _pair(
 
 
 def audited(recording: Recording) -> float:
-    """Energy that is there and should not be, over all that was put in, taken out, or stored on the way.
-
-    Returns:
-        [-]; NaN where the scene tells no energies.
-    """
+    """Energy that is there and should not be, over all that was put in, taken out, or stored on the way."""
     if "energy_error" not in recording.series:
         return math.nan
     passed = max(

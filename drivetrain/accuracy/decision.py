@@ -50,11 +50,7 @@ class Basis:
     shares: tuple[float, ...] = (1.0,)
 
     def use(self, time: Array) -> Mix:
-        """How recorded instants belong to the parts of the mix.
-
-        Args:
-            time: Of the last period [s], (N,).
-        """
+        """How recorded instants belong to the parts of the mix."""
         stops = [*np.searchsorted(time, time[0] + np.array(self.ends[:-1])).tolist(), len(time)]
         return Mix([slice(first, stop) for first, stop in pairwise([0, *stops])], self.shares)
 
@@ -93,11 +89,7 @@ def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
 
 
 def change(one: Decision, full: Decision) -> dict[str, Change]:
-    """How far a decision lies from that of the full scene.
-
-    Returns:
-        Signed shares by joint; the tip's difference [m] stands at each.
-    """
+    """How far a decision lies from that of the full scene."""
     tip = one.tip_deviation - full.tip_deviation
     return {
         name: Change(
@@ -134,14 +126,7 @@ def _joint(
 
 
 def mean_weights(time: Array, use: Mix) -> Array:
-    """The time that each recorded instant stands for in the mean use.
-
-    Args:
-        time: [s], (N,).
-
-    Returns:
-        [s], (N,).
-    """
+    """The time that each recorded instant stands for in the mean use."""
     weights = np.zeros(len(time))
     for part, share in zip(use.parts, use.shares, strict=True):
         own = sample_weights(time[part])
@@ -150,12 +135,7 @@ def mean_weights(time: Array, use: Mix) -> Array:
 
 
 def rms(values: Array, weights: Array) -> float:
-    """The root of the mean square.
-
-    Args:
-        values: (N,).
-        weights: Time that each stands for [s], (N,).
-    """
+    """The root of the mean square."""
     total = float(weights.sum())
     return math.sqrt(float(weights @ values**2) / total) if total > 0.0 else 0.0
 
@@ -176,11 +156,7 @@ def _tip(scene: Scene, series: Mapping[str, Array]) -> float:
 
 
 def tip_travel(scene: Scene, recording: Recording) -> float:
-    """How far the tip is commanded to go: the largest distance from where it starts.
-
-    Returns:
-        [m], of one joint [rad or m]; 0 where nothing is commanded.
-    """
+    """How far the tip is commanded to go: the largest distance from where it starts."""
     names = [f"{name}.command_position" for name in scene.joints]
     if any(name not in recording.series for name in names):
         return 0.0
@@ -222,11 +198,7 @@ def _checks(
     evaluation: Evaluation, name: str, when: tuple[Array, Array], series: Mapping[str, Array],
     heat: PeriodicTemperature | None,
 ) -> tuple[Check, ...]:  # fmt: skip
-    """The study's checks of one joint, its own limits held against what was simulated.
-
-    Args:
-        when: Recorded instants and the time that each stands for [s], (N,).
-    """
+    """The study's checks of one joint, its own limits held against what was simulated."""
     joint, safety, (time, weights) = evaluation.joints[name], evaluation.study.safety, when
     known = heat is not None and not heat.runaway
     magnets = heat.magnet_temperature if heat is not None and known else evaluation.study.ambient
@@ -265,9 +237,5 @@ def _held(check: Check, required: float | None, time: float | None, reserve: flo
 
 
 def moving(recording: Recording, joint: str) -> Array:
-    """Where a joint is commanded to move.
-
-    Returns:
-        Truth values, (N,).
-    """
+    """Where a joint is commanded to move."""
     return ~np.asarray(resting(recording[f"{joint}.command_speed"]), dtype=bool)

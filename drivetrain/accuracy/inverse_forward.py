@@ -28,15 +28,7 @@ def same_effects(scene: Scene) -> list[Choice]:
 def inverse_against_forward(
     evaluation: Evaluation, *, scene: Scene | None = None, engine: Engine | None = None
 ) -> RoadsCompared:
-    """Both roads' currents, joint by joint.
-
-    Args:
-        scene: The full scene of the same study; None: made here.
-        engine: What runs it; None: fixed steps of half a millisecond.
-
-    Raises:
-        InputError: As ``full_scene``.
-    """
+    """Both roads' currents, joint by joint."""
     full = full_scene(evaluation) if scene is None else scene
     engine = FixedStep(5e-4) if engine is None else engine
     same = without(full, same_effects(full))

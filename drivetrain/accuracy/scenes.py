@@ -16,7 +16,7 @@ from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_net
 from drivetrain.effects.control.encoder import Encoder
 from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.control.sampled_cascade import SampledCascade
-from drivetrain.effects.effect import Effect, Place
+from drivetrain.effects.effect import Effect
 from drivetrain.effects.motor.cogging import Cogging
 from drivetrain.effects.motor.current_loop import CurrentLoop
 from drivetrain.effects.motor.given_current import GivenCurrent
@@ -29,7 +29,7 @@ from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice
 from drivetrain.simulation.engines.inverse_demand import demanded
-from drivetrain.simulation.planning.mechanics import coupling_of, ratios_of
+from drivetrain.simulation.planning.mechanics import ratios_of
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.study_scene import SceneOptions, scene_of, with_feed_forward
@@ -55,7 +55,6 @@ LABELS = {
 }
 """Effects that may be left out; commands, loops, motors, supplies and contacts may not."""
 PARTNERS = {"SampledCurrentLoop": "Winding"}  # whose stand-in holds what the partner does
-SPRINGS = ("FlexibleJoint", "Backlash")
 AT_REST_IN = 1e4  # cycles that a node of unknown capacity outlasts: it stays at its mean, as in ``thermal/heat.py``
 
 
@@ -126,22 +125,8 @@ def left(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> t
     return tuple(kept)
 
 
-def place_of(scene: Scene, joint: str) -> Place:
-    """Where effects of a joint stand."""
-    return Place(
-        scene.joints.index(joint), joint, scene.joints, tuple(ratios_of(scene)), scene.turning, 0, coupling_of(scene)
-    )
-
-
 def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Scene:
-    """The scene with every effect that the sheets have numbers for; what the controller feeds forward is not in yet.
-
-    Args:
-        options: Loops and repetitions; None: the study's own.
-
-    Raises:
-        InputError: As ``scene_of``.
-    """
+    """The scene with every effect that the sheets have numbers for; what the controller feeds forward is not in yet."""
     study = evaluation.study
     told = study.simulation if options is None else options
     built = scene_of(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from drivetrain.accuracy.auto import choose_effects
 from drivetrain.accuracy.costs import interval_of
 from drivetrain.accuracy.decision import basis_of
+from drivetrain.accuracy.estimates import COARSE
 from drivetrain.accuracy.scenes import full_scene, wanted_scene, without
 from drivetrain.accuracy.verify import verified, whole_run
 from drivetrain.drive.drive import Drive
@@ -109,19 +110,12 @@ def simulate(
 def study_scene(
     evaluation: Evaluation, wishes: Simulation, *, progress: Callable[[int, int, str], None] | None = None
 ) -> StudyScene:
-    """The scene in which a study's drives run its cycle.
-
-    Args:
-        progress: Told (done, of how many, what) while effects are chosen.
-
-    Raises:
-        InputError: What cannot be simulated.
-    """
+    """The scene in which a study's drives run its cycle."""
     full = full_scene(evaluation, wishes)
     if wishes.effects == ("auto",):
         found = choose_effects(
             full, basis_of(full, evaluation), tolerance=wishes.tolerance, tip_tolerance=wishes.tip_tolerance,
-            step=wishes.step, progress=progress,
+            step=min(wishes.step, COARSE), progress=progress,
         )  # fmt: skip
         gone = ", ".join(f"{one.label} of {one.choice.joint}" for one in found.dropped) or "nothing"
         proof = "" if found.proof is None else f" ({'proven' if found.proof.proven else 'not proven'})"
@@ -142,11 +136,7 @@ def engine_of(wishes: Simulation) -> Engine:
 
 
 def gives_all(study: Study) -> bool:
-    """Whether a study names a drive for every joint.
-
-    Raises:
-        InputError: Neither an arm nor one axis whose load's inertia is told.
-    """
+    """Whether a study names a drive for every joint."""
     faults = axis_faults(study) if study.arm is None else []
     if faults:
         raise InputError(faults)
@@ -154,11 +144,7 @@ def gives_all(study: Study) -> bool:
 
 
 def complete(found: Selection) -> Evaluation:
-    """What a search chose, or found nearest, with a drive in every joint.
-
-    Raises:
-        InputError: A joint that nothing may drive.
-    """
+    """What a search chose, or found nearest, with a drive in every joint."""
     study, judged = found.evaluation.study, found.evaluation.joints
     missing = [task.name for task in study.joints if task.name not in judged]
     if missing:

@@ -31,16 +31,7 @@ def verified(
     progress: Progress | None = None,
     start: str | Mapping[str, float] = EQUILIBRIUM,
 ) -> Recording:
-    """The recording with ``verified``: every quantity that it decides, as it is and as a finer run has it.
-
-    Args:
-        scene: As it was run, with its duration.
-        interval: Between two recorded instants, as it was [s].
-        start: As it was.
-
-    Raises:
-        InputError: An engine that knows nothing finer.
-    """
+    """The recording with ``verified``: every quantity that it decides, as it is and as a finer run has it."""
     if recording.stopped_by is not None:
         return recording
     finer = simulate(scene, solver=engine.finer(), interval=interval, progress=progress, start=start)
@@ -75,10 +66,6 @@ def _changed(
 
 
 def whole_run(verify: bool, resume: Recording | None) -> None:
-    """That what is to be verified is a whole run.
-
-    Raises:
-        InputError: It goes on from another.
-    """
+    """That what is to be verified is a whole run."""
     if verify and resume is not None:
         raise InputError(Fault("verify", "needs a run from its start: the finer one cannot go on from another's end"))

@@ -5,6 +5,7 @@ Doubtful are inertias that no body could have, or not this one: too wide and too
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -125,8 +126,16 @@ def warn_of_inertias(inertias: Array, links: Sequence[str]) -> list[str]:
     found = [triangle_warning(tensor, link) for tensor, link in zip(inertias, links, strict=True)]
     texts = [warning for warning in found if warning]
     for text in texts:
-        warnings.warn(text, PhysicsWarning, stacklevel=3)
+        warnings.warn(text, PhysicsWarning, stacklevel=_frames_inside())
     return texts
+
+
+def _frames_inside() -> int:
+    """The level of a warning that names the line which called the package: frames from the caller of this one out."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and str(frame.f_globals.get("__name__")).split(".")[0] == __name__.split(".")[0]:
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 REACH_FACTOR = 2.0  # a radius of gyration may pass the link's own size, by covers and by joints drawn at one point

@@ -35,6 +35,7 @@ def accuracy(
     from drivetrain.accuracy.auto import choose_effects
     from drivetrain.accuracy.costs import effects_cost, solver_cost
     from drivetrain.accuracy.decision import basis_of
+    from drivetrain.accuracy.estimates import COARSE
     from drivetrain.accuracy.inverse_forward import inverse_against_forward
     from drivetrain.accuracy.scenes import full_scene, without
     from drivetrain.report.pages.accuracy_page import AccuracyFound, accuracy_json, accuracy_lines, accuracy_report
@@ -50,8 +51,8 @@ def accuracy(
         effects = effects_cost(full, basis, engine=FixedStep(options.step), progress=step)
     with working("choosing effects") as step:
         auto = choose_effects(
-            full, basis, tolerance=options.tolerance, tip_tolerance=options.tip_tolerance, step=options.step,
-            progress=step,
+            full, basis, tolerance=options.tolerance, tip_tolerance=options.tip_tolerance,
+            step=min(options.step, COARSE), progress=step,
         )  # fmt: skip
     with working("comparing solvers") as step:
         solvers = solver_cost(without(full, ()), basis, progress=step)

@@ -1,7 +1,7 @@
 """Dynamics in coordinates of the tip: the inertia that the tip shows, and the wrench that holds it on its way.
 
-A task asks for rows of a Jacobian: the tip's twist in some frame, or the rates of its coordinates. With fewer rows than
-six the rest of the tip's motion is free: (2, 3, 4) of a body twist is the plane of a planar arm that turns about z.
+A task asks for rows of a Jacobian, the tip's twist in some frame. With fewer rows than six the rest of the tip's motion
+is free: (2, 3, 4) of a body twist is the plane of a planar arm that turns about z.
 For a task with Jacobian J, the torques are ``tau = J^T F`` plus what does not reach the task, and
 
     F = inertia Vd + bias + gravity,   inertia = (J M^-1 J^T)^-1,
@@ -31,13 +31,11 @@ from drivetrain.arm.kinematics import (
     space_jacobian_rate,
     tip_jacobian,
     tip_jacobian_rate,
-    tip_pose,
 )
 from drivetrain.arrays import Array, batch, finite_samples
 from drivetrain.dynamics.inverse import gravity_torque, velocity_torque
 from drivetrain.dynamics.mass import mass_factor, solve_lower
 from drivetrain.errors import Fault, InputError
-from drivetrain.spatial.rotation_coordinates import ROTATION_VECTOR, RotationCoordinates
 
 ALL = (0, 1, 2, 3, 4, 5)
 
@@ -112,44 +110,6 @@ class TipVelocity(Task):
 
     def _whole_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
         return tip_jacobian_rate(tip_jacobian(arm, q), qd)
-
-
-@dataclass(frozen=True)
-class PoseCoordinates(Task):
-    """Rates of coordinates of the tip's pose: three of its rotation, then its origin in the base frame.
-
-    Its Jacobian is the analytic one; wrenches that belong to it do work on these rates.
-
-    Attributes:
-        coordinates: Of the rotation.
-
-    Reference: Modern Robotics, section 5.1.5.
-    """
-
-    coordinates: RotationCoordinates = ROTATION_VECTOR
-
-    def values(self, arm: Arm, q: Array) -> Array:
-        """The coordinates themselves.
-
-        (N, k), [rad] and [m].
-        """
-        poses = tip_pose(arm, q)
-        turns = np.array([self.coordinates.values(pose[:3, :3]) for pose in poses])
-        return np.concatenate([turns, poses[:, :3, 3]], axis=1)[:, self.rows]
-
-    def _whole(self, arm: Arm, q: Array) -> Array:
-        turn, columns = tip_pose(arm, q)[:, :3, :3], body_jacobian(arm, q)
-        rates = np.array([self.coordinates.rate_matrix(one) for one in turn])
-        return np.concatenate([rates @ columns[:, :3], turn @ columns[:, 3:]], axis=1)
-
-    def _whole_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
-        turn, columns, slopes = tip_pose(arm, q)[:, :3, :3], body_jacobian(arm, q), body_jacobian_rate(arm, q, qd)
-        spin = columns[:, :3] @ qd[:, :, None]
-        pairs = [self.coordinates.rate_matrix_rate(one, w[:, 0]) for one, w in zip(turn, spin, strict=True)]
-        rates = np.array([self.coordinates.rate_matrix(one) for one in turn])
-        angular = np.array(pairs) @ columns[:, :3] + rates @ slopes[:, :3]
-        linear = turn @ (np.cross(spin, columns[:, 3:], axis=1) + slopes[:, 3:])
-        return np.concatenate([angular, linear], axis=1)
 
 
 BODY = BodyTwist()
@@ -229,7 +189,7 @@ def task_space_dynamics(
     Args:
         arm: With rotors or without.
         q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
-        task: Which twist or coordinates of the tip.
+        task: Which twist of the tip.
         near_singular: What to do where the arm loses a direction.
 
     Returns:

@@ -28,7 +28,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.field_types import nan_faults, type_faults
 from drivetrain.effects.laws import Law
 from drivetrain.errors import InputError
@@ -224,96 +223,38 @@ class Effect(ABC):
 
     @abstractmethod
     def ports(self, place: Place) -> Ports:
-        """What it reads, writes and remembers there.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports, each with its unit.
-        """
+        """What it reads, writes and remembers there."""
 
     def own(self, place: Place) -> Any:
-        """What it keeps, as its laws find it: an instance of the dataclass that they were made with.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Constants in SI, fields without a default; those with one change, and are kept where a run goes on later.
-        """
+        """What it keeps, as its laws find it: an instance of the dataclass that they were made with."""
         return None
 
     def table(self, place: Place) -> Array:
-        """What its law reads beside, of any length, such as values over time.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            SI, (rows, columns).
-        """
+        """What its law reads beside, of any length, such as values over time."""
         return np.zeros((0, 0))
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """States that fit the rest of the scene, so that no layer of fast motion begins the run.
-
-        Args:
-            place: Where it stands.
-            signals: All signals at the start, as far as they are known, by full name [SI].
-
-        Returns:
-            One number a state [its unit]; zero unless the effect knows better.
-        """
+        """States that fit the rest of the scene, so that no layer of fast motion begins the run."""
         return (0.0,) * len(self.ports(place).states)
 
     def shape(self, place: Place) -> Shape:
-        """What it adds to the mechanics.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Nothing, for most.
-        """
+        """What it adds to the mechanics."""
         return NO_SHAPE
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """How fast it is.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its times [s], none for what acts at once.
-        """
+        """How fast it is."""
         return ()
 
     def breakpoints(self) -> Sequence[float]:
-        """Where its law jumps in time.
-
-        Returns:
-            Instants [s].
-        """
+        """Where its law jumps in time."""
         return ()
 
     def knots(self, tolerance: float) -> Sequence[float]:
-        """Where its law bends in time, without a jump; only engines that control their error stop there.
-
-        Args:
-            tolerance: Relative, of the engine: bends that it does not feel may be left out [-].
-
-        Returns:
-            Instants [s].
-        """
+        """Where its law bends in time, without a jump; only engines that control their error stop there."""
         return ()
 
     def piecewise(self) -> bool:
-        """Whether what it adds to a gear's or to the tip's forces has pieces, so that a step looks again.
-
-        Returns:
-            No, for most.
-        """
+        """Whether what it adds to a gear's or to the tip's forces has pieces, so that a step looks again."""
         return False
 
     @property
@@ -322,21 +263,5 @@ class Effect(ABC):
         return None
 
     def quasi_static(self) -> Effect | None:
-        """What takes its place when it is dropped.
-
-        Returns:
-            An effect that gives the same signals without states; None: nothing is needed.
-        """
+        """What takes its place when it is dropped."""
         return None
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """What dropping it would change.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task.
-
-        Returns:
-            The estimate; one that is not valid unless the effect knows better.
-        """
-        return Estimate(valid=False, why="no estimate: keep it")

@@ -37,15 +37,7 @@ def side_faults(effect: Any) -> list[Fault]:
 
 
 def checked_table(time: Any, values: Any, name: str) -> tuple[Array, Array]:
-    """Instants and the values that stand at them.
-
-    Args:
-        time: Never falling [s], (N,).
-        values: In their own unit, (N,).
-
-    Raises:
-        InputError: No numbers, other lengths, or instants that fall.
-    """
+    """Instants and the values that stand at them."""
     instants, found = checked_array(time, (None,), "time"), checked_array(values, (None,), name)
     if len(instants) != len(found) or not len(instants) or (np.diff(instants) < 0.0).any():
         raise InputError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -42,14 +42,14 @@ class OverTime(Effect):
         """What it follows [SI], (N,)."""
         return np.asarray(getattr(self, self.follows))
 
-    def own(self, place: Place) -> Own:
+    def own(self, place: Place) -> Any:
         return Own()
 
     def table(self, place: Place) -> Array:
         return np.column_stack([self.time, self.values])
 
     def breakpoints(self) -> Sequence[float]:
-        jumps = self.time[1:][np.diff(self.time) == 0.0]
+        jumps = self.time[1:][self.time[1:] == self.time[:-1]]
         return [float(t) for t in (self.time[0], *np.unique(jumps), self.time[-1])]
 
     def knots(self, tolerance: float) -> Sequence[float]:

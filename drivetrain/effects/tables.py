@@ -13,16 +13,7 @@ TINY = 1e-300  # [s]
 
 
 def bends(time: Array, values: Array, tolerance: float) -> list[float]:
-    """Where a table bends so much that a step across would be off; samples of what is smooth hardly do.
-
-    Args:
-        time: Never falling [s], (N,).
-        values: In their own unit, (N,).
-        tolerance: How far a value may lie off the straight line between its neighbours, as a share of the largest [-].
-
-    Returns:
-        Instants, the first and the last among them [s].
-    """
+    """Where a table bends so much that a step across would be off; samples of what is smooth hardly do."""
     before, after = np.diff(time)[:-1], np.diff(time)[1:]
     straight = (values[:-2] * after + values[2:] * before) / np.maximum(before + after, TINY)
     off = np.abs(values[1:-1] - straight) > tolerance * np.abs(values).max()
@@ -32,11 +23,7 @@ def bends(time: Array, values: Array, tolerance: float) -> list[float]:
 
 @law
 def interval_of(table: Any, t: float) -> int:
-    """The last row of a table that is not later than an instant [s]; of two at one instant the second.
-
-    Args:
-        table: Instants that never fall in its first column [s], (rows, columns).
-    """
+    """The last row of a table that is not later than an instant [s]; of two at one instant the second."""
     low, high = 0, len(table)
     while high - low > 1:
         middle = (low + high) // 2
@@ -49,11 +36,7 @@ def interval_of(table: Any, t: float) -> int:
 
 @law
 def table_value(table: Any, t: float) -> float:
-    """The value of a table at an instant [s]; before the first and after the last it stays.
-
-    Args:
-        table: Instants that never fall [s] and values, (rows, 2).
-    """
+    """The value of a table at an instant [s]; before the first and after the last it stays."""
     low = interval_of(table, t)
     value = table[low, 1]
     if low + 1 < len(table):

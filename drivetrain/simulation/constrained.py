@@ -40,28 +40,13 @@ class Stabilisation:
     """Base of the ways: asks for what the rows ask for and puts nothing back; each may do otherwise."""
 
     def drift(self, rows: Rows, qd: Array, held: Array) -> Array:
-        """What accelerations must undo: the drift of the rows, and perhaps more.
-
-        Args:
-            qd: Speeds [rad/s or m/s], (N, n).
-            held: Whether a row holds a position, (k,).
-
-        Returns:
-            d of ``A qdd = -d`` [m/s^2 or 1/s^2], (N, k).
-        """
+        """What accelerations must undo: the drift of the rows, and perhaps more."""
         return rows.drift
 
     def put_back(
         self, arm: Arm, constraints: tuple[Constraint, ...], q: Array, qd: Array
     ) -> tuple[Array, Array] | None:
-        """The state after a step, put back.
-
-        Args:
-            q, qd: Positions and speeds [rad or m, and per s], (1, n).
-
-        Returns:
-            Positions and speeds, (1, n) each; None to leave them.
-        """
+        """The state after a step, put back."""
         return None
 
 

@@ -11,8 +11,6 @@ from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.study.parts.verdicts import Check, Verdict, verdict_of
 
-"""What a decision rests on; the last is of the whole scene, the others of each joint."""
-
 
 @dataclass(frozen=True)
 class JointDecision:
@@ -76,22 +74,11 @@ class Change:
     tip: float = 0.0
 
     def largest(self, tip_scale: float) -> float:
-        """The largest share, the tip's beside a length.
-
-        Args:
-            tip_scale: What counts as the whole for the tip [m].
-
-        Returns:
-            A share [-]; NaN shares, of what no sheet tells, are left out.
-        """
+        """The largest share, the tip's beside a length."""
         return max(self._sizes(tip_scale).values(), default=0.0)
 
     def leading(self, tip_scale: float) -> str:
-        """Which quantity the largest share belongs to.
-
-        Args:
-            tip_scale: As for ``largest`` [m].
-        """
+        """Which quantity the largest share belongs to."""
         sizes = self._sizes(tip_scale)
         return max(sizes, key=lambda name: sizes[name], default="tip")
 

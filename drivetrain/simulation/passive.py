@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -73,17 +72,7 @@ def simulate_passive(
 
 
 def checked_start(arm: Arm, q0: Any, qd0: Any) -> Array:
-    """Positions and speeds in one vector, checked.
-
-    Args:
-        q0, qd0: Positions and speeds [rad or m, and per s], (n,).
-
-    Returns:
-        (2 n,).
-
-    Raises:
-        InputError: Wrong shapes, a NaN or infinity, or a speed that no arm has: all faults at once.
-    """
+    """Positions and speeds in one vector, checked."""
     faults: list[Fault] = []
     parts: list[Array] = []
     for name, value in (("q0", q0), ("qd0", qd0)):
@@ -100,18 +89,7 @@ def checked_start(arm: Arm, q0: Any, qd0: Any) -> Array:
 
 
 def recorded_times(duration: float, interval: float) -> Array:
-    """The instants of a recording, evenly spaced, the end among them.
-
-    Args:
-        duration: [s].
-        interval: [s].
-
-    Returns:
-        [s], (N,).
-
-    Raises:
-        InputError: One of them is not positive, the duration is absurd, or there are more instants than can be kept.
-    """
+    """The instants of a recording, evenly spaced, the end among them."""
     check_positive("duration", duration, "s")
     check_positive("interval", interval, "s")
     if duration > LONGEST:
@@ -125,11 +103,7 @@ def recorded_times(duration: float, interval: float) -> Array:
 
 
 def up_to_divergence(solution: Solution) -> Solution:
-    """The solution, cut before the first state that is too large for any arm.
-
-    Args:
-        solution: States [their own units].
-    """
+    """The solution, cut before the first state that is too large for any arm."""
     far = np.flatnonzero((np.abs(solution.states) > BEYOND).any(axis=1))
     if not len(far):
         return solution
@@ -141,12 +115,7 @@ def up_to_divergence(solution: Solution) -> Solution:
 
 
 def record(arm: Arm, solution: Solution, torque: TorqueLaw | None, about: dict[str, str]) -> Recording:
-    """The recording of an arm's motion, with its energies.
-
-    Args:
-        solution: States (q, qd, work of the torques) [rad or m, per s, J], (N, 2 n + 1).
-        torque: The law that acted, as in ``simulate_passive``; None: none.
-    """
+    """The recording of an arm's motion, with its energies."""
     n, times = arm.n, solution.times
     q, qd, work = solution.states[:, :n], solution.states[:, n : 2 * n], solution.states[:, 2 * n]
     given = np.zeros(q.shape)
@@ -171,12 +140,7 @@ def record(arm: Arm, solution: Solution, torque: TorqueLaw | None, about: dict[s
 
 
 def joint_series(arm: Arm, q: Array, qd: Array, qdd: Array, tau: Array) -> dict[str, Series]:
-    """Position, speed, acceleration and torque of every joint, by name.
-
-    Args:
-        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (N, n).
-        tau: Torques [N m or N], (N, n).
-    """
+    """Position, speed, acceleration and torque of every joint, by name."""
     result = {}
     for i, name in enumerate(arm.joint_names):
         turning = bool(arm.screws[i, :3].any())
@@ -189,12 +153,7 @@ def joint_series(arm: Arm, q: Array, qd: Array, qdd: Array, tau: Array) -> dict[
 
 
 def limit_events(arm: Arm, times: Array, q: Array) -> tuple[Event, ...]:
-    """When joints pass the limits of their positions, to the recording's interval.
-
-    Args:
-        times: [s], (N,).
-        q: Positions [rad or m], (N, n).
-    """
+    """When joints pass the limits of their positions, to the recording's interval."""
     events = []
     for i, name in enumerate(arm.joint_names):
         unit = "rad" if arm.screws[i, :3].any() else "m"
@@ -210,14 +169,7 @@ def limit_events(arm: Arm, times: Array, q: Array) -> tuple[Event, ...]:
 
 
 def stopped_by(arm: Arm, solution: Solution) -> Event | None:
-    """What ended a run before its time.
-
-    Args:
-        solution: States (q, qd, ...) [rad or m, per s].
-
-    Returns:
-        The instant, and the signal if one diverged; None when it ran to its end.
-    """
+    """What ended a run before its time."""
     if not solution.stopped:
         return None
     if solution.culprit is None:
@@ -248,76 +200,10 @@ def _rates(arm: Arm, torque: TorqueLaw | None) -> Rates:
 
 
 def checked_law(arm: Arm, torque: TorqueLaw | None, start: Array) -> TorqueLaw | None:
-    """The law, once it has given n numbers at the start.
-
-    Args:
-        torque: The law, or None.
-        start: Positions and speeds [rad or m, and per s], (2 n,).
-
-    Returns:
-        The law, or None.
-
-    Raises:
-        InputError: It is no function, or gives something else.
-    """
+    """The law, once it has given n numbers at the start."""
     if torque is None:
         return None
     if not callable(torque):
         raise InputError(Fault("torque", "must be a function of (t, q, qd) or None", torque))
     checked_array(torque(0.0, start[: arm.n], start[arm.n :]), (arm.n,), "torque(0, q0, qd0)")
     return torque
-
-
-REFERENCE = DormandPrince853(1e-13, 1e-13)
-
-
-@dataclass(frozen=True, eq=False)
-class StepResult:
-    """One run held against a far more accurate one.
-
-    Attributes:
-        solver: The method and its settings.
-        recording: What it gave; it may end early.
-        error: Largest error of any joint's position, up to each recorded instant [rad or m], (N,).
-        energy_error: Largest energy that is there and should not be, up to each recorded instant [J], (N,).
-    """
-
-    solver: Solver
-    recording: Recording
-    error: Array
-    energy_error: Array
-
-
-def step_study(
-    arm: Arm,
-    q0: Any,
-    qd0: Any,
-    duration: float,
-    solvers: Sequence[Solver],
-    *,
-    interval: float = DEFAULT_INTERVAL,
-    reference: Solver = REFERENCE,
-) -> tuple[StepResult, ...]:
-    """The same fall with several solvers, each held against a reference.
-
-    Args:
-        q0, qd0: Positions and speeds at the start [rad or m, and per s], (n,).
-        duration: [s].
-        interval: Between two recorded instants [s].
-
-    Raises:
-        InputError: As ``simulate_passive``.
-    """
-    exact = _positions(simulate_passive(arm, q0, qd0, duration, solver=reference, interval=interval))
-    results = []
-    for solver in solvers:
-        recording = simulate_passive(arm, q0, qd0, duration, solver=solver, interval=interval)
-        found = _positions(recording)
-        error = np.abs(found - exact[: len(found)]).max(axis=1)
-        energy = np.abs(recording["energy_error"])
-        results.append(StepResult(solver, recording, np.maximum.accumulate(error), np.maximum.accumulate(energy)))
-    return tuple(results)
-
-
-def _positions(recording: Recording) -> Array:
-    return np.array(list(recording.ending("position").values())).T

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib.util import find_spec
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -37,24 +36,17 @@ class Series(NamedTuple):
 
 
 class TableSeries(Mapping[str, Series]):
-    """Series that stand in the columns of a table, and others that follow from these.
+    """Series that stand in the columns of a table, and some more.
 
     A run leaves hundreds of series, of which few are looked at: none costs anything before that.
     """
 
-    def __init__(
-        self,
-        table: Array,
-        columns: Mapping[str, tuple[int, str]],
-        derived: Mapping[str, tuple[str, Callable[[Mapping[str, Series]], Array]]],
-    ) -> None:
-        """Take a table over; nobody is to change it any more.
-
-        Args:
-            table: Finite numbers, (N, K).
-        """
-        self._table, self._columns, self._derived = table, columns, derived
-        self._made: dict[str, Series] = {}
+    def __init__(self, table: Array, columns: Mapping[str, tuple[int, str]], more: Mapping[str, Series]) -> None:
+        """Take a table over; nobody is to change it any more."""
+        self._table, self._columns, self._made = table, columns, dict(more)
+        self._names = (*columns, *more)
+        for one in more.values():
+            one.values.setflags(write=False)
 
     @property
     def rows(self) -> int:
@@ -62,39 +54,23 @@ class TableSeries(Mapping[str, Series]):
         return len(self._table)
 
     def __getitem__(self, name: str) -> Series:
-        """A series.
-
-        Returns:
-            Unit and values, (N,), read-only.
-
-        Raises:
-            KeyError: No such series.
-        """
-        made = self._made.get(name)
-        if made is None:
-            made = self._made[name] = self._make(name)
-        return made
-
-    def _make(self, name: str) -> Series:
-        """The series, from its column or from others."""
-        found = self._columns.get(name)
-        if found is not None:
-            unit, values = found[1], self._table[:, found[0]].copy()
-        else:
-            unit, derive = self._derived[name]
-            values = derive(self)
-        values.setflags(write=False)
-        return Series(unit, values)
+        """A series."""
+        if name not in self._made:
+            column, unit = self._columns[name]
+            values = self._table[:, column].copy()
+            values.setflags(write=False)
+            self._made[name] = Series(unit, values)
+        return self._made[name]
 
     def __contains__(self, name: object) -> bool:
         """Whether there is a series of a name, without making it."""
-        return name in self._columns or name in self._derived
+        return name in self._columns or name in self._made
 
     def __iter__(self) -> Iterator[str]:
-        return chain(self._columns, self._derived)
+        return iter(self._names)
 
     def __len__(self) -> int:
-        return len(self._columns) + len(self._derived)
+        return len(self._names)
 
 
 FORMAT = 1
@@ -152,17 +128,7 @@ class Recording:
             object.__setattr__(self, "series", _frozen(self.series, len(time)))
 
     def __getitem__(self, name: str) -> Array:
-        """The values of a series.
-
-        Args:
-            name: Of the series.
-
-        Returns:
-            Values in the series' unit, (N,).
-
-        Raises:
-            InputError: No such series.
-        """
+        """The values of a series."""
         return self._find(name).values
 
     def __repr__(self) -> str:

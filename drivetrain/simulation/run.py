@@ -16,9 +16,9 @@ from drivetrain.simulation.engines.engine import Engine, Outcome, Progress, RunO
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.engines.starting import sinking, start_words
 from drivetrain.simulation.passive import limit_events
-from drivetrain.simulation.planning.plan import Audit, Plan
+from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.planning.plan import plan as planned
-from drivetrain.simulation.recording import Event, Recording, TableSeries
+from drivetrain.simulation.recording import Event, Recording, Series, TableSeries
 from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.unaccounted import energy_event
 from drivetrain.simulation.warnings import warnings
@@ -40,18 +40,7 @@ def simulate(
     progress: Progress | None = None,
     start: str | Mapping[str, float] = EQUILIBRIUM,
 ) -> Recording:
-    """What happens when a scene runs.
-
-    Args:
-        solver: The engine; None: fixed implicit steps of a millisecond. A solver that runs compiled, such as
-            Rodas4(rtol=1e-6), stands for the adaptive engine with it.
-        duration: Replaces that of the scene [s].
-        interval: Between two recorded instants [s].
-        start: ``equilibrium``, or states that are given instead, by name [their own units].
-
-    Raises:
-        InputError: A scene that contradicts itself, or an earlier recording of another.
-    """
+    """What happens when a scene runs."""
     if not isinstance(scene, Scene | Plan):
         raise InputError(Fault("scene", "must be a scene or its plan", type(scene).__name__))
     engine = engine_of(solver)
@@ -73,11 +62,7 @@ def simulate(
 
 
 def engine_of(solver: Engine | Solver | None) -> Engine:
-    """The engine that is meant.
-
-    Raises:
-        InputError: Neither an engine nor a solver.
-    """
+    """The engine that is meant."""
     engine = FixedStep() if solver is None else AdaptiveStep(solver) if isinstance(solver, Solver) else solver
     if not isinstance(engine, Engine):
         raise InputError(Fault("solver", "must be an engine, such as FixedStep(0.001)", solver))
@@ -105,31 +90,20 @@ def _recording(
     if outcome.times is not None:
         return Recording(outcome.times, outcome.series, outcome.counters, outcome.events, outcome.stopped_by, about)
     rows, stopped = _sound(plan, outcome)
+    stored, left, passed, largest = plan.layout.energies(rows)
     # Of a run that goes on the audit does, too.
-    balance = float(resumed["balance"]) if "balance" in resumed else plan.layout.balance(rows[0].tolist())
-    audit = Audit(plan.layout, balance)
-    derived = {"stored_energy": ("J", audit.stored), "energy_error": ("J", audit.error)}
-    series = TableSeries(rows, plan.layout.recorded, derived)
-    events = [*outcome.events, *_limits(plan, rows), *_audited(plan, engine, rows, balance)]
-    events += warnings(plan, engine, rows)
+    balance = float(resumed["balance"]) if "balance" in resumed else float(left[0])
+    energies = {"stored_energy": Series("J", stored), "energy_error": Series("J", left - balance)}
+    series = TableSeries(rows, plan.layout.recorded, energies)
+    events = [*outcome.events, *_limits(plan, rows), *warnings(plan, engine, rows)]
+    events += energy_event(rows[:, 0], left - balance, passed, largest, engine.tolerance)
     if not resumed:
         first = {name: float(rows[0, column]) for name, (column, _) in plan.layout.recorded.items()}
         about["start"] = start_words(plan, first, given)
         events += sinking(plan, first)
-    events.sort(key=_instant)
+    events.sort(key=lambda event: event.time)
     kept = {**outcome.kept, "balance": np.array(balance)}
     return Recording(rows[:, 0], series, outcome.counters, tuple(events), stopped, about, kept)
-
-
-def _instant(event: Event) -> float:
-    return event.time
-
-
-def _audited(plan: Plan, engine: Engine, rows: Array, balance: float) -> tuple[Event, ...]:
-    """Whether energy is missing."""
-    error, passed = plan.layout.energies(rows, balance)
-    stored = np.abs(rows[:, [plan.layout.recorded[name][0] for name in plan.layout.stores]]).max()
-    return energy_event(rows[:, 0], error, passed, float(stored), engine.tolerance)
 
 
 def _limits(plan: Plan, rows: Array) -> tuple[Event, ...]:

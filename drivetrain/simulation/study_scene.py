@@ -58,11 +58,7 @@ def axis_faults(study: Study) -> list[Fault]:
 
 
 def axis_body(study: Study) -> Inertia:
-    """The load as one inertia.
-
-    Raises:
-        InputError: As ``axis_faults`` tells.
-    """
+    """The load as one inertia."""
     faults = axis_faults(study)
     if faults:
         raise InputError(faults)
@@ -76,11 +72,7 @@ def axis_rotor(drive: Drive) -> ReflectedRotor:
 
 
 def axis_inertia(study: Study, drive: Drive) -> float:
-    """What the axis accelerates.
-
-    Returns:
-        Load and reflected rotor [kg m^2].
-    """
+    """What the axis accelerates."""
     return float(study.joints[0].load_inertia or 0.0) + drive.gear.ratio**2 * drive_inertia(drive)
 
 
@@ -265,11 +257,7 @@ def _friction(law: Friction, side: str) -> list[Effect]:
 
 
 def at_joint(law: Friction, travel: float) -> Friction:
-    """A friction law of a turning shaft, at the joint that it moves along.
-
-    Args:
-        travel: Of the joint a radian of the shaft [m/rad]; 1 where it turns with it.
-    """
+    """A friction law of a turning shaft, at the joint that it moves along."""
     if travel == 1.0:
         return law
 
@@ -311,14 +299,7 @@ def with_feed_forward(scene: Scene) -> Scene:
 
 
 def command_times(scene: Scene, longest: float = 2e-3) -> Array:
-    """Instants that show a command whole: its samples, both sides of its jumps, and steps between.
-
-    Args:
-        longest: Between two instants [s].
-
-    Returns:
-        [s], (N,), never falling, from 0 to the end of the scene.
-    """
+    """Instants that show a command whole: its samples, both sides of its jumps, and steps between."""
     instants = {0.0, scene.duration}
     jumps: set[float] = set()
     for effect in scene.effects.get(WHOLE, ()):

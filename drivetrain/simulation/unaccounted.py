@@ -13,18 +13,7 @@ ROUNDING = 1e-9  # of all that is stored
 
 
 def energy_event(time: Array, error: Array, passed: float, stored: float, tolerance: float = 0.0) -> tuple[Event, ...]:
-    """The event of a run whose energies do not add up.
-
-    Args:
-        time: [s], (N,).
-        error: Energy that is there and should not be [J], (N,).
-        passed: The largest energy that is stored, given or taken over the run [J].
-        stored: The largest that there is [J].
-        tolerance: Relative, that was wanted of the engine [-].
-
-    Returns:
-        None, or the event at the instant from which on it is more than a hundredth and ten times the tolerance.
-    """
+    """The event of a run whose energies do not add up."""
     off, most = np.abs(error), max(ALLOWED, 10.0 * tolerance) * passed + ROUNDING * stored
     if not len(off) or not off.max() > most:
         return ()

@@ -33,14 +33,7 @@ def compiled(function: Callable[..., None]) -> Any:
 
 
 def address_of(function: Any, place: str, *, needed: bool = False) -> int:
-    """Where a compiled function lies.
-
-    Args:
-        function: What ``compiled`` gave, or an address; None: none.
-
-    Raises:
-        InputError: Neither a compiled function nor an address.
-    """
+    """Where a compiled function lies."""
     if function is None and not needed:
         return 0
     address = getattr(function, "address", function)

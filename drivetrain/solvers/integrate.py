@@ -68,18 +68,6 @@ def integrate(
     Steps never cross a breakpoint, and on each side the right-hand side is asked only for instants of that side: one
     at the breakpoint itself is moved to just before it while coming from the left. So a right-hand side that jumps
     there, and has its new value from there on, is never seen on the wrong side by any stage of any method.
-
-    Args:
-        rates: f(t, y) [per s].
-        start: State at the first instant [its own units], (m,).
-        times: Wanted instants, rising [s], (N,), N >= 2.
-        breakpoints: Where f or its derivatives jump [s].
-        correct: Called with (t, y) after each step; gives the state to go on from, or None to leave it.
-        most_steps: Stop after so many [-].
-
-    Raises:
-        InputError: Times that do not rise, a start that is no finite vector, breakpoints that are no numbers, a solver
-            that is none.
     """
     if not isinstance(solver, Solver):
         problem = "must be a solver, such as RungeKutta4(0.001) or DormandPrince853()"

@@ -83,17 +83,6 @@ def integrate_compiled(
 
     Steps never cross a breakpoint, and on each side the right-hand side is asked only for instants of that side, and
     is told the number of the segment if it wants it (``CompiledProblem.segment_word``).
-
-    Args:
-        start: State at the first instant [its own units], (n,).
-        times: Wanted instants, rising [s], (N,), N >= 2.
-        breakpoints: Where the rates or their derivatives jump [s].
-        most_steps: Stop after so many [-].
-        pause_after: Come back after so many tried steps more, with a checkpoint to go on from; None: do not.
-
-    Raises:
-        InputError: Times that do not rise, a start that is no finite vector, a solver that does not run compiled, a
-            problem that does not declare itself smooth given to an adaptive method.
     """
     from drivetrain.solvers.loop import advance  # compiles, or is read from disk: only when needed
 

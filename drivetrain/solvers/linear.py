@@ -27,11 +27,7 @@ def fill_jacobian(
     run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, starts: Any, columns: Any,
     row_starts: Any, row_indices: Any, h: float,
 ) -> bool:  # fmt: skip
-    """Fill the Jacobian and df/dt at the state, for a step; False when the rates jump there.
-
-    Args:
-        starts, columns, row_starts, row_indices: See ``column_groups``.
-    """
+    """Fill the Jacobian and df/dt at the state, for a step; False when the rates jump there."""
     run.count.jacobians += 1
     load(states, asked)
     if run.calls.jacobian:
@@ -149,11 +145,7 @@ def solve(factors: Array, pivots: Any, goal: Array, room: Array) -> None:
 
 
 def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:
-    """Groups of columns that share no row, so that one difference serves them all.
-
-    Args:
-        sparsity: (n, n) of bool, or None for a full Jacobian.
-    """
+    """Groups of columns that share no row, so that one difference serves them all."""
     if sparsity is None:
         one = np.arange(size + 1, dtype=np.int64)
         return one, one[:-1], size * one, np.tile(one[:-1], size)

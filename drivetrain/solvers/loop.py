@@ -29,19 +29,7 @@ def advance(
     pivots: Any, starts: Any, columns: Any, row_starts: Any, row_indices: Any, events: Any, values: Array,
     log: Any, wanted: Array, rows: Array, segments: Any, words: Any,
 ) -> int:  # fmt: skip
-    """Go on from where the records say, until the end, the budget of steps or a reason to stop.
-
-    Args:
-        methods, runs, states, events, log, segments: See ``records``; of the first two there is one.
-        asked, answer: What functions at an address are given and fill, (n,).
-        jacobian: By columns, the derivatives by time behind the last, (n + 1, n).
-        factors, pivots: Room for the factors of the stages' matrix, (n, n), and for the rows exchanged, (n,).
-        starts, columns, row_starts, row_indices: See ``column_groups``.
-        values: Room for the values of events, (m,).
-        wanted: Instants [s], (N,).
-        rows: What is told there, (N, width).
-        words: The problem's own.
-    """
+    """Go on from where the records say, until the end, the budget of steps or a reason to stop."""
     method, run = methods[0], runs[0]
     clock, count, settings = run.clock, run.count, run.settings
     while count.segment < len(segments):

@@ -50,11 +50,7 @@ class Solver:
     """A method and its settings."""
 
     def compiled_settings(self, size: int) -> Method:
-        """Tableau, absolute tolerances and settings (``records.RUN``) for the compiled loop and so many states.
-
-        Raises:
-            InputError: It does not run compiled.
-        """
+        """Tableau, absolute tolerances and settings (``records.RUN``) for the compiled loop and so many states."""
         problem = "must be a solver that runs compiled: Rodas4, Rodas5P, DormandPrince54, RungeKutta4 or Euler"
         raise InputError(Fault("solver", problem, self))
 
@@ -240,14 +236,7 @@ class Rodas5P(Rodas4):
 
 
 def check_positive(place: str, value: float, unit: str) -> None:
-    """Refuse a setting that is not a positive, finite number.
-
-    Args:
-        value: What was given [unit].
-
-    Raises:
-        InputError: It is none.
-    """
+    """Refuse a setting that is not a positive, finite number."""
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not number or not 0.0 < value < float("inf"):
         raise InputError(Fault(place, f"must be a positive number [{unit}]", value))

@@ -82,12 +82,6 @@ def _rosenbrock(
 
     Its last stages start from the one before plus that one's own u. Between the ends of a step
     y(s) = (1-s) y_0 + s (y_1 + (1-s) (B_1 + s (B_2 + ...))), where B_k = sum_j d_kj u_j.
-
-    Args:
-        times, gammas: Of the first stages, those of the others are 1 and 0.
-        a: Rows of stages 2 on, as far as they are not the one before plus a 1.
-        c: Rows of stages 2 on.
-        d: Rows of the polynomial.
     """
     stages = len(c) + 1
     while len(a) < stages:

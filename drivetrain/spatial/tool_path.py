@@ -129,10 +129,6 @@ class ToolPath:
         """Of the way with unrounded corners [m]."""
         return float(self._ends[-1])
 
-    def piece_at(self, s: float) -> int:
-        """Index of the piece at a distance [m] from the start."""
-        return min(int(np.searchsorted(self._ends, s)), len(self.pieces) - 1)
-
     def at(self, s: Array) -> PathSamples:
         """Poses at distances [m] from the start, (N,)."""
         place, u = (np.empty((3, len(s), width)) for width in (3, 4))

@@ -6,11 +6,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from figures.steps import figure_step_study
+from figures.steps import figure_step_study, step_study
 
 import drivetrain as dt
 from drivetrain.report.charts.plotting import house_style, png_bytes
-from drivetrain.simulation.passive import step_study
 from drivetrain.solvers.solver import DormandPrince853, Euler, RungeKutta4, SemiImplicitEuler
 
 DURATION = 3.0  # s

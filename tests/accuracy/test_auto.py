@@ -69,7 +69,8 @@ def test_auto_on_a_study_is_proven_and_within_its_tolerance(evaluation: Evaluati
     found = choose_effects(full, basis_of(full, evaluation), tolerance=0.05, step=1e-3)
     proof = found.proof
     assert proof is not None and proof.proven and not found.restored
-    assert {one.choice.kind for one in found.dropped} == {"MeshLoss", "FullRotor"}  # lossless gears, small rotors
+    gone = {one.choice.kind for one in found.dropped}
+    assert {"MeshLoss", "FullRotor"} <= gone  # lossless gears, small rotors
     kept = {type(effect).__name__ for effects in found.scene.effects.values() for effect in effects}
     assert {"DryFriction", "ViscousFriction"} <= kept and "MeshLoss" not in kept
     for name, measured in proof.measured.items():
@@ -84,10 +85,10 @@ def test_an_estimate_that_lies_is_found_out_by_the_proof(
 ) -> None:
     honest = auto.estimates
 
-    def lying(scene: Scene, task: object) -> tuple[Told, ...]:
+    def lying(*asked: object) -> tuple[Told, ...]:
         return tuple(
-            replace(one, changes={one.choice.joint: Change()}, valid=True) if one.choice == liar else one
-            for one in honest(scene, task)  # type: ignore[arg-type]
+            replace(one, changes={name: Change() for name in one.changes}, valid=True) if one.choice == liar else one
+            for one in honest(*asked)  # type: ignore[arg-type]
         )
 
     liar = Choice("DryFriction", "joint_1")

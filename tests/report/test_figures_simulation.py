@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from figures.constrained import figure_drift, figure_held_arm
-from figures.steps import figure_step_study
+from figures.steps import figure_step_study, step_study
 from figures.task_space import figure_task_space
 
 from drivetrain.arm.geared import at_level
@@ -17,7 +17,7 @@ from drivetrain.dynamics.task_space import Damped, TipVelocity, task_space_dynam
 from drivetrain.report.charts.figures import figure_recording
 from drivetrain.report.charts.plotting import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained
-from drivetrain.simulation.passive import simulate_passive, step_study
+from drivetrain.simulation.passive import simulate_passive
 from drivetrain.simulation.recording import Event, Recording, Series
 from drivetrain.solvers.solver import Euler, RungeKutta4
 

@@ -159,7 +159,7 @@ def test_few_differences_give_what_all_give(seed: int) -> None:
     done, numbers, state, t = ready(random_scene(rng) if seed else coupled_scene(), rng)
     m = len(state)
     columns = np.zeros((m + 1, m))
-    evaluate(jacobian.jacobian().address, t, state, columns, np.zeros(1), parts_of(numbers))
+    evaluate(equations.right_side(jacobian.jacobian).address, t, state, columns, np.zeros(1), parts_of(numbers))
     found = columns[:m].T
     sizes = done.memory.atol[:m] / adaptive_step.USUAL
     wanted = central(state, t, numbers, sizes)

@@ -96,3 +96,13 @@ def test_given_states() -> None:
         dt.simulate(whole, start={"joint.integrated_curent": 0.0})
     with pytest.raises(InputError, match="equilibrium"):
         dt.simulate(whole, start="rest")
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_a_digital_computed_torque_holds_before_its_first_sample_is_given_out(delay: int) -> None:
+    controller = dt.SampledComputedTorque(40.0, (("joint", 0.0302),), delay=delay)
+    held = scene([dt.Encoder(), dt.MotorCurrent(MOTOR)])
+    held = dt.Scene(held.body, held.effects | {"scene": (STAY, controller)}, 0.5, np.array([PLACE]), np.zeros(1))
+    run = dt.simulate(held)
+    np.testing.assert_allclose(run["joint.current"], HOLDING, rtol=1e-6)
+    np.testing.assert_allclose(run["joint.position"], PLACE, atol=1e-9)

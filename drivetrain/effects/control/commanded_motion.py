@@ -90,11 +90,7 @@ class CommandedMotion(Effect):
             raise InputError(Fault("repetitions", "must be at least 1", self.repetitions))
 
     def ports(self, place: Place) -> Ports:
-        """Gives position, speed and acceleration of every joint, and of shafts where motors are coupled.
-
-        Raises:
-            InputError: A joint of the scene that the motion does not have.
-        """
+        """Gives position, speed and acceleration of every joint, and of shafts where motors are coupled."""
         missing = [name for name in place.joints if name not in self.motion.joint_names]
         if missing:
             hint = nearest(missing[0], list(self.motion.joint_names))
@@ -138,13 +134,6 @@ class CommandedMotion(Effect):
         return np.asarray(at[1:][jumps.any(axis=1)])
 
     def begins_at(self, place: Place) -> tuple[list[int], Array, Array]:
-        """Where the command begins.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Joints, their positions and speeds [rad or m, and per s].
-        """
+        """Where the command begins."""
         order = [self.motion.joint_names.index(name) for name in place.joints]
         return list(range(len(order))), self.motion.position[0, order], self.motion.velocity[0, order]

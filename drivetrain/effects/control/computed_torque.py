@@ -14,7 +14,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
-from drivetrain.effects.control.loop_gains import MOST_DELAY, sampling_faults
+from drivetrain.effects.control.loop_gains import MOST_DELAY, missing_current, sampling_faults
 from drivetrain.effects.effect import Effect, Place, Ports, Signal, State, TimeScale
 from drivetrain.effects.laws import command_of, scene_law
 from drivetrain.errors import Fault, InputError
@@ -192,7 +192,9 @@ class SampledComputedTorque(Effect):
             - self.every * signals.get(f"{joint}.{s.MOTOR_SPEED.name}", 0.0)
             for joint in place.joints
         ]
-        return (*measured, *(0.0,) * ((1 + MOST_DELAY) * len(place.joints)))
+        at = [replace(place, joint=index, name=joint) for index, joint in enumerate(place.joints)]
+        asked, none = [missing_current(one, signals) for one in at], [0.0] * len(at)
+        return (*measured, *asked * (1 + self.delay), *none * (MOST_DELAY - self.delay))
 
     def quasi_static(self) -> Effect:
         return ComputedTorque(self.frequency, self.torque_constants)

@@ -6,12 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from drivetrain.effects import signals as s
-from drivetrain.effects.bounds import OVERSHOOT, bounded
 from drivetrain.effects.effect import Effect, Place, Ports
-from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 
@@ -58,19 +54,3 @@ class Encoder(Effect):
 
     def quasi_static(self) -> Effect:
         return Encoder()
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """What one count more or less makes of the current.
-
-        The angle is off by less than a count, and so is the difference of two angles over a sample: in current the
-        gains times both. As long as that is a small share of the current the loop does not hunt between two counts.
-        """
-        series, kt = conditions.series, conditions.torque_constant
-        if series is None or not conditions.sample_period > 0.0:
-            return Estimate(valid=False, why="no sampled loop is known to read it: keep it")
-        gains = conditions.loop_stiffness + conditions.loop_damping / conditions.sample_period
-        current = OVERSHOOT * gains * self.step / (place.ratio**2 * kt)
-        away = self.step / abs(place.ratio)
-        error = np.full(len(series.time), current)
-        why = "gains times a count, and times a count a sample"
-        return bounded(conditions, error, why, deviation=away, valid=current < 0.2 * conditions.rms_current)

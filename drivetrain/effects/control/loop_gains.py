@@ -41,16 +41,7 @@ def speed_error(gains: Any, wanted: Any, place: float, speed: float) -> float:
 
 @law
 def asked_current(gains: Any, error: float, gathered: float, span: float) -> Any:
-    """What a cascade asks for, and how its integrator grows.
-
-    Args:
-        error: Of the speed [rad/s].
-        gathered: By the integrator [A].
-        span: For which it goes on until the current is asked for [s].
-
-    Returns:
-        Current [A]; growth of the integrator [A/s]; whether the current is between its limits.
-    """
+    """What a cascade asks for, and how its integrator grows."""
     grown = gains.speed * gains.rate * error
     asked = gains.speed * error + gathered + span * grown
     if not abs(asked) > gains.peak:

@@ -6,16 +6,12 @@ is. The curve is that of ``drive/friction.py``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from drivetrain.drive.friction import Friction, breakaway_torque, friction_curve, friction_torque, static_excess
+from drivetrain.drive.friction import Friction, friction_curve, static_excess
 from drivetrain.effects import signals as s
-from drivetrain.effects.bounds import OVERSHOOT, bounded
 from drivetrain.effects.effect import Effect, Place, Ports
-from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.field_types import side_faults
 from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
 from drivetrain.errors import InputError
@@ -81,31 +77,3 @@ class DryFriction(Effect):
         levels = (curve.forward, curve.backward, curve.static_forward, curve.static_backward)
         fall = (curve.falls, curve.stribeck_speed, curve.stribeck_exponent, 0.0)
         return Own(side_of(self.side, place), *levels, *fall)
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        if conditions.series is not None:
-            return self._along(place, conditions, conditions.series)
-        law = self.friction
-        bound = max(law.coulomb, law.coulomb_negative or 0.0, law.static or 0.0)
-        bound *= abs(place.ratio) if self.side == "motor" else 1.0
-        peak, mean = bound / max(conditions.peak_torque, 1e-300), bound / max(conditions.rms_torque, 1e-300)
-        why = "breakaway torque at the joint over peak and RMS torque; squared on the copper loss"
-        return Estimate(peak, mean, 2.0 * mean + mean**2, 0.0, conditions.free, why)
-
-    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
-        """What it takes while it slides; at rest, where history decides, all that it can hold."""
-        motor, ratio = self.side == "motor", abs(place.ratio)
-        speed = series.speed * (place.ratio if motor else 1.0)
-        dry = replace(self.friction, viscous=0.0, viscous_negative=None)
-        ways = (np.ones_like(speed), -np.ones_like(speed))
-        holding = np.maximum(*(np.abs(breakaway_torque(dry, way)) for way in ways))
-        torque = np.where(series.resting, holding, np.abs(friction_torque(dry, speed)))
-        at_motor = torque if motor else torque / ratio * conditions.mesh_share
-        # Where it turns round it steps by twice its size.
-        at_joint = float(holding.max()) * (ratio if motor else conditions.mesh_share)
-        away = 2.0 * OVERSHOOT * at_joint / conditions.loop_stiffness
-        power = torque * np.abs(speed) if motor else None
-        why = "what slides, and at rest all that holds, at every instant"
-        # A step of friction is answered by the loop with an overshoot.
-        error = OVERSHOOT * at_motor / conditions.torque_constant
-        return bounded(conditions, error, why, deviation=away, power=power)

@@ -12,13 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from drivetrain.drive.thermal.exponentials import first, second
 from drivetrain.effects import signals as s
-from drivetrain.effects.bounds import LARGEST_ANSWER, bounded
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal, State, TimeScale
-from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.field_types import side_faults
 from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
 from drivetrain.errors import Fault, InputError
@@ -164,35 +160,6 @@ class LuGreFriction(Effect):
         fall = math.exp(-(min(abs(speed / own.stribeck_speed), 1e3) ** 2))
         slip = own.coulomb + (own.static - own.coulomb) * fall
         return (math.copysign(slip / self.stiffness, speed),)
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """All that its bristles can take, as a torque that the loop answers.
-
-        The bend never leaves Fs / s0, so the bristles' torque never leaves Fs: at rest it may be anything up to that;
-        sliding it is the curve, and within the first Fs / s0 of a motion what damps the bristles comes on top. It is
-        not fed forward, so the loop answers all of it, however it varies: in current by no more than
-        ``LARGEST_ANSWER`` times, in position by no more than bound over stiffness.
-        """
-        series = conditions.series
-        if series is None:
-            return Estimate(valid=False, why="the task is not known: keep it")
-        motor, ratio = self.side == "motor", abs(place.ratio)
-        speed = np.abs(series.speed) * (ratio if motor else 1.0)
-        rise = float(np.abs(series.acceleration).max()) * (ratio if motor else 1.0)
-        own = self.own(place)
-        excess = (own.static - own.coulomb) * np.exp(-(np.minimum(speed / own.stribeck_speed, 30.0) ** 2))
-        torque = own.coulomb + excess + own.viscous * speed
-        # Over the first bend the speed comes to sqrt(2 a Fs / s0), and that much of the damping is felt.
-        first_bend = math.sqrt(2.0 * rise * own.static / own.stiffness)
-        torque += np.where(speed < 3.0 * first_bend, own.damping * np.minimum(speed, first_bend), 0.0)
-        torque = np.where(series.resting, own.static, torque)
-        at_motor = torque if motor else torque / ratio * conditions.mesh_share
-        away = float(at_motor.max()) * ratio / conditions.loop_stiffness
-        error = LARGEST_ANSWER * at_motor / conditions.torque_constant
-        power = torque * speed if motor else None
-        held = math.isfinite(conditions.loop_stiffness)
-        why = "all that the bristles take, answered by the loop"
-        return bounded(conditions, error, why, deviation=away, power=power, valid=held)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("bristles slip", self.coulomb / (self.stiffness * self.stribeck_speed)),)

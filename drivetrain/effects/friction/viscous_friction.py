@@ -5,20 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from drivetrain.drive.friction import (
-    Friction,
-    friction_curve,
-    friction_torque,
-    sliding_friction,
-    smooth_lack,
-    tanh_slope,
-)
+from drivetrain.drive.friction import Friction, friction_curve, sliding_friction, smooth_lack, tanh_slope
 from drivetrain.effects import signals as s
-from drivetrain.effects.bounds import bounded
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
-from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.field_types import side_faults
 from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
 from drivetrain.errors import InputError
@@ -98,26 +87,3 @@ class ViscousFriction(Effect):
         forward, backward = (curve.forward, curve.backward) if curve.tanh_speed else (0.0, 0.0)
         viscous = curve.viscous_forward, curve.viscous_backward
         return Own(side_of(self.side, place), *viscous, forward, backward, curve.tanh_speed)
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        if conditions.series is not None:
-            return self._along(place, conditions, conditions.series)
-        damping = max(self.friction.viscous, self.friction.viscous_negative or 0.0)
-        damping *= place.ratio**2 if self.side == "motor" else 1.0
-        torque = damping * conditions.peak_speed + (self.friction.coulomb if self.friction.tanh_speed else 0.0)
-        peak, mean = torque / max(conditions.peak_torque, 1e-300), torque / max(conditions.rms_torque, 1e-300)
-        why = "torque at peak speed over peak and RMS torque; squared on the copper loss"
-        return Estimate(peak, mean, 2.0 * mean + mean**2, 0.0, conditions.free, why)
-
-    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
-        """Its torque at the commanded speed, at every instant."""
-        motor, ratio = self.side == "motor", abs(place.ratio)
-        speed = series.speed * (place.ratio if motor else 1.0)
-        stated = self.friction
-        viscous = Friction(viscous=stated.viscous, viscous_negative=stated.viscous_negative)
-        torque = np.abs(friction_torque(stated if stated.tanh_speed else viscous, speed))
-        at_motor = torque if motor else torque / ratio * conditions.mesh_share
-        away = float(np.abs(at_motor).max()) * ratio / conditions.loop_stiffness
-        why = "damping times the commanded speed, at every instant"
-        power = torque * np.abs(speed) if motor else None
-        return bounded(conditions, at_motor / conditions.torque_constant, why, deviation=away, power=power)

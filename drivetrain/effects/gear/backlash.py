@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.spring import Spring, answer, gear_spring, mean_touch, touch
+from drivetrain.drive.spring import Spring, answer, gear_spring, mean_touch, touch, twist_under
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Shape, Signal
-from drivetrain.effects.estimate import Conditions, Estimate
-from drivetrain.effects.gear.twisting import BESIDE, along, swing, twist
 from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
@@ -109,33 +104,7 @@ class Backlash(Effect):
     def piecewise(self) -> bool:
         return True
 
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """Of a joint whose load presses one flank all the time: half of the play, and what its spring does.
-
-        The flanks stay in touch where the torque of the task is never smaller than what swings beside it; then the gear
-        is a spring with an offset. Where they part, how hard they meet again is not bounded.
-        """
-        play = 0.5 * (self.gear.backlash or 0.0)
-        series = conditions.series
-        if series is None:
-            return Estimate(deviation=play, valid=False, why="flanks that meet: keep it")
-        told = along(self.gear, self.damping, place, conditions, series)
-        pressed = float(np.abs(series.torque).min()) > BESIDE * float(self.swing(conditions).max())
-        one_side = bool((series.torque > 0.0).all() or (series.torque < 0.0).all())
-        why = f"half of the play; {told.why}" if pressed and one_side else "flanks that separate and meet: keep it"
-        return replace(told, deviation=told.deviation + play, valid=told.valid and pressed and one_side, why=why)
-
-    def swing(self, conditions: Conditions) -> Array:
-        """How far the flanks' torque swings beside that of the task, while they touch.
-
-        Args:
-            conditions: The joint's task.
-
-        Returns:
-            Envelope [N m], (N,); a single zero where the task is not known.
-        """
-        return swing(self.gear, self.damping, conditions)
-
     def _twist(self, torque: float) -> float:
         """Twist under a torque [rad]."""
-        return twist(self.gear, torque) + math.copysign(0.5 * (self.gear.backlash or 0.0), torque)
+        play = math.copysign(0.5 * (self.gear.backlash or 0.0), torque)
+        return float(twist_under(gear_spring(self.gear), torque)) + play

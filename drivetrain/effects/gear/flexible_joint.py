@@ -9,13 +9,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.spring import Spring, answer, gear_spring, mean_touch
+from drivetrain.drive.spring import Spring, answer, gear_spring, mean_touch, twist_under
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role, Shape, Signal, TimeScale
-from drivetrain.effects.estimate import Conditions, Estimate
-from drivetrain.effects.gear.twisting import along, swing, twist
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Shape, Signal
 from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 
@@ -91,31 +88,6 @@ class FlexibleJoint(Effect):
     def piecewise(self) -> bool:
         return gear_spring(self.gear).bend_1 < math.inf
 
-    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        return ()
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        if conditions.series is not None:
-            return along(self.gear, self.damping, place, conditions, conditions.series)
-        stiffness = self.gear.stiffness_1 or math.inf
-        frequency = math.sqrt(stiffness / max(conditions.inertia, 1e-300))
-        slow = 1.0 / (frequency * max(conditions.move_time, 1e-300))
-        share = 376.0 * slow**2
-        why = "twist of the peak torque; current 376 (1 / (w T))^2 at most, w of the link on a still rotor"
-        valid = conditions.free and slow < 0.04
-        return Estimate(share, share, 2.0 * share, self._twist(conditions.peak_torque), valid, why)
-
-    def swing(self, conditions: Conditions) -> Array:
-        """How far the spring's torque swings beside that of the task.
-
-        Args:
-            conditions: The joint's task.
-
-        Returns:
-            Envelope [N m], (N,); a single zero where the task is not known.
-        """
-        return swing(self.gear, self.damping, conditions)
-
     def _twist(self, torque: float) -> float:
         """Twist under a torque [rad]."""
-        return twist(self.gear, torque)
+        return float(twist_under(gear_spring(self.gear), torque))

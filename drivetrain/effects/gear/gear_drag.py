@@ -8,15 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from drivetrain.drive.gear import Gear, Mesh, mesh
 from drivetrain.drive.gear_loss import DRAG_REFERENCE, drag_torque
 from drivetrain.drive.ranges import TEMPERATURE, range_faults
 from drivetrain.effects import signals as s
-from drivetrain.effects.bounds import OVERSHOOT, bounded
 from drivetrain.effects.effect import Effect, Place, Ports
-from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.laws import joint_law
 from drivetrain.errors import InputError
 
@@ -103,22 +99,3 @@ class GearDrag(Effect):
         told = self.mesh
         law = (told.drag, told.exponent, told.cooling, told.bend, told.seal, told.starting)
         return Own(*law, int(self.follows), self.temperature)
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        if conditions.series is not None:
-            return self._along(place, conditions, conditions.series)
-        fastest = float(drag_torque(self.mesh, abs(place.ratio) * conditions.peak_speed, self.temperature))
-        bound = max(fastest, self.mesh.starting) * abs(place.ratio)
-        peak, mean = bound / max(conditions.peak_torque, 1e-300), bound / max(conditions.rms_torque, 1e-300)
-        why = "largest drag at the joint over peak and RMS torque; squared on the copper loss"
-        return Estimate(peak, mean, 2.0 * mean + mean**2, 0.0, conditions.free, why)
-
-    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
-        """What it takes while it turns; at rest, where history decides, all that it can hold."""
-        told, speed = self.mesh, series.speed * place.ratio
-        drag = np.abs(np.asarray(drag_torque(told, speed, self.temperature)))
-        torque = np.where(series.resting, told.starting, drag)
-        # Where it turns round it steps by twice its size; a step is answered by the loop with an overshoot.
-        away = 2.0 * OVERSHOOT * told.starting * abs(place.ratio) / conditions.loop_stiffness
-        error, why = OVERSHOOT * torque / conditions.torque_constant, "its drag, and at rest what starts it"
-        return bounded(conditions, error, why, deviation=away, power=torque * np.abs(speed))

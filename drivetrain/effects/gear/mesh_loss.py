@@ -5,13 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from drivetrain.drive.gear import Gear, mesh_factors
 from drivetrain.effects import signals as s
-from drivetrain.effects.bounds import OVERSHOOT, bounded
 from drivetrain.effects.effect import Effect, Place, Ports, Shape
-from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.laws import joint_law
 
 
@@ -57,20 +53,3 @@ class MeshLoss(Effect):
 
     def shape(self, place: Place) -> Shape:
         return Shape(ratio=self.gear.ratio if place.turning[place.joint] else None)
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        if conditions.series is not None:
-            return self._along(place, conditions, conditions.series)
-        share = mesh_factors(self.gear).driving - 1.0
-        return Estimate(share, share, 2.0 * share, 0.0, conditions.free, "mu of the mesh, on the torque it carries")
-
-    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
-        """The share of the torque that crosses it, by the direction of power; at rest the larger one."""
-        loss = self.own(place)
-        forward = series.torque * series.speed > 0.0
-        share = np.where(series.resting, max(loss.driving, loss.driven), np.where(forward, loss.driving, loss.driven))
-        torque = share * np.abs(series.torque) / abs(place.ratio)
-        # Where it turns round it steps by twice its size.
-        away = 2.0 * OVERSHOOT * float(torque.max()) * abs(place.ratio) / conditions.loop_stiffness
-        error = OVERSHOOT * torque / conditions.torque_constant
-        return bounded(conditions, error, "its share of the torque that crosses it", deviation=away)

@@ -10,9 +10,10 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
-from drivetrain.effects.field_types import checked_table, side_faults
+from drivetrain.effects.effect import Place, Ports, Role, Signal
+from drivetrain.effects.field_types import side_faults
 from drivetrain.effects.laws import flange_of, side_of, table_law
+from drivetrain.effects.over_time import OverTime
 from drivetrain.effects.tables import table_value
 from drivetrain.errors import InputError
 
@@ -37,7 +38,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class GivenTorque(Effect):
+class GivenTorque(OverTime):
     """A torque that follows a table, linear between its instants; two at one instant are a jump.
 
     Attributes:
@@ -46,10 +47,10 @@ class GivenTorque(Effect):
         side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
     """
 
-    time: Array
     torque: Array
     side: str = "joint"
 
+    follows = "torque"
     compute = _compute
     account = _account
 
@@ -57,9 +58,7 @@ class GivenTorque(Effect):
         faults = side_faults(self)
         if faults:
             raise InputError(faults)
-        time, torque = checked_table(self.time, self.torque, "torque")
-        object.__setattr__(self, "time", time)
-        object.__setattr__(self, "torque", torque)
+        super().__post_init__()
 
     def ports(self, place: Place) -> Ports:
         speed, torque, _ = s.of_side(self.side, place)
@@ -73,9 +72,6 @@ class GivenTorque(Effect):
 
     def own(self, place: Place) -> Own:
         return Own(side_of(self.side, place))
-
-    def table(self, place: Place) -> Array:
-        return np.column_stack([self.time, self.torque])
 
     def breakpoints(self) -> Sequence[float]:
         return [float(t) for t in np.unique(self.time)]

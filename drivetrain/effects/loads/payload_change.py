@@ -67,11 +67,7 @@ class PayloadChange(Effect):
         return [float(t) for t in self.time]
 
     def carried(self) -> tuple[Array, Array]:
-        """The bodies as moments of mass, for the mechanics.
-
-        Returns:
-            Instants [s], (K,); second and first moments and mass about the tip, as [[S, h], [h, m]], (K, 4, 4).
-        """
+        """The bodies as moments of mass, for the mechanics."""
         moments = np.zeros((len(self.bodies), 4, 4))
         for moment, body in zip(moments, self.bodies, strict=True):
             com, inertia = np.asarray(body.com), np.asarray(body.inertia)

@@ -10,9 +10,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
-from drivetrain.effects.bounds import OVERSHOOT, bounded
 from drivetrain.effects.effect import Effect, Place, Ports, Signal
-from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.laws import table_law
 from drivetrain.errors import Fault, InputError
 
@@ -93,26 +91,3 @@ class Cogging(Effect):
 
     def table(self, place: Place) -> Array:
         return np.array([self.amplitudes, self.orders, self.phases or (0.0,) * len(self.orders)], dtype=np.float64).T
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        if conditions.series is not None:
-            return self._along(place, conditions, conditions.series)
-        size = abs(place.ratio) * sum(abs(a) for a in self.amplitudes)
-        square = 0.5 * sum((place.ratio * a) ** 2 for a in self.amplitudes)
-        peak = size / max(conditions.peak_torque, 1e-300)
-        # Out of step with the load over a turn, so squares add; a joint that rests on a tooth feels all of it.
-        rms = math.sqrt(1.0 + square / max(conditions.rms_torque, 1e-300) ** 2) - 1.0
-        return Estimate(
-            peak, rms, 2.0 * rms, 0.0, conditions.free, "sum of all harmonics on the peak, squares on the RMS"
-        )
-
-    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
-        """All amplitudes at once, all the time, as a joint may rest on a tooth.
-
-        Where that is no small share of the current the loop may swing with the teeth: not valid.
-        """
-        size = sum(abs(a) for a in self.amplitudes)
-        current = OVERSHOOT * size / conditions.torque_constant
-        away = size * abs(place.ratio) / conditions.loop_stiffness
-        error, small = np.full(len(series.time), current), current < 0.2 * conditions.rms_current
-        return bounded(conditions, error, "sum of all harmonics", deviation=away, valid=small)

@@ -14,15 +14,11 @@ from drivetrain.drive.loops.current_loop_kernel import flows, held_at, loop_step
 from drivetrain.drive.loops.held_step_kernel import held_step, put_matrix
 from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
 from drivetrain.effects import signals as s
-from drivetrain.effects.bounds import bounded, lagging
 from drivetrain.effects.effect import Effect, Place, Ports, Role, State, TimeScale
-from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.laws import joint_law
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
-
-HOT = 200.0  # K over the air
 
 
 @dataclass
@@ -95,11 +91,7 @@ def _reached(share: Any, held: Any, own: Any, push: float, drive: float) -> tupl
 def _moved(
     h: float, own: Any, volts: float, asked: float, resistance: float, constant: float, speed: float
 ) -> tuple[float, float, float, float, float, bool]:
-    """The winding over a step in which command and speed are held.
-
-    Returns:
-        Current and integrator at its end, mean current, mean of its square, mean power, whether a limit was reached.
-    """
+    """The winding over a step in which command and speed are held."""
     if own.resistance != resistance or own.step != h:
         _make(own, resistance, h)
     current, integral, kp, ki, inductance = (
@@ -249,30 +241,3 @@ class CurrentLoop(Effect):
 
     def quasi_static(self) -> Effect:
         return MotorCurrent(self.motor, self.peak_current)
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """The lag of a first-order loop behind a command that moves within the time of a move.
-
-        Reference:
-            Fits over twelve scenes of one joint; the current lags by dI/dt over w, and never differs by more.
-        """
-        if conditions.series is not None:
-            return self._along(place, conditions, conditions.series)
-        slow = 1.0 / (self.bandwidth * max(conditions.move_time, 1e-300))
-        rms = 7.6 * slow**1.11
-        why = "lag of the current loop: 5.7 p^0.94 of the peak, p = 1/(bandwidth x time of a move)"
-        return Estimate(5.7 * slow**0.94, rms, 2.0 * rms, 0.0, conditions.free and slow < 0.02, why)
-
-    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
-        """Current less lagging current; of the position what such a momentum does to a loop damped critically.
-
-        With e' = I' - w e the momentum gathered is (I - e) / w; the largest answer of x'' + 2 a x' + a^2 x to a
-        momentum p is p / (2.718 m a). Not valid where a move lasts less than 50 lags.
-        """
-        error = lagging(series, self.bandwidth)
-        torque = conditions.torque_constant * abs(place.ratio) * float(np.ptp(series.current - error))
-        away = 4.0 * torque / self.bandwidth / (math.e * 0.5 * conditions.loop_damping)
-        # Of a winding that hot the gains, which are those of the cold one, no longer cancel the pole.
-        hot = HOT < conditions.rise < math.inf
-        valid = self.bandwidth * conditions.move_time > 50.0 and not hot
-        return bounded(conditions, error, "lag of the loop behind the task's current", deviation=away, valid=valid)

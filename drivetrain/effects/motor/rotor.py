@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from drivetrain.effects.effect import NOTHING, Effect, Place, Ports, Shape
-from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.errors import Fault, InputError
 
 
@@ -32,12 +31,6 @@ class FullRotor(Effect):
 
     def quasi_static(self) -> Effect:
         return ReflectedRotor(self.inertia, self.ratio)
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        coupled = self.inertia * abs(self.ratio)
-        share = coupled / max(conditions.inertia + conditions.rotor_inertia, 1e-300)
-        why = "J ratio over all inertia of the joint, as if the carrier accelerated as the joint does"
-        return Estimate(share, share, 2.0 * share, 0.0, conditions.free, why)
 
 
 @dataclass(frozen=True)

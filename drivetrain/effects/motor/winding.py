@@ -11,7 +11,6 @@ from drivetrain.drive.electrical import current_reach
 from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role, State, TimeScale
-from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
@@ -160,6 +159,3 @@ class Winding(Effect):
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("current follows", (self.motor.inductance or math.nan) / self.motor.resistance),)
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        return Estimate(valid=False, why="a voltage-driven winding: the current follows no command")

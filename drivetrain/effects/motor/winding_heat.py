@@ -18,7 +18,6 @@ from drivetrain.drive.ranges import TEMPERATURE, range_faults
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
-from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
@@ -199,12 +198,3 @@ class WindingHeat(Effect):
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("winding warms", self.network.winding_time_constant or math.inf),)
-
-    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        share, cold = conditions.magnet_share, conditions.cold_share
-        if math.isnan(share) or math.isnan(cold):
-            return Estimate(valid=False, why="the temperatures are not known: keep it")
-        torque = conditions.peak_current * conditions.torque_constant * abs(place.ratio)
-        valid = conditions.free and conditions.heat_gain < 0.8
-        why = "resistance and torque constant at the temperatures of the task's own periodic state"
-        return Estimate(share, share, cold, 1.2 * share * torque / conditions.loop_stiffness, valid, why)

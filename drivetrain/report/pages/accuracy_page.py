@@ -129,7 +129,7 @@ def _judged(found: AutoChoice, end: End) -> SheetTable:
     )  # fmt: skip
     return SheetTable(
         ("effect", "at", "", *SHOWN[:4], end.name, "valid", "derivation"), rows,
-        "Estimates before the run: bounds on the change at any joint", (3, 4, 5, 6, 7),
+        "Estimates: each effect left out alone, the largest change at any joint", (3, 4, 5, 6, 7),
     )  # fmt: skip
 
 

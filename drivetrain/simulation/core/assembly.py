@@ -132,14 +132,7 @@ def _spring(run: Run, h: float, theta: float, i: int, m: int, late: float) -> No
 
 @part
 def assemble(run: Run, h: float, theta: float) -> bool:
-    """The linear system of the step, and the bounds of friction.
-
-    Args:
-        h: Step [s]; 1 at an instant.
-
-    Returns:
-        Whether there is any dry friction.
-    """
+    """The linear system of the step, and the bounds of friction."""
     coordinates, pairs, joints = coordinates_of(run), pairs_of(run), joints_of(run)
     c, engine, dry = len(coordinates), engine_of(run), False
     for i in range(c):
@@ -184,12 +177,7 @@ PATIENCE = 6  # solutions before chords help
 
 @part
 def ask_again(run: Run, t: float, h: float, theta: float) -> None:
-    """Ask springs and surroundings of the tip again, at the motion that the solution makes.
-
-    Args:
-        t: Middle of the step [s].
-        h: Step [s].
-    """
+    """Ask springs and surroundings of the tip again, at the motion that the solution makes."""
     coordinates, joints = coordinates_of(run), joints_of(run)
     for i in range(len(coordinates)):
         one = coordinates[i]
@@ -235,12 +223,7 @@ def _chord(rotor: Any, rate: float, torque: float, expected: float) -> float:
 
 @part
 def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
-    """Whether springs and surroundings of the tip answer what the solution expects of them.
-
-    Args:
-        h: Step [s].
-        attempt: How often the step has been solved again [-].
-    """
+    """Whether springs and surroundings of the tip answer what the solution expects of them."""
     coordinates, joints, pairs = coordinates_of(run), joints_of(run), pairs_of(run)
     good = True
     for i in range(len(joints)):
@@ -292,11 +275,7 @@ def show_energies(run: Run) -> None:
 
 @part
 def find_forces(run: Run, h: float, theta: float) -> None:
-    """Speeds of the true middle as the guess, and what follows from the solution.
-
-    Args:
-        h: Step [s]; 1 at an instant.
-    """
+    """Speeds of the true middle as the guess, and what follows from the solution."""
     coordinates, pairs, joints = coordinates_of(run), pairs_of(run), joints_of(run)
     for i in range(len(coordinates)):
         one = coordinates[i]

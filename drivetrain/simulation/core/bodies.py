@@ -193,11 +193,7 @@ def _column(run: Run, k: int) -> Vector:
 
 @part
 def try_tip(run: Run, shift: float) -> None:
-    """Move the tip from the guess to the trial, and note what force a solution expects.
-
-    Args:
-        shift: Time from the beginning of the step to its middle [s].
-    """
+    """Move the tip from the guess to the trial, and note what force a solution expects."""
     engine, tip, coordinates = engine_of(run), world_of(run).tip, coordinates_of(run)
     before, speed, turning = vector(tip.speed), vector(engine.tip_speed), vector(engine.tip_turning)
     for k in range(world_of(run).joints):
@@ -223,11 +219,7 @@ def calm_tip(run: Run) -> None:
 
 @part
 def tip_agrees(run: Run, shift: float) -> bool:
-    """Whether the surroundings answer what the solution expects of them.
-
-    Args:
-        shift: Time from the beginning of the step to its middle [s].
-    """
+    """Whether the surroundings answer what the solution expects of them."""
     tip, expected, off, size = world_of(run).tip, engine_of(run).tip_expected, 0.0, 0.0
     for r in range(3):
         off = max(off, abs(tip.force[r] - expected[r]))
@@ -249,11 +241,7 @@ def clear_tip(tip: Any) -> None:
 
 @part
 def add_tip(run: Run, h: float, theta: float) -> None:
-    """What the surroundings do to the tip joins the linear system, and what meshes transmit.
-
-    Args:
-        h: Step [s].
-    """
+    """What the surroundings do to the tip joins the linear system, and what meshes transmit."""
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     tip, joints = world_of(run).tip, world_of(run).joints
     step, moment, force = theta * h, vector(tip.moment), vector(tip.force)

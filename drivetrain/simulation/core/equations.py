@@ -11,17 +11,18 @@ every engine shares them. With h = 0 they are at an instant; ``theta`` of a step
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numba import carray, types
 
 from drivetrain.arrays import Array
-from drivetrain.jit import callback
+from drivetrain.call_address import call_address
+from drivetrain.jit import callback, kernel
 from drivetrain.simulation.core.assembly import agrees, ask_again, assemble, find_forces, show_coupled, show_energies
 from drivetrain.simulation.core.bodies import clear_tip, move_bodies, show_tip
-from drivetrain.simulation.core.friction import solve_friction
+from drivetrain.simulation.core.friction import several_outcomes, solve_friction
 from drivetrain.simulation.core.records import (
     AT,
     EQUATIONS,
@@ -59,11 +60,7 @@ def guess_still(run: Run) -> None:
 
 @part
 def show_motion(run: Run, shift: float) -> None:
-    """Fill the connectors' motion from the states, moved on by ``shift`` at the guessed speeds.
-
-    Args:
-        shift: [s].
-    """
+    """Fill the connectors' motion from the states, moved on by ``shift`` at the guessed speeds."""
     coordinates, joints = coordinates_of(run), joints_of(run)
     for i in range(len(coordinates)):
         coordinates[i].trial = coordinates[i].guess
@@ -85,11 +82,7 @@ def show_motion(run: Run, shift: float) -> None:
 
 @part
 def show_states(run: Run, shift: float) -> None:
-    """Copy states of effects to the connectors of their names, moved on by ``shift`` at their last rates.
-
-    Args:
-        shift: [s].
-    """
+    """Copy states of effects to the connectors of their names, moved on by ``shift`` at their last rates."""
     numbers = memory_of(run)
     states = states_of(run)
     for k in range(len(states)):
@@ -107,12 +100,7 @@ def _clear(flange: Any) -> None:
 
 @part
 def compute(run: Run, t: float, h: float) -> None:
-    """The laws of all effects, contributions from zero.
-
-    Args:
-        t: Instant or middle of the step [s].
-        h: Step, 0 at an instant [s].
-    """
+    """The laws of all effects, contributions from zero."""
     joints = joints_of(run)
     for i in range(len(joints)):
         joint = joints[i]
@@ -156,13 +144,6 @@ def solve(run: Run, t: float, h: float, theta: float) -> int:
     Springs and surroundings of the tip are asked again until they answer what the solution expects of them: Newton's
     method, where nothing bends within the step the first look agrees. It ends after ``MOST`` solutions, which are
     counted.
-
-    Args:
-        t: Beginning of the step [s].
-        h: Step [s].
-
-    Returns:
-        How many solutions it took; negative where there is none, as ``solve_friction`` has it.
     """
     span, middle, total = h if h > 0.0 else 1.0, t + theta * h, 0
     if theta == 1.0:
@@ -202,17 +183,31 @@ def _show_rates(run: Run) -> None:
             coordinates[m].position_rate = coordinates[m].speed - coordinates[i].speed
 
 
-def _bodies(t: Any, h: Any, run: Any) -> None:
+@cache
+def equation(function: Any) -> Any:
+    """A part of the equations with an address, compiled at the first call (some seconds) or taken from the disk."""
+    return callback(EQUATIONS, function)
+
+
+def bodies(t: Any, h: Any, run: Any) -> None:
+    """Mass matrix and bias; apart, since what is compiled in one piece is optimised in each."""
     move_bodies(run, t)
     if engine_of(run).arm and engine_of(run).uses_tip:
         show_tip(run)
 
 
-def _friction(t: Any, h: Any, run: Any) -> None:
+def friction(t: Any, h: Any, run: Any) -> None:
+    """The linear system with friction solved."""
     engine_of(run).solved = solve_friction(coordinates_of(run), pairs_of(run), h)
 
 
-def _motion(t: Any, h: Any, run: Any) -> None:
+def outcomes(t: Any, h: Any, run: Any) -> None:
+    """Whether another set of modes fits as well."""
+    engine_of(run).undecided = several_outcomes(coordinates_of(run), pairs_of(run), h)
+
+
+def motion(t: Any, h: Any, run: Any) -> None:
+    """The change of speeds."""
     if h == 0.0:
         guess_still(run)
     engine_of(run).solved = solve(run, t, h, engine_of(run).theta if h > 0.0 else 0.0)
@@ -220,7 +215,8 @@ def _motion(t: Any, h: Any, run: Any) -> None:
         _show_rates(run)
 
 
-def _forces(t: Any, h: Any, run: Any) -> None:
+def forces(t: Any, h: Any, run: Any) -> None:
+    """Forces, and motion at the true middle."""
     theta = engine_of(run).theta if h > 0.0 else 0.0
     find_forces(run, h if h > 0.0 else 1.0, theta)
     show_motion(run, theta * h)
@@ -228,34 +224,16 @@ def _forces(t: Any, h: Any, run: Any) -> None:
         show_energies(run)
 
 
-@lru_cache(maxsize=1)
-def bodies() -> Any:
-    """Mass matrix and bias, compiled likewise; apart, since what is compiled in one piece is optimised in each."""
-    return callback(EQUATIONS, _bodies)
-
-
-@lru_cache(maxsize=1)
-def friction() -> Any:
-    """The linear system with friction solved, compiled likewise."""
-    return callback(EQUATIONS, _friction)
-
-
-@lru_cache(maxsize=1)
-def motion() -> Any:
-    """The change of speeds, compiled at the first call (some seconds) or taken from the disk cache."""
-    return callback(EQUATIONS, _motion)
-
-
-@lru_cache(maxsize=1)
-def forces() -> Any:
-    """Forces and motion at the true middle, compiled likewise."""
-    return callback(EQUATIONS, _forces)
-
-
 _DOUBLES = types.CPointer(types.float64)
 # As solvers call it: their words are the addresses of a run's sections, their numbers are none.
 RIGHT_SIDE = types.void(types.float64, _DOUBLES, _DOUBLES, _DOUBLES, PARTS)
 NO_NUMBERS = np.zeros(1)
+
+
+@cache
+def right_side(function: Any) -> Any:
+    """A function (t, x, result, numbers, run) that solvers call, compiled likewise."""
+    return callback(RIGHT_SIDE, function)
 
 
 @part
@@ -321,11 +299,7 @@ def rates_at(run: Run, t: float) -> None:
 
 @part
 def take_samples(run: Run, t: float, early: float, share: float) -> None:
-    """Samples that are due; all laws are computed before the first.
-
-    Args:
-        early, share: How much too early a sample is taken all the same [s], and in periods.
-    """
+    """Samples that are due; all laws are computed before the first."""
     samples, fresh = calls_of(run, AT.samples), False
     for k in range(len(samples)):
         sample = samples[k]
@@ -350,7 +324,8 @@ def put_row(run: Run, t: float, row: Any) -> None:
         row[1 + k] = memory[columns[k]]
 
 
-def _rates(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+def rates(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+    """The rates of all states; those that have no answer are NaN."""
     put_states(run, x)
     rates_at(run, t)
     states, memory = states_of(run), memory_of(run)
@@ -358,33 +333,42 @@ def _rates(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
         result[k] = memory[states[k].rate] if engine_of(run).solved >= 0 else math.nan
 
 
-def _signals(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+def signals(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+    """Everything at an instant, with the states as they are among the numbers."""
     solve_at(run, t)
     account_at(run, t)
-
-
-@lru_cache(maxsize=1)
-def rates() -> Any:
-    """The right-hand side (t, x, result, numbers, run), compiled at the first call or taken from the disk cache.
-
-    Rates that have no answer are NaN.
-    """
-    return callback(RIGHT_SIDE, _rates)
-
-
-@lru_cache(maxsize=1)
-def signals() -> Any:
-    """Everything at an instant with the states as they are among the numbers, compiled likewise."""
-    return callback(RIGHT_SIDE, _signals)
 
 
 def evaluate_rates(numbers: Array, states: Array, t: float = 0.0) -> Array:
     """Rates of the states that follow them, in a run's numbers."""
     found = np.zeros(len(states))
-    evaluate(rates().address, t, states, found, NO_NUMBERS, parts_of(numbers))
+    evaluate(right_side(rates).address, t, states, found, NO_NUMBERS, parts_of(numbers))
     return found
+
+
+@kernel
+def _along(
+    address: int, times: Array, numbers: Array, nothing: Array, parts: Any, moved: Any, commanded: Any, wanted: Any,
+    rows: Array,
+) -> None:  # fmt: skip
+    """Fill a row an instant: a first look tells the command, a second all else with the motion on it."""
+    at = nothing.ctypes.data
+    for k in range(len(times)):
+        for _ in range(2):
+            call_address(address, (times[k], at, at, at, parts.ctypes.data))
+            for i in range(len(moved)):
+                numbers[moved[i]] = numbers[commanded[i]]
+        for j in range(len(wanted)):
+            rows[k, j] = numbers[wanted[j]]
+
+
+def evaluate_commanded(numbers: Array, times: Array, moved: Any, commanded: Any, wanted: Any) -> Array:
+    """Wanted numbers along a command, (N, K), with ``moved`` numbers of the motion as those that command them."""
+    rows = np.empty((len(times), len(wanted)))
+    _along(right_side(signals).address, times, numbers, NO_NUMBERS, parts_of(numbers), moved, commanded, wanted, rows)
+    return rows
 
 
 def evaluate_signals(numbers: Array, t: float = 0.0) -> None:
     """Everything at an instant, with the states that are among a run's numbers."""
-    evaluate(signals().address, t, np.zeros(1), np.zeros(1), NO_NUMBERS, parts_of(numbers))
+    evaluate(right_side(signals).address, t, np.zeros(1), np.zeros(1), NO_NUMBERS, parts_of(numbers))

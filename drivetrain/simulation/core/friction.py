@@ -9,6 +9,10 @@ Modes are guessed from the step before and corrected where the answer contradict
 (least index first, which ends) if that goes round in circles. An answer that contradicts no mode is exact: stuck speeds
 are equal to the bit.
 
+Where static friction is above Coulomb friction several sets of modes may fit: of coordinates that reach their bounds at
+one instant, one that slides may relieve another. The rule: all that are beyond their bounds let go together, and what
+then does not slide its way sticks again. ``several_outcomes`` finds out whether another set fits too.
+
 Reference: Murty, Linear Complementarity, Linear and Nonlinear Programming (1988), section 4.1 (least index).
 """
 
@@ -16,11 +20,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from drivetrain.simulation.core.records import (
-    part,
-)
+from drivetrain.simulation.core.records import part
 
 ROUNDING = 1e-12  # of a bound: less is no reason to break loose
+MOST_LOOSE = 8  # coordinates that let go at once, of which all sets are tried
 NO_SET = -1001  # no set of modes fits
 
 
@@ -172,14 +175,7 @@ def _correct(coordinates: Any, pairs: Any, h: float, single: bool) -> int:
 
 @part
 def solve_friction(coordinates: Any, pairs: Any, h: float) -> int:
-    """Changes of speed over a step, or accelerations (h = 1, relative speeds 0).
-
-    Args:
-        h: Step [s].
-
-    Returns:
-        How many solutions it took; -1 - i where coordinate i jams, ``NO_SET`` where no set of modes fits.
-    """
+    """Changes of speed over a step, or accelerations (h = 1, relative speeds 0)."""
     c = len(coordinates)
     for attempt in range(50 + 20 * c):
         jammed = _solve(coordinates, pairs, h)
@@ -188,3 +184,52 @@ def solve_friction(coordinates: Any, pairs: Any, h: float) -> int:
         if _correct(coordinates, pairs, h, attempt > 8 + c) == 0:
             return attempt + 1
     return NO_SET
+
+
+@part
+def keep_modes(coordinates: Any) -> None:
+    """Keep what friction does while something else is tried."""
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        one.found_mode, one.found_sign, one.found_given = one.dry.mode, one.dry.load_sign, one.dry.given
+
+
+@part
+def put_back_modes(coordinates: Any) -> None:
+    """What friction did before."""
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        one.dry.mode, one.dry.load_sign, one.dry.given = one.found_mode, one.found_sign, one.found_given
+
+
+@part
+def several_outcomes(coordinates: Any, pairs: Any, h: float) -> int:
+    """Of coordinates that have let go together one that may as well hold, all else consistent; -1: there is none.
+
+    The solution stays what it is.
+    """
+    c, count, held = len(coordinates), 0, -1
+    for i in range(c):
+        one = coordinates[i]
+        if one.before == 0 and one.dry.mode != 0:
+            coordinates[count].loose = i
+            count += 1
+    if count < 2 or count > MOST_LOOSE:
+        return -1
+    keep_modes(coordinates)
+    for stuck in range(1, 2**count - 1):
+        for k in range(count):
+            dry = coordinates[coordinates[k].loose].dry
+            dry.given = 0
+            if stuck >> k & 1:
+                dry.mode = 0
+        fits = _solve(coordinates, pairs, h) < 0 and _correct(coordinates, pairs, h, True) == 0
+        put_back_modes(coordinates)
+        if fits:
+            for k in range(count):
+                if stuck >> k & 1:
+                    held = coordinates[k].loose
+            break
+    _solve(coordinates, pairs, h)
+    _correct(coordinates, pairs, h, True)
+    return held

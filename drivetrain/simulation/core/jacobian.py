@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,9 +21,8 @@ from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as named
-from drivetrain.jit import callback
 from drivetrain.simulation.core import equations
-from drivetrain.simulation.core.equations import RIGHT_SIDE, put_states, rates_at
+from drivetrain.simulation.core.equations import put_states, rates_at
 from drivetrain.simulation.core.records import (
     AT,
     Run,
@@ -47,11 +45,7 @@ PROBES = 2  # postures
 
 
 def dependence(plan: Plan) -> NDArray[np.bool_]:
-    """Where the derivative of a rate by a state can differ from zero; of a torque, where the rate is an acceleration.
-
-    Returns:
-        Rates by states, (m, m); never less than there is.
-    """
+    """Where a rate's derivative by a state can differ from zero; of a torque, where the rate is an acceleration."""
     states, c = plan.memory.states, plan.body.c
     known = _motion(plan)
     places, speeds = (1 << c) - 1, ((1 << 2 * c) - 1) ^ ((1 << c) - 1)
@@ -203,7 +197,8 @@ def _to_accelerations(factors: Any, count: int, vector: Any) -> None:
         vector[a] *= factors[a, a]
 
 
-def _jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
+def jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
+    """The derivatives of all rates by all states, by columns."""
     sizes, found, later = numbers_of(run, AT.sizes), numbers_of(run, AT.found), numbers_of(run, AT.later)
     moved, torques, own = numbers_of(run, AT.moved), numbers_of(run, AT.torques), numbers_of(run, AT.own)
     slid, groups, members = words_of(run, AT.slid), words_of(run, AT.groups), words_of(run, AT.members)
@@ -253,13 +248,7 @@ def _jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
 
 
 def room(sizes: Array, c: int, hangs: Any) -> Mapping[str, Any]:
-    """What it needs of a run's memory: its sections, by name.
-
-    Args:
-        sizes: Of the states [their units], (m,).
-        c: Coordinates [-].
-        hangs: Where a rate can hang on a state, of an acceleration its torque, (m, m).
-    """
+    """What it needs of a run's memory: its sections, by name."""
     m = len(sizes)
     groups, members, row_starts, rows = column_groups(hangs, m)
     return {
@@ -267,9 +256,3 @@ def room(sizes: Array, c: int, hangs: Any) -> Mapping[str, Any]:
         "slid": np.zeros(c, dtype=np.int64), "torques": np.zeros(c), "own": np.zeros(c), "groups": groups,
         "members": members, "row_starts": row_starts, "rows": rows,
     }  # fmt: skip
-
-
-@lru_cache(maxsize=1)
-def jacobian() -> Any:
-    """The Jacobian (t, x, columns, numbers, run), compiled at the first call or taken from the disk cache."""
-    return callback(RIGHT_SIDE, _jacobian)

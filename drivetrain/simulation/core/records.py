@@ -92,7 +92,9 @@ class Coordinate:
         trial: Speed of the middle at which springs and the tip's surroundings were asked [rad/s].
         bias, felt_bias: Torque at constant speed, and the part of it that the motor feels [N m or N].
         sliding: Of the coordinates that slide, the one at this place.
-        before, gave: Mode before an event, and the direction in which it was last seen to give while stuck.
+        before, gave: Mode before a step or an event, and the direction in which it was last seen to give while stuck.
+        loose, found_mode, found_sign, found_given: Of those that let go together the one at this place, and what
+            friction does in the solution that is kept, while others are tried.
         slow, fast: Between which rates of its spring the answer lies.
     """
 
@@ -129,6 +131,10 @@ class Coordinate:
     sliding: int = 0
     before: int = 0
     gave: int = 0
+    loose: int = 0
+    found_mode: int = 0
+    found_sign: int = 1
+    found_given: int = 0
 
 
 @dataclass
@@ -184,6 +190,9 @@ class State:
     last: float = 0.0
 
 
+UNDECIDED = 2  # in the place of a mode: the coordinate might as well have held
+
+
 @dataclass
 class ModeChange:
     """Of a coordinate's friction: instant [s], coordinate, mode before and after."""
@@ -224,11 +233,12 @@ class Engine:
     Attributes:
         arm, uses_tip, coupled, bodies: Whether there is an arm, whether an effect looks at the tip, whether motors are
             coupled, coordinates of the bodies then.
-        motion, forces, bodies_law, friction_law: Addresses of the compiled equations.
+        motion, forces, bodies_law, friction_law, outcomes_law: Addresses of the compiled equations.
         tip_offset: Of the tip in the last link's frame [m].
         moving: How many states follow rates.
         theta: Share of the step at which forces are taken [-].
         solved: Solutions of the last step; negative: which coordinate jams, below -1000 none fits.
+        undecided: A coordinate that has let go together with others and may as well have held; -1: none.
         stiff: Whether springs or dampers made the last step's inertia a good deal larger.
         held: Whether modes of friction are given.
         unsettled: Steps on which solution and springs never agreed.
@@ -247,10 +257,12 @@ class Engine:
     forces: int
     bodies_law: int
     friction_law: int
+    outcomes_law: int
     moving: int
     tip_offset: Annotated[Array, 3]
     theta: float
     solved: int
+    undecided: int
     stiff: int
     held: int
     unsettled: int
@@ -359,6 +371,14 @@ def guards_of(run: Run) -> Any:
 
 
 @part
+def put_change(log: Any, at: int, t: float, coordinate: int, before: int, after: int) -> None:
+    """Write down a change of a coordinate's mode, as long as there is room."""
+    if at < len(log):
+        change = log[at]
+        change.time, change.coordinate, change.before, change.after = t, coordinate, before, after
+
+
+@part
 def call_law(run: Run, call: Any, t: float, h: float) -> None:
     """Call a law for all its records."""
     own = memory_of(run).ctypes.data + 8 * call.own
@@ -367,12 +387,7 @@ def call_law(run: Run, call: Any, t: float, h: float) -> None:
 
 @part
 def call_laws(run: Run, which: int, t: float, h: float) -> None:
-    """Call the laws of a section in their order.
-
-    Args:
-        t: Instant, or middle of the step [s].
-        h: Step, 0 at an instant [s].
-    """
+    """Call the laws of a section in their order."""
     calls = calls_of(run, which)
     for k in range(len(calls)):
         call_law(run, calls[k], t, h)

@@ -12,7 +12,6 @@ complementarity: who asks "which mode?" anew at rest gets the old answer back, f
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,14 +19,14 @@ from numba import carray
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.jit import callback
-from drivetrain.simulation.core import equations, jacobian
+from drivetrain.simulation.core import jacobian
 from drivetrain.simulation.core.equations import (
-    RIGHT_SIDE,
     account_at,
     pass_payloads,
     put_row,
     put_states,
+    rates,
+    right_side,
     solve_at,
     take_samples,
 )
@@ -37,7 +36,9 @@ from drivetrain.simulation.core.records import (
     AT,
     MODE_CHANGE,
     SECTIONS,
+    UNDECIDED,
     Run,
+    call_equations,
     call_law,
     coordinates_of,
     count_of,
@@ -47,6 +48,7 @@ from drivetrain.simulation.core.records import (
     numbers_of,
     part,
     parts_of,
+    put_change,
     states_of,
     words_of,
 )
@@ -61,6 +63,7 @@ from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, 
 from drivetrain.solvers.solver import Adaptive, Rodas4, Rodas5P, Solver
 
 AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is at rest
+TOGETHER = 1e-9  # of its friction: what is closer to its bound when another lets go does so too
 PUSH = 1e-300  # [rad/s]: the speed that tells in which direction a coordinate was pushed off
 
 
@@ -112,23 +115,30 @@ def _log(run: Run, t: float) -> None:
     for i in range(len(coordinates)):
         one = coordinates[i]
         if one.dry.mode != one.before:
-            if engine.logged < len(log):
-                change = log[engine.logged]
-                change.time, change.coordinate, change.before, change.after = t, i, one.before, one.dry.mode
+            put_change(log, engine.logged, t, i, one.before, one.dry.mode)
             engine.logged += 1
+    if engine.undecided >= 0:
+        put_change(log, engine.logged, t, engine.undecided, 0, UNDECIDED)
+        engine.logged += 1
 
 
 def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
     """Force the change of mode that an event stands for, and let the others at rest find theirs."""
     coordinates = coordinates_of(run)
-    c = len(coordinates)
+    c, letting_go = len(coordinates), False
     _solve(run, t, x)
+    for i in range(c):
+        letting_go = letting_go or (crossed[i] != 0.0 and coordinates[i].dry.mode == 0)
     for i in range(c):
         one = coordinates[i]
         one.before = one.dry.mode
-        if crossed[i] == 0.0 or not one.dry.active:
+        # Who reaches its bound at the same instant lets go with the first.
+        joins = letting_go and one.dry.mode == 0 and one.margin <= TOGETHER * abs(one.friction)
+        if (crossed[i] == 0.0 and not joins) or not one.dry.active:
             continue
         if one.dry.mode == 0:
+            if crossed[i] == 0.0:
+                one.gave = 1 if one.friction >= 0.0 else -1
             x[c + i] = one.surface + one.gave * max(PUSH, 4e-16 * abs(one.surface))
         elif abs(x[c + i] - one.surface) <= AT_REST:
             x[c + i] = one.surface
@@ -143,6 +153,7 @@ def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
     engine_of(run).held = 0
     _solve(run, t, x)
     engine_of(run).held = 1
+    call_equations(run, engine_of(run).outcomes_law, t, 1.0)
     _log(run, t)
 
 
@@ -170,36 +181,6 @@ def _opens(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     pass_payloads(run, t)
     take_samples(run, t, 0.0, 1e-6)
     _own_states(run, x)
-
-
-@lru_cache(maxsize=1)
-def values() -> Any:
-    """How far each coordinate is from changing its mode, as event values; compiled at the first call."""
-    return callback(RIGHT_SIDE, _values)
-
-
-@lru_cache(maxsize=1)
-def handler() -> Any:
-    """The change of modes at an event, compiled likewise."""
-    return callback(RIGHT_SIDE, _handler)
-
-
-@lru_cache(maxsize=1)
-def account() -> Any:
-    """What is added up along a step, compiled likewise."""
-    return callback(RIGHT_SIDE, _account)
-
-
-@lru_cache(maxsize=1)
-def tell() -> Any:
-    """A row of the recording, compiled likewise."""
-    return callback(RIGHT_SIDE, _tell)
-
-
-@lru_cache(maxsize=1)
-def opens() -> Any:
-    """The samples that are due where a segment begins, compiled likewise."""
-    return callback(RIGHT_SIDE, _opens)
 
 
 ROOM = 20_000  # events told; more are counted
@@ -236,11 +217,7 @@ class AdaptiveStep(Engine):
         return replace(self, solver=replace(self.solver, rtol=0.1 * self.solver.rtol, atol=tenth))
 
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
-        """Run a plan with steps that hold a tolerance.
-
-        Raises:
-            InputError: What is to be resumed belongs to another scene; a solver that does not run compiled.
-        """
+        """Run a plan with steps that hold a tolerance."""
         if options.resume is None:
             numbers, first, kept = started(plan, options.start), 0.0, None
         else:
@@ -309,13 +286,13 @@ def _problem(plan: Plan, numbers: Array, hangs: Any) -> CompiledProblem:
         felt[c : 2 * c] = hangs[c : 2 * c].any(axis=0)  # through the inertia every acceleration feels every torque
     guarded = tuple(one.title for one in plan.instances if one.ports.guard)
     watched = (*plan.coordinates, *guarded)
-    changes = Events(values(), (at.GUARD,) * len(watched), handler=handler(), names=watched)
+    changes = Events(right_side(_values), (at.GUARD,) * len(watched), handler=right_side(_handler), names=watched)
     switches = changes if guarded or _any_dry(plan) else None
-    hooks = Hooks(account(), tell(), 1 + len(plan.layout.columns), opens())
+    hooks = Hooks(right_side(_account), right_side(_tell), 1 + len(plan.layout.columns), right_side(_opens))
     names = tuple(plan.memory.states)[: plan.memory.moving]
     groups = plan.memory.view(numbers, "sections")["count"][AT.groups]
     return CompiledProblem(
-        equations.rates(), len(names), words=parts_of(numbers), jacobian=jacobian.jacobian(), sparsity=felt,
+        right_side(rates), len(names), words=parts_of(numbers), jacobian=right_side(jacobian.jacobian), sparsity=felt,
         events=switches, hooks=hooks, names=names, may_jump=True, differences=1 + int(groups),
     )  # fmt: skip
 

@@ -64,11 +64,7 @@ class Engine(ABC):
         return 0.0
 
     def finer(self) -> Engine:
-        """The same at half the step or a tenth of the tolerance.
-
-        Raises:
-            InputError: It has neither.
-        """
+        """The same at half the step or a tenth of the tolerance."""
         raise InputError(Fault("verify", "needs an engine with a step or a tolerance", type(self).__name__))
 
     @abstractmethod

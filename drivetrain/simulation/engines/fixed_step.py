@@ -21,10 +21,12 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.records import record_type
 from drivetrain.simulation.core.equations import account_at, pass_payloads, put_row, solve_at, take_samples
+from drivetrain.simulation.core.friction import keep_modes, put_back_modes
 from drivetrain.simulation.core.records import (
     AT,
     MODE_CHANGE,
     PARTS,
+    UNDECIDED,
     Run,
     call_equations,
     call_laws,
@@ -35,6 +37,7 @@ from drivetrain.simulation.core.records import (
     numbers_of,
     part,
     parts_of,
+    put_change,
     states_of,
     words_of,
     world_of,
@@ -109,17 +112,12 @@ def _next_sample(run: Run) -> float:
 
 
 @part
-def _record(run: Run, t: float, row: Any, modes: Any) -> None:
+def _record(run: Run, t: float, row: Any) -> None:
     """A row at a node; the modes of friction stay as they are."""
-    coordinates = coordinates_of(run)
-    for i in range(len(coordinates)):
-        dry = coordinates[i].dry
-        modes[i, 0], modes[i, 1], modes[i, 2] = dry.mode, dry.load_sign, dry.given
+    keep_modes(coordinates_of(run))
     solve_at(run, t)
     account_at(run, t)
-    for i in range(len(coordinates)):
-        dry = coordinates[i].dry
-        dry.mode, dry.load_sign, dry.given = modes[i, 0], modes[i, 1], modes[i, 2]
+    put_back_modes(coordinates_of(run))
     put_row(run, t, row)
 
 
@@ -158,16 +156,17 @@ def _accept(run: Run, t: float, h: float, theta: float) -> int:
 
 
 @part
-def _log(run: Run, t: float, before: Any, log: Any, clock: Any) -> None:
+def _log(run: Run, t: float, log: Any, clock: Any) -> None:
     """Write down the modes that have changed."""
     coordinates = coordinates_of(run)
     for i in range(len(coordinates)):
-        mode = coordinates[i].dry.mode
-        if mode != before[i]:
-            if clock.events < len(log):
-                change = log[clock.events]
-                change.time, change.coordinate, change.before, change.after = t, i, before[i], mode
+        one = coordinates[i]
+        if one.dry.mode != one.before:
+            put_change(log, clock.events, t, i, one.before, one.dry.mode)
             clock.events += 1
+    if engine_of(run).undecided >= 0:
+        put_change(log, clock.events, t, engine_of(run).undecided, 0, UNDECIDED)
+        clock.events += 1
 
 
 @part
@@ -189,7 +188,7 @@ def _next_node(run: Run, clock: Any, breaks: Any) -> float:
 
 
 @part
-def _solve(run: Run, t: float, h: float, theta: float, before: Any) -> int:
+def _solve(run: Run, t: float, h: float, theta: float) -> int:
     """Solve a step, and ask its powers; how many solutions it took, negative where there is none.
 
     The first guess are the speeds of the middle, if the last accelerations go on. Effects that told something which
@@ -200,7 +199,7 @@ def _solve(run: Run, t: float, h: float, theta: float, before: Any) -> int:
         world.tries = tries
         for i in range(len(coordinates)):
             one = coordinates[i]
-            one.dry.mode = before[i]
+            one.dry.mode = one.before
             one.guess = one.speed + theta * h * one.last
         world.again, world.longest = 0, math.inf
         call_equations(run, engine_of(run).motion, t, h)
@@ -238,17 +237,16 @@ def _pass_breaks(run: Run, clock: Any, breaks: Any, to: float, slack: float) -> 
 
 
 def _advance(
-    run: Any, clock_at: Any, breaks_at: Any, rows_at: Any, most: Any, width: Any, log_at: Any, room: Any,
-    before_at: Any, modes_at: Any,
+    run: Any, clock_at: Any, breaks_at: Any, rows_at: Any, most: Any, width: Any, log_at: Any, room: Any
 ) -> int:  # fmt: skip
     """Step until the end, until the rows are full, or until the budget of steps is spent; why it came back.
 
     All by pointers, as numba counts references to whatever comes as an array. ``breaks`` are instants, rising, an
-    infinity last [s]; ``before`` and ``modes`` are room for one number, and for three, a coordinate.
+    infinity last [s]; ``modes`` is room for three numbers a coordinate.
     """
     clock = carray(clock_at, 1, CLOCK)[0]
     c, breaks, rows = world_of(run).coordinates, carray(breaks_at, 2**31), carray(rows_at, (most, width))
-    log, before, modes = carray(log_at, room, MODE_CHANGE), carray(before_at, c), carray(modes_at, (c, 3))
+    log = carray(log_at, room, MODE_CHANGE)
     engine, slack = engine_of(run), SLACK * clock.step
     while True:
         t = clock.time
@@ -256,7 +254,7 @@ def _advance(
         if t >= clock.node and t >= clock.next_row - slack:
             if clock.rows == most:
                 return FULL
-            _record(run, t, rows[clock.rows], modes)
+            _record(run, t, rows[clock.rows])
             if abs(t - clock.end) <= slack:
                 rows[clock.rows, 0] = clock.end
             clock.rows += 1
@@ -273,9 +271,9 @@ def _advance(
         engine.theta = 1.0 if clock.soft else 0.5
         clock.soft = 0
         for i in range(c):
-            before[i] = coordinates_of(run)[i].dry.mode
+            coordinates_of(run)[i].before = coordinates_of(run)[i].dry.mode
         while True:
-            solved = _solve(run, t, h, engine.theta, before)
+            solved = _solve(run, t, h, engine.theta)
             if solved < 0:
                 clock.culprit = -1 - solved
                 return JAMMED if solved > -1000 else ENDLESS
@@ -288,27 +286,27 @@ def _advance(
         to = clock.node if h > 0.75 * (clock.node - t) else t + h
         clock.steps += 1
         clock.parted += to < clock.node
+        call_equations(run, engine.outcomes_law, t, h)
         bad = _accept(run, t, h, engine.theta)
         clock.time = to
-        _log(run, to, before, log, clock)
+        _log(run, to, log, clock)
         if bad >= 0:
             clock.culprit = bad
             return DIVERGED
         _pass_breaks(run, clock, breaks, to, slack)
 
 
-_NUMBERS, _WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
-_MEMORY, _WHOLE = types.voidptr, types.int64
+_NUMBERS, _MEMORY, _WHOLE = types.CPointer(types.float64), types.voidptr, types.int64
 
 
 @lru_cache(maxsize=1)
 def advance() -> Any:
     """The loop over nodes, compiled at the first call or taken from the disk cache; called as a function of C."""
-    kinds = (PARTS, _MEMORY, _NUMBERS, _NUMBERS, _WHOLE, _WHOLE, _MEMORY, _WHOLE, _WORDS, _WORDS)
+    kinds = (PARTS, _MEMORY, _NUMBERS, _NUMBERS, _WHOLE, _WHOLE, _MEMORY, _WHOLE)
     return callback(_WHOLE(*kinds), _advance).ctypes
 
 
-DOUBLES, WORDS, ADDRESSES = (ctypes.POINTER(one) for one in (ctypes.c_double, ctypes.c_int64, ctypes.c_void_p))
+DOUBLES, ADDRESSES = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_void_p)
 NUMBERS = 2**22  # of the rows of a chunk, at most
 EVENTS = 4096  # a chunk; more are counted, not told
 MOST_STEPS = 1e11
@@ -332,11 +330,7 @@ class FixedStep(Engine):
         return FixedStep(0.5 * self.step)
 
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
-        """Run a plan with fixed steps.
-
-        Raises:
-            InputError: What is to be resumed belongs to another scene; more steps than anyone could wait for.
-        """
+        """Run a plan with fixed steps."""
         if plan.scene.duration > MOST_STEPS * self.step:
             problem = f"makes more than {MOST_STEPS:g} steps in {plan.scene.duration:g} s"
             raise InputError(Fault("FixedStep.step", problem, self.step))
@@ -363,15 +357,13 @@ def _looped(plan: Plan, options: RunOptions, numbers: Array, clocks: Any, breaks
     """Call the kernel until it is done."""
     clock, parts, done, filled, logged = clocks[0], parts_of(numbers), [], 0, []
     rows, log = _room(plan, options, clock), np.zeros(EVENTS, MODE_CHANGE)
-    before, modes = np.zeros(plan.body.c, dtype=np.int64), np.zeros((plan.body.c, 3), dtype=np.int64)
     while True:
         clock["rows"] = clock["events"] = 0
         clock["budget"] = CHUNK
         left = rows[filled:]
         code = advance()(
             parts.ctypes.data_as(ADDRESSES), clocks.ctypes.data, breaks.ctypes.data_as(DOUBLES),
-            left.ctypes.data_as(DOUBLES), *left.shape, log.ctypes.data, len(log), before.ctypes.data_as(WORDS),
-            modes.ctypes.data_as(WORDS),
+            left.ctypes.data_as(DOUBLES), *left.shape, log.ctypes.data, len(log),
         )  # fmt: skip
         filled += int(clock["rows"])
         if code == FULL:
@@ -416,21 +408,21 @@ def _stopped(code: int, plan: Plan, clock: Any) -> Event | None:
 
 
 def mode_event(plan: Plan, time: float, coordinate: int, before: int, after: int) -> Event:
-    """A change of friction's mode, in words."""
+    """A change of friction's mode, in words; or that another change would have been as right."""
+    if after == UNDECIDED:
+        name = plan.coordinates[coordinate]
+        detail = (
+            f"{name} lets go together with others, though it could as well have held while they slide: static friction "
+            "above Coulomb friction leaves both open; here all that reach their bounds at one instant let go"
+        )
+        return Event(time, "several solutions", detail)
     words = {0: "stuck", 1: "slides forward", -1: "slides backward"}
     name = "stick" if after == 0 else "breakaway" if before == 0 else "reversal"
     return Event(time, name, f"{plan.coordinates[coordinate]}: {words[before]}, then {words[after]}")
 
 
 def resumed(kept: dict[str, Any], plan: Plan, sizes: dict[str, int]) -> Array:
-    """The numbers of a run that goes on.
-
-    Args:
-        sizes: Of what else the engine keeps, by name.
-
-    Raises:
-        InputError: What was kept belongs to another scene or engine.
-    """
+    """The numbers of a run that goes on."""
     sizes = {"numbers": int(plan.memory.changing.sum()), **sizes}
     if any(name not in kept or np.size(kept[name]) != size for name, size in sizes.items()):
         hint = "resume with the same effects, joints and engine"

@@ -32,11 +32,7 @@ class Inverse(Engine):
     share: float = 1.0
 
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
-        """What the command takes at the wanted instants.
-
-        Raises:
-            InputError: No command, something that touches the arm, a command that a motor cannot follow.
-        """
+        """What the command takes at the wanted instants."""
         times = recorded_times(plan.scene.duration, options.interval)
         demand, events = with_springs(plan, demanded(plan, times))
         faults = [

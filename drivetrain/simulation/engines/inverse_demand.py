@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -53,14 +54,7 @@ class Demand:
 
 
 def demanded(plan: Plan, times: Array) -> Demand:
-    """What a scene's command takes, by the laws of its own effects.
-
-    Args:
-        times: Instants [s], (N,), in order.
-
-    Raises:
-        InputError: No command, or something that touches the arm.
-    """
+    """What a scene's command takes, by the laws of its own effects."""
     _refuse(plan)
     passive = planned(replace(plan.scene, effects=_passive(plan)))
     told = _asked(passive, times)
@@ -133,27 +127,22 @@ def _mechanical(one: Instance) -> bool:
 
 def _asked(passive: Plan, times: Array) -> dict[str, Array]:
     """All that the passive effects and the mechanics tell along the command; commands are those of the coordinates."""
-    joints, n = passive.scene.joints, passive.body.n
-    memory = passive.memory
-    numbers, wanted, places = memory.numbers.copy(), (*ASKED, "bias_torque", *sorted(MECHANICAL)), memory.places
+    joints, n, memory = passive.scene.joints, passive.body.n, passive.memory
     bound = () if passive.body.coupled is None else passive.body.coupled.shafts
-    found = {name: np.array([places.get(_coordinate(joint, name, i in bound), -1) for i, joint in enumerate(joints)])
-             for name in wanted}  # fmt: skip
-    # Where every joint has a thing it is taken at once; what no joint has stays zero.
-    held = {name: (np.flatnonzero(own >= 0), own[own >= 0]) for name, own in found.items() if (own >= 0).any()}
-    rows = {name: np.zeros((len(times), n)) for name in wanted}
-    rows |= {"turned_bias": np.zeros((len(times), n))}
-    rows |= {name: np.zeros((len(times), n, n)) for name in ("mass", "turned")}
-    at, pairs = memory.view(numbers, "coordinates"), memory.view(numbers, "pairs").reshape(n, n)
-    for k, t in enumerate(times):
-        for _ in range(2):  # the command is known once asked; then all else can be asked there
-            equations.evaluate_signals(numbers, float(t))
-            at["position"], at["speed"] = numbers[found["command_position"]], numbers[found["command_speed"]]
-        equations.evaluate_signals(numbers, float(t))
-        for name, (having, own) in held.items():
-            rows[name][k, having] = numbers[own]
-        rows["turned"][k], rows["mass"][k], rows["turned_bias"][k] = pairs["felt"], pairs["mass"], at["felt_bias"]
-    return rows
+    found: dict[str, Any] = {
+        name: [memory.places.get(_coordinate(joint, name, i in bound), -1) for i, joint in enumerate(joints)]
+        for name in (*ASKED, "bias_torque", *sorted(MECHANICAL))
+    }
+    found["turned_bias"] = memory.places_of("coordinates", "felt_bias")
+    found |= {name: memory.places_of("pairs", field) for name, field in (("mass", "mass"), ("turned", "felt"))}
+    moved = np.concatenate([memory.places_of("coordinates", name) for name in ("position", "speed")])
+    commanded = np.array([*found["command_position"], *found["command_speed"]])
+    wanted = np.concatenate(list(found.values())).astype(np.int64)
+    rows = equations.evaluate_commanded(memory.numbers.copy(), times, moved, commanded, wanted)
+    rows[:, wanted < 0] = 0.0  # what a joint does not have
+    ends = np.cumsum([len(own) for own in found.values()])[:-1]
+    told = dict(zip(found, np.split(rows, ends, axis=1), strict=True))
+    return told | {name: told[name].reshape(-1, n, n) for name in ("mass", "turned")}
 
 
 def _coordinate(joint: str, name: str, bound: bool) -> str:

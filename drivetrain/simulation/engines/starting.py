@@ -24,14 +24,7 @@ NEGLIGIBLE = 1e-6  # of a current
 
 
 def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
-    """The numbers of a run at its start.
-
-    Args:
-        given: States that are not to be in equilibrium, by name [their own units].
-
-    Raises:
-        InputError: A given state that the scene does not have, or that is no number.
-    """
+    """The numbers of a run at its start."""
     memory = plan.memory
     numbers = memory.numbers.copy()
     at, states = memory.view(numbers, "coordinates"), memory.view(numbers, "states")
@@ -168,12 +161,7 @@ def _looped(plan: Plan, joint: int) -> bool:
 
 
 def start_words(plan: Plan, row: Mapping[str, float], given: Mapping[str, float]) -> str:
-    """How a run began, for its reader.
-
-    Args:
-        row: Signals at the start, by name.
-        given: States that were given.
-    """
+    """How a run began, for its reader."""
     currents = [(joint, row.get(f"{joint}.{s.CURRENT.name}", 0.0)) for joint in plan.scene.joints]
     holds = ", ".join(f"{joint} {value:.3g} A" for joint, value in currents if abs(value) > 0.0)
     told = "equilibrium" + (f", held by {holds}" if holds else "")
@@ -181,11 +169,7 @@ def start_words(plan: Plan, row: Mapping[str, float], given: Mapping[str, float]
 
 
 def sinking(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
-    """Joints that give way to their load at the start though nothing is commanded: less current flows than holds it.
-
-    Args:
-        row: Signals at the start, by name.
-    """
+    """Joints that give way to their load at the start though nothing is commanded: less current flows than holds it."""
     events = []
     for joint, motor in _held(plan).items():
         if f"{joint}.{s.COMMAND_SPEED.name}" not in row:

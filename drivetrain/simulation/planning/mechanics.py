@@ -89,42 +89,20 @@ class Mechanics:
     coupled: Coupled | None = None
 
     def coordinates_of(self, motion: Array) -> Array:
-        """What the coordinates do in a motion of the joints: shafts take the place of joints whose motors are coupled.
-
-        Args:
-            motion: Positions, speeds or accelerations of the joints [rad or m, and per s, s^2], (n,) or (N, n).
-        """
+        """What the coordinates do in a motion of the joints: shafts stand for joints whose motors are coupled."""
         return motion if self.coupled is None else np.asarray(motion @ self.coupled.shaft_turns.T)
 
     def joints_of(self, motion: Array) -> Array:
-        """What the joints do in a motion of the coordinates.
-
-        Args:
-            motion: Positions, speeds or accelerations of the first n coordinates, (n,) or (N, n).
-
-        Returns:
-            The same of the joints [rad or m, and per s, s^2].
-        """
+        """What the joints do in a motion of the coordinates."""
         return motion if self.coupled is None else np.asarray(motion @ self.coupled.turns.T)
 
     def torques_of(self, torque: Array) -> Array:
-        """What torques at the joints are along the coordinates.
-
-        Args:
-            torque: At the joints [N m or N], (n,) or (N, n).
-        """
+        """What torques at the joints are along the coordinates."""
         return torque if self.coupled is None else np.asarray(torque @ self.coupled.turns)
 
 
 def ratios_of(scene: Scene) -> tuple[float, ...]:
-    """Motor angle over joint coordinate of each joint.
-
-    Returns:
-        [- or rad/m], one a joint; 1 where nothing tells.
-
-    Raises:
-        InputError: Two that differ.
-    """
+    """Motor angle over joint coordinate of each joint."""
     blank = Place(0, "", scene.joints, (1.0,) * len(scene.joints), scene.turning, 0, coupling_of(scene))
     result, faults = [], []
     for index, name in enumerate(scene.joints):
@@ -142,11 +120,7 @@ def ratios_of(scene: Scene) -> tuple[float, ...]:
 
 
 def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
-    """Rotors and springs put into the mechanics.
-
-    Raises:
-        InputError: Two rotors or springs at one joint, a spring without a rotor or behind coupled motors.
-    """
+    """Rotors and springs put into the mechanics."""
     shapes, faults = [], []
     for index, name in enumerate(scene.joints):
         place = Place(index, name, scene.joints, tuple(ratios), scene.turning, 0, coupling_of(scene))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -26,6 +26,8 @@ from drivetrain.simulation.planning.wiring import Directory, Group, Instance, ra
 
 ENERGIES = (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
 SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, *ENERGIES, named.PAYLOAD_ENERGY)
+OF_A_JOINT = {signal.name: int(place_in(JOINT, signal.path) or 0) for signal in named.JOINT_SIGNALS}
+OF_THE_SCENE = {signal.name: int(place_in(WORLD, signal.path) or 0) for signal in SCENE_SIGNALS}
 SPRING = {named.GEAR_TORQUE.name, named.GEAR_DAMPING.name, named.GEAR_STIFFNESS.name}
 INTEGERS: Any = np.int64
 
@@ -41,8 +43,8 @@ class Memory:
         powers: Names of the powers that are summed up, in their order.
         atol: Error that does not matter, one a state [its unit].
         memory: Whether a state is memory, which no rate changes, one a state; those that are come last.
-        changing: Whether a number changes as a run goes on, and must be kept to go on later, one a number.
         sections: First number and record of each section, by name.
+        kept: First number of parts of the block, how many there are, and which of a record's numbers change.
     """
 
     numbers: Array
@@ -51,8 +53,16 @@ class Memory:
     powers: tuple[str, ...]
     atol: Array
     memory: NDArray[np.bool_]
-    changing: NDArray[np.bool_]
     sections: dict[str, tuple[int, Any, int]]
+    kept: list[tuple[int, int, Any]]
+
+    @cached_property
+    def changing(self) -> NDArray[np.bool_]:
+        """Whether a number changes as a run goes on, and must be kept to go on later, one a number."""
+        found = np.zeros(len(self.numbers), dtype=np.bool_)
+        for first, size, mask in self.kept:
+            found[first : first + size] = np.resize(mask, size)
+        return found
 
     @property
     def moving(self) -> int:
@@ -64,13 +74,19 @@ class Memory:
         first, dtype, size = self.sections[section]
         return numbers[first : first + size].view(dtype)
 
+    def places_of(self, section: str, field: str) -> NDArray[np.int64]:
+        """Which numbers hold a field of a section's records, one a record."""
+        first, dtype, size = self.sections[section]
+        width = dtype.itemsize // 8
+        return np.arange(first + int(place_in(dtype, field) or 0), first + size, width, dtype=np.int64)
+
 
 class _Block:
     """Sections handed out one after another."""
 
     def __init__(self) -> None:
         self.parts: list[Array] = []
-        self.changing: list[NDArray[np.bool_]] = []
+        self.kept: list[tuple[int, int, Any]] = []
         self.sections: dict[str, tuple[int, Any, int]] = {}
         self.size = 0
 
@@ -79,8 +95,8 @@ class _Block:
         flat, at = np.ascontiguousarray(values).reshape(-1), self.size
         dtype, block = flat.dtype, flat.view(np.float64)
         self.parts.append(block)
-        mask = np.atleast_1d(np.asarray(changing, dtype=np.bool_))
-        self.changing.append(np.repeat(mask, len(block)) if len(mask) == 1 else np.tile(mask, len(block) // len(mask)))
+        if changing is not False:
+            self.kept.append((at, len(block), changing))
         if name:
             self.sections[name] = (at, dtype, len(block))
         self.size += len(block)
@@ -142,7 +158,7 @@ def lay_out(
     numbers = np.concatenate(block.parts)
     made = Memory(
         numbers, placed.signals, {name: k for k, name in enumerate(placed.states)}, powers, atol, memory,
-        np.concatenate(block.changing), block.sections,
+        block.sections, block.kept,
     )  # fmt: skip
     _fill_heads(made, body, instances)
     for name, value in known.defaults.items():
@@ -180,14 +196,11 @@ def _put_mechanics(block: _Block, body: Mechanics) -> None:
 
 def _connectors(block: _Block, joints: Sequence[str]) -> dict[str, int]:
     """Where the signals of the connectors lie."""
-    places, first, size = {}, block.sections["joints"][0], JOINT.itemsize // 8
-    for signal in named.JOINT_SIGNALS:
-        for i, joint in enumerate(joints):
-            places[f"{joint}.{signal.name}"] = first + i * size + int(place_in(JOINT, signal.path) or 0)
-    for signal in SCENE_SIGNALS:
-        places[signal.name] = int(place_in(WORLD, signal.path) or 0)
-    places["scene.mass_matrix"] = block.sections["mass"][0]
-    return places
+    first, size = block.sections["joints"][0], JOINT.itemsize // 8
+    places = {
+        f"{joint}.{name}": first + i * size + at for name, at in OF_A_JOINT.items() for i, joint in enumerate(joints)
+    }
+    return places | OF_THE_SCENE | {"scene.mass_matrix": block.sections["mass"][0]}
 
 
 def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) -> _Placed:
@@ -203,9 +216,10 @@ def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) 
         for record, one in zip(owned, group.instances, strict=True):
             table = np.asarray(one.effect.table(one.place), dtype=np.float64)
             record["joint"] = one.place.joint
-            record["rows"], record["columns"] = table.shape
-            record["table"], tables = len(r.SECTIONS) + tables, tables + 1
-            block.put(table, False, f"table {tables}")
+            if table.size:
+                record["rows"], record["columns"] = table.shape
+                record["table"], tables = len(r.SECTIONS) + tables, tables + 1
+                block.put(table, False, f"table {tables}")
         at = block.put(owned, [False] * len(HEAD) + changing_numbers(described))
         for k, one in enumerate(group.instances):
             own = owns[id(one)] = at + k * dtype.itemsize // 8
@@ -375,8 +389,9 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     engine["bodies"] = body.c if body.coupled is None else len(body.coupled.spread)
     engine["theta"], engine["moving"] = 0.5, made.moving
     engine["late"] = any(state.late for one in instances for state in one.ports.states)
-    engine["motion"], engine["forces"] = equations.motion().address, equations.forces().address
-    engine["bodies_law"], engine["friction_law"] = equations.bodies().address, equations.friction().address
+    laws = {"motion": equations.motion, "forces": equations.forces, "bodies_law": equations.bodies}
+    for name, law in (laws | {"friction_law": equations.friction, "outcomes_law": equations.outcomes}).items():
+        engine[name] = equations.equation(law).address
     engine["tip_offset"] = body.tip[:3, 3]
     listed, tables = made.view(numbers, "sections"), [name for name in sections if name.startswith("table ")]
     for k, name in enumerate((*r.SECTIONS, *tables)):

@@ -35,7 +35,6 @@ from drivetrain.simulation.planning.wiring import (
     ranked,
     unit_at,
 )
-from drivetrain.simulation.recording import Series
 from drivetrain.simulation.scene import WHOLE, Scene
 
 
@@ -55,65 +54,14 @@ class Layout:
     stores: tuple[str, ...]
     flows: tuple[tuple[str, float], ...]
 
-    def balance(self, row: Sequence[float]) -> float:
-        """Stored energy less what was put in.
-
-        Returns:
-            [J]; as long as no energy comes from nowhere, the same at every row.
-        """
-        stored = sum(row[self.recorded[name][0]] for name in self.stores)
-        return stored - sum(sign * row[self.recorded[name][0]] for name, sign in self.flows)
-
-    def energies(self, rows: Array, balance: float) -> tuple[Array, float]:
-        """What no energy accounts for, and how much goes to and fro [J].
-
-        Args:
-            rows: Of a run, (N, columns).
-            balance: At its start [J].
-
-        Returns:
-            Energy that is there and should not be, (N,); the largest that is stored, given or taken.
-        """
+    def energies(self, rows: Array) -> tuple[Array, Array, float, float]:
+        """Stored energy; that less what was put in, (N,) each; the largest that goes to and fro; the largest [J]."""
         stored = rows[:, [self.recorded[name][0] for name in self.stores]]
         moved = rows[:, [self.recorded[name][0] for name, _ in self.flows]]
-        error = stored.sum(axis=1) - moved @ np.array([sign for _, sign in self.flows]) - balance
-        return error, float(max(np.ptp(stored, axis=0).max(), np.ptp(moved, axis=0).max(initial=0.0)))
-
-
-@dataclass(frozen=True, eq=False)
-class Audit:
-    """The energy audit of a recording.
-
-    Attributes:
-        layout: Of its rows.
-        balance: Stored energy less what was put in, at the start [J].
-    """
-
-    layout: Layout
-    balance: float
-
-    def stored(self, series: Mapping[str, Series]) -> Array:
-        """Kinetic, potential and whatever effects store.
-
-        Returns:
-            [J], (N,).
-        """
-        first, *rest = self.layout.stores
-        total = series[first].values.copy()
-        for name in rest:
-            total += series[name].values
-        return total
-
-    def error(self, series: Mapping[str, Series]) -> Array:
-        """Energy that is there and should not be.
-
-        Returns:
-            [J], (N,).
-        """
-        put_in = 0.0 * series[self.layout.stores[0]].values
-        for name, sign in self.layout.flows:
-            put_in += sign * series[name].values
-        return self.stored(series) - put_in - self.balance
+        passed = max(np.ptp(stored, axis=0).max(), np.ptp(moved, axis=0).max(initial=0.0))
+        total = stored.sum(axis=1)
+        left = total - moved @ np.array([sign for _, sign in self.flows])
+        return total, left, float(passed), float(np.abs(stored).max())
 
 
 def layout_of(memory: Memory, signals: Directory, units: Mapping[str, str]) -> Layout:
@@ -228,8 +176,9 @@ def plan(scene: Scene) -> Plan:
     known = directory(instances, whole, [i in body.springs for i in range(body.n)])
     groups, accounts = ordered(instances), ordered(instances, told=True)
     memory = lay_out(groups, accounts, body, known, scene.joints)
-    check_inertias(body, memory, scene)
-    check_meshes(instances, body, memory, scene)
+    inertia = _inertia(memory, body, scene)
+    check_inertias(body, inertia[0], scene)
+    check_meshes(instances, body, inertia, scene)
     _check_periods(instances, scene)
     return Plan(
         scene, body, tuple(groups), known, memory,
@@ -238,11 +187,10 @@ def plan(scene: Scene) -> Plan:
     )  # fmt: skip
 
 
-def check_meshes(instances: Sequence[Instance], body: Mechanics, memory: Memory, scene: Scene) -> None:
+def check_meshes(
+    instances: Sequence[Instance], body: Mechanics, inertia_at_start: tuple[Array, Array], scene: Scene
+) -> None:
     """That friction in the meshes has one solution.
-
-    Raises:
-        InputError: mu is not below 1 + J ratio^2 / I, so a driven mesh has none or two solutions; each such joint.
 
     Reference:
         Of a N + mu |N| = r with a = 1 + J ratio^2 / I: one solution for every r only while mu < a.
@@ -251,7 +199,7 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, memory: Memory,
     losses = {joint: float(loss) for joint, loss in told if loss is not None}
     if not losses:
         return
-    whole, rotors = _inertia(memory, body, scene)
+    whole, rotors = inertia_at_start
     inertia = (np.diag(whole) - rotors)[: body.n]
     faults = []
     for joint, loss in losses.items():
@@ -277,13 +225,8 @@ def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Arra
     return pairs["mass"], np.diagonal(pairs["felt"])
 
 
-def check_inertias(body: Mechanics, memory: Memory, scene: Scene) -> None:
-    """That every joint and every rotor on its own moves some inertia.
-
-    Raises:
-        InputError: One that moves none, or so little that its acceleration is lost in rounding.
-    """
-    whole, _ = _inertia(memory, body, scene)
+def check_inertias(body: Mechanics, whole: Array, scene: Scene) -> None:
+    """That every joint and every rotor on its own moves some inertia."""
     left, c = whole.copy(), len(whole)
     names = [*scene.joints, *[""] * (c - body.n)]
     for i in body.springs:

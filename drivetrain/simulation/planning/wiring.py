@@ -104,17 +104,12 @@ def ranked(instances: Iterable[Instance]) -> list[Instance]:
     return [one for same in told for one in (sorted(same, key=lambda x: repr(x.effect)) if len(same) > 1 else same)]
 
 
-def unit_at(unit: str, turning: bool) -> str:
-    """The unit of a joint's quantity where the joint slides.
+SLIDING = {"rad": "m", "rad/s": "m/s", "rad/s^2": "m/s^2", "N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m"}
 
-    Returns:
-        SI unit.
-    """
-    if turning:
-        return unit
-    return {"rad": "m", "rad/s": "m/s", "rad/s^2": "m/s^2", "N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m"}.get(
-        unit, unit
-    )
+
+def unit_at(unit: str, turning: bool) -> str:
+    """The SI unit of a joint's quantity, where the joint slides too."""
+    return unit if turning else SLIDING.get(unit, unit)
 
 
 MOTOR_SIDE = {
@@ -124,12 +119,8 @@ MOTOR_SIDE = {
 
 
 def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bool]) -> Directory:
-    """Every signal with its unit and who sets it.
-
-    Raises:
-        InputError: A signal set twice, set and added to, needed and set by nobody, or of two units: all of them.
-    """
-    known, faults = Directory(), Faults()
+    """Every signal with its unit and who sets it."""
+    known, faults = Directory(), list[Fault]()
     told = [*((signal, False) for signal in (*named.BEFORE, *named.AFTER)), *((signal, True) for signal in named.TAKEN)]
     for index, joint in enumerate(place.joints):
         for signal, taken in told:
@@ -162,36 +153,17 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
                 continue
             if signal.default is None:
                 hint = nearest(name, list(known.units)) or f"add an effect that gives {name}"
-                faults.add(Fault(one.title, f"needs {name} [{signal.unit}], which nothing gives", None, hint))
+                faults.append(Fault(one.title, f"needs {name} [{signal.unit}], which nothing gives", None, hint))
             elif known.defaults.setdefault(name, signal.default) != signal.default:
                 problem = f"needs {name} with another default than others: give it by an effect"
-                faults.add(Fault(one.title, problem, signal.default))
+                faults.append(Fault(one.title, problem, signal.default))
             known.units.setdefault(name, signal.unit)
-    faults.raise_any()
+    if faults:
+        raise InputError(faults)
     return known
 
 
-class Faults:
-    """Faults gathered, to be raised together."""
-
-    def __init__(self) -> None:
-        self.listed: list[Fault] = []
-
-    def add(self, fault: Fault) -> None:
-        """Keep a fault."""
-        self.listed.append(fault)
-
-    def raise_any(self) -> None:
-        """Raise what was gathered.
-
-        Raises:
-            InputError: If anything was.
-        """
-        if self.listed:
-            raise InputError(self.listed)
-
-
-def _enter(one: Instance, known: Directory, faults: Faults) -> None:
+def _enter(one: Instance, known: Directory, faults: list[Fault]) -> None:
     """The signals that an effect sets and adds to."""
     slides = one.place.joint >= 0 and not one.place.turning[one.place.joint]
     set_there = [
@@ -202,16 +174,16 @@ def _enter(one: Instance, known: Directory, faults: Faults) -> None:
     for (_, unit), name in set_there:
         if name in known.givers or name in known.adders:
             who = known.givers.get(name) or ", ".join(known.adders[name]) or MECHANICS
-            faults.add(Fault(one.title, f"sets {name}, which {who} sets already"))
+            faults.append(Fault(one.title, f"sets {name}, which {who} sets already"))
             continue
         known.units[name], known.givers[name] = unit, one.title
     for signal, name in zip(one.ports.contributes, one.contributes, strict=True):
         if name in known.givers:
-            faults.add(Fault(one.title, f"adds to {name}, which {known.givers[name]} alone sets"))
+            faults.append(Fault(one.title, f"adds to {name}, which {known.givers[name]} alone sets"))
             continue
         own = known.units.setdefault(name, signal.unit)
         if own != signal.unit and not (slides and own == unit_at(signal.unit, False)):
-            faults.add(Fault(one.title, f"adds to {name} in {signal.unit}; it is in {own}"))
+            faults.append(Fault(one.title, f"adds to {name} in {signal.unit}; it is in {own}"))
         known.adders.setdefault(name, []).append(one.title)
     for told, role in (one.ports.powers or {}).items():
         known.powers[full_name(told, one.place)] = role
@@ -219,14 +191,7 @@ def _enter(one: Instance, known: Directory, faults: Faults) -> None:
 
 
 def ordered(instances: Sequence[Instance], *, told: bool = False) -> list[Group]:
-    """The effects in groups, each after all that set what it needs.
-
-    Args:
-        instances: In the order of ``ranked``, so that how they were declared leaves no trace.
-
-    Raises:
-        InputError: A loop; it names the signals.
-    """
+    """The effects in groups, each after all that set what it needs."""
     sets: dict[str, list[Instance]] = {}
     for one in instances:
         for name in one.outputs if told else (*one.provides, *one.contributes):
@@ -242,8 +207,8 @@ def ordered(instances: Sequence[Instance], *, told: bool = False) -> list[Group]
         if not ready:
             raise InputError(Fault("effects", _loop(left, before, sets), hint="a state in between breaks a loop"))
         kinds = {type(one.effect) for one in ready}
-        whole = [kind for kind in kinds if all(one in ready for one in left if type(one.effect) is kind)]
-        kind = min(whole or kinds, key=lambda one: one.__name__)
+        waiting = {type(one.effect) for one in left if before[id(one)] - done}
+        kind = min(kinds - waiting or kinds, key=lambda one: one.__name__)
         members = tuple(one for one in ready if type(one.effect) is kind)
         groups.append(Group(kind, members))
         done |= {id(one) for one in members}
