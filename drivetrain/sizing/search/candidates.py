@@ -292,10 +292,10 @@ def candidates(study: Study, work: Workload | None = None) -> Candidates:
 
 def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[Indices, Array]) -> JointOffer:
     study, cycle = work.study, work.study.cycle
-    demand, gears, share = work.at(joint, {}).fixed, parts.gear_rows, study.joints[joint].friction.load_share
-    if share > 0.0:
+    demand, gears, rubs = work.at(joint, {}).fixed, parts.gear_rows, study.joints[joint].friction.load_share
+    if rubs > 0.0:
         gears = gears[0].copy(), gears[1]
-        gears[0]["load_friction"] = share
+        gears[0]["load_friction"] = rubs
     if not rests_on_gear(study.joints[joint], demand):
         demand = replace(demand, wrench=None)
     basis = work.basis[joint] if work.basis else None
