@@ -53,8 +53,9 @@ bench: $(VENV)/.test-installed
 	$(BIN)/python benchmarks/simulation.py
 	$(BIN)/python benchmarks/mujoco_motor.py
 
-page-check: # the reports of the gallery in a real browser; needs selenium, Chromium and its driver
-	$(BIN)/python tests/browser/check_pages.py reports/*/report.html
+page-check: $(VENV)/.installed # reports of the gallery and a served page in a real browser; needs Chromium and its driver
+	$(INSTALL) --editable ".[browser]"
+	$(BIN)/python tests/browser/check_pages.py examples/desktop_arm/study.yaml reports/*/report.html
 
 gallery: $(VENV)/.installed
 	$(BIN)/python examples/gallery.py

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands import accuracy, answers, catalog, export, identify, simulate, sizing, sweep, warm
+from drivetrain.commands import accuracy, answers, catalog, export, identify, serve, simulate, sizing, sweep, warm
 from drivetrain.commands.shared import DEBUG, FITS, failure
 from drivetrain.version import __version__
 
@@ -34,7 +34,7 @@ app.add_typer(catalogs, name="catalog")
 COMMANDS = (
     sizing.demo, sizing.init, sizing.check, sizing.size, sizing.select, answers.ratio, export.currents, export.export,
     answers.why_not, answers.explain, answers.curve, answers.front, answers.free_ratio, answers.fastest, sweep.sweep,
-    simulate.simulate, accuracy.accuracy, accuracy.loops, identify.identify, warm.warm,
+    simulate.simulate, accuracy.accuracy, accuracy.loops, identify.identify, serve.serve, warm.warm,
 )  # fmt: skip
 for one in COMMANDS:
     app.command(one.__name__.replace("_", "-"))(one)

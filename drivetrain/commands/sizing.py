@@ -41,6 +41,8 @@ AsJson = Annotated[
     bool, typer.Option("--json", help="Print result.json to standard output, the table to standard error.")
 ]
 
+AsPdf = Annotated[bool, typer.Option("--pdf", help="Also summary.pdf, one page for those who decide.")]
+
 
 class Objective(StrEnum):
     """What a selection may minimise."""
@@ -104,10 +106,10 @@ def check(
 
 
 @command
-def size(study: StudyOrResult, out: OutFolder = None, as_json: AsJson = False) -> bool:
+def size(study: StudyOrResult, out: OutFolder = None, pdf: AsPdf = False, as_json: AsJson = False) -> bool:
     """Check the drives that the study names, or else selects: margins, verdicts, report, currents."""
     [loaded] = inputs(lambda: load_chosen(study), out=out)
-    return _deliver(chosen(loaded), out or report_folder(loaded.name), as_json=as_json)
+    return _deliver(chosen(loaded), out or report_folder(loaded.name), pdf=pdf, as_json=as_json)
 
 
 @command
@@ -138,6 +140,7 @@ def select(
         ),
     ] = None,
     out: OutFolder = None,
+    pdf: AsPdf = False,
     as_json: AsJson = False,
 ) -> bool:
     """Choose drives for every joint from the catalogues that the study allows."""
@@ -161,7 +164,7 @@ def select(
 
         check_trade_offs(loaded)
     found = _selected(loaded)
-    fits = _deliver(found, out or report_folder(loaded.name), as_json=as_json)
+    fits = _deliver(found, out or report_folder(loaded.name), pdf=pdf, as_json=as_json)
     if write is not None:
         write_chosen(found, write)
     return fits
@@ -175,7 +178,7 @@ def _selected(study: Study) -> Selection:
         return search(study, progress=step)
 
 
-def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> bool:
+def _deliver(result: Evaluation | Selection, out: Path, *, pdf: bool = False, as_json: bool) -> bool:
     """Write the files and print the verdict; whether it fits."""
     from drivetrain.report.outputs import write_outputs
     from drivetrain.report.pages.spread_section import spread_lines
@@ -188,6 +191,11 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> boo
     extra, beside = told_beside(result)
     with progress(console(errors=True), "drawing the report"):
         files = write_outputs(out, result, spread=found, extra=extra)
+    if pdf:
+        from drivetrain.report.summary import summary_pdf
+        from drivetrain.whole_files import write_whole
+
+        write_whole(out / "summary.pdf", summary_pdf(result))
     screen = console(errors=as_json)
     screen.print(verdict_table(result if isinstance(result, Evaluation) else result.evaluation))
     screen.print()
@@ -198,6 +206,8 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> boo
     for text in beside:
         screen.print(text, soft_wrap=True, highlight=False)
     say(f"report: {files['report.html']}", errors=as_json)
+    if pdf:
+        say(f"summary: {out / 'summary.pdf'}", errors=as_json)
     if as_json:
         sys.stdout.write(result_json(result, spread=found, extra=extra, folder=out))
     return result.feasible

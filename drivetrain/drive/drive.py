@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -49,6 +49,10 @@ class Drive:
     joint_friction: Friction = FRICTIONLESS
     motor_friction: Friction | None = None
     assumptions: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.gear.load_friction != self.joint_friction.load_share:
+            object.__setattr__(self, "gear", replace(self.gear, load_friction=self.joint_friction.load_share))
 
 
 @dataclass(frozen=True, eq=False)

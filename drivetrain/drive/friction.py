@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, range_faults
+from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, Range, range_faults
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 from drivetrain.records import known, known_or
-from drivetrain.units import Factor, Speed, Torque, ViscousFriction
+from drivetrain.units import Factor, Share, Speed, Torque, ViscousFriction
 
 _RANGES = {
     "coulomb": NOT_NEGATIVE,
@@ -22,6 +22,8 @@ _RANGES = {
     "static": NOT_NEGATIVE,
     "stribeck_speed": POSITIVE,
     "stribeck_exponent": POSITIVE,
+    "tanh_speed": POSITIVE,
+    "load_share": Range("must be 0 or more and below 1", 0.0, 0.999, low_included=True),
 }
 
 
@@ -41,6 +43,10 @@ class Friction:
         static: Breakaway torque in both directions [N m]; None: equal to coulomb.
         stribeck_speed: Where the static excess has fallen to 1/e [rad/s]; None: it is gone at any speed.
         stribeck_exponent: Shape of that fall.
+        tanh_speed: Where Coulomb's torque rises with the speed w as tanh(w/w_s), w_s [rad/s]; None: at once. It holds
+            at rest all the same. A sigmoid 2/(1 + exp(-w/w_s)) - 1 is tanh(w/(2 w_s)): twice its speed.
+        load_share: Friction over load of the joint: so much of all that it carries, Coulomb's torque among it, comes on
+            top, against the motion.
     """
 
     coulomb: Torque = 0.0
@@ -50,9 +56,13 @@ class Friction:
     static: Torque | None = None
     stribeck_speed: Speed | None = None
     stribeck_exponent: Factor = 2.0
+    tanh_speed: Speed | None = None
+    load_share: Share = 0.0
 
     def __post_init__(self) -> None:
-        faults = range_faults("friction", self, _RANGES, required=("coulomb", "viscous", "stribeck_exponent"))
+        faults = range_faults(
+            "friction", self, _RANGES, required=("coulomb", "viscous", "stribeck_exponent", "load_share")
+        )
         if not faults and self.static is not None:
             sliding = max(self.coulomb, self.coulomb_negative or 0.0)
             if self.static < sliding:
@@ -61,6 +71,8 @@ class Friction:
         if not faults and self.stribeck_speed is not None and self.static is None:
             hint = "give the static torque from which friction decreases, or leave the speed out"
             faults.append(Fault("friction.stribeck_speed", "says nothing without static", self.stribeck_speed, hint))
+        if not faults and self.tanh_speed is not None and self.static is not None:
+            faults.append(Fault("friction.tanh_speed", "does not go with static, which a smooth law has not"))
         if faults:
             raise InputError(faults)
 
@@ -105,9 +117,9 @@ class FrictionCurve(NamedTuple):
         forward, backward: Coulomb torque [N m].
         viscous_forward, viscous_backward: [N m s/rad].
         static_forward, static_backward: Breakaway torque [N m].
-        falls: Whether friction falls from its static torque over a range of speed (Stribeck).
-        static: From which it falls [N m].
+        falls: Whether friction falls from its static torque over a range of speed (Stribeck), or rises smoothly (tanh).
         stribeck_speed, stribeck_exponent: Of that fall [rad/s], [-].
+        tanh_speed: Of that rise [rad/s]; 0: it rises at once.
     """
 
     forward: float
@@ -117,9 +129,9 @@ class FrictionCurve(NamedTuple):
     static_forward: float
     static_backward: float
     falls: bool
-    static: float
     stribeck_speed: float
     stribeck_exponent: float
+    tanh_speed: float
 
 
 @law
@@ -135,8 +147,8 @@ def friction_curve(friction: Any) -> Any:
     return FrictionCurve(
         friction.coulomb, backward, friction.viscous, known_or(friction.viscous_negative, friction.viscous),
         known_or(friction.static, friction.coulomb), known_or(friction.static, backward),
-        known(friction.static) and known(friction.stribeck_speed), known_or(friction.static, 0.0),
-        known_or(friction.stribeck_speed, 1.0), friction.stribeck_exponent,
+        (known(friction.static) and known(friction.stribeck_speed)) or known(friction.tanh_speed),
+        known_or(friction.stribeck_speed, 1.0), friction.stribeck_exponent, known_or(friction.tanh_speed, 0.0),
     )  # fmt: skip
 
 
@@ -152,11 +164,33 @@ def sliding_friction(curve: Any, speed: Any) -> Any:
 
 
 @law
+def smooth_lack(curve: Any, speed: Any) -> Any:
+    """tau_c tanh(|w|/w_s) - tau_c = -tau_c 2 e/(1 + e), e = exp(-2 |w|/w_s), of the sign of the speed [N m]."""
+    fall = np.exp(-2.0 * abs(speed) / curve.tanh_speed)
+    coulomb = curve.forward * (speed > 0.0) - curve.backward * (speed < 0.0)
+    return -coulomb * 2.0 * fall / (1.0 + fall)
+
+
+@law
 def static_excess(curve: Any, speed: Any) -> Any:
-    """(tau_s - tau_c) exp(-(|w|/w_s)^g), of the sign of the speed [N m]. Modern Robotics, figure 8.13 (f)."""
-    excess = (curve.static - curve.forward) * (speed > 0.0) - (curve.static - curve.backward) * (speed < 0.0)
+    """(tau_s - tau_c) exp(-(|w|/w_s)^g), of the sign of the speed [N m]. Modern Robotics, figure 8.13 (f).
+
+    Of a smooth law what that lacks.
+    """
+    if curve.tanh_speed > 0.0:
+        return smooth_lack(curve, speed)
+    ahead, behind = 1.0 * (speed > 0.0), 1.0 * (speed < 0.0)
+    excess = (curve.static_forward - curve.forward) * ahead - (curve.static_backward - curve.backward) * behind
     share, exponent = abs(speed) / curve.stribeck_speed, curve.stribeck_exponent
     return excess * np.exp(-(share * share if exponent == 2.0 else share**exponent))  # the usual one costs no power
+
+
+@law
+def tanh_slope(curve: Any, speed: Any) -> Any:
+    """By which a smooth law grows with speed, without its viscous part [N m s/rad]."""
+    fall = np.exp(-2.0 * abs(speed) / curve.tanh_speed)
+    coulomb = curve.forward if speed >= 0.0 else curve.backward
+    return coulomb / curve.tanh_speed * 4.0 * fall / (1.0 + fall) ** 2
 
 
 @law

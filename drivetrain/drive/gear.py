@@ -101,6 +101,12 @@ class Gear:
         holding: Which of the motor torques that hold a load at rest counts: -1 the least, 0 that of a lossless mesh, 1
             the most. Friction leaves all of them possible; which one it is depends on how the joint came to rest.
         source: File and row, sheet, edition: what a report prints.
+        load_friction: Of the joint that it turns, friction over load (``Friction.load_share``).
+        stage_driving, stage_driven: Torque at the gear over that behind stages, lossless, by the direction of power.
+        stage_inertia: Of stages, at the input, to be added where ``inertia`` is unknown [kg m^2].
+        stage_torque, stage_speed: That stages bear at the joint [N m], [rad/s]; None: nobody says.
+        stage_words: What limits these.
+        staged: 1 where stages stand behind it, else 0 (``drive/stages.py``).
     """
 
     key: str
@@ -157,6 +163,14 @@ class Gear:
     price: float | None = None
     holding: float = 0.0
     source: str = ""
+    load_friction: float = 0.0
+    stage_driving: float = 1.0
+    stage_driven: float = 1.0
+    stage_inertia: float = 0.0
+    stage_torque: float | None = None
+    stage_speed: float | None = None
+    stage_words: tuple[str, str] = ("", "")
+    staged: float = 0.0
 
     def __post_init__(self) -> None:
         owner = f"gear {self.key}"
@@ -170,6 +184,15 @@ class Gear:
             faults.append(Fault(f"{owner}.kind", "unknown kind", self.kind, nearest(str(self.kind), GEAR_KINDS)))
         if faults:
             raise InputError(faults)
+
+    @property
+    def direct(self) -> bool:
+        """Whether it is none: that of a direct drive, with or without stages."""
+        return self.key == "" or self.key.startswith("+")
+
+
+NO_GEAR = Gear("", 1.0, kind="ideal", efficiency=1.0)
+"""What stands for the gear of a direct drive."""
 
 
 class MeshFactors(NamedTuple):
@@ -240,6 +263,12 @@ def unknown_loss(gear: Any) -> Any:
 
 
 @law
+def onward(gear: Any) -> Any:
+    """Torque at the gear's output over that at the joint, lossless, while the motor drives: stages, load friction."""
+    return gear.stage_driving * (1.0 + gear.load_friction)
+
+
+@law
 def mesh_of(gear: Any) -> Any:
     """The mesh, lossless where the loss is unknown. Friction mu |N| against the motion, mu = 1/eta - 1.
 
@@ -251,6 +280,8 @@ def mesh_of(gear: Any) -> Any:
     where it would pass it, and the torque itself is a drag of any speed and temperature: at rated torque both together
     are the printed loss again, at smaller torques more than the printed efficiency tells. Without a rated torque the
     share is unknown and left in the mesh, which counts it twice rather than not at all.
+
+    What follows the gear, stages and friction that grows with the load, multiplies: where it locks, the gear drives.
     """
     apart, knows = tells_drag(gear), known(unknown_loss(gear))
     efficiency = (gear.mesh_efficiency if apart else gear.efficiency) if knows else 1.0
@@ -262,6 +293,9 @@ def mesh_of(gear: Any) -> Any:
         share = known_or(running * abs(gear.ratio) / gear.continuous_torque, 0.0)
     back = known_or(gear.backdriving_efficiency, 1.0 - loss) if knows else 1.0
     driving, driven = max(1.0 + loss - share, 1.0), min(back + share, 1.0)
+    behind = gear.stage_driven * (1.0 - gear.load_friction)
+    driven = behind * (driven if behind > 0.0 else driving)
+    driving = driving * onward(gear)
     drag = known_or(running, 0.0) / known_or(gear.drag_speed, 1.0) ** exponent
     seal = known_or(gear.seal_drag_torque, 0.0)
     starting = max(known_or(gear.starting_torque, known_or(running, 0.0)), seal)

@@ -18,7 +18,10 @@ def json_text(data: Mapping[str, Any], *, packed: bool = False) -> str:
         packed: In one line, for a script to read.
     """
     if packed:
-        return json.dumps(plain(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+        try:  # what is plain already needs no walk through every number
+            return json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+        except (TypeError, ValueError):
+            return json.dumps(plain(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

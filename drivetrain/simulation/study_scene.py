@@ -249,9 +249,9 @@ def _drag(study: Study, drive: Drive) -> list[Effect]:
 def _friction(law: Friction, side: str) -> list[Effect]:
     """Dry and viscous part, where there is any."""
     effects: list[Effect] = []
-    if law.coulomb or law.coulomb_negative or law.static:
+    if not law.tanh_speed and (law.coulomb or law.coulomb_negative or law.static):
         effects.append(DryFriction(law, side))
-    if law.viscous or law.viscous_negative:
+    if law.tanh_speed or law.viscous or law.viscous_negative:
         effects.append(ViscousFriction(law, side))
     return effects
 
@@ -272,6 +272,7 @@ def at_joint(law: Friction, travel: float) -> Friction:
         viscous_negative=None if law.viscous_negative is None else law.viscous_negative / travel**2,
         static=force(law.static),
         stribeck_speed=None if law.stribeck_speed is None else law.stribeck_speed * travel,
+        tanh_speed=None if law.tanh_speed is None else law.tanh_speed * travel,
     )
 
 

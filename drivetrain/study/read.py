@@ -103,7 +103,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
         cold_start=form.cold_start,
         gear_assumptions=gear_assumptions,
         motor_assumptions=motor_assumptions,
-        catalog=replace(catalog, motors={**catalog.motors, **around.braked}),
+        catalog=replace(catalog, motors={**catalog.motors, **around.braked}, gears={**catalog.gears, **around.staged}),
         wanted=wanted,
         tolerances=made(form.tolerances),
         simulation=simulation,

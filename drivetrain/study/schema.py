@@ -22,6 +22,7 @@ from drivetrain.arm.tool_moves import ToolLimits
 from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
+from drivetrain.drive.stages import Stage
 from drivetrain.study.form import AsForm, Entry, Form, form_of
 from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Prices, Safety, StiffnessWish, Stop
 from drivetrain.study.parts.rules import BrakeRow, CandidatesForm, DriveForm, GearRow, MotorRow
@@ -325,6 +326,9 @@ class JointForm(Form):
     mount: MountEntry = Field(default_factory=Mount)
     contained: ContainedForm | None = None
     friction: Entry[Friction] = Friction()
+    stages: tuple[Entry[Stage], ...] = Field(
+        default=(), description="what stands between gear and joint, in order: screw, belt, rack, worm, gear"
+    )
     counterbalances: tuple[Entry[Counterbalance], ...] = Field(
         default=(), description="springs, gas springs and biases: torques on the link that the joint's angle decides"
     )

@@ -133,6 +133,8 @@ joints:
   # {first}:
   #   drive: {{motor: key, gear: key}} # a given drive, for `drivetrain size`; gear: none is a direct drive
   #   friction: {{coulomb: 0.5 N m}} # at the joint, outside the gear
+  #   stages: # between gear and joint, in order: screw, belt, rack, worm, gear
+  #     - {{type: belt, ratio: 2.5, efficiency: 96 %, diameter: 100 mm, tooth_force: 30 N, teeth_in_mesh: 6}}
   #   counterbalances: # by the joint's angle alone: spring or gas_force on levers, torque, or angles and torques
   #     - {{stiffness: 8 N/mm, free_length: 150 mm, lever_carrier: 200 mm, lever_link: 80 mm, dead_centre: 90 deg}}
   #   gear_heat: 0 % # the gear does not sit on the motor's housing, which its loss then does not warm

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import shlex
+from http.server import ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
@@ -59,7 +60,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_every_command_runs_as_printed(folder: Path) -> None:
+def test_every_command_runs_as_printed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ThreadingHTTPServer, "serve_forever", lambda _: None)  # until Ctrl-C
     commands = printed()
     assert len(commands) >= 15
     runner = CliRunner()

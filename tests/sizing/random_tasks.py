@@ -15,6 +15,7 @@ from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
+from drivetrain.drive.stages import Stage, chained, geared
 from drivetrain.motion.mix import build_mix
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
 from drivetrain.study.parts.candidates import with_brakes
@@ -115,7 +116,8 @@ def held_by_brakes(study, seed, torque=0.3, share=0.3, silent=0.1):
 
 
 def counterbalanced(study, seed, share=0.3):
-    """The study with springs and biases at some of its turning joints."""
+    """The study with springs and biases at some of its turning joints, with smooth and load-dependent friction, and
+    with belts behind some gears."""
     rng, tasks = np.random.default_rng((seed, 77)), []
     for task in study.joints:
         spring = Counterbalance(
@@ -123,8 +125,15 @@ def counterbalanced(study, seed, share=0.3):
             dead_centre=float(rng.uniform(-2.0, 2.0)), torque=float(rng.normal()),
         )  # fmt: skip
         chosen = rng.random() < share and task.travel_per_turn is None
-        tasks.append(replace(task, counterbalances=(spring,) if chosen else ()))
-    return replace(study, joints=tuple(tasks))
+        smooth = float(rng.choice([0.05, 0.5])) if task.friction.static is None and rng.random() < 0.3 else None
+        friction = replace(task.friction, load_share=float(rng.choice([0.0, 0.0, 0.1])), tanh_speed=smooth)
+        tasks.append(replace(task, counterbalances=(spring,) if chosen else (), friction=friction))
+    belt = chained([Stage("belt", efficiency=0.9, ratio=1.5, diameter=0.1, force_limit=600.0, inertia=1e-6)])
+    gears = {
+        key: replace(geared(row, belt), key=key) if rng.random() < 0.2 else row
+        for key, row in study.catalog.gears.items()
+    }
+    return replace(study, joints=tuple(tasks), catalog=replace(study.catalog, gears=gears))
 
 
 def random_friction(rng, curved):

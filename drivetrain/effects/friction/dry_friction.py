@@ -27,9 +27,9 @@ class Own:
     static_forward: float
     static_backward: float
     falls: int
-    static: float
     stribeck_speed: float
     stribeck_exponent: float
+    tanh_speed: float
 
 
 @joint_law(Own)
@@ -42,8 +42,8 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     levels.slide_backward += own.backward
     if own.falls:
         speed = flange_of(joint, own.side).speed - levels.surface_speed
-        levels.slide_forward += static_excess(own, speed) if speed > 0.0 else own.static - own.forward
-        levels.slide_backward -= static_excess(own, speed) if speed < 0.0 else own.backward - own.static
+        levels.slide_forward += static_excess(own, speed) if speed > 0.0 else own.static_forward - own.forward
+        levels.slide_backward -= static_excess(own, speed) if speed < 0.0 else own.backward - own.static_backward
 
 
 @dataclass(frozen=True)
@@ -75,5 +75,5 @@ class DryFriction(Effect):
     def own(self, place: Place) -> Own:
         curve = friction_curve(self.friction)
         levels = (curve.forward, curve.backward, curve.static_forward, curve.static_backward)
-        fall = (curve.falls, curve.static, curve.stribeck_speed, curve.stribeck_exponent)
+        fall = (curve.falls, curve.stribeck_speed, curve.stribeck_exponent, 0.0)
         return Own(side_of(self.side, place), *levels, *fall)

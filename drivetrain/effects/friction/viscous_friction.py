@@ -5,46 +5,59 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from drivetrain.drive.friction import Friction
+from drivetrain.drive.friction import Friction, friction_curve, sliding_friction, smooth_lack, tanh_slope
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
 from drivetrain.effects.field_types import side_faults
 from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
 from drivetrain.errors import InputError
+from drivetrain.jit import law
 
 
 @dataclass
 class Own:
-    """What it keeps: its side, damping either way [N m s/rad], power [W]."""
+    """What it keeps: its side, damping either way [N m s/rad], Coulomb's torques and speed of a smooth law; power."""
 
     side: int
+    viscous_forward: float
+    viscous_backward: float
     forward: float
     backward: float
+    tanh_speed: float
     power: float = 0.0
+
+
+@law
+def _torque(own: Any, speed: float) -> float:
+    """All of it; without a smooth part Coulomb's torques are 0."""
+    torque = sliding_friction(own, speed)
+    return torque + smooth_lack(own, speed) if own.tanh_speed > 0.0 else torque
 
 
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     flange = flange_of(joint, own.side)
-    damping = own.forward if flange.speed >= 0.0 else own.backward
-    flange.torque -= damping * flange.speed
-    flange.damping += damping
+    flange.torque -= _torque(own, flange.speed)
+    flange.damping += own.viscous_forward if flange.speed >= 0.0 else own.viscous_backward
+    if own.tanh_speed > 0.0:
+        flange.damping += tanh_slope(own, flange.speed)
 
 
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     speed = flange_of(joint, own.side).speed
-    own.power = (own.forward if speed >= 0.0 else own.backward) * speed * speed
+    own.power = _torque(own, speed) * speed
     if own.side == MOTOR:
         joint.heat.viscous_power = own.power
 
 
 @dataclass(frozen=True)
 class ViscousFriction(Effect):
-    """A torque against the motion, proportional to speed.
+    """A torque against the motion, proportional to speed or growing smoothly with it.
 
     Attributes:
-        friction: Of which ``viscous`` and ``viscous_negative`` are taken; dry friction is an effect of its own.
+        friction: Of which ``viscous`` and ``viscous_negative`` are taken, and Coulomb's torque where it rises as tanh;
+            dry friction is an effect of its own.
         side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
     """
 
@@ -70,6 +83,7 @@ class ViscousFriction(Effect):
         )
 
     def own(self, place: Place) -> Own:
-        law = self.friction
-        backward = law.viscous if law.viscous_negative is None else law.viscous_negative
-        return Own(side_of(self.side, place), law.viscous, backward)
+        curve = friction_curve(self.friction)
+        forward, backward = (curve.forward, curve.backward) if curve.tanh_speed else (0.0, 0.0)
+        viscous = curve.viscous_forward, curve.viscous_backward
+        return Own(side_of(self.side, place), *viscous, forward, backward, curve.tanh_speed)

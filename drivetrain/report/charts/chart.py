@@ -121,15 +121,19 @@ class Pictures:
             f'role="img" aria-label="{label}"></div>'
         )
 
-    def end(self, **beside: Any) -> Markup:
-        """Data, library and script of the page; nothing where nothing is drawn.
+    def data(self, **beside: Any) -> str:
+        """What the scripts draw as JSON text.
 
         Args:
             beside: More data for scripts of the page.
         """
+        return json_text({"charts": self.charts, **beside}, packed=True)
+
+    def end(self, **beside: Any) -> Markup:
+        """Data, library and script of the page; nothing where nothing is drawn."""
         if not self.charts and not beside:
             return Markup("")
-        data = json_text({"charts": self.charts, **beside}, packed=True).replace("<", "\\u003c")
+        data = self.data(**beside).replace("<", "\\u003c")
         return Markup(
             f'<script type="application/json" id="data">{data}</script>\n'
             f'<script type="application/octet-stream" id="library">{_library()}</script>\n'

@@ -2,15 +2,18 @@
 // window, the rest when there is nothing else to do. Nothing is loaded from elsewhere.
 "use strict";
 const page = (function () {
-  const data = JSON.parse(document.getElementById("data").textContent);
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const ranges = {};
   const drawings = []; // {element, draw, done}
+  const setups = []; // what a script does with the data of the page, again when they are others
+  let watcher = null;
 
+  const BRIGHT = { "#0072B2": "#4BA6E3", "#009E73": "#2CC79B", "#D55E00": "#FF8B45", "#7f6a3f": "#b59a62" }; // on dark
   const colour = (name) =>
-    ["ink", "muted", "faint"].includes(name)
+    dark.matches && BRIGHT[name] ? BRIGHT[name] : ["ink", "muted", "faint"].includes(name)
       ? getComputedStyle(document.documentElement).getPropertyValue(name === "faint" ? "--line" : "--" + name).trim()
       : name;
+  const ready = library();
   const numbers = (values) => Float64Array.from(values || [], (v) => (v === null ? NaN : v));
 
   async function library() {
@@ -146,16 +149,23 @@ const page = (function () {
     one.done = true;
     await one.draw(one.element);
   }
+  const near = (element) => { const box = element.getBoundingClientRect(); return box.bottom > -200 && box.top < innerHeight + 200; };
   async function all() {
-    const watcher = new IntersectionObserver((seen) => {
-      for (const entry of seen) if (entry.isIntersecting) run(drawings.find((one) => one.element === entry.target));
+    const root = document.documentElement, mine = [...drawings];
+    if (watcher) watcher.disconnect();
+    watcher = new IntersectionObserver((seen) => {
+      for (const entry of seen) if (entry.isIntersecting) run(mine.find((one) => one.element === entry.target));
     }, { rootMargin: "200px" });
-    for (const one of drawings) watcher.observe(one.element);
-    for (const one of drawings) {
-      await new Promise((next) => setTimeout(next, 0));
+    root.dataset.drawn = "";
+    for (const one of mine) if (near(one.element)) await run(one);
+    root.dataset.drawn = "view";
+    for (const one of mine) watcher.observe(one.element);
+    for (const one of mine) {
+      await new Promise((next) => (window.requestIdleCallback || setTimeout)(next));
+      if (mine[0] !== drawings[0]) return;
       await run(one);
     }
-    document.documentElement.dataset.drawn = "all";
+    root.dataset.drawn = "all";
   }
 
   // Paper: pictures of the canvases, as wide as the column.
@@ -177,9 +187,31 @@ const page = (function () {
     all();
   });
 
-  for (const element of document.querySelectorAll("[data-chart]"))
-    later(element, () => chart(data.charts[Number(element.dataset.chart)], element));
-  const ready = library();
+  function start(data) {
+    self.data = data;
+    drawings.length = 0;
+    for (const name of Object.keys(ranges)) delete ranges[name];
+    for (const element of document.querySelectorAll("[data-chart]"))
+      later(element, () => chart(data.charts[Number(element.dataset.chart)], element));
+    for (const one of setups) one();
+  }
+  function setup(one) {
+    setups.push(one);
+    one();
+  }
+  // Another report in the place of this one; what is drawn keeps its room, so that nothing jumps.
+  async function renew(content, data) {
+    const heights = new Map();
+    for (const one of document.querySelectorAll("#page .chart")) heights.set(one.id || one.dataset.chart, one.offsetHeight);
+    document.getElementById("page").innerHTML = content;
+    for (const one of document.querySelectorAll("#page .chart")) one.style.minHeight = `${heights.get(one.id || one.dataset.chart) || 320}px`;
+    tables();
+    start(data);
+    await ready;
+    await all();
+  }
+  const self = { ready, dark, colour, numbers, frame, mark, show, later, ranges, setup, renew };
+  start(JSON.parse(document.getElementById("data").textContent));
   addEventListener("DOMContentLoaded", () => ready.then(all));
-  return { data, ready, colour, numbers, frame, mark, show, later, ranges };
+  return self;
 })();

@@ -17,7 +17,7 @@ from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.verdicts import Verdict
 
-_COLOURS = {Verdict.PASS: GREEN, Verdict.MARGINAL: ORANGE, Verdict.FAIL: VERMILLION, Verdict.NOT_CHECKED: "#5b6775"}
+COLOURS = {Verdict.PASS: GREEN, Verdict.MARGINAL: ORANGE, Verdict.FAIL: VERMILLION, Verdict.NOT_CHECKED: "#5b6775"}
 
 
 def overview_png(evaluation: Evaluation) -> bytes:
@@ -39,7 +39,7 @@ def overview_png(evaluation: Evaluation) -> bytes:
             binding = "" if joint.binding is None else f" {percent(joint.binding.utilisation)}"
             axes.annotate(
                 f"{joint.verdict}{binding}", (1, 1), xycoords="axes fraction", xytext=(0, 17),
-                textcoords="offset points", ha="right", fontsize=8, weight="bold", color=_COLOURS[joint.verdict],
+                textcoords="offset points", ha="right", fontsize=8, weight="bold", color=COLOURS[joint.verdict],
             )  # fmt: skip
             axes.set_xlabel("motor speed [rpm]")
             axes.set_ylabel(f"motor torque [{printed_unit(unit)}]")

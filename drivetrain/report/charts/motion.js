@@ -1,6 +1,6 @@
 // The moving pictures of a report: planes with ratios, strips and the arm on one clock, the rejected candidates.
 "use strict";
-(function () {
+page.setup(function () {
   const motion = page.data.motion, byId = (id) => document.getElementById(id);
   const COLOURS = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#7f6a3f", "#888888"];
   const percent = (share) => (Number.isFinite(share) ? (100 * share).toFixed(share > 0.99 && share < 1.01 ? 1 : 0) + " %" : "–");
@@ -15,7 +15,7 @@
     const joints = motion.joints.map((joint, k) => {
       const series = {};
       for (const name in joint.series) series[name] = page.numbers(joint.series[name]);
-      const range = byId("ratio-" + k), c = COLOURS[k % COLOURS.length];
+      const range = byId("ratio-" + k), c = page.colour(COLOURS[k % COLOURS.length]);
       return { ...joint, k, c, series, range, live: { ...series }, spin: page.numbers(joint.ratio.spin), redraws: [] };
     });
 
@@ -107,7 +107,7 @@
       for (const dimension of ["width", "height"]) figure.add_layout(new Bokeh.Span({ dimension, location: 0, line_color: page.colour("muted"), line_width: 0.7 }));
       const source = new Bokeh.ColumnDataSource({ data: visible(joint) });
       figure.line({ field: "speed" }, { field: "torque" }, { source, line_color: page.colour("muted"), line_width: 0.7 });
-      const mapper = new Bokeh.LinearColorMapper({ palette: page.data.instants, low: time[0], high: time[n - 1] });
+      const mapper = new Bokeh.LinearColorMapper({ palette: page.data.instants.slice(page.dark.matches ? 6 : 0), low: time[0], high: time[n - 1] });
       const dots = figure.scatter({ field: "speed" }, { field: "torque" }, { source, size: 5, line_color: null, fill_color: { field: "t", transform: mapper } });
       legend.push(["the motion, dark to light in time", "dot", "#23898e", 1, dots]);
       const out = figure.scatter({ field: "speed" }, { field: "outside" }, { source, size: 8, marker: "x", line_color: "#D55E00", line_width: 2 });
@@ -141,7 +141,7 @@
         x_range: [0, 1.12 * Math.max(speed, ...near(false, speed))], y_range: [0, 1.12 * Math.max(torque, ...near(true, torque))] });
       const data = () => ({ x: joint.live.speed.map(Math.abs), y: joint.series.gear.map(Math.abs), t: time });
       const source = new Bokeh.ColumnDataSource({ data: data() });
-      const mapper = new Bokeh.LinearColorMapper({ palette: page.data.instants, low: time[0], high: time[n - 1] });
+      const mapper = new Bokeh.LinearColorMapper({ palette: page.data.instants.slice(page.dark.matches ? 6 : 0), low: time[0], high: time[n - 1] });
       const dots = figure.scatter({ field: "x" }, { field: "y" }, { source, size: 5, line_color: null, fill_color: { field: "t", transform: mapper } });
       figure.add_tools(new Bokeh.HoverTool({ renderers: [dots], limit: 1, tooltips: [["instant", "@t{0.000} s"], ["torque", `@y{0.00} ${units.gear}`], ["input speed", `@x{0} ${units.speed}`]] }));
       const inks = { rated: "#888888", average: "#0072B2", mean: "#0072B2", repeated: "#E69F00", momentary: "#D55E00", maximum: "#D55E00" };
@@ -365,4 +365,4 @@
     }));
     table();
   }
-})();
+});

@@ -32,7 +32,7 @@ class Group:
     notes: tuple[str, ...] = ()
 
 
-def assumption_groups(evaluation: Evaluation) -> list[Group]:
+def assumption_groups(evaluation: Evaluation, *, briefly: bool = False) -> list[Group]:
     """All inputs and assumptions of a report."""
     study = evaluation.study
     groups = [
@@ -41,7 +41,7 @@ def assumption_groups(evaluation: Evaluation) -> list[Group]:
         Group("Safety factors and reserves", tuple(safety_lines(study))),
         _heat(evaluation),
         _silent_sheets(evaluation),
-        _standstill(evaluation),
+        _standstill(evaluation, briefly),
         _friction(study),
         Group("Warnings and notes", (), _unique([*study.notes, *study.catalog.notes])),
     ]
@@ -200,7 +200,7 @@ def _assumed(assumption: GearAssumption | MotorAssumption, row: Gear | Motor, pa
     return ", ".join(stated) + source if stated else ""
 
 
-def _standstill(evaluation: Evaluation) -> Group:
+def _standstill(evaluation: Evaluation, briefly: bool) -> Group:
     """Remarks that several joints share are told once here."""
     said: dict[str, list[str]] = {}
     for joint in evaluation.joints.values():
@@ -210,7 +210,7 @@ def _standstill(evaluation: Evaluation) -> Group:
     notes = [
         remark if len(names) == count else f"{', '.join(names)}: {remark}" for remark, names in said.items()
     ]  # fmt: skip
-    held = {name: _held(figures) for name, figures in holding_figures(evaluation).items()}
+    held = {name: _held(figures) for name, figures in ({} if briefly else holding_figures(evaluation)).items()}
     notes += [f"{name} holds a load at rest: {told}" for name, told in held.items() if told]
     return Group("How losses and standstill are counted", (), tuple(notes))
 

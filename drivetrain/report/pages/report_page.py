@@ -60,20 +60,45 @@ def html_report(
     Returns:
         HTML text; the same result gives the same bytes.
     """
+    content, data, pictures = report_content(result, spread=spread, extra=extra)
+    return report_text(content, data, pictures)
+
+
+def report_content(
+    result: Evaluation | Selection, *, spread: Spread | None = None, extra: Extra | None = None, briefly: bool = False
+) -> tuple[dict[str, Any], dict[str, Any], Pictures]:
+    """What the template lays out, the data of the moving pictures, and the other pictures.
+
+    Args:
+        briefly: Without what needs further evaluations.
+    """
     selection = result if isinstance(result, Selection) else None
     evaluation = result.evaluation if isinstance(result, Selection) else result
     rejected = None if selection is None else selection.rejected
     pictures = Pictures()
     content = _frame(evaluation, selection) | _body(evaluation, selection, rejected, pictures)
+    content["groups"] = assumption_groups(evaluation, briefly=briefly)
     content |= spread_frame(spread, pictures)
     content["extra"] = [] if extra is None else [with_markup(section, pictures) for section in extra.sections]
     data: dict[str, Any] = {"instants": INSTANTS, "motion": motion_data(evaluation)} if evaluation.joints else {}
     if selection is not None and rejected is not None and len(rejected):
         data["rejected"] = rejected_data(selection, rejected)
     content["units"] = data.get("motion", {}).get("units", {})
-    content["pictures"] = pictures.end(**data)
-    content["motion_script"] = moving_script() if data else ""
-    return page_text("page.html.j2", **content)
+    return content, data, pictures
+
+
+def report_text(content: dict[str, Any], data: dict[str, Any], pictures: Pictures, live: str = "") -> str:
+    """The page.
+
+    Args:
+        live: Controls of a page that answers (see ``live_page``); empty: none.
+    """
+    script = Markup((TEMPLATES / "page.js").read_text(encoding="utf-8"))
+    answers = Markup((TEMPLATES / "live.js").read_text(encoding="utf-8")) if live else ""
+    return page_text(
+        "page.html.j2", **content, script=script, pictures=pictures.end(**data), live=Markup(live),
+        live_script=answers, motion_script=moving_script() if data else "",
+    )  # fmt: skip
 
 
 def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]:
@@ -99,7 +124,6 @@ def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any
             joint_card(joint, JOINT_COLOURS[k % len(JOINT_COLOURS)])
             for k, joint in enumerate(evaluation.joints.values())
         ],
-        "script": Markup((TEMPLATES / "page.js").read_text(encoding="utf-8")),
     }
 
 
@@ -137,7 +161,6 @@ def _body(
         return Markup("") if chart is None else pictures.add(chart)
 
     return {
-        "groups": assumption_groups(evaluation),
         "rows": rows,
         "matrix": matrix(evaluation),
         "unchecked": [row for row in rows if row.css == "unchecked"],

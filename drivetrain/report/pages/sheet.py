@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -109,10 +110,14 @@ def with_markup(section: Section, pictures: Pictures | None = None) -> dict[str,
 
 
 def page_text(template: str, **content: Any) -> str:
-    """A page from its template and what stands on it."""
-    environment = jinja2.Environment(
+    """A page, or a part of one, from its template and what stands on it."""
+    style = Markup((TEMPLATES / "style.css").read_text(encoding="utf-8"))
+    return _environment().get_template(template).render(version=__version__, style=style, **content) + "\n"
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    return jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
-    style = Markup((TEMPLATES / "style.css").read_text(encoding="utf-8"))
-    return environment.get_template(template).render(version=__version__, style=style, **content) + "\n"

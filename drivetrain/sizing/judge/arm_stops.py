@@ -18,7 +18,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
 from drivetrain.drive.friction import friction_curve
-from drivetrain.drive.gear import complete, mesh_of
+from drivetrain.drive.gear import complete, mesh_of, onward
 from drivetrain.drive.gear_loss import drag_factor
 from drivetrain.drive.stops import braking_push, overshoot, stiff_spring, struck
 from drivetrain.dynamics.inverse import drive_torques
@@ -90,6 +90,7 @@ class _Driven:
         stiffest: Slope of each spring at most [N m/rad], NaN where it is unknown.
         drag: Factor of each gear's drag, by its temperature.
         driving, driven: Factors of the meshes, (n,).
+        onward: What stages and load friction make of a torque at the joint, (n,).
         rises: Time in which each braking torque comes [s].
     """
 
@@ -106,6 +107,7 @@ class _Driven:
     drag: tuple[float, ...]
     driving: Array
     driven: Array
+    onward: Array
     rises: tuple[float, ...]
 
     def torques(self, q: Array, speed: Array, acceleration: Array) -> tuple[Array, Array]:
@@ -169,7 +171,7 @@ def _driven(study: Study, arm: Arm, drives: Mapping[str, Drive]) -> _Driven:
         study, arm, shafts * travels, travels, ratio, ratio**2 * np.array([drive_inertia(one) for one in every]), gears,
         meshes, tuple(friction_curve(as_record(shaft_friction(one))) for one in every),
         tuple(stiff_spring(one).slope_3 for one in gears), tuple(float(drag_factor(one, coldest)) for one in meshes),
-        driving, driven, tuple(task.stop.rise for task in study.joints),
+        driving, driven, np.array([onward(one) for one in gears]), tuple(task.stop.rise for task in study.joints),
     )  # fmt: skip
 
 
@@ -191,7 +193,7 @@ def _march(driven: _Driven, study: Study, braking: Braking, found: Stops, rows: 
         locks = np.where(free, 1.0, driven.driven) * own + driven.rotor <= 0.0  # as ``braked`` has it
         most = driven.most(own, speed, torque - own * acceleration, before)
         swung = np.where(locks & (speed != 0.0), np.inf, np.minimum(swung, most))
-        found.torque[rows] = np.maximum(found.torque[rows], np.where(ramped, np.abs(torque), swung))
+        found.torque[rows] = np.maximum(found.torque[rows], driven.onward * np.where(ramped, np.abs(torque), swung))
         moving = ((way != 0.0) & braking.ends).any(axis=1) | (~bitten & braking.ends).any(axis=1)
         found.duration[rows[~moving]] = time[~moving]
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -110,6 +110,7 @@ class Figures:
 
     Attributes:
         input_speed, mean_input_speed: Of the gear, and so of the motor [rad/s].
+        joint_torque: At the joint, friction included, before stages and what grows with load [N m].
         load_torque, average_load_torque: At the gear's output [N m]; the average of a joint that never moves is the
             largest that it holds.
         stop_torque: Largest of the gear in a stop [N m].
@@ -144,6 +145,7 @@ class Figures:
 
     input_speed: float = UNKNOWN
     mean_input_speed: float = UNKNOWN
+    joint_torque: float = UNKNOWN
     load_torque: float = UNKNOWN
     average_load_torque: float = UNKNOWN
     stop_torque: float = UNKNOWN
@@ -283,7 +285,7 @@ def motor_records(motors: Sequence[Motor]) -> Any:
 
 def gear_records(gears: Sequence[Gear]) -> Any:
     """Sheets of gears, assumptions filled in, and 1 for those that are none: (records, direct)."""
-    direct = np.array([float(one.key == "") for one in gears])
+    direct = np.array([float(one.direct) for one in gears])
     return as_records([complete(one) for one in gears], Gear), direct
 
 
@@ -303,4 +305,5 @@ def paired(study: Study, joint: int, demand: JointDemand, motors: tuple[Any, Any
     left, right = pairs[:, 0], pairs[:, 1]
     cases["motor"], cases["shaft"] = motors[0][left], motors[1][left]
     cases["gear"], cases["direct"] = gears[0][right], gears[1][right]
+    cases["gear"]["load_friction"] = task.friction.load_share
     return cases

@@ -158,6 +158,16 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         peak=True, instant="speed", formula="|G| max |w|",
     ),
     Requirement(
+        "torque behind the gear", "N m", "figures.joint_torque", "gear.stage_torque", SPEED, "torque of its stages",
+        "safety.peak_torque", peak=True, instant="loosening_torque", asked="gear.staged", wish=True,
+        words=words.stage_torque, formula="largest load torque of every cycle at the joint, breaking loose included",
+    ),
+    Requirement(
+        "speed behind the gear", "rad/s", "setting.fastest", "gear.stage_speed", SPEED, "speed of its stages",
+        "safety.speed", peak=True, instant="speed", asked="gear.staged", wish=True, words=words.stage_speed,
+        formula="max |w|",
+    ),
+    Requirement(
         "holding brake torque", "N m", "figures.holding_torque", "motor.brake.static_torque", SPEED, "static torque",
         "safety.brake", essential=True, asked="setting.brake", wish=True, instant="static_torque", words=words.brake,
         formula="largest |T| / |G| that holds a position of the cycle still, without help of the mesh",

@@ -6,12 +6,9 @@ from dataclasses import replace
 
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.drive import Drive
-from drivetrain.drive.gear import HOLDING, Gear
+from drivetrain.drive.gear import HOLDING, NO_GEAR, Gear
 from drivetrain.drive.motor import Motor, no_load_friction
 from drivetrain.study.model import JointTask, MotorAssumption, Study
-
-DIRECT = Gear("", 1.0, kind="ideal", efficiency=1.0)
-"""What stands for the gear of a direct drive."""
 
 # Inertia at the input over that of a solid cylinder of the gear's mass and diameter: 95th percentile of the rows of
 # the source catalogues that print it (560 planetary, 24 koaxdrive, 118 strain wave); RV as strain wave.
@@ -29,7 +26,7 @@ class FilledParts:
     def __init__(self, study: Study) -> None:
         self.study = study
         self._motors: dict[str, tuple[Motor, tuple[str, ...]]] = {}
-        self._gears: dict[str, tuple[Gear, tuple[str, ...]]] = {"": (DIRECT, ())}
+        self._gears: dict[str, tuple[Gear, tuple[str, ...]]] = {"": (NO_GEAR, ())}
 
     def drive(self, task: JointTask, motor: str, gear: str) -> Drive:
         """The drive of one motor and one gear at one joint."""
@@ -131,7 +128,7 @@ def _filled_gear(gear: Gear, study: Study) -> tuple[Gear, tuple[str, ...]]:
         words.append(f"gear {gear.key}: mesh efficiency {100 * gear.mesh_efficiency:g} % and drag: {gear.loss_basis}")
     inertia = _input_inertia(gear)
     if inertia is not None:
-        changes["inertia"] = inertia
+        changes["inertia"] = inertia + gear.stage_inertia
         text = f"gear {gear.key}: input inertia {inertia:.2g} kg m^2 assumed"
         share = INPUT_INERTIA_SHARE[gear.kind]
         words.append(_words(text, f"{share:g} of a solid cylinder's, high among gears of its kind"))

@@ -21,7 +21,7 @@ from drivetrain.drive.friction import (
     sliding_friction,
     static_excess,
 )
-from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, permitted_peaks, unknown_loss, wear
+from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, onward, permitted_peaks, unknown_loss, wear
 from drivetrain.drive.gear_loss import (
     DRAG_TEMPERATURES,
     drag_factor,
@@ -145,6 +145,7 @@ def set_mechanics(case: Any, found: Any) -> None:
     """The figures that need no temperature."""
     gear, figures, unknown = case.gear, case.figures, unknown_torque(case)
     figures.load_torque, figures.average_load_torque = found.load, found.average_load
+    figures.joint_torque = found.joint
     figures.momentary_torque = found.load
     figures.gear_life = life_of(gear, found.average_load, figures.mean_input_speed)
     figures.motor_torque = found.torque + unknown
@@ -177,6 +178,7 @@ def set_stop(case: Any, motion: Any, torque: Any, inertia: Any, stop: Any, stopp
     elif len(inertia) > 0 and known(setting.stop_current + unknown_torque(case)):
         found = hard_stop(case, motion, torque, inertia, trace)
         figures.stop_torque, figures.stop_motor_torque, figures.stop_travel = found
+    figures.stop_torque *= onward(gear)
     load, factor, momentary = figures.load_torque, case.safety.peak_torque, known(figures.stop_torque)
     if momentary:
         figures.momentary_torque = max(load, figures.stop_torque)
@@ -435,12 +437,13 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
 
 
 class Mechanical(NamedTuple):
-    """Largest load and average load, largest motor torque and its sum of weighted squares; see ``Figures``."""
+    """Largest and average load, largest motor torque, its sum of weighted squares, load at the joint: ``Figures``."""
 
     load: float
     average_load: float
     torque: float
     square: float
+    joint: float
 
 
 @law(fastmath=FAST)
@@ -482,6 +485,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
     excess_series(shaft, mesh.ratio, motion.loss_speed, traces.shaft_excess)
     drag_series(mesh, gear_temperature, motion.loss_speed, traces.powers, traces.drag)
     largest_load, worn, travel, largest, square, exponent = 0.0, 0.0, 0.0, 0.0, 0.0, case.gear.life_exponent
+    most, more = 0.0, onward(case.gear) - 1.0
     for t in range(len(torque)):
         speed = motion.loss_speed[t]
         load = gear_torque[t] + sliding_friction(joint, motion.speed[t]) + traces.joint_excess[t]
@@ -492,20 +496,26 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
             + sliding_friction(shaft, mesh.ratio * speed) + traces.shaft_excess[t]
             + traces.drag[t]
         )  # fmt: skip
-        largest_load, largest = larger(largest_load, abs(load)), larger(largest, abs(torque[t]))
+        driven = abs(load) * (1.0 + more * (load * motion.speed[t] > 0.0))
+        most, largest_load, largest = (
+            larger(most, abs(load)),
+            larger(largest_load, driven),
+            larger(largest, abs(torque[t])),
+        )
         square += motion.weight[t] * torque[t] * torque[t]
         traces.load[t] = load
     for t in range(len(torque)):
         way = motion.weight[t] * abs(motion.speed[t])
-        worn += way * wear(traces.load[t], exponent)
+        worn += way * wear(traces.load[t] * (1.0 + more * (traces.load[t] * motion.speed[t] > 0.0)), exponent)
         travel += way
     moves = case.setting.moves
     for first, last in motion.rests:
         rest = slice(first, last)
         resting_load, start = at_rest(moves, mesh, inertia, joint, shaft, motion, rest, gear_torque[rest], traces)
-        largest_load, largest = larger(largest_load, resting_load), larger(largest, start)
+        most, largest_load = larger(most, resting_load), larger(largest_load, resting_load * (1.0 + more * moves))
+        largest = larger(largest, start)
     average = (worn / travel) ** (1.0 / exponent) if travel > 0.0 else largest_load
-    return Mechanical(largest_load, average, largest, square)
+    return Mechanical(largest_load, average, largest, square, most)
 
 
 @law(fastmath=FAST)

@@ -99,7 +99,7 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
 
 def lacking_joints(drives: Mapping[str, Drive], field: str) -> tuple[str, ...]:
     """Joints whose gear does not print a number; a direct drive has nothing to print."""
-    return tuple(name for name, one in drives.items() if one.gear.key and getattr(one.gear, field) is None)
+    return tuple(name for name, one in drives.items() if not one.gear.direct and getattr(one.gear, field) is None)
 
 
 def torque_lacks(drive: Drive) -> str:

@@ -79,7 +79,7 @@ class Operation:
     @property
     def direct(self) -> bool:
         """Whether there is no gear."""
-        return self.drive.gear.key == ""
+        return self.drive.gear.direct
 
     @cached_property
     def missing(self) -> str:

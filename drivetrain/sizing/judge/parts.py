@@ -10,13 +10,13 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear import Gear
+from drivetrain.drive.gear import NO_GEAR, Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.records import as_records
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.cases import gear_records, motor_records, paired
-from drivetrain.sizing.judge.fill import DIRECT, FilledParts
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.parts.mounting import cylinder_inertia
 
@@ -62,7 +62,7 @@ class Parts:
         """Pairs of a joint as records for the judge, all or some, (P,)."""
         friction = self.study.joints[joint].motor_friction
         shafts = as_records(
-            [shaft_friction(Drive(one, DIRECT, motor_friction=friction)) for one in self.motors], Friction
+            [shaft_friction(Drive(one, NO_GEAR, motor_friction=friction)) for one in self.motors], Friction
         )
         return paired(self.study, joint, demand, (self.motor_rows, shafts), self.gear_rows, self.pairs[joint][chosen])
 

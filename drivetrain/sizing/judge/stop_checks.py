@@ -84,7 +84,7 @@ def _told(study: Study, drives: Mapping[str, Drive], row: Requirement, braking: 
     worst, longest = march(study, drives, braking, first)
     ways = _ways(study, longest)
     every = [drives[task.name] for task in study.joints]
-    limits = [one.gear.momentary_torque if one.gear.key else math.inf for one in every]
+    limits = [math.inf if one.gear.direct else one.gear.momentary_torque for one in every]
     yield _check(study, row, factor, worst.torque, limits, first, ways)
     if heat:
         limits = [one.motor.brake.energy_per_stop if one.motor.brake.key else math.inf for one in every]

@@ -55,6 +55,20 @@ def printed(op: Any, row: Any) -> Words:
     )
 
 
+def stage_torque(op: Any, row: Any) -> Words:
+    """Of what gives way first behind the gear."""
+    return Words(op.drive.gear.stage_words[0] or "the stages of the study", _unsaid(op, row))
+
+
+def stage_speed(op: Any, row: Any) -> Words:
+    """Of what lets it turn no faster."""
+    return Words(op.drive.gear.stage_words[1] or "the stages of the study", _unsaid(op, row))
+
+
+def _unsaid(op: Any, row: Any) -> str:
+    return "" if known(op.number(row.limit)) else "no stage states a limit"
+
+
 def overload(op: Any, row: Any) -> Words:
     """By which of the two models."""
     own = op.task.amplifier

@@ -310,7 +310,7 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
     if setting.cold != 0.0:
         set_cold_start(case, least_mechanical(case, span, amounts, setting.cold_start).torque + unknown)
     found = least_mechanical(case, span, amounts, setting.gear_temperature)
-    figures.load_torque = found.load
+    figures.load_torque, figures.joint_torque = found.load, found.load
     if setting.jam != 0.0:
         set_jam(case)
     stop = least_hard_stop(case, span.brake, amounts)

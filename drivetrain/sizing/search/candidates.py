@@ -17,7 +17,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear import unknown_loss
+from drivetrain.drive.gear import NO_GEAR, unknown_loss
 from drivetrain.records import as_numbers, as_records
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.demand.load_basis import NUMBERS
@@ -34,7 +34,6 @@ from drivetrain.sizing.demand.series import (
 )
 from drivetrain.sizing.judge.cases import paired, put_amplifier, rests_on_gear
 from drivetrain.sizing.judge.checks import table
-from drivetrain.sizing.judge.fill import DIRECT
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.parts import Parts, parts_of
 from drivetrain.sizing.search.bounds import WIDER, Brake, Offer, bound_candidates, open_span, span_of
@@ -272,7 +271,7 @@ def candidates(study: Study, work: Workload | None = None) -> Candidates:
         law = task.motor_friction
         if law not in shafts:
             shafts[law] = as_records(
-                [shaft_friction(Drive(motor, DIRECT, motor_friction=law)) for motor in parts.motors], Friction
+                [shaft_friction(Drive(motor, NO_GEAR, motor_friction=law)) for motor in parts.motors], Friction
             )
         if task.drive is not None:
             (motor, gear), sheets = parts.pairs[joint][0], parts.gear_rows[0]
@@ -293,7 +292,10 @@ def candidates(study: Study, work: Workload | None = None) -> Candidates:
 
 def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[Indices, Array]) -> JointOffer:
     study, cycle = work.study, work.study.cycle
-    demand, gears = work.at(joint, {}).fixed, parts.gear_rows
+    demand, gears, share = work.at(joint, {}).fixed, parts.gear_rows, study.joints[joint].friction.load_share
+    if share > 0.0:
+        gears = gears[0].copy(), gears[1]
+        gears[0]["load_friction"] = share
     if not rests_on_gear(study.joints[joint], demand):
         demand = replace(demand, wrench=None)
     basis = work.basis[joint] if work.basis else None

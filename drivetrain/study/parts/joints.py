@@ -16,7 +16,9 @@ from drivetrain.drive.amplifier import Amplifier, best_of, limits_of, to_dc
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.counterbalance import Counterbalance, span_length
 from drivetrain.drive.friction import FRICTIONLESS, Friction
+from drivetrain.drive.gear import NO_GEAR, Gear
 from drivetrain.drive.motor import Motor
+from drivetrain.drive.stages import Chain, Stage, chained, geared
 from drivetrain.errors import nearest
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.document import Place
@@ -44,6 +46,7 @@ class Surroundings:
         ledger: Takes faults and notes.
         found: Rules that were applied before, with the pairs they leave.
         braked: Motors with a brake, by key: those that joints may be driven by.
+        staged: Gears with stages behind them, likewise.
     """
 
     form: StudyForm
@@ -52,6 +55,7 @@ class Surroundings:
     ledger: Ledger
     found: list[tuple[CandidatesForm, Found]] = field(default_factory=list)
     braked: dict[str, Motor] = field(default_factory=dict)
+    staged: dict[str, Gear] = field(default_factory=dict)
 
 
 def resolve_joints(around: Surroundings, names: Sequence[str]) -> tuple[JointTask, ...]:
@@ -182,6 +186,14 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         left_open = len(given) > 1  # one motor and gear, and the choice of its brake
         pairs = given if left_open else _with_brakes(around, pairs, brakes)
         drive, passed_over = None if left_open or not given else given[0], (*passed_over, *told)
+    chain = _chain(form, ledger, (*place, "stages"))
+    if chain is not None:
+        pairs = _with_stages(around, name, pairs, chain)
+        drive = None if drive is None else _with_stages(around, name, (drive,), chain)[0]
+    if motor_friction is not None and motor_friction.load_share:
+        ledger.fault(
+            (*place, "motor_friction", "load_share"), "goes with the joint's friction: the gear has efficiencies"
+        )
     return JointTask(
         name=name,
         drive=drive,
@@ -193,9 +205,9 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         motor_friction=motor_friction,
         amplifier=amplifiers[0] if len(amplifiers) == 1 else best_of(amplifiers),
         amplifiers=amplifiers if len(amplifiers) > 1 else (),
-        travel_per_turn=_travel(around, index, form, place),
+        travel_per_turn=_travel(around, index, form, place, chain),
         housing_to_ambient=form.housing_to_ambient,
-        output_bearing=form.output_bearing,
+        output_bearing=form.output_bearing if chain is None else "external",
         stop=resolve_stop(around, form, place),
         gear_heat=around.form.gear_heat if form.gear_heat is None else form.gear_heat,
         coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
@@ -260,6 +272,30 @@ def _counterbalances(around: Surroundings, index: int, form: JointForm, place: P
         with around.ledger.gather((*place, k)):
             found.append(made(entry))
     return tuple(found)
+
+
+def _chain(form: JointForm, ledger: Ledger, place: Place) -> Chain | None:
+    """The stages of a joint as one."""
+    stages: list[Stage] = []
+    for k, entry in enumerate(form.stages):
+        with ledger.gather((*place, k)):
+            stages.append(made(entry))
+    if not stages or len(stages) < len(form.stages):
+        return None
+    with ledger.gather(place):
+        return chained(stages)
+    return None
+
+
+def _with_stages(around: Surroundings, name: str, pairs: Sequence[Pair], chain: Chain) -> tuple[Pair, ...]:
+    """Every pair with the stages behind its gear; of another joint's the key tells them apart."""
+    keys = {}
+    for gear in dict.fromkeys(gear for _, gear in pairs):
+        row = geared(around.catalog.gears[gear] if gear else NO_GEAR, chain)
+        if around.staged.get(row.key, row) != row:
+            row = replace(row, key=f"{row.key}@{name}")
+        around.staged[row.key], keys[gear] = row, row.key
+    return tuple((motor, keys[gear]) for motor, gear in pairs)
 
 
 def check_gas_springs(joints: Sequence[JointTask], cycle: Cycle | None, ledger: Ledger) -> None:
@@ -355,10 +391,14 @@ def _load_inertia(around: Surroundings, form: JointForm, place: Place) -> float 
     return form.load_inertia
 
 
-def _travel(around: Surroundings, index: int, form: JointForm, place: Place) -> float | None:
+def _travel(around: Surroundings, index: int, form: JointForm, place: Place, chain: Chain | None) -> float | None:
     """Travel a radian of a prismatic joint: needed there, out of place elsewhere."""
     slides = around.arm is not None and not around.arm.screws[index, :3].any()
-    travel = form.travel_per_turn
+    travel, own = form.travel_per_turn, None if chain is None else chain.travel
+    if own is not None and (travel is not None or not slides):
+        problem = "say what the joint travels: travel_per_turn goes without" if slides else "slide, but the joint turns"
+        around.ledger.fault((*place, "stages"), problem)
+    travel = own or travel
     if slides and not travel:
         around.ledger.fault((*place, "travel_per_turn"), "a prismatic joint needs it, not 0", hint="such as 10 mm/rev")
     if travel is not None and not slides and place[1] != DEFAULT:

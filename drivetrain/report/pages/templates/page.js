@@ -1,6 +1,6 @@
 // Sorts the utilisation table by a click on a heading, filters it by verdict and joint. Works without: all rows show.
 "use strict";
-(function () {
+function tables() {
   const table = document.getElementById("checks");
   if (!table) return;
   const body = table.tBodies[0];
@@ -83,4 +83,5 @@
     { rootMargin: "-10% 0px -80% 0px" }
   );
   for (const section of document.querySelectorAll("section[id]")) watcher.observe(section);
-})();
+}
+tables();

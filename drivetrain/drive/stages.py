@@ -1,0 +1,304 @@
+"""What stands between gear and joint: screws, belts, racks, worm gears, one or several in a row.
+
+A row of stages becomes one (``chained``), and with it a gear becomes another gear, seen at the joint: ratio, torques
+and stiffness there, losses by direction of power, inertia at the motor. Every law of a gear holds for it.
+
+Formulas: efficiency and self-locking of screws and worms, tan(l)/tan(l + r) and tan(l - r)/tan(l), r the angle of
+friction: Budynas and Nisbett, Shigley's Mechanical Engineering Design (10th edition, 2015), equations 8-4 and 13-46.
+Buckling pi^2 E I/(k L)^2: the same, equation 4-43 and table 4-2. Whirling of an even shaft, its first bending frequency
+(l/L)^2 sqrt(E I/(rho A)): Rao, Mechanical Vibrations (5th edition, 2011), figure 8.15; makers of screws take 0.8 of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal
+
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, Range, range_faults
+from drivetrain.errors import Fault, InputError
+from drivetrain.units import Efficiency, Quantity
+
+STEEL_MODULUS, STEEL_DENSITY = 2.06e11, 7850.0  # Pa, kg/m^3
+WHIRLING_SHARE = 0.8
+ENDS = {
+    "fixed-free": (2.0, 1.875104),
+    "supported-supported": (1.0, math.pi),
+    "fixed-supported": (0.699156, 3.926602),
+    "fixed-fixed": (0.5, 4.730041),
+}
+"""Of the bearings of a screw: length that buckles over its own, and the first root of its bending."""
+
+_TURNING = ("gear", "worm", "belt")
+_RANGES = {
+    "efficiency": EFFICIENCY,
+    "backdriving_efficiency": Range("must be above -1 and at most 1", -1.0, 1.0),
+    "friction": NOT_NEGATIVE,
+    "ratio": POSITIVE,
+    "lead": POSITIVE,
+    "lead_angle": Range("must be greater than 0 and below 90 degrees", 0.0, 1.5707),
+    "diameter": POSITIVE,
+    "root_diameter": POSITIVE,
+    "length": POSITIVE,
+    "buckling_safety": POSITIVE,
+    "diameter_speed": POSITIVE,
+    "force_limit": POSITIVE,
+    "teeth_in_mesh": POSITIVE,
+    "tooth_force": POSITIVE,
+    "torque_limit": POSITIVE,
+    "speed_limit": POSITIVE,
+    "inertia": NOT_NEGATIVE,
+    "stiffness": POSITIVE,
+    "axial_stiffness": POSITIVE,
+    "mass": NOT_NEGATIVE,
+    "price": NOT_NEGATIVE,
+}
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage between gear and joint; a screw, a rack, or a belt without ratio moves a joint that slides.
+
+    Attributes:
+        type: What it is.
+        efficiency: Power out over power in while it is driven from the gear; None: from ``friction``.
+        backdriving_efficiency: While the load drives it, below 0 where it locks; None: of the same friction.
+        friction: Coefficient at the thread or the worm (over the cosine of the flank's angle).
+        ratio: Turns of its input a turn of its output; of gear, worm and belt.
+        lead: Of a screw [m/rad].
+        lead_angle: Of a worm [rad].
+        diameter: Of a screw's thread (its balls' centres), of the last pulley or of the pinion, at the pitch [m].
+        root_diameter: Of a screw [m].
+        length: Of a screw between its bearings, or from bearing to nut [m].
+        ends: How a screw's ends are held.
+        buckling_safety: Against buckling of a screw.
+        diameter_speed: Largest product of a screw's diameter and speed, its DN value [m rad/s].
+        force_limit: Along a screw, at a rack's teeth, or in a belt [N].
+        teeth_in_mesh: Of a belt on its smaller pulley.
+        tooth_force: That one of them bears [N].
+        torque_limit: At the output [N m].
+        speed_limit: Of the input [rad/s].
+        inertia: At the input [kg m^2]; of a screw None: a steel rod.
+        stiffness: Of the output, the input held [N m/rad].
+        axial_stiffness: Of screw, rack or belt along the slide [N/m]; of a screw None: a steel rod held at one end.
+        mass: [kg].
+        price: In the currency of the study.
+        source: Where these numbers are from.
+    """
+
+    type: Literal["gear", "worm", "belt", "screw", "rack"]
+    efficiency: Efficiency | None = None
+    backdriving_efficiency: Annotated[float, Quantity("")] | None = None
+    friction: Annotated[float, Quantity("")] | None = None
+    ratio: Annotated[float, Quantity("")] | None = None
+    lead: Annotated[float, Quantity("m/rad")] | None = None
+    lead_angle: Annotated[float, Quantity("rad")] | None = None
+    diameter: Annotated[float, Quantity("m")] | None = None
+    root_diameter: Annotated[float, Quantity("m")] | None = None
+    length: Annotated[float, Quantity("m")] | None = None
+    ends: Literal["fixed-free", "supported-supported", "fixed-supported", "fixed-fixed"] = "supported-supported"
+    buckling_safety: Annotated[float, Quantity("")] = 2.0
+    diameter_speed: Annotated[float, Quantity("m rad/s")] | None = None
+    force_limit: Annotated[float, Quantity("N")] | None = None
+    teeth_in_mesh: Annotated[float, Quantity("")] | None = None
+    tooth_force: Annotated[float, Quantity("N")] | None = None
+    torque_limit: Annotated[float, Quantity("N m")] | None = None
+    speed_limit: Annotated[float, Quantity("rad/s")] | None = None
+    inertia: Annotated[float, Quantity("kg m^2")] | None = None
+    stiffness: Annotated[float, Quantity("N m/rad")] | None = None
+    axial_stiffness: Annotated[float, Quantity("N/m")] | None = None
+    mass: Annotated[float, Quantity("kg")] = 0.0
+    price: Annotated[float, Quantity("")] = 0.0
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        faults = range_faults("stage", self, _RANGES)
+        needs: tuple[str, ...] = {
+            "screw": ("lead",), "rack": ("diameter",), "gear": ("ratio",), "worm": ("ratio",),
+            "belt": ("diameter",) if self.ratio is None else ("ratio",),
+        }[self.type]  # fmt: skip
+        if self.efficiency is None:
+            needs += {"screw": ("friction", "diameter"), "worm": ("friction", "lead_angle")}.get(
+                self.type, ("efficiency",)
+            )
+        if self.tooth_force is not None or (self.force_limit is not None and self.type == "belt"):
+            needs += ("diameter",)
+        for name in needs:
+            if getattr(self, name) is None:
+                faults.append(Fault(f"stage.{name}", f"is needed for a {self.type}"))
+        if faults:
+            raise InputError(faults)
+
+    @property
+    def travel(self) -> float | None:
+        """Of the joint that it slides, a radian of its input [m/rad]; None where its output turns."""
+        if self.type == "screw":
+            return self.lead
+        slides = self.type == "rack" or (self.type == "belt" and self.ratio is None)
+        return 0.5 * (self.diameter or 0.0) if slides else None
+
+    @property
+    def factors(self) -> tuple[float, float]:
+        """Torque before it over that behind it, lossless: while it is driven, while it drives (0 or less: it locks)."""
+        if self.efficiency is not None:
+            loss = 1.0 / self.efficiency - 1.0
+            back = 1.0 - loss if self.backdriving_efficiency is None else self.backdriving_efficiency
+            return 1.0 + loss, back
+        if self.type == "screw":
+            lead_angle = math.atan(2.0 * (self.lead or 0.0) / (self.diameter or 1.0))
+        else:
+            lead_angle = self.lead_angle or 0.0
+        rubbing = math.atan(self.friction or 0.0)
+        back = math.tan(lead_angle - rubbing) / math.tan(lead_angle)
+        if self.backdriving_efficiency is not None:
+            back = self.backdriving_efficiency
+        return math.tan(lead_angle + rubbing) / math.tan(lead_angle), back
+
+    @property
+    def rod(self) -> tuple[float, float] | None:
+        """Of a screw as a steel rod: length and root diameter [m]."""
+        known = self.type == "screw" and self.length is not None and self.root_diameter is not None
+        return (self.length, self.root_diameter) if known else None  # type: ignore[return-value]
+
+    @property
+    def torque_limits(self) -> dict[str, float]:
+        """What it bears at its output, at its input where the joint slides [N m], by what would give way."""
+        found, arm = {}, self.travel or 0.5 * (self.diameter or 0.0)
+        if self.torque_limit is not None:
+            found["torque"] = self.torque_limit
+        if self.force_limit is not None:
+            found["force"] = self.force_limit * arm
+        if self.tooth_force is not None:
+            found["teeth of the belt"] = self.tooth_force * (self.teeth_in_mesh or 1.0) * arm
+        if self.rod is not None:
+            length, diameter = self.rod
+            section = math.pi * diameter**4 / 64.0
+            force = math.pi**2 * STEEL_MODULUS * section / (ENDS[self.ends][0] * length) ** 2
+            found["buckling"] = force / self.buckling_safety * arm
+        return found
+
+    @property
+    def speed_limits(self) -> dict[str, float]:
+        """How fast its input may turn [rad/s], by what limits it."""
+        found = {}
+        if self.speed_limit is not None:
+            found["speed"] = self.speed_limit
+        if self.diameter_speed is not None and self.diameter is not None:
+            found["DN value"] = self.diameter_speed / self.diameter
+        if self.rod is not None:
+            length, diameter = self.rod
+            bending = (ENDS[self.ends][1] / length) ** 2 * diameter / 4.0 * math.sqrt(STEEL_MODULUS / STEEL_DENSITY)
+            found["whirling"] = WHIRLING_SHARE * bending
+        return found
+
+    @property
+    def input_inertia(self) -> float:
+        """At its input [kg m^2]."""
+        if self.inertia is None and self.rod is not None:
+            length, diameter = self.rod
+            return math.pi / 32.0 * STEEL_DENSITY * length * diameter**4
+        return self.inertia or 0.0
+
+    @property
+    def compliance(self) -> float:
+        """Of its output, of its input where the joint slides [rad/(N m)]; 0 where it is not known."""
+        axial, found = self.axial_stiffness, 0.0 if self.stiffness is None else 1.0 / self.stiffness
+        if axial is None and self.rod is not None:
+            length, diameter = self.rod
+            axial = STEEL_MODULUS * math.pi / 4.0 * diameter**2 / length
+        if axial is not None and self.travel:
+            found += 1.0 / (axial * self.travel**2)
+        return found
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A row of stages as one.
+
+    Attributes:
+        name: Their types in order.
+        ratio: Turns of the gear's output a turn of what the joint is told by.
+        travel: Of a joint that slides, a radian of that [m/rad].
+        driving, driven: Torque at the gear over that at the joint, lossless, by the direction of power.
+        inertia: At the gear's output [kg m^2].
+        compliance: At the joint [rad/(N m)].
+        torque, torque_words: What it bears at the joint [N m], and what would give way; None: nobody says.
+        speed, speed_words: How fast the joint may turn [rad/s], and why not faster; None: nobody says.
+        mass, price: [kg], [-].
+    """
+
+    name: str
+    ratio: float
+    travel: float | None
+    driving: float
+    driven: float
+    inertia: float
+    compliance: float
+    torque: float | None
+    torque_words: str
+    speed: float | None
+    speed_words: str
+    mass: float
+    price: float
+
+
+def chained(stages: Sequence[Stage]) -> Chain:
+    """A row of stages, from the gear to the joint, as one.
+
+    Raises:
+        InputError: One that slides stands before another.
+    """
+    for k, one in enumerate(stages[:-1]):
+        if one.travel is not None:
+            raise InputError(Fault(f"stages[{k}]", "moves a slide, so nothing can stand behind it", one.type))
+    whole = math.prod(one.ratio or 1.0 for one in stages if one.travel is None)
+    ratio, inertia, compliance, driving, driven = 1.0, 0.0, 0.0, 1.0, 1.0
+    torques, speeds = dict[str, float](), dict[str, float]()
+    for one in stages:
+        inertia += one.input_inertia / ratio**2
+        speeds |= {f"{why} of the {one.type}": limit * ratio / whole for why, limit in one.speed_limits.items()}
+        ratio *= 1.0 if one.travel is not None else one.ratio or 1.0
+        behind = whole / ratio  # turns of its output a turn of the joint
+        torques |= {f"{why} of the {one.type}": limit * behind for why, limit in one.torque_limits.items()}
+        compliance += one.compliance / behind**2
+        forward, back = one.factors
+        driving, driven = driving * forward, back * (driven if back > 0.0 else driving)
+    weak, slow = min(torques, key=torques.__getitem__, default=""), min(speeds, key=speeds.__getitem__, default="")
+    return Chain(
+        "+".join(one.type for one in stages), whole, stages[-1].travel, driving, driven, inertia, compliance,
+        torques.get(weak), weak, speeds.get(slow), slow, sum(one.mass for one in stages),
+        sum(one.price for one in stages),
+    )  # fmt: skip
+
+
+def geared(gear: Gear, chain: Chain) -> Gear:
+    """A gear with stages behind it as one gear, seen at the joint, of both keys: ``GEAR+STAGES``."""
+
+    def times(factor: float, *names: str) -> dict[str, float]:
+        return {name: factor * value for name in names if (value := getattr(gear, name)) is not None}
+
+    stiff = {
+        name: 1.0 / (1.0 / (chain.ratio**2 * slope) + chain.compliance)
+        for name in ("stiffness_1", "stiffness_2", "stiffness_3")
+        if (slope := getattr(gear, name)) is not None
+    }
+    if gear.direct and chain.compliance > 0.0:
+        stiff = dict.fromkeys(("stiffness_1", "stiffness_2", "stiffness_3"), 1.0 / chain.compliance)
+    torques = times(
+        chain.ratio, "ratio", "continuous_torque", "average_torque_limit", "repeated_peak_torque", "momentary_torque",
+        "ratcheting_torque", "buckling_torque", "torque_1", "torque_2",
+    )  # fmt: skip
+    words = f"{gear.source}; behind it {chain.name}, torques and stiffness at the joint" if gear.source else chain.name
+    price = chain.price if gear.direct else None if gear.price is None else gear.price + chain.price
+    mass = chain.mass if gear.direct else None if gear.mass is None else gear.mass + chain.mass
+    inertia = chain.inertia / gear.ratio**2
+    known = 0.0 if gear.kind == "ideal" and gear.inertia is None else gear.inertia
+    changed = {**torques, **stiff, **times(1.0 / chain.ratio, "backlash")}
+    return replace(  # type: ignore[arg-type]
+        gear, key=f"{gear.key}+{chain.name}", source=words, stage_driving=chain.driving, stage_driven=chain.driven,
+        stage_inertia=inertia, inertia=None if known is None else known + inertia, stage_torque=chain.torque,
+        stage_speed=chain.speed,
+        stage_words=(chain.torque_words, chain.speed_words), staged=1.0, price=price, mass=mass, **changed,
+    )  # fmt: skip

@@ -1,0 +1,214 @@
+"""A page that answers: the report, judged anew as task, drives and ratios are changed on it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from drivetrain.drive.matching import scaled_gear
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.report.pages.report_page import report_content, report_text
+from drivetrain.report.pages.sheet import page_text
+from drivetrain.report.quantities import number
+from drivetrain.report.words import headline, overall_sentence
+from drivetrain.sizing.answers.trade_offs import usual_span
+from drivetrain.sizing.demand.changed_work import WorkFamily
+from drivetrain.sizing.judge.evaluate import Pair, given_drives
+from drivetrain.sizing.judge.vary import Setup, Vary, named_drives
+from drivetrain.sizing.results import Evaluation, Selection
+from drivetrain.sizing.search.search import select
+from drivetrain.study.change import TaskChange, changed
+from drivetrain.study.model import Study
+
+SEARCH_TIME = 1.5  # s a selection may take; what is left unproven is said on the page
+LARGEST = 1e6  # of any number that is asked for, in the unit of its control
+LEAST = {Vary.PAYLOAD: 0.0, Vary.CYCLE_TIME: 1e-3, Vary.VOLTAGE: 1e-3, Vary.AMBIENT: -273.15}
+KINDS = {"values": "must give numbers by the name of their control", "drives": "must give motor and gear by joint",
+         "ratios": "must give numbers by joint"}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Control:
+    """A number of the task that the page lets change.
+
+    Attributes:
+        name, label, unit: Of the number.
+        now: In the study.
+        low, high: Ends of its slider.
+        vary, payload: What it changes.
+    """
+
+    name: str
+    label: str
+    unit: str
+    now: float
+    low: float
+    high: float
+    vary: Vary
+    payload: str = ""
+
+
+class LivePage:
+    """A study on a page that answers.
+
+    Args:
+        study: Whose task is changed.
+        first: With what the page begins.
+    """
+
+    def __init__(self, study: Study, first: Evaluation | Selection) -> None:
+        self.study, self.first = study, first
+        self.controls = {one.name: one for one in _controls(study)}
+        self._kept: tuple[Any, WorkFamily] | None = None
+
+    def page(self) -> str:
+        """The whole page."""
+        evaluation = _evaluation(self.first)
+        tasks = {task.name: task for task in self.study.joints}
+        catalog, lists, joints = self.study.catalog, dict[Any, int](), []
+        for name, (motor, gear, ratio) in _drives(evaluation).items():
+            pairs = tasks[name].pairs
+            keys = tuple(
+                tuple(dict.fromkeys(pair[k] for pair in pairs if pair[k]) if pairs else rows)
+                for k, rows in enumerate((list(catalog.motors), list(catalog.gears)))
+            )
+            joints.append({"name": name, "motor": motor, "gear": gear, "ratio": ratio,
+                           "list": lists.setdefault(keys, len(lists))})  # fmt: skip
+        live = page_text("live.html.j2", controls=self.controls.values(), joints=joints, lists=list(lists))
+        return report_text(*report_content(self.first), live=live)
+
+    def answer(self, asked: Any, *, anew: bool = False) -> dict[str, Any]:
+        """The report of what is asked for.
+
+        Args:
+            asked: ``values`` by the name of their control, ``drives`` (motor, gear) and ``ratios`` by joint.
+            anew: Whether drives are selected, instead of those asked for.
+
+        Returns:
+            ``content`` and ``data`` for the page's scripts, ``told`` in words, ``drives`` with their ratios.
+
+        Raises:
+            InputError: All that is wrong with it.
+        """
+        result = self.result(asked, anew=anew)
+        content, data, pictures = report_content(result, briefly=True)
+        evaluation, selection = _evaluation(result), result if isinstance(result, Selection) else None
+        return {
+            "content": page_text("report.html.j2", **content),
+            "data": {"charts": pictures.charts, **data},
+            "told": f"{result.verdict}: {headline(evaluation, selection)}\n{overall_sentence(evaluation)}",
+            "drives": _drives(evaluation),
+        }
+
+    def result(self, asked: Any, *, anew: bool = False) -> Evaluation | Selection:
+        """The engine's own result: of ``evaluate``, or of ``select``, for the changed study."""
+        values, drives, ratios, faults = _read(asked)
+        for name, value in values.items():
+            if name not in self.controls:
+                faults.append(Fault(name, "is nothing that can be changed", value, nearest(name, list(self.controls))))
+            elif not (least := LEAST[self.controls[name].vary]) <= value <= LARGEST:
+                unit = self.controls[name].unit
+                faults.append(Fault(name, f"must be from {least:g} to {LARGEST:g} {unit}", value))
+        names = [task.name for task in self.study.joints]
+        for name, value in ratios.items():
+            if name not in names:
+                faults.append(Fault(name, "is no joint of the study", value, nearest(name, names)))
+            elif not 1.0 / LARGEST <= value <= LARGEST:
+                faults.append(Fault(f"ratio of {name}", f"must be from {1.0 / LARGEST:g} to {LARGEST:g}", value))
+        if faults:
+            raise InputError(faults)
+        changes = [(self.controls[name], value) for name, value in values.items()]
+        changes = [(one, value) for one, value in changes if value != one.now]
+        if not anew:
+            return self._setup(changes, drives, ratios).evaluation()
+        study = self.study
+        for one, value in changes:
+            study = changed(study, one.vary.change(study, value, one.payload))
+        wanted = replace(study.wanted, time_limit=min(study.wanted.time_limit, SEARCH_TIME))
+        return select(replace(study, wanted=wanted))
+
+    def _setup(
+        self, changes: list[tuple[Control, float]], drives: Mapping[str, Pair], ratios: Mapping[str, float]
+    ) -> Setup:
+        """Drives of the catalogue, some with other ratios, all else of their sheets kept, at the changed task."""
+        study, keys = self.study, given_drives(self.study, drives)
+        task = TaskChange()
+        payloads = [(one.payload, value / one.now) for one, value in changes if one.vary is Vary.PAYLOAD]
+        for one, value in changes:
+            change = one.vary.change(study, value, one.payload)
+            task = replace(task, time=task.time * change.time, voltage=task.voltage * change.voltage,
+                           ambient=task.ambient + change.ambient)  # fmt: skip
+        if payloads:
+            task = replace(task, payload=payloads[0][1], payloads=(payloads[0][0],))
+        family = self._family(tuple(payloads[1:]), task.payloads)
+        mounted = named_drives(study, keys)
+        for i, drive in mounted.items():
+            name, own = study.joints[i].name, abs(drive.gear.ratio)
+            wanted = ratios.get(name, own)
+            if wanted != own and not keys[name][1]:
+                raise InputError(Fault(f"ratio of {name}", "a direct drive has no gear", wanted, "choose a gear"))
+            if wanted != own:
+                words = f"ratio {wanted:g} in place of {own:g}: no gear of the catalogue"
+                gear, told = scaled_gear(drive.gear, wanted), (*drive.assumptions, words)
+                mounted[i] = replace(drive, gear=gear, assumptions=told)
+        return Setup(family.at(task), mounted)
+
+    def _family(self, others: tuple[tuple[str, float], ...], payloads: tuple[str, ...]) -> WorkFamily:
+        """The work of the task with other payloads already changed; the last is kept, as a slider asks again."""
+        if self._kept is None or self._kept[0] != (others, payloads):
+            study = self.study
+            for name, share in others:
+                study = changed(study, TaskChange(payload=share, payloads=(name,)))
+            self._kept = (others, payloads), WorkFamily(study, payloads)
+        return self._kept[1]
+
+
+def _controls(study: Study) -> list[Control]:
+    payloads = [one for one in study.payloads if one.mass > 0.0] if study.arm is not None else []
+    asked = [(Vary.PAYLOAD, one.name) for one in payloads]
+    asked += [(Vary.CYCLE_TIME, ""), (Vary.VOLTAGE, ""), (Vary.AMBIENT, "")]
+    found = []
+    for vary, payload in asked:
+        now, (low, high) = vary.now(study, payload), usual_span(study, vary)
+        if vary is Vary.PAYLOAD:
+            low, high = 0.0, 2.0 * now
+        label = f"payload {payload}" if payload else str(vary).replace("_", " ")
+        unit = "°C" if vary is Vary.AMBIENT else vary.unit
+        found.append(Control(label, label, unit, now, float(number(low)), float(number(high)), vary, payload))
+    return found
+
+
+def _read(asked: Any) -> tuple[dict[str, float], dict[str, Pair], dict[str, float], list[Fault]]:
+    """What came over the wire, each part of its kind, and what is wrong with it."""
+    faults = []
+    if not isinstance(asked, Mapping) or not set(asked) <= set(KINDS):
+        raise InputError(Fault("the question", f"must be a mapping of {', '.join(KINDS)}", asked))
+    parts: dict[str, dict[str, Any]] = {name: asked.get(name, {}) for name in KINDS}
+    for name, problem in KINDS.items():
+        if not isinstance(parts[name], dict):
+            faults.append(Fault(name, problem, parts[name]))
+            parts[name] = {}
+    for name in ("values", "ratios"):
+        for key, value in parts[name].items():
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                faults.append(Fault(key, "must be a number", value))
+        parts[name] = {key: float(one) for key, one in parts[name].items() if isinstance(one, int | float)}
+    for joint, pair in parts["drives"].items():
+        if not (isinstance(pair, list) and len(pair) == 2 and all(isinstance(one, str) for one in pair)):
+            faults.append(Fault(f"drives.{joint}", "must be the keys of a motor and a gear", pair))
+    pairs = {joint: (pair[0], pair[1]) for joint, pair in parts["drives"].items()} if not faults else {}
+    return parts["values"], pairs, parts["ratios"], faults
+
+
+def _evaluation(result: Evaluation | Selection) -> Evaluation:
+    return result.evaluation if isinstance(result, Selection) else result
+
+
+def _drives(evaluation: Evaluation) -> dict[str, tuple[str, str, float]]:
+    """Motor, gear and its ratio by joint; a direct drive has ratio 0 here, which none can change."""
+    return {
+        name: (joint.motor, joint.gear, abs(joint.drive.gear.ratio) if joint.gear else 0.0)
+        for name, joint in evaluation.joints.items()
+    }

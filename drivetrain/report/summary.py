@@ -1,0 +1,89 @@
+"""One page for those who decide: verdict, what limits it, the drives, and how much of each limit they use; as PDF."""
+
+from __future__ import annotations
+
+import io
+import textwrap
+
+from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
+
+from drivetrain.report.charts.arm_charts import margin_chart
+from drivetrain.report.charts.chart import MUTED
+from drivetrain.report.charts.figures import COLOURS
+from drivetrain.report.charts.plotting import draw, house_style
+from drivetrain.report.quantities import percent
+from drivetrain.report.words import gaps, headline, identity, objective_text, overall_sentence
+from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.study.model import Study
+from drivetrain.version import __version__
+
+PAGE = (8.27, 11.69)  # A4 [in]; on Letter it prints at 94 %
+COLUMNS = {"joint": 0.13, "motor": 0.27, "gear": 0.27, "verdict": 0.11, "used": 0.06, "closest to a limit": 0.16}
+WRAP = 105  # letters
+
+
+def summary_pdf(result: Evaluation | Selection) -> bytes:
+    """The page as a PDF; the same result gives the same bytes."""
+    selection = result if isinstance(result, Selection) else None
+    evaluation = result.evaluation if isinstance(result, Selection) else result
+    study, joints = evaluation.study, list(evaluation.joints.values())
+    with house_style("summary"):
+        figure = Figure(figsize=PAGE, facecolor="white")
+        figure.set_layout_engine("none")
+        figure.text(0.07, 0.945, study.name, fontsize=17, weight="bold")
+        figure.text(0.07, 0.922, " · ".join(_facts(study)), color=MUTED)
+        figure.text(0.07, 0.885, str(result.verdict), fontsize=19, weight="bold", color=COLOURS[result.verdict])
+        words = [headline(evaluation, selection), *gaps(evaluation)[:1], overall_sentence(evaluation),
+                 objective_text(evaluation, selection) + (f"; {selection.proof}" if selection else "")]  # fmt: skip
+        words += list(selection.advice[:2]) if selection else []
+        told = "\n".join(line for text in words for line in textwrap.wrap(text, WRAP))
+        figure.text(0.07, 0.870, told, va="top", fontsize=9, linespacing=1.5)
+        top = 0.845 - 0.0165 * (told.count("\n") + 1)
+        if joints:
+            height = 0.030 * (len(joints) + 1)
+            axes = figure.add_axes((0.07, top - height, 0.86, height))
+            axes.axis("off")
+            table = axes.table(
+                [_cells(joint) for joint in joints], colLabels=list(COLUMNS), colWidths=list(COLUMNS.values()),
+                cellLoc="left", colLoc="left", bbox=Bbox.unit(), edges="horizontal",
+            )  # fmt: skip
+            table.auto_set_font_size(False)
+            for (row, column), cell in table.get_celld().items():
+                cell.set(edgecolor="#c5ced8", linewidth=0.6)
+                cell.set_text_props(fontsize=6.3, weight="bold" if row == 0 else "normal")
+                if row and column == 3:
+                    cell.set_text_props(color=COLOURS[joints[row - 1].verdict], weight="bold")
+            top -= height + 0.03
+        chart = margin_chart(evaluation)
+        if chart is not None:
+            height = min(0.020 * len(chart.rows) + 0.03, top - 0.12)
+            axes = figure.add_axes((0.30, top - height, 0.48, height))
+            draw(chart, axes)
+            axes.tick_params(axis="y", labelsize=6.5)
+        foot = f"drivetrain {__version__} · inputs {study.digest[:16]} · checks, assumptions and limits: report.html"
+        figure.text(0.07, 0.035, foot, fontsize=6.5, color=MUTED)
+        out = io.BytesIO()
+        figure.savefig(out, format="pdf", metadata={"CreationDate": None, "Title": f"{study.name}: {result.verdict}"})
+    return out.getvalue()
+
+
+def _facts(study: Study) -> list[str]:
+    arm = f"{len(study.joints)} joints" if study.arm is None else f"{study.arm.name}, {len(study.joints)} joints"
+    return [arm, f"cycle of {study.cycle.duration:.3g} s", f"supply {study.supply.voltage:.4g} V",
+            f"ambient {study.ambient:g} °C"]  # fmt: skip
+
+
+def _cells(joint: JointResult) -> list[str]:
+    """One row of the table, long part names on two lines."""
+    parts = [
+        "\n".join(textwrap.wrap(_named(key, identity(part)), 34, break_on_hyphens=False)[:2])
+        for key, part in ((joint.motor, joint.drive.motor), (joint.gear or "direct drive", joint.drive.gear))
+    ]
+    binding = joint.binding
+    used, limit = ("–", "–") if binding is None else (percent(binding.utilisation), binding.name)
+    return [joint.name, *parts, str(joint.verdict), used, "\n".join(textwrap.wrap(limit, 22)[:2])]
+
+
+def _named(key: str, name: str) -> str:
+    return f"{key} ({name})" if name else key

@@ -1,0 +1,160 @@
+"""Stages between gear and joint: closed forms, power balance, chains, and what a study makes of them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from drivetrain.drive.drive import Drive, motor_torque, power_balance
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import NO_GEAR, Gear, mesh
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.stages import Stage, chained, geared
+from drivetrain.errors import InputError
+from drivetrain.study.read import load_study
+
+BALL = Stage("screw", efficiency=0.9, lead=0.01 / (2.0 * math.pi), root_diameter=0.0174, diameter=0.0208, length=1.0)
+TRAPEZOID = Stage("screw", friction=0.12, lead=0.004 / (2.0 * math.pi), diameter=0.018)
+BELT = Stage("belt", efficiency=0.96, ratio=2.5, diameter=0.1, tooth_force=30.0, teeth_in_mesh=6.0, inertia=2e-5)
+WORM = Stage("worm", friction=0.08, lead_angle=0.1, ratio=30.0)
+
+
+def test_a_screw_by_hand() -> None:
+    """Published example: 20 x 10 screw, 1 m; Euler and beam formulas worked with I = pi d^4/64, A = pi d^2/4."""
+    second, area = math.pi * 0.0174**4 / 64.0, math.pi * 0.0174**2 / 4.0
+    found = chained([BALL])
+    assert found.travel == pytest.approx(0.01 / (2.0 * math.pi))
+    assert found.torque == pytest.approx(math.pi**2 * 2.06e11 * second / 2.0 * found.travel)
+    assert found.torque_words == "buckling of the screw"
+    whirling = 0.8 * math.pi**2 * math.sqrt(2.06e11 * second / (7850.0 * area))
+    assert found.speed == pytest.approx(whirling)
+    # 0.8 pi^2 d/4 sqrt(E/rho)/L^2 = 176 rad/s = 1680 rpm: catalogues print some 1600 to 1700 for 20 mm over 1 m.
+    assert 1600.0 < found.speed * 30.0 / math.pi < 1750.0
+    assert found.inertia == pytest.approx(0.5 * area * 7850.0 * 0.0087**2)
+    assert 1.0 / found.compliance == pytest.approx(2.06e11 * area * found.travel**2)
+
+
+def test_friction_of_threads_is_the_wedge() -> None:
+    """Work in over work out on a slope, by equilibrium of forces; a trapezoidal thread of 4 degrees locks itself."""
+    slope, friction = 0.004 / (math.pi * 0.018), 0.12
+    driving, driven = TRAPEZOID.factors
+    assert driving == pytest.approx((slope + friction) / (1.0 - friction * slope) / slope)
+    assert driven == pytest.approx((slope - friction) / (1.0 + friction * slope) / slope)
+    assert driven < 0.0
+    assert Stage("screw", friction=0.0, lead=1e-3, diameter=0.02).factors == pytest.approx((1.0, 1.0))
+    assert WORM.factors[1] == pytest.approx(math.tan(0.1 - math.atan(0.08)) / math.tan(0.1))
+
+
+def test_a_chain_is_its_stages_one_after_the_other() -> None:
+    """Torque, speed and power through belt and screw by hand, in both directions of power."""
+    found = chained([BELT, BALL])
+    assert found.ratio == 2.5
+    assert found.driving == pytest.approx(1.0 / (0.96 * 0.9))
+    assert found.driven == pytest.approx((2.0 - 1.0 / 0.96) * (2.0 - 1.0 / 0.9))
+    assert found.inertia == pytest.approx(2e-5 + BALL.input_inertia / 2.5**2)
+    assert found.torque == pytest.approx(min(30.0 * 6.0 * 0.05, BALL.torque_limits["buckling"]))
+    locked = chained([BELT, TRAPEZOID])
+    assert locked.driven == pytest.approx(TRAPEZOID.factors[1] / 0.96)  # a belt that must push the load down
+    with pytest.raises(InputError, match="slide"):
+        chained([BALL, BELT])
+
+
+def test_a_gear_with_a_chain_is_mechanics_done_twice() -> None:
+    gear = Gear("p20", -20.0, kind="planetary", efficiency=0.8, inertia=1e-6, repeated_peak_torque=30.0, backlash=1e-3,
+                stiffness_1=500.0, continuous_torque=15.0)  # fmt: skip
+    whole = geared(gear, chained([BELT]))
+    assert (whole.key, whole.ratio, whole.repeated_peak_torque) == ("p20+belt", -50.0, 75.0)
+    assert whole.stiffness_1 == pytest.approx(500.0 * 2.5**2)
+    assert whole.inertia == pytest.approx(1e-6 + 2e-5 / 20.0**2)
+    assert whole.backlash == pytest.approx(1e-3 / 2.5)
+    found = mesh(whole)
+    assert found.driving == pytest.approx(1.0 / 0.8 / 0.96)
+    assert found.driven == pytest.approx((2.0 - 1.0 / 0.8) * (2.0 - 1.0 / 0.96))
+    assert geared(NO_GEAR, chained([BALL])).direct
+    assert geared(NO_GEAR, chained([BALL])).key == "+screw"
+
+
+def test_power_that_a_stage_takes_is_accounted_for() -> None:
+    """Electrical power in is copper, frictions, mesh and output, stages and load friction among it."""
+    gear = geared(Gear("g", 20.0, kind="planetary", efficiency=0.8, inertia=0.0), chained([BELT]))
+    drive = Drive(Motor("m", 0.3, 0.05, rotor_inertia=1e-5), gear, Friction(coulomb=0.4, load_share=0.05), Friction())
+    speed = np.array([2.0, 2.0, -2.0, -2.0])
+    load, still = np.array([9.0, -9.0, 9.0, -9.0]), np.zeros(4)
+    torque = motor_torque(drive, load, speed, still, still)
+    joint = load + 0.4 * np.sign(speed)
+    ahead = joint * speed > 0.0
+    behind = joint * np.where(ahead, 1.05, 0.95)  # what the joint's friction makes of it
+    stage = behind * np.where(ahead, 1.0 / 0.96, 2.0 - 1.0 / 0.96)
+    expected = stage * np.where(ahead, 1.0 / 0.8, 0.75) / 50.0
+    np.testing.assert_allclose(torque.total, expected, rtol=1e-12)
+    balance = power_balance(drive, load, speed, torque, 25.0, 25.0)
+    np.testing.assert_allclose(balance.residual, 0.0, atol=1e-12 * np.abs(balance.electrical).max())
+    assert (balance.mesh > 0.0).all()
+
+
+@pytest.mark.parametrize("curve", [Friction(coulomb=2.0, tanh_speed=0.5, viscous=0.1, coulomb_negative=1.0)])
+def test_a_smooth_law(curve) -> None:
+    from drivetrain.drive.friction import friction_curve, friction_torque, tanh_slope
+
+    speed = np.array([-3.0, -0.2, -1e-9, 0.0, 0.2, 3.0])
+    coulomb = np.where(speed > 0.0, 2.0, 1.0)
+    np.testing.assert_allclose(friction_torque(curve, speed), coulomb * np.tanh(speed / 0.5) + 0.1 * speed, atol=1e-12)
+    step = 1e-6
+    told = friction_curve(curve)
+    slope = (friction_torque(curve, 0.3 + step) - friction_torque(curve, 0.3 - step)) / (2.0 * step) - 0.1
+    assert tanh_slope(told, 0.3) == pytest.approx(float(slope), rel=1e-6)
+    sigmoid = 2.0 / (1.0 + np.exp(-speed / 0.25)) - 1.0
+    np.testing.assert_allclose(coulomb * sigmoid + 0.1 * speed, friction_torque(curve, speed), atol=1e-12)
+    with pytest.raises(InputError, match="tanh_speed"):
+        Friction(coulomb=1.0, static=2.0, tanh_speed=0.1)
+
+
+STUDY = """
+schema_version: 1
+arm: planar-2r
+drive_mass: included
+motions: {there: {unit: deg, profile: quintic, durations: [1 s, 1 s], waypoints: [[0, 0], [20, -45], [0, 0]]}}
+cycle: [{motion: there}]
+supply: {voltage: 24 V}
+motors:
+  m: {resistance: 1 ohm, torque_constant: 0.05 N m/A, kind: brushed, current_basis: dc, winding_basis: line_line,
+      rotor_inertia: 10 g cm^2, source: test}
+gears: {g: {kind: planetary, ratio: 20, efficiency: 80 %, inertia: 1 g cm^2,
+          repeated_peak_torque: 30 N m, source: test}}
+joints:
+  default: {drive: {motor: m, gear: g}}
+  joint_1:
+    stages:
+"""
+
+
+def test_a_study_states_them_and_an_evaluation_judges_them() -> None:
+    from drivetrain.sizing.judge.evaluate import evaluate
+
+    belt = "      - {type: belt, ratio: 2.5, efficiency: 96 %, diameter: 100 mm, tooth_force: 30 N, teeth_in_mesh: 6"
+    study = load_study(STUDY + f"{belt}, speed_limit: 300 rpm}}")
+    assert study.joints[0].drive == ("m", "g+belt")
+    found = evaluate(study).joints["joint_1"]
+    checks = {check.name: check for check in found.checks}
+    limit = checks["torque behind the gear"]
+    assert limit.available == pytest.approx(30.0 * 6.0 * 0.05)
+    assert limit.required == pytest.approx(np.abs(found.series.gear_torque).max(), rel=1e-9)
+    assert checks["speed behind the gear"].available == pytest.approx(300.0 * math.pi / 30.0 / 2.5)
+    assert "torque behind the gear" not in {check.name for check in evaluate(study).joints["joint_2"].checks}
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ("{type: belt, ratio: 2}", "efficiency"),
+        ("{type: chain, ratio: 2}", "belt"),
+        ("{type: screw, lead: 10 mm/rev, efficiency: 90 %}", "slide"),
+        ("{type: worm, ratio: -2, efficiency: 50 %}", "greater than 0"),
+    ],
+)
+def test_faults_say_where(entry, words) -> None:
+    with pytest.raises(InputError, match=words) as caught:
+        load_study(STUDY + f"      - {entry}")
+    assert "stages" in str(caught.value)
