@@ -59,8 +59,9 @@ class Layout:
         stored = rows[:, [self.recorded[name][0] for name in self.stores]]
         moved = rows[:, [self.recorded[name][0] for name, _ in self.flows]]
         passed = max(np.ptp(stored, axis=0).max(), np.ptp(moved, axis=0).max(initial=0.0))
-        total = stored.sum(axis=1)
-        left = total - moved @ np.array([sign for _, sign in self.flows])
+        total = sum(stored.T, start=np.zeros(len(rows)))
+        # Column by column: what a matrix product rounds would hang on how many rows there are.
+        left = total - sum((sign * one for one, (_, sign) in zip(moved.T, self.flows, strict=True)), start=0.0 * total)
         return total, left, float(passed), float(np.abs(stored).max())
 
 
