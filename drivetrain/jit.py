@@ -15,7 +15,8 @@ import shutil
 import sys
 import threading
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from hashlib import blake2b
 from pathlib import Path
@@ -72,9 +73,24 @@ def callback(signature: Any, function: Any) -> Any:
     return _in_folder(function, lambda keep: _numba().cfunc(signature, cache=keep, error_model="numpy")(function))
 
 
-def cold() -> bool:
-    """Whether a module that is loaded has kernels of which none is compiled yet."""
-    return any(folder is None or not any(folder.rglob("*.nbc")) for folder in _USED)
+@contextmanager
+def compiling(tell: Callable[[], object]) -> Iterator[None]:
+    """Calls a function, once, when something is compiled that no earlier run has left on disk."""
+    from numba.core.event import Event, Listener, install_listener
+
+    class First(Listener):
+        told = False
+
+        def on_start(self, event: Event) -> None:
+            if not self.told:
+                self.told = True
+                tell()
+
+        def on_end(self, event: Event) -> None:
+            pass
+
+    with install_listener("numba:compile", First()):
+        yield
 
 
 def kept() -> bool:

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numba
 import pytest
 from typer.testing import CliRunner
 
@@ -120,7 +121,9 @@ def test_explain_tells_what_the_evaluation_holds(run: Run, write: Write) -> None
     assert out.count("    formula ") == len(told)
     (check,) = (one for one in result.checks if one.name == "motor peak torque")
     out = run("explain", write(), "--joint", joint, "--check", check.name)[1].replace("\u00a0", " ")
-    assert check.source in out and f"{check.verdict}, {100 * (check.utilisation or 0.0):.0f} %" in out
+    motor = result.drive.motor
+    assert check.source.replace(f" ({motor.source})", "") in out and out.count(f"motor {motor.key}: {motor.source}") == 1
+    assert f"{check.verdict}, {100 * (check.utilisation or 0.0):.0f} %" in out
     (asked,) = (line for line in out.splitlines() if line.strip().startswith("required"))
     scale = 1e-3 if "mN" in asked else 1.0
     assert float(re.findall(r"[0-9.]+", asked)[-1]) * scale == pytest.approx(check.required, rel=5e-3)
@@ -180,12 +183,12 @@ def test_a_joint_that_nothing_may_drive_is_an_answer(run: Run, write: Write, tmp
     assert json.loads((tmp_path / "p" / "result.json").read_text(encoding="utf-8"))["verdict"] == "FAIL"
 
 
-def test_a_first_compilation_is_told(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    for cold in (True, False):
-        monkeypatch.setattr("drivetrain.jit.cold", lambda cold=cold: cold)
+def test_what_is_compiled_is_told_once_and_what_is_there_not_at_all(capsys: pytest.CaptureFixture[str]) -> None:
+    doubled = numba.njit(lambda value: 2 * value)
+    for values, told in (((1, 1.0), 1), ((1, 1.0), 0), ((1j,), 1), ((), 0)):  # a kind of number is compiled once
         with working("adding"):
-            pass
-        assert capsys.readouterr().err.count("compiling") == cold
+            assert all(doubled(value) == 2 * value for value in values)
+        assert capsys.readouterr().err.count("compiling") == told
 
 
 def test_currents(run: Run, write: Write, tmp_path: Path) -> None:

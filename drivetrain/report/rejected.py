@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import chain
 from typing import Any
 
@@ -94,7 +95,8 @@ def _chosen(selection: Selection) -> list[list[Any]]:
     found: list[list[Any]] = []
     study, word = selection.study, "chosen" if selection.drives else "closest"
     for name, joint in selection.evaluation.joints.items():
-        share = weighted(study.wanted, criteria(study, {name: joint}, ()))
+        alone = replace(study, joints=tuple(task for task in study.joints if task.name == name))
+        share = weighted(study.wanted, criteria(alone, {name: joint}, ()))
         used = None if joint.binding is None else joint.binding.utilisation
         if used is None or not np.isfinite([share, used]).all():
             continue

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import reduce
 
 import numpy as np
 from rich.table import Table
@@ -42,7 +43,7 @@ def verdict_table(evaluation: Evaluation) -> Table:
     table.add_column("joint", no_wrap=True)
     table.add_column("motor", overflow="fold")
     table.add_column("gear", overflow="fold")
-    for name in ("peak", "rms", "temp", "current"):
+    for name in ("peak\ntorque", "RMS\ncurrent", "winding", "peak\ncurrent"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("verdict", no_wrap=True)
     table.add_column("limited by", overflow="fold")
@@ -52,8 +53,7 @@ def verdict_table(evaluation: Evaluation) -> Table:
         if check.utilisation is None and check.verdict is not Verdict.FAIL:
             continue
         verdict = Text(str(check.verdict), STYLES[check.verdict])
-        blank = [DASH] * 3
-        table.add_row(shared_place(check), "", "", percent(check.utilisation), *blank, verdict, check.name)
+        table.add_row(shared_place(check), "", "", *[""] * 4, verdict, _limit(check))
     return table
 
 
@@ -69,8 +69,14 @@ def _cells(joint: JointResult) -> list[str | Text]:
         DASH if heat is None else f"{float(heat.max()):.0f} °C",
         percent(_largest(joint, ("motor peak current", "amplifier peak current"))),
         Text(str(joint.verdict), STYLES[joint.verdict]),
-        DASH if binding is None else f"{binding.name} {percent(binding.utilisation)}",
+        DASH if binding is None else _limit(binding),
     ]
+
+
+def _limit(check: Check) -> str:
+    """A check and how much of its limit is used, where that is a number."""
+    used = check.utilisation
+    return check.name if used is None or math.isinf(used) else f"{check.name} {percent(used)}"
 
 
 def part_lines(evaluation: Evaluation) -> list[str]:
@@ -125,7 +131,11 @@ def explanation(evaluation: Evaluation, joints: tuple[str, ...], checks: tuple[s
         found = [one for one in joint.checks if not checks or one.name in checks]
         if found and (not joints or name in joints):
             yield f"{name}: {_parts(joint)}"
-            yield from (line for check in found for line in check_lines(check))
+            drive = joint.drive  # sources of its rows stand once, not with every check
+            rows = [(kind, row) for kind, row in (("motor", drive.motor), ("gear", drive.gear)) if row.source]
+            yield from (f"    {kind} {row.key}: {row.source}" for kind, row in rows)
+            for line in (line for check in found for line in check_lines(check)):
+                yield reduce(lambda text, part: text.replace(f" ({part[1].source})", ""), rows, line)
     for place in ("supply", "arm", "catalogue"):
         found = [
             one for one in evaluation.shared
@@ -146,7 +156,7 @@ def check_lines(check: Check) -> Iterator[str]:
     yield f"  {check.name}: {check.verdict}{used}"
     lines = (
         ("required", "" if check.required is None else required_text(check, shown, unit)),
-        ("in study", in_study_amperes(check)),
+        ("that is", in_study_amperes(check)),
         ("formula", formula),
         ("limit", "" if check.available is None else f"{limit} {unit}".rstrip()),
         ("source", check.source),

@@ -213,12 +213,11 @@ def headline(evaluation: Evaluation, selection: Selection | None) -> str:
         if not evaluation.joints:
             return "No set of drives can be chosen: joints have nothing to choose from."
         return f"No allowed set of drives {found}. The closest candidates are shown."
-    drives = "The chosen drives" if selection is not None else "The given drives"
     words = {
-        Verdict.PASS: f"{drives} meet all limits with the required reserve.",
-        Verdict.MARGINAL: f"{drives} meet all limits, some with less reserve than required.",
-        Verdict.FAIL: f"{drives} do not meet all limits.",
-        Verdict.NOT_CHECKED: f"{drives} are not proven to meet all limits: no check fails, but data are missing.",
+        Verdict.PASS: "The drives meet all limits with the required reserve.",
+        Verdict.MARGINAL: "The drives meet all limits, some with less reserve than required.",
+        Verdict.FAIL: "The drives do not meet all limits.",
+        Verdict.NOT_CHECKED: "The drives are not proven to meet all limits: no check fails, but data are missing.",
     }
     made = any(check.utilisation is not None for joint in evaluation.joints.values() for check in joint.checks)
     return words[evaluation.verdict] if made or evaluation.verdict is Verdict.FAIL else NOTHING

@@ -151,7 +151,7 @@ def test_pictures_stand_after_the_verdict_and_before_the_assumptions(sized: str)
 
 def test_verdict_names_the_binding_limit_and_its_instant(sized: str) -> None:
     text = read(sized).text.replace("\u00a0", " ")
-    assert "The given drives do not meet all limits." in text
+    assert "The drives do not meet all limits." in text
     assert "Furthest over its limit: elbow: winding temperature 167 °C at t = 3.10 s, limit 155 °C (108 %)." in text
 
 
@@ -271,7 +271,7 @@ def test_weight(selected: str) -> None:
 
 
 def test_words_for_every_verdict(evaluation: Evaluation, without_data: Evaluation, nothing_fits: Selection) -> None:
-    assert headline(evaluation, None) == "The given drives do not meet all limits."
+    assert headline(evaluation, None) == "The drives do not meet all limits."
     assert headline(without_data, None).startswith("Nothing could be checked")
     assert headline(nothing_fits.evaluation, nothing_fits).startswith("No allowed set")
     assert overall_sentence(without_data) == "Nothing could be checked: the data sheets lack values."

@@ -22,9 +22,11 @@ def printed(*items: object) -> str:
 
 def test_one_line_a_joint_with_verdict_and_limit(evaluation: Evaluation) -> None:
     lines = printed(verdict_table(evaluation)).splitlines()
-    assert lines[0].split() == ["joint", "motor", "gear", "peak", "rms", "temp", "current", "verdict", "limited", "by"]
-    assert len(lines) == 1 + 3 + 2
-    elbow = lines[3]
+    assert lines[0].split() == ["peak", "RMS", "peak"]
+    words = ["joint", "motor", "gear", "torque", "current", "winding", "current", "verdict", "limited", "by"]
+    assert lines[1].split() == words
+    assert len(lines) == 2 + 3 + 2
+    elbow = lines[4]
     assert elbow.split()[:3] == ["elbow", "acme-2", "wave-2-100"]
     assert "FAIL" in elbow and "winding temperature 108 %" in elbow
     assert "86 %" in elbow and "103 %" in elbow and "100 °C" in elbow and "76 %" in elbow

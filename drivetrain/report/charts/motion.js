@@ -133,9 +133,10 @@ page.setup(function () {
       const element = byId("gear-" + joint.k);
       if (element) page.later(element, () => gear(joint, element));
     }
+    const FAR = 4; // times what the cycle needs: a limit beyond is named, not drawn
     function gear(joint, element) {
       const most = (values) => Math.max(...values.map(Math.abs)), legend = [];
-      const near = (torque, reach) => joint.gear_limits.filter(([, value, of]) => of === torque && value <= 3 * reach).map((one) => one[1]);
+      const near = (torque, reach) => joint.gear_limits.filter(([, value, of]) => of === torque && value <= FAR * reach).map((one) => one[1]);
       const speed = most(joint.series.speed), torque = most(joint.series.gear);
       const figure = page.frame({ height: 330, x: `gear input speed, magnitude [${units.speed}]`, y: `torque at the output, magnitude [${units.gear}]`,
         x_range: [0, 1.12 * Math.max(speed, ...near(false, speed))], y_range: [0, 1.12 * Math.max(torque, ...near(true, torque))] });
@@ -146,7 +147,7 @@ page.setup(function () {
       figure.add_tools(new Bokeh.HoverTool({ renderers: [dots], limit: 1, tooltips: [["instant", "@t{0.000} s"], ["torque", `@y{0.00} ${units.gear}`], ["input speed", `@x{0} ${units.speed}`]] }));
       const inks = { rated: "#888888", average: "#0072B2", mean: "#0072B2", repeated: "#E69F00", momentary: "#D55E00", maximum: "#D55E00" };
       for (const [name, value, of] of joint.gear_limits) {
-        const ink = inks[name.split(" ")[0]], unit = of ? units.gear : units.speed, far = value > 3 * (of ? torque : speed);
+        const ink = inks[name.split(" ")[0]], unit = of ? units.gear : units.speed, far = value > FAR * (of ? torque : speed);
         if (!far) figure.add_layout(new Bokeh.Span({ dimension: of ? "width" : "height", location: value, line_color: ink, line_dash: of ? [] : [5, 3], line_width: 1.3 }));
         legend.push([`${name} ${short(value)} ${unit}${far ? ", beyond the picture" : ""}`, far ? "none" : of ? "line" : "dashed", ink, 1, { visible: true }]);
       }

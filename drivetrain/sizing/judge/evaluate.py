@@ -199,7 +199,7 @@ def _remarks(op: Operation) -> list[str]:
     holds = bool(np.any(demand.gear_torque[demand.at_rest == 1] != 0.0))
     if holds and demand.moves:
         remarks.append(
-            f"at rest {HELD[op.study.holding]} counts for heat, the larger one that starts the motion for peaks"
+            f"at rest: heating by {HELD[op.study.holding]}; peaks by the larger torque that starts the motion"
         )
     elif holds:
         remarks.append(f"the joint never moves: {HELD[op.study.holding]} counts")

@@ -93,7 +93,7 @@ def _filled_motor(motor: Motor, study: Study) -> tuple[Motor, tuple[str, ...]]:
     words: list[str] = []
     changes: dict[str, float] = {}
     named = (
-        ("max_winding_temperature", "winding limit", "C"),
+        ("max_winding_temperature", "winding limit", "°C"),
         ("winding_time_constant", "winding time constant", "s"),
         ("housing_time_constant", "housing time constant", "s"),
     )

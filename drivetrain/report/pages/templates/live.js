@@ -75,6 +75,7 @@
     touched.delete(event.target.closest("[data-joint]").dataset.joint);
     ask("evaluate");
   });
+  if (innerWidth < 960) root.querySelector("details").open = false; // the report first, where there is no room for both
   root.querySelector("form").addEventListener("submit", (event) => event.preventDefault());
   document.getElementById("live-select").addEventListener("click", () => { touched.clear(); ask("select"); });
   document.getElementById("live-reset").addEventListener("click", () => { root.querySelector("form").reset(); touched.clear(); ask("evaluate"); });
