@@ -14,7 +14,7 @@ import pytest
 from drivetrain.report.best_sets import set_lines, set_rows
 from drivetrain.report.outputs import currents_csv
 from drivetrain.report.pages.report_page import html_report
-from drivetrain.report.rejected import COLUMNS, counted, rejected_text
+from drivetrain.report.rejected import COLUMNS, counted, rejected_data, rejected_text
 from drivetrain.report.result_json import result_json
 from drivetrain.report.verdict_lines import verdict_lines, verdict_table
 from drivetrain.report.words import objective_text
@@ -124,3 +124,13 @@ def test_a_key_with_a_comma_or_a_quote_is_one_cell(selection: Selection) -> None
     rows = list(csv.reader(io.StringIO(text)))
     assert rows[1][1] == 'a,"b"' and {len(row) for row in rows} == {len(COLUMNS)}
     assert len(rows) == 1 + min(5000, len(selection.fallen))
+
+
+def test_every_chosen_drive_has_its_star_among_the_rejected(selection: Selection) -> None:
+    joints = selection.evaluation.joints
+    stars = rejected_data(selection, selection.rejected)["chosen"]
+    assert len(joints) > 1 and [star[0] for star in stars] == list(joints)
+    for name, _, _, share, used, word in stars:
+        drive = joints[name].drive
+        assert word == "chosen" and used == joints[name].binding.utilisation
+        assert share == pytest.approx(drive.motor.mass + drive.gear.mass, rel=1e-12)
