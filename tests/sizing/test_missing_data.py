@@ -148,6 +148,7 @@ def test_the_law_in_a_table():
     rare = {"gear momentary peaks", *(f"gear {what} in a jam" for what in ("torque", "ratcheting", "buckling"))}
     asked = bearing | rollers | wishes | rare | {"holding brake energy", "cold start current"}
     asked |= {"amplifier overload (I2t)", "amplifier highest supply", "amplifier lowest supply"}
+    asked |= {"torque behind the gear", "speed behind the gear"}
     assert {row.name for row in CHECKS if row.asked != "one"} == asked
     assert verdict_of([check("gear life L10", Verdict.NOT_CHECKED), check("x", Verdict.PASS)]) is Verdict.PASS
 
