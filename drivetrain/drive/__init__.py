@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from drivetrain.drive.amplifier import from_dc as from_dc
     from drivetrain.drive.amplifier import to_dc as to_dc
     from drivetrain.drive.brake import Brake as Brake
+    from drivetrain.drive.counterbalance import Counterbalance as Counterbalance
+    from drivetrain.drive.counterbalance import counterbalance_torque as counterbalance_torque
     from drivetrain.drive.drive import Drive as Drive
     from drivetrain.drive.drive import book_current as book_current
     from drivetrain.drive.drive import motor_torque as motor_torque
@@ -43,6 +45,10 @@ if TYPE_CHECKING:
     from drivetrain.drive.motor_limits import torque_limits as torque_limits
     from drivetrain.drive.spring import tangent_stiffness as tangent_stiffness
     from drivetrain.drive.spring import wind_up as wind_up
+    from drivetrain.drive.stages import Chain as Chain
+    from drivetrain.drive.stages import Stage as Stage
+    from drivetrain.drive.stages import chained as chained
+    from drivetrain.drive.stages import with_stages as with_stages
     from drivetrain.drive.thermal.heat import periodic_temperature as periodic_temperature
     from drivetrain.drive.thermal.heat import temperature_of_current as temperature_of_current
     from drivetrain.drive.thermal.thermal_network import thermal_network as thermal_network

@@ -102,7 +102,8 @@ def span_length(balance: Any, angle: Any) -> Any:
 def gas_spring_force(balance: Any, length: Any) -> Any:
     """With which a gas spring pushes, F1 (V1 / V)^n [N]: the volume falls by the rod's section times the way s.
 
-    With V2/V1 = x^(-1/n) at the full stroke: F1 (1 - s/stroke (1 - x^(-1/n)))^(-n).
+    The gas law p V^n constant, its pressure on the rod's section; the atmosphere and friction left out. With V2/V1 =
+    x^(-1/n) at the full stroke: F1 (1 - s/stroke (1 - x^(-1/n)))^(-n).
     """
     way = (balance.extended_length - length) / balance.stroke
     return balance.gas_force * (1.0 - way * (1.0 - balance.progression ** (-1.0 / balance.exponent))) ** (
@@ -129,6 +130,7 @@ def counterbalance_torque(balances: Sequence[Counterbalance], angle: Array) -> A
     """What counterbalances do to the link behind a joint.
 
     Args:
+        balances: All of the joint.
         angle: Of the joint [rad], any shape.
 
     Returns:

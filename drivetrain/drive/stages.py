@@ -4,9 +4,12 @@ A row of stages becomes one (``chained``), and with it a gear becomes another ge
 and stiffness there, losses by direction of power, inertia at the motor. Every law of a gear holds for it.
 
 Formulas: efficiency and self-locking of screws and worms, tan(l)/tan(l + r) and tan(l - r)/tan(l), r the angle of
-friction: Budynas and Nisbett, Shigley's Mechanical Engineering Design (10th edition, 2015), equations 8-4 and 13-46.
-Buckling pi^2 E I/(k L)^2: the same, equation 4-43 and table 4-2. Whirling of an even shaft, its first bending frequency
-(l/L)^2 sqrt(E I/(rho A)): Rao, Mechanical Vibrations (5th edition, 2011), figure 8.15; makers of screws take 0.8 of it.
+friction: Budynas and Nisbett, Shigley's Mechanical Engineering Design (9th edition, 2011), sections 8-2 (power screws)
+and 13-17 (worm gears), the flank's angle counted in the coefficient. Buckling pi^2 E I/(k L)^2: the same, equation 4-43
+and table 4-2 with C = 1/k^2, whose 2 for fixed and supported ends is 2.0457 here: k = pi/4.493409, tan x = x. Whirling
+of an even shaft at its first bending frequency (l/L)^2 sqrt(E I/(rho A)): Rao, Mechanical Vibrations (5th edition,
+2011), section 8.5, boundary conditions; Thomson, Theory of Vibration, table 9.5-1: l^2 is 3.52, 9.87, 15.4, 22.4.
+Makers of screws take 0.8 of it.
 """
 
 from __future__ import annotations
@@ -245,7 +248,13 @@ class Chain:
 
 
 def chained(stages: Sequence[Stage]) -> Chain:
-    """A row of stages, from the gear to the joint, as one.
+    """A row of stages as one.
+
+    Args:
+        stages: From the gear to the joint; only the last one may move a slide.
+
+    Returns:
+        The chain; of several limits the one that binds first, as seen at the joint.
 
     Raises:
         InputError: One that slides stands before another.
@@ -273,8 +282,16 @@ def chained(stages: Sequence[Stage]) -> Chain:
     )  # fmt: skip
 
 
-def geared(gear: Gear, chain: Chain) -> Gear:
-    """A gear with stages behind it as one gear, seen at the joint, of both keys: ``GEAR+STAGES``."""
+def with_stages(gear: Gear, chain: Chain) -> Gear:
+    """A gear with stages behind it as one gear, seen at the joint.
+
+    Args:
+        gear: Its output drives the first stage; ``NO_GEAR``: the motor does.
+        chain: Of ``chained``.
+
+    Returns:
+        A gear of both keys, ``GEAR+STAGES``: ratio, torques and stiffness at the joint, losses by direction of power.
+    """
 
     def times(factor: float, *names: str) -> dict[str, float]:
         return {name: factor * value for name in names if (value := getattr(gear, name)) is not None}

@@ -11,7 +11,7 @@ from drivetrain.drive.drive import Drive, motor_torque, power_balance
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import NO_GEAR, Gear, mesh
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.stages import Stage, chained, geared
+from drivetrain.drive.stages import Stage, chained, with_stages
 from drivetrain.errors import InputError
 from drivetrain.study.read import load_study
 
@@ -64,7 +64,7 @@ def test_a_chain_is_its_stages_one_after_the_other() -> None:
 def test_a_gear_with_a_chain_is_mechanics_done_twice() -> None:
     gear = Gear("p20", -20.0, kind="planetary", efficiency=0.8, inertia=1e-6, repeated_peak_torque=30.0, backlash=1e-3,
                 stiffness_1=500.0, continuous_torque=15.0)  # fmt: skip
-    whole = geared(gear, chained([BELT]))
+    whole = with_stages(gear, chained([BELT]))
     assert (whole.key, whole.ratio, whole.repeated_peak_torque) == ("p20+belt", -50.0, 75.0)
     assert whole.stiffness_1 == pytest.approx(500.0 * 2.5**2)
     assert whole.inertia == pytest.approx(1e-6 + 2e-5 / 20.0**2)
@@ -72,13 +72,13 @@ def test_a_gear_with_a_chain_is_mechanics_done_twice() -> None:
     found = mesh(whole)
     assert found.driving == pytest.approx(1.0 / 0.8 / 0.96)
     assert found.driven == pytest.approx((2.0 - 1.0 / 0.8) * (2.0 - 1.0 / 0.96))
-    assert geared(NO_GEAR, chained([BALL])).direct
-    assert geared(NO_GEAR, chained([BALL])).key == "+screw"
+    assert with_stages(NO_GEAR, chained([BALL])).direct
+    assert with_stages(NO_GEAR, chained([BALL])).key == "+screw"
 
 
 def test_power_that_a_stage_takes_is_accounted_for() -> None:
     """Electrical power in is copper, frictions, mesh and output, stages and load friction among it."""
-    gear = geared(Gear("g", 20.0, kind="planetary", efficiency=0.8, inertia=0.0), chained([BELT]))
+    gear = with_stages(Gear("g", 20.0, kind="planetary", efficiency=0.8, inertia=0.0), chained([BELT]))
     drive = Drive(Motor("m", 0.3, 0.05, rotor_inertia=1e-5), gear, Friction(coulomb=0.4, load_share=0.05), Friction())
     speed = np.array([2.0, 2.0, -2.0, -2.0])
     load, still = np.array([9.0, -9.0, 9.0, -9.0]), np.zeros(4)

@@ -1,4 +1,4 @@
-"""The Python and YAML that README and the page on own parts print runs as printed, on a small arm."""
+"""The Python and YAML that README and the pages on own arms, parts and motions print runs as printed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import drivetrain as dt
 from drivetrain.study.template import study_template
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "docs" / "own_parts.md").read_text(encoding="utf-8")
+PAGE, ARM_PAGE = ((ROOT / "docs" / f"own_{name}.md").read_text(encoding="utf-8") for name in ("parts", "arm"))
 
 
 def blocks(text: str, language: str) -> list[str]:
@@ -29,9 +29,9 @@ def executed(text: str) -> dict[str, Any]:
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with the catalogue that the page prints."""
+    """A folder with the tables that the pages print."""
     (tmp_path / "parts").mkdir()
-    for name, table in re.findall(r"`(parts/\w+\.csv)`:\n\n```text\n(.*?)```", PAGE, re.S):
+    for name, table in re.findall(r"`([\w/]+\.csv)`:\n\n```text\n(.*?)```", PAGE + ARM_PAGE, re.S):
         (tmp_path / name).write_text(table, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -75,3 +75,27 @@ def test_yaml_of_own_parts(folder: Path) -> None:
         stated = [getattr(study.catalog, part)[key] for study in (own, in_python["study"])]
         assert repr(stated[0]).replace("my sheet", "given in Python") == repr(stated[1])
     assert dt.evaluate(own, {name: ("M", "G") for name in ("joint_1", "joint_2")}).joints
+
+
+def test_code_of_own_arm(folder: Path) -> None:
+    """Each fragment over the study that ``init`` writes, with the own parts of the page before it."""
+    own = {**yaml.safe_load(study_template("planar-2r-bare")), **yaml.safe_load(blocks(PAGE, "yaml")[0])}
+    own["joints"] = {"default": {"output_bearing": "external", "drive": {"motor": "M", "gear": "G"}}}
+    found = []
+    for text in blocks(ARM_PAGE, "yaml"):
+        fragment = yaml.safe_load(text)
+        joints = {**own["joints"], **fragment["joints"]}
+        (folder / "study.yaml").write_text(yaml.safe_dump({**own, **fragment, "joints": joints}), encoding="utf-8")
+        found.append(dt.evaluate(dt.load_study(folder / "study.yaml")))
+    balanced, staged, track, rubbing, closed = found
+    assert len(balanced.study.joints[0].counterbalances) == 4
+    assert list(track.joints) == ["track", "swivel"] and list(closed.joints) == ["joint_1", "crank"]
+    assert rubbing.study.joints[0].friction.load_share == 0.04
+    assert "FAIL" not in [
+        check.verdict for one in (track, closed) for joint in one.joints.values() for check in joint.checks
+    ]
+    for joint in staged.joints.values():
+        assert "PASS" in [check.verdict for check in joint.checks if check.name == "torque behind the gear"]
+    names = executed(ARM_PAGE)
+    assert names["joints"].shape == (401, 6) and names["gear"].ratio == 50.0
+    assert names["weakest"][0].keys() == {"buckling"} and abs(names["balance"][-1]) < abs(names["balance"][0])

@@ -18,7 +18,7 @@ from drivetrain.drive.counterbalance import Counterbalance, span_length
 from drivetrain.drive.friction import FRICTIONLESS, Friction
 from drivetrain.drive.gear import NO_GEAR, Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.stages import Chain, Stage, chained, geared
+from drivetrain.drive.stages import Chain, Stage, chained, with_stages
 from drivetrain.errors import nearest
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.document import Place
@@ -291,7 +291,7 @@ def _with_stages(around: Surroundings, name: str, pairs: Sequence[Pair], chain: 
     """Every pair with the stages behind its gear; of another joint's the key tells them apart."""
     keys = {}
     for gear in dict.fromkeys(gear for _, gear in pairs):
-        row = geared(around.catalog.gears[gear] if gear else NO_GEAR, chain)
+        row = with_stages(around.catalog.gears[gear] if gear else NO_GEAR, chain)
         if around.staged.get(row.key, row) != row:
             row = replace(row, key=f"{row.key}@{name}")
         around.staged[row.key], keys[gear] = row, row.key
