@@ -442,8 +442,10 @@ class Vector(Reader):
         return float(x), float(y), float(z)
 
     def json_schema(self) -> dict[str, Any]:
-        listed = {"type": "array", "minItems": 3, "maxItems": 3, "items": {"type": "string"}}
-        return {"anyOf": [{"type": "string"}, listed], "description": f"three values such as [0, 0, 40] {self.unit}"}
+        kinds = ["number", "string"] if self.unit in PURE else "string"
+        listed = {"type": "array", "minItems": 3, "maxItems": 3, "items": {"type": kinds}}
+        words = f"three values such as [0, 0, 40] {self.unit}".rstrip()
+        return {"anyOf": [{"type": "string"}, listed], "description": words}
 
 
 class _Names(Reader):

@@ -44,7 +44,7 @@ def bodies(study: dt.Study, payload: int) -> list[tuple[int, float, np.ndarray, 
         motor, gear = SMALLEST[task.name]
         mass = study.catalog.motors[motor].mass + study.catalog.gears[gear].mass
         for mount, amount in ((task.mount, mass), (task.contained.mount, -task.contained.mass)):
-            found.append((carrier_link(joint, mount), amount, mount_point(arm, joint, mount), np.zeros((3, 3))))
+            found.append((carrier_link(arm, joint, mount), amount, mount_point(arm, joint, mount), np.zeros((3, 3))))
     return [one for one in found if one[0] >= 0]
 
 

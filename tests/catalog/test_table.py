@@ -42,7 +42,10 @@ def only_row(tmp_path: Path, header: str, cells: str) -> Table:
     return table(tmp_path, f"{NEEDED},{header}\nA,brushless,dc,line_line,1,10,{cells}\n")
 
 
-BY_STUDY = {"winding_share", "holding", "brake"}  # what no sheet says and a study fills in
+BY_STUDY = {  # what no sheet says and a study fills in
+    "winding_share", "holding", "brake", "load_friction", "staged", "stage_driving", "stage_driven", "stage_inertia",
+    "stage_torque", "stage_speed", "stage_words",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(

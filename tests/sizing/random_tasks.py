@@ -15,7 +15,7 @@ from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.stages import Stage, chained, geared
+from drivetrain.drive.stages import Stage, chained, with_stages
 from drivetrain.motion.mix import build_mix
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
 from drivetrain.study.parts.candidates import with_brakes
@@ -130,7 +130,7 @@ def counterbalanced(study, seed, share=0.3):
         tasks.append(replace(task, counterbalances=(spring,) if chosen else (), friction=friction))
     belt = chained([Stage("belt", efficiency=0.9, ratio=1.5, diameter=0.1, force_limit=600.0, inertia=1e-6)])
     gears = {
-        key: replace(geared(row, belt), key=key) if rng.random() < 0.2 else row
+        key: replace(with_stages(row, belt), key=key) if rng.random() < 0.2 else row
         for key, row in study.catalog.gears.items()
     }
     return replace(study, joints=tuple(tasks), catalog=replace(study.catalog, gears=gears))

@@ -143,11 +143,13 @@ def test_the_law_in_a_table():
     essential = {"gear repeated peak torque", "motor peak torque", "motor voltage", "motor RMS current"}
     bearing = {f"output bearing {name}" for name in ("tilting moment", "axial load", "radial load")}
     wishes = {"holding brake torque", "cold start torque", "cold start voltage", "gear stiffness"}
+    wishes |= {"torque behind the gear"}
     assert {row.name for row in CHECKS if row.essential} == essential | bearing | wishes
     rollers = {f"output bearing {name}" for name in ("static load", "life L10")}  # few makers print what they rest on
     rare = {"gear momentary peaks", *(f"gear {what} in a jam" for what in ("torque", "ratcheting", "buckling"))}
     asked = bearing | rollers | wishes | rare | {"holding brake energy", "cold start current"}
     asked |= {"amplifier overload (I2t)", "amplifier highest supply", "amplifier lowest supply"}
+    asked |= {"speed behind the gear"}
     assert {row.name for row in CHECKS if row.asked != "one"} == asked
     assert verdict_of([check("gear life L10", Verdict.NOT_CHECKED), check("x", Verdict.PASS)]) is Verdict.PASS
 

@@ -56,7 +56,7 @@ def test_every_kind_of_task_is_judged_as_evaluate_does(make, kind):
     assert {"winding temperature", "motor voltage", "motor RMS current", "gear average torque"} <= seen
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("table", 1), ("table", 2), ("mix", 2), ("mix", 3)])
+@pytest.mark.parametrize(("kind", "seed"), [("table", 1), ("table", 2), ("mix", 3), ("mix", 5)])
 def test_windings_that_run_away_do_so_in_the_same_samples(make, kind, seed):
     """Thermal resistances from a third to thrice their nominal value: some samples have no steady state."""
     study, drives = case(make, kind, seed)

@@ -272,7 +272,7 @@ def _with_units(study: Study, arm: Arm, bare: Loads) -> tuple[JointBasis, ...]:
         part = slice(first, first + AT_ONCE)
         motion = [np.array(row[part]) for row in (cycle.position, cycle.velocity, cycle.acceleration)]
         shafts = [np.ascontiguousarray(shaft_motion(arm, row)) for row in motion[1:]]
-        along = Along(*(np.empty((n, *rows, len(motion[0]))) for rows in ((6,), (12,), (NUMBERS, 6), (6,))))
+        along = Along(*(np.zeros((n, *rows, len(motion[0]))) for rows in ((6,), (12,), (NUMBERS, 6), (6,))))
         go_along(np.array(arm.screws), frames, np.array(arm.gravity), riders, *motion, *shafts, along)
         for joint, basis in enumerate(joints):
             rows = (basis.force, basis.wrench, basis.inertia)

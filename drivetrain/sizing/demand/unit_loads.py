@@ -105,10 +105,9 @@ def go_along(
         riders: The drives.
         q, qd, qdd: Positions, speeds and accelerations of the joints, (N, n).
         shaft, shaft_rate: Speeds and accelerations of the shafts behind the gears, (N, n).
-        out: Is filled.
+        out: All zero; is filled, but for drives on the base, which load no joint.
     """
     n, r, p, v, a = len(screws), np.empty((3, 3)), np.empty(3), np.empty(6), np.empty(6)
-    out.wrenches[:] = 0.0
     for t in range(len(q)):
         r[:], p[:], v[:], a[:] = 0.0, 0.0, 0.0, 0.0
         r[0, 0] = r[1, 1] = r[2, 2] = 1.0

@@ -159,7 +159,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "torque behind the gear", "N m", "figures.joint_torque", "gear.stage_torque", SPEED, "torque of its stages",
-        "safety.peak_torque", peak=True, instant="loosening_torque", asked="gear.staged", wish=True,
+        "safety.peak_torque", essential=True, peak=True, instant="loosening_torque", asked="gear.staged", wish=True,
         words=words.stage_torque, formula="largest load torque of every cycle at the joint, breaking loose included",
     ),
     Requirement(
