@@ -257,8 +257,10 @@ def chained(stages: Sequence[Stage]) -> Chain:
         The chain; of several limits the one that binds first, as seen at the joint.
 
     Raises:
-        InputError: One that slides stands before another.
+        InputError: None at all, or one that slides stands before another.
     """
+    if not stages:
+        raise InputError(Fault("stages", "needs at least one stage"))
     for k, one in enumerate(stages[:-1]):
         if one.travel is not None:
             raise InputError(Fault(f"stages[{k}]", "moves a slide, so nothing can stand behind it", one.type))
