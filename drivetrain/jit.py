@@ -15,8 +15,7 @@ import shutil
 import sys
 import threading
 import zlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import cache
 from hashlib import blake2b
 from pathlib import Path
@@ -73,24 +72,9 @@ def callback(signature: Any, function: Any) -> Any:
     return _in_folder(function, lambda keep: _numba().cfunc(signature, cache=keep, error_model="numpy")(function))
 
 
-@contextmanager
-def compiling(tell: Callable[[], object]) -> Iterator[None]:
-    """Calls a function, once, when something is compiled that no earlier run has left on disk."""
-    from numba.core.event import Event, Listener, install_listener
-
-    class First(Listener):
-        told = False
-
-        def on_start(self, event: Event) -> None:
-            if not self.told:
-                self.told = True
-                tell()
-
-        def on_end(self, event: Event) -> None:
-            pass
-
-    with install_listener("numba:compile", First()):
-        yield
+def cold() -> bool:
+    """Whether nothing of what is loaded is compiled yet; some of it may never be called, so not each must be."""
+    return not any(folder is not None and any(folder.rglob("*.nbc")) for folder in _USED)
 
 
 def kept() -> bool:

@@ -241,15 +241,14 @@ def listed(heading: str, texts: list[str], *, most: int) -> None:
 @contextmanager
 def working(text: str) -> Iterator[Callable[[int, int, str], None]]:
     """Says what takes time, and shows how far it is by what it yields; the first run also compiles."""
-    from drivetrain.jit import compiling, kept
+    from drivetrain.jit import cold, kept
     from drivetrain.report.terminal import console, progress
 
     screen = console(errors=True)
 
-    def tell() -> None:
+    if cold():
         screen.print(COMPILING if kept() else NOT_KEPT, soft_wrap=True)
-
-    with compiling(tell), progress(screen, text) as step:
+    with progress(screen, text) as step:
         yield step
 
 
