@@ -19,8 +19,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.study.document import Document
 from drivetrain.study.model import Study
 from drivetrain.sweep.points import Point, Sweep, study_of
-from drivetrain.sweep.rows import Row, rows_of
-from drivetrain.sweep.shards import done_shards, write_shard
+from drivetrain.sweep.shards import Row, done_shards, rows_of, write_shard
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -118,9 +117,8 @@ def _spread(
         return
     from distributed import as_completed
 
-    light = replace(
-        shelf.sweep, document=Document(shelf.sweep.document.path, b"", {}, {})
-    )  # workers need only what is varied
+    # Workers need only what is varied.
+    light = replace(shelf.sweep, document=Document(shelf.sweep.document.path, b"", {}, {}))
     with _client(workers, scheduler) as client:
         cores = max(len(client.scheduler_info(n_workers=-1)["workers"]), 1)
         waiting = iter(todo)

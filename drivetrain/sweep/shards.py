@@ -1,21 +1,76 @@
-"""The files of a sweep: Parquet, each whole or not there, each knowing which sweep it belongs to."""
+"""What a sweep keeps of each point, a row of plain values the same whoever computed it, and the files of rows.
+
+These are Parquet, each whole or not there, each knowing which sweep it belongs to.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from drivetrain.errors import Fault, InputError
-from drivetrain.sweep.points import Sweep
-from drivetrain.sweep.rows import NUMBERS, WORDS, Row
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.sizing.search.search import select
+from drivetrain.study.model import Study
+from drivetrain.sweep.points import SELECT, Point, Sweep, task_of
 from drivetrain.whole_files import write_whole
 
+Row = dict[str, Any]
+NUMBERS = ("objective", "mass", "price", "energy", "utilisation")
+WORDS = ("verdict", "proof", "binding_joint", "binding_check", "drives", "fault")
 FOLDER = "shards"
 _DIGEST = b"drivetrain.sweep"
+
+
+def rows_of(sweep: Sweep, work: Sequence[tuple[Point, Study | str]]) -> list[Row]:
+    """The rows of some points."""
+    return [_row(sweep, point, study) for point, study in work]
+
+
+def _row(sweep: Sweep, point: Point, study: Study | str) -> Row:
+    row: Row = {"point": point.index, **dict(zip(sweep.names, point.texts, strict=True)), "feasible": False}
+    row |= dict.fromkeys(NUMBERS, math.nan) | dict.fromkeys(WORDS, "")
+    if isinstance(study, str):
+        return row | {"verdict": "FAULT", "fault": study}
+    try:
+        return row | _answer(sweep.run, task_of(study, point))
+    except InputError as error:
+        return row | {"verdict": "FAULT", "fault": str(error)}
+
+
+def _answer(run: str, study: Study) -> Row:
+    """What a selection or an evaluation found."""
+    if run == SELECT:
+        selection = select(study, advise=False)
+        evaluation, drives, proof = selection.evaluation, dict(selection.drives), selection.proof
+        found: Selection | Evaluation = selection
+    else:
+        found = evaluation = evaluate(study)
+        drives, proof = {task.name: task.drive for task in study.joints if task.drive}, ""
+    known = {name: evaluation.criteria.get(name, math.nan) for name in NUMBERS if name != "objective"}
+    joint, check = _binding(evaluation)
+    told = (f"{name}: {' + '.join(key for key in keys if key)}" for name, keys in drives.items())
+    return {
+        "feasible": found.feasible, "verdict": str(found.verdict), "objective": found.objective, **known,
+        "proof": proof, "binding_joint": joint, "binding_check": check, "drives": "; ".join(told),
+    }  # fmt: skip
+
+
+def _binding(evaluation: Evaluation) -> tuple[str, str]:
+    """The joint and the check nearest to a limit, or furthest over it."""
+
+    def used(one: JointResult) -> float:
+        return (one.binding.utilisation if one.binding else None) or 0.0
+
+    most = max(evaluation.joints.values(), key=used, default=None)
+    return ("", "") if most is None else (most.name, most.binding.name if most.binding else "")
 
 
 def shard_path(out: Path, shard: int) -> Path:

@@ -23,6 +23,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.motion.time_optimal import quickest_squares, times
 from drivetrain.sizing.judge.evaluate import Given, evaluate
+from drivetrain.sizing.judge.vary import edge
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
@@ -120,24 +121,15 @@ def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
 
 @dataclass(frozen=True, eq=False)
 class _Paced:
-    """A cycle whose moves go at paces of their own.
+    """A cycle whose moves go at paces of their own."""
 
-    Attributes:
-        cycle: Before, with its moves.
-        edges: The share of its time that each move may take as far as instants go.
-        share: As of ``Fastest``.
-        pace: The share of its time that each takes.
-        evaluation: Of the drives at that pace.
-        lasting: Place and name of the check over the whole cycle that binds.
-    """
-
-    cycle: Cycle
+    cycle: Cycle  # before, with its moves
     moves: list[slice]
-    edges: Array
-    share: float
-    pace: Array
-    evaluation: Evaluation
-    lasting: tuple[str, str]
+    edges: Array  # the share of its time that each move may take as far as instants go
+    share: float  # as of ``Fastest``
+    pace: Array  # the share of its time that each takes
+    evaluation: Evaluation  # of the drives at that pace
+    lasting: tuple[str, str]  # place and name of the check over the whole cycle that binds
 
     @property
     def feasible(self) -> bool:
@@ -310,13 +302,9 @@ def _rebuilt(
 
 
 def moves_of(cycle: Cycle) -> list[slice]:
-    """The samples of each move, from one rest to the next, both included.
+    """The samples of each move, from one rest to the next, both included, in their order.
 
-    Args:
-        cycle: Any.
-
-    Returns:
-        Slices, in their order; none overlaps by more than the sample at rest between two.
+    None overlaps by more than the sample at rest between two.
     """
     found = []
     quick = np.abs(cycle.velocity).max(axis=1)
@@ -334,16 +322,7 @@ def moves_of(cycle: Cycle) -> list[slice]:
 
 
 def retimed(cycle: Cycle, moves: list[slice], factors: Array) -> Cycle:
-    """The same way with each move in another time.
-
-    Args:
-        cycle: Any.
-        moves: Of it.
-        factors: Of the time of each, (moves,).
-
-    Returns:
-        The cycle, dwells as they were.
-    """
+    """The same way with each move in so many times its time, dwells as they were; factors: (moves,)."""
     steps, scale = np.diff(cycle.time, prepend=cycle.time[0]), np.ones(len(cycle.time))
     for move, factor in zip(moves, factors, strict=True):
         steps[move.start + 1 : move.stop] *= factor
@@ -394,11 +373,7 @@ def _cut(cycle: Cycle, move: slice) -> Cycle:
 
 
 def _edge(holds: Callable[[float], bool], start: float, *, quicker: bool = True) -> float:
-    """The smallest factor that holds: from the start towards less where that holds, else towards more.
-
-    Args:
-        quicker: Whether less than the start is looked for.
-    """
+    """The smallest factor that holds: from the start towards less where that holds and is wanted, else towards more."""
     if holds(start):
         if not quicker:
             return start
@@ -413,10 +388,7 @@ def _edge(holds: Callable[[float], bool], start: float, *, quicker: bool = True)
             bad, good = good, good * STEP
             if good > start * MOST:
                 return good
-    while good - bad > CLOSE * good:
-        middle = math.sqrt(good * bad)
-        good, bad = (middle, bad) if holds(middle) else (good, middle)
-    return good
+    return edge(holds, good, bad, error=CLOSE, geometric=True).inside
 
 
 def _holds(evaluation: Evaluation) -> bool:
@@ -448,12 +420,12 @@ def _lasting(at: Callable[[Array], Evaluation], edges: Array, share: float) -> t
 
 def _move_times(before: Cycle, moves: list[slice], best: _Paced) -> tuple[MoveTime, ...]:
     found, result, after = [], best.evaluation, best.evaluation.study.cycle
-    for own, move, edge, final in zip(moves, best.moves, best.edges, best.pace, strict=True):
+    for own, move, least, final in zip(moves, best.moves, best.edges, best.pace, strict=True):
         length = float(before.time[own.stop - 1] - before.time[own.start])
         start, end = float(after.time[move.start]), float(after.time[move.stop - 1])
         name = before.segment_names[before.segment[(own.start + own.stop - 1) // 2]]
         place, check, at = *best.lasting, math.nan
-        if final <= edge:
+        if final <= least:
             alone = evaluate(replace(result.study, cycle=_cut(after, move)), result.drives)
             place, most = max(_instants(alone), key=lambda one: one[1].utilisation or 0.0, default=("", None))
             check, at = ("", math.nan) if most is None else (most.name, most.time or start)

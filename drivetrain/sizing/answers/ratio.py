@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import islice
 
 import numpy as np
 
@@ -27,6 +29,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import Pair, given_drives
 from drivetrain.sizing.judge.vary import Number, Setup, edges, named_drives, ratio_number
+from drivetrain.sizing.results import JointResult
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.verdicts import Check, Verdict, lacking
@@ -188,12 +191,9 @@ def ratio_study(
     setup = Setup(workload(study), named_drives(study, keys))
     number, template = ratio_number(setup, index), setup.joint(index)
 
-    known: dict[float, RatioPoint] = {}
-
+    @cache
     def at(ratio: float) -> RatioPoint:
-        if ratio not in known:
-            known[ratio] = _point(number.put(ratio), index)
-        return known[ratio]
+        return _point(number.put(ratio), index)
 
     # Where torque cannot be judged nothing ends a window, and there is no sense in looking further.
     points = _sweep(at, _grid(setup, index, ratios), fixed=ratios is not None or not template.torque_known)
@@ -206,7 +206,7 @@ def ratio_study(
     there = number.put(best.ratio)
     return RatioStudy(
         study, joint, *keys[joint], setup.drives[index], points, windows, best, _limits(there, index),
-        _closed_forms(there, index), _near_gears(setup, index, keys[joint], best.ratio, windows),
+        _closed_forms(there, index), _catalogue_gears(setup, index, keys[joint], best.ratio, windows),
         _reaction(number, index, windows), _notes(setup, index), lacking(template.checks),
     )  # fmt: skip
 
@@ -359,22 +359,35 @@ def _closed_forms(setup: Setup, joint: int) -> ClosedForms:
     )  # fmt: skip
 
 
-def _near_gears(
+def _catalogue_gears(
     setup: Setup, joint: int, keys: Pair, best: float, windows: tuple[RatioWindow, ...]
 ) -> tuple[NearGear, ...]:
-    """The gears whose ratios are nearest to the best one, by their own sheets; where none is known to go with the
-    motor, those of the same kind.
-    """
-    (motor, gear), gears, found = keys, setup.study.catalog.gears, []
+    """The gears nearest in ratio to the best one; where none is known to go with the motor, those of the same kind."""
+    (motor, gear), gears = keys, setup.study.catalog.gears
     allowed = [key for key in partners(setup.study, setup.study.joints[joint], motor) if key in gears]
     if gear and not allowed:
         allowed = [key for key, row in gears.items() if row.kind == gears[gear].kind]
-    for key in sorted(allowed, key=lambda key: (abs(math.log(abs(gears[key].ratio) / best)), key))[:NEAR_GEARS]:
-        result, ratio = setup.with_keys(joint, motor, key).joint(joint), gears[key].ratio
-        used, name = (math.inf, "") if result.binding is None else (result.binding.utilisation, result.binding.name)
-        inside = any(window.low <= abs(ratio) <= window.high for window in windows)
-        found.append(NearGear(key, ratio, used or 0.0, name, result.verdict, inside))
-    return tuple(found)
+    return tuple(
+        replace(one, inside=any(window.low <= abs(one.ratio) <= window.high for window in windows))
+        for one, _ in islice(near_gears(setup, joint, motor, allowed, best), NEAR_GEARS)
+    )
+
+
+def near_gears(
+    setup: Setup, joint: int, motor: str, keys: Sequence[str], ratio: float,
+    *, last: Callable[[str], bool] = lambda key: False,
+) -> Iterator[tuple[NearGear, JointResult]]:  # fmt: skip
+    """Gears of the catalogue behind a motor, each with its own sheet, by their distance from a ratio.
+
+    ``last``: which come after others that are as near.
+    """
+    rows = setup.study.catalog.gears
+    for key in sorted(keys, key=lambda key: (abs(math.log(abs(rows[key].ratio) / ratio)), last(key), key)):
+        result = setup.with_keys(joint, motor, key).joint(joint)
+        used, name = (
+            (math.inf, "") if result.binding is None else (result.binding.utilisation or 0.0, result.binding.name)
+        )
+        yield NearGear(key, rows[key].ratio, used, name, result.verdict, False), result
 
 
 def partners(study: Study, task: JointTask, motor: str) -> list[str]:

@@ -13,18 +13,18 @@ from enum import StrEnum
 
 import numpy as np
 
-from drivetrain.arrays import Array
 from drivetrain.catalog.read import compatible_pairs
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.sizing.answers.ratio import NearGear, partners
+from drivetrain.sizing.answers.ratio import NearGear, near_gears, partners
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import NO_GEAR, Pair
 from drivetrain.sizing.judge.missing import lacking_parts, row_of
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.judge.vary import (
     EDGE,
+    MOST,
     Edge,
     Number,
     Setup,
@@ -44,8 +44,7 @@ from drivetrain.study.parts.candidates import excluded_by
 from drivetrain.study.parts.mounting import drive_mass, mass_counts
 from drivetrain.study.parts.verdicts import Check, Verdict, worst
 
-MOST = 10.0  # times slower, times the voltage, times the ratio or a tenth of it: beyond, it is another task
-STEPS, RATIO_STEPS = 32, 64
+RATIO_STEPS = 64
 SLOWEST = 1e4  # times the cycle's length: nothing but weight and friction is left
 AT_THE_OUTPUT = {
     "gear repeated peak torque", "gear momentary peak torque", "gear average torque", "output bearing tilting moment",
@@ -326,11 +325,11 @@ def _smallest_changes(question: _Question, joint: int, setup: Setup) -> tuple[Sm
     elif payload.now == 0.0:
         lighter = SmallestChange("payload", "kg", 0.0, reason="nothing is carried")
     else:
-        lighter = _smallest(payload, joint, np.linspace(1.0, 0.0, STEPS), "without any payload")
-    outwards = np.geomspace(1.0, MOST, STEPS)
+        lighter = _smallest(payload, joint, Vary.PAYLOAD, "without any payload")
     return (
-        _ratio(setup, joint), lighter, _smallest(pace, joint, outwards, f"in {MOST:g} times the time", held),
-        _smallest(voltage, joint, outwards, f"with {MOST:g} times the voltage"),
+        _ratio(setup, joint), lighter,
+        _smallest(pace, joint, Vary.CYCLE_TIME, f"in {MOST:g} times the time", held),
+        _smallest(voltage, joint, Vary.VOLTAGE, f"with {MOST:g} times the voltage"),
     )  # fmt: skip
 
 
@@ -338,9 +337,9 @@ def _worst(number: Number, joint: int, value: float) -> Worst:
     return worst_of(number.put(value).joint(joint).checks)
 
 
-def _smallest(number: Number, joint: int, steps: Array, furthest: str, held: str = "") -> SmallestChange:
+def _smallest(number: Number, joint: int, vary: Vary, furthest: str, held: str = "") -> SmallestChange:
     """The edge, evaluated; or what is still over its limit at the furthest change."""
-    values = number.now * steps
+    values = number.now * vary.outwards
     found = first_edge(lambda value: _worst(number, joint, value).utilisation <= 1.0, values)
     if found is not None:
         return _proven(number, joint, found)
@@ -381,17 +380,14 @@ def _nearest_gear(setup: Setup, joint: int) -> NearGear | None:
     study, own, rows = setup.study, setup.drives[joint].gear, setup.study.catalog.gears
     motor = setup.drives[joint].motor.key
 
-    def far(key: str) -> tuple[float, bool, str]:
+    def other(key: str) -> bool:
         row = rows[key]
-        other = (row.maker, row.series, row.size) != (own.maker, own.series, own.size)
-        return abs(math.log(abs(row.ratio / own.ratio))), other, key
+        return (row.maker, row.series, row.size) != (own.maker, own.series, own.size)
 
     known = [key for key in partners(study, study.joints[joint], motor) if key in rows and key != own.key]
-    for key in sorted(known, key=far):
-        result = setup.with_keys(joint, motor, key).joint(joint)
+    for found, result in near_gears(setup, joint, motor, known, abs(own.ratio), last=other):
         if result.torque_known and result.binding is not None and result.verdict is not Verdict.FAIL:
-            verdict = worst(check.verdict for check in result.checks)
-            return NearGear(key, rows[key].ratio, result.binding.utilisation or 0.0, result.binding.name, verdict, True)
+            return replace(found, verdict=worst(check.verdict for check in result.checks), inside=True)
     return None
 
 

@@ -13,6 +13,8 @@ from enum import StrEnum
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
+
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.matching import scaled_gear
@@ -26,6 +28,7 @@ from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, shared_place
 
 EDGE = 1e-7  # relative error of an edge
+MOST, STEPS = 10.0, 32  # times a number, and in how many steps, while the smallest change is looked for
 
 
 class Vary(StrEnum):
@@ -39,6 +42,11 @@ class Vary(StrEnum):
     @property
     def unit(self) -> str:
         return {"payload": "kg", "cycle_time": "s", "voltage": "V", "ambient": "degC"}[self.value]
+
+    @property
+    def outwards(self) -> Array:
+        """Shares of a study's value in which the smallest change is looked for; beyond, it is another task."""
+        return np.linspace(1.0, 0.0, STEPS) if self is Vary.PAYLOAD else np.geomspace(1.0, MOST, STEPS)
 
     def now(self, study: Study, payload: str = "") -> float:
         """The study's own value; of the heaviest payload where none is named."""

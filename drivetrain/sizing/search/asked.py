@@ -37,6 +37,11 @@ def check_asked(study: Study, wanted: SelectionOptions | None) -> None:
         raise InputError(faults)
 
 
+def same_study(one: Study, other: Study) -> bool:
+    """Whether a search of one study can go on with another."""
+    return one is other or (one.digest, one.catalog) == (other.digest, other.catalog)
+
+
 def check_keys(study: Study) -> None:
     """Refuse drives and candidates that the catalogue does not have; asked only once one was not found."""
     faults = [fault for task in study.joints for fault in _of_keys(study, task)]

@@ -65,99 +65,67 @@ BELOW = 1.0 - 2e-9  # a bound stays a bound though it is rounded
 class Brake(NamedTuple):
     """What open choices leave possible at one joint where a stop at the current limit begins, at a few samples, B.
 
-    Attributes:
-        speed, loss_speed, acceleration, carrier_acceleration: As in ``Motion``, (B,).
-        added_torque, added_inertia: What a unit of each number of the joint's own drive adds, (K, B).
-        torque, static, inertia: Memory: ends of the load's torque, of that without what its own acceleration asks
-            [N m], and of its inertia [kg m^2], own drive not in them, (2, B) each.
+    The ends are memory: of the load's torque, of that without what its own acceleration asks, and of its inertia, what
+    the joint's own drive adds not in them.
     """
 
-    speed: Array
+    speed: Array  # as in ``Motion``, (B,)
     loss_speed: Array
     acceleration: Array
     carrier_acceleration: Array
-    added_torque: Array
+    added_torque: Array  # what a unit of each number of the joint's own drive adds, (K, B)
     added_inertia: Array
-    torque: Array
+    torque: Array  # ends [N m], (2, B)
     static: Array
-    inertia: Array
+    inertia: Array  # [kg m^2]
 
 
 class Span(NamedTuple):
     """What open choices leave possible at one joint, at all samples or at a few; N samples.
 
-    Attributes:
-        motion: Of the joint.
-        shown, lossy: Friction of the joint at its speed, and at that which decides the losses [N m], (N,).
-        added: What a unit of each number of the joint's own drive adds to its torque, (K, N).
-        share: Of the time of use between each sample and the next, (N,).
-        low, high: Ends of the torque at the gear's output, joint friction and own drive not in it [N m], (N,).
-        own_low, own_high: Memory: with what the joint's own drive adds, (N,).
-        least, most: Memory: ends of the motor's torque [N m], (N,).
-        shaft: Memory: the motor's torque without what crosses the mesh [N m], (N,).
-        excess: Memory: of falling friction at the shaft [N m], (N,).
-        drag: Memory: of the gear, at its input [N m], (N,).
-        powers: Memory: for the drag.
-        still: Least tilting moment, axial and radial load on the output bearing [N m], [N], least torque that holds the
-            worst position still [N m], least of the largest inertia [kg m^2], and torque in stops on a ramp [N m]; NaN:
-            nobody knows, (6,).
-        brake: Stops at the current limit.
+    All but the first five is memory.
     """
 
-    motion: Motion
-    shown: Array
-    lossy: Array
-    added: Array
-    share: Array
-    low: Array
+    motion: Motion  # of the joint
+    shown: Array  # friction of the joint at its speed [N m], (N,)
+    lossy: Array  # the same at the speed that decides the losses
+    added: Array  # what a unit of each number of the joint's own drive adds to its torque, (K, N)
+    share: Array  # of the time of use between each sample and the next, (N,)
+    low: Array  # ends of the torque at the gear's output, joint friction and own drive not in it [N m], (N,)
     high: Array
-    own_low: Array
+    own_low: Array  # with what the joint's own drive adds
     own_high: Array
-    least: Array
+    least: Array  # ends of the motor's torque [N m], (N,)
     most: Array
-    shaft: Array
-    excess: Array
-    drag: Array
-    powers: Powers
+    shaft: Array  # the motor's torque without what crosses the mesh [N m], (N,)
+    excess: Array  # of falling friction at the shaft [N m], (N,)
+    drag: Array  # of the gear, at its input [N m], (N,)
+    powers: Powers  # for the drag
+    # least tilting moment, axial and radial load on the output bearing [N m], [N], least torque that holds the worst
+    # position still [N m], least of the largest inertia [kg m^2], torque in stops on a ramp [N m]; NaN: nobody knows
     still: Array
-    brake: Brake
+    brake: Brake  # stops at the current limit
 
 
 class Offer(NamedTuple):
-    """The candidates of one joint for compiled code, K other joints' drives that load it, and the memory of its bounds.
+    """The candidates of one joint for compiled code, K other joints' drives that load it, and its bounds' memory."""
 
-    Attributes:
-        plain: A case of the joint, whatever its motor and gear, (1,).
-        case, row: Memory: the case of one candidate, (1,), and the same memory as plain floats, (1, floats).
-        motors, shafts: Records of motors and of their shafts' friction.
-        gears, direct: Records of gears, and whether they are none.
-        pairs: Row of motor and gear of all pairs of the study, (P, 2).
-        numbers: Through which each pair loads joints, (P, NUMBERS).
-        load: Torque without drives [N m], (N,).
-        others: Joints whose drives load this one, (K,).
-        rows: What a unit of each number of each of them adds, (K, NUMBERS, N).
-        half: Memory: half the width of each of these numbers, (K, NUMBERS).
-        sharp: In each stretch of the cycle the sample of largest acceleration, (STRETCHES,).
-        few: What is possible at those, and at as many samples of large torque.
-        whole: At all samples.
-    """
-
-    plain: Any
-    case: Any
-    row: Array
-    motors: Any
+    plain: Any  # a case of the joint, whatever its motor and gear, (1,)
+    case: Any  # memory: the case of one candidate, (1,)
+    row: Array  # the same memory as plain floats, (1, floats)
+    motors: Any  # records of motors and of their shafts' friction
     shafts: Any
-    gears: Any
+    gears: Any  # records of gears, and whether they are none
     direct: Array
-    pairs: Any
-    numbers: Array
-    load: Array
-    others: Any
-    rows: Array
-    half: Array
-    sharp: Any
-    few: Span
-    whole: Span
+    pairs: Any  # row of motor and gear of all pairs of the study, (P, 2)
+    numbers: Array  # through which each pair loads joints, (P, NUMBERS)
+    load: Array  # torque without drives [N m], (N,)
+    others: Any  # joints whose drives load this one, (K,)
+    rows: Array  # what a unit of each number of each of them adds, (K, NUMBERS, N)
+    half: Array  # memory: half the width of each of these numbers, (K, NUMBERS)
+    sharp: Any  # in each stretch of the cycle the sample of largest acceleration, (STRETCHES,)
+    few: Span  # what is possible at those, and at as many samples of large torque
+    whole: Span  # at all samples
 
 
 def span_of(motion: Motion, friction: Friction, added: Array, share: Array, brake: Brake) -> Span:
@@ -168,23 +136,28 @@ def span_of(motion: Motion, friction: Friction, added: Array, share: Array, brak
 
 
 @kernel(fastmath=FAST)
-def open_span(offer: Offer, low: Array, high: Array) -> None:
-    """Fill the interval of torque that open choices leave; low, high: numbers of all joints' drives, (n, NUMBERS)."""
-    bottom, top, middle = offer.whole.low, offer.whole.high, np.empty(offer.half.shape[1])
+def open_span(
+    load: Array, others: Any, rows: Array, low: Array, high: Array, half: Array, bottom: Array, top: Array
+) -> None:
+    """Fill half widths and ends of the torque that open choices leave, as in ``Offer``.
+
+    ``low``, ``high``: numbers of all joints' drives, (n, NUMBERS).
+    """
+    middle = np.empty(half.shape[1])
     for t in range(len(bottom)):
-        bottom[t] = offer.load[t]
-    for k in range(len(offer.others)):
-        least, most = low[offer.others[k]], high[offer.others[k]]
+        bottom[t] = load[t]
+    for k in range(len(others)):
+        least, most = low[others[k]], high[others[k]]
         for i in range(len(middle)):
-            half = 0.5 * (most[i] - least[i])
+            wide = 0.5 * (most[i] - least[i])
             middle[i] = 0.5 * (least[i] + most[i])
-            offer.half[k, i] = half + WIDER * (half + abs(middle[i])) if half > 0.0 else 0.0
-        add_rows(bottom, offer.rows[k], middle, bottom)
+            half[k, i] = wide + WIDER * (wide + abs(middle[i])) if wide > 0.0 else 0.0
+        add_rows(bottom, rows[k], middle, bottom)
     for t in range(len(bottom)):
         top[t] = bottom[t]
-    for k in range(len(offer.others)):
-        for i in range(offer.half.shape[1]):
-            row, half_width = offer.rows[k, i], offer.half[k, i]
+    for k in range(len(others)):
+        for i in range(half.shape[1]):
+            row, half_width = rows[k, i], half[k, i]
             if half_width > 0.0:
                 for t in range(len(row)):
                     wide = half_width * abs(row[t])
@@ -197,28 +170,14 @@ def bound_candidates(
     offer: Offer, checks: Any, pairs: Any, exact: Any, until: float, strict: bool, room: float, full: bool,
     energies: bool, weight: float, base: Array, cost: Array, used: Array, energy: Array, line: Array,
 ) -> int:  # fmt: skip
-    """What candidates of one joint ask at least of their limits, and draw at least, with any torque in its interval.
+    """What candidates of one joint ask at least, with any torque in its interval (``open_span``); how many were tested.
 
-    Args:
-        offer: Of the joint, its interval filled (``open_span``).
-        checks: The table.
-        pairs: The candidates, cheapest first, (K,).
-        exact: Which need no look, as what they cost is known, (K,).
-        until: One that asks more is not looked at any further.
-        strict: Whether one of which an essential check cannot be made is out.
-        room: Candidates that cost as much are of no interest.
-        full: Whether all are looked at, or only those that may be the cheapest.
-        energies: Whether energies are wanted.
-        weight: What one joule adds to the cost.
-        base: What each pair of the study costs without energy, (P,).
-        cost: At least, raised by the energy that is certain, (K,).
-        used: Takes the largest utilisation, infinite for those that are out, (K,).
-        energy: Takes the energy a cycle less the line times what the load is above the middle of its interval [J],
-            (K,).
-        line: Takes how the power grows with the load at each sample, the mean over some candidates [W/(N m)], (N,).
-
-    Returns:
-        How many were looked at.
+    One that asks more than ``until``, that costs ``room`` or more or whose cost is ``exact`` is looked at no further;
+    with ``strict`` one of which an essential check cannot be made is out; not ``full``: only those that may be the
+    cheapest are looked at. ``base`` (P,) and ``weight`` make the cost. ``cost`` (K,) is raised by the energy that is
+    certain, ``used`` (K,) becomes the largest utilisation, infinite where one is out, ``energy`` (K,) that of a cycle
+    less the line times what the load is above the middle of its interval [J], ``line`` (N,) how the power grows with
+    the load [W/(N m)].
     """
     count, least, open_energy = 0, np.inf, 0.0
     few, whole, own, flat = offer.few, offer.whole, len(offer.whole.added), np.zeros(len(line))
@@ -275,12 +234,8 @@ def look_closer(offer: Offer) -> None:
                 asked = max(whole.low[t], -whole.high[t])
                 if asked > largest:
                     at, largest = t, asked
-        few.low[k], few.high[k], few.shown[k], few.lossy[k] = (
-            whole.low[at],
-            whole.high[at],
-            whole.shown[at],
-            whole.lossy[at],
-        )
+        few.low[k], few.high[k] = whole.low[at], whole.high[at]
+        few.shown[k], few.lossy[k] = whole.shown[at], whole.lossy[at]
         few.motion.speed[k], few.motion.loss_speed[k] = whole.motion.speed[at], whole.motion.loss_speed[at]
         few.motion.acceleration[k] = whole.motion.acceleration[at]
         few.motion.carrier_acceleration[k] = whole.motion.carrier_acceleration[at]
@@ -346,10 +301,10 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
     if motor.magnet_coefficient <= 0.0 or not heated:  # else warm magnets may be stronger without bound
         set_currents(case, weakest)
     cold, volts = torque_constant(motor, setting.ambient), 0.0
+    ends = (winding_resistance(motor, setting.ambient), winding_resistance(motor, heat.coolest))
     for more in (1.0, torque_factor(case.safety)):
-        volts = larger(volts, least_voltage(case, span, cold, winding_resistance(motor, setting.ambient), more))
-        if not heated:
-            volts = larger(volts, least_voltage(case, span, cold, winding_resistance(motor, heat.coolest), more))
+        for i in range(1 if heated else 2):
+            volts = larger(volts, least_voltage(case, span, cold, ends[i], more))
     figures.voltage = volts + unknown
     used, _ = worst(case, row, checks, HEAT, used, NOTHING, NO)
     return used, heat
@@ -586,12 +541,8 @@ def least_voltage(case: Any, span: Span, constant: Any, ohms: Any, more: Any) ->
     motion, least, most = span.motion, span.least, span.most
     ratio, inductance, inverse, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), more / constant, 0.0
     l0, l1, l2, h0, h1, h2 = least[:-2], least[1:-1], least[2:], most[:-2], most[1:-1], most[2:]
-    speed, behind, at, ahead = (
-        motion.speed[1:-1],
-        motion.rate_before[1:-1],
-        motion.rate_at[1:-1],
-        motion.rate_after[1:-1],
-    )
+    speed, behind = motion.speed[1:-1], motion.rate_before[1:-1]
+    at, ahead = motion.rate_at[1:-1], motion.rate_after[1:-1]
     for t in range(len(speed)):
         own, before, after = ohms + inductance * at[t], inductance * behind[t], inductance * ahead[t]
         low = smaller(own * l1[t], own * h1[t]) + smaller(before * l0[t], before * h0[t])

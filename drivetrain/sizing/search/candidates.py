@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,6 +131,19 @@ class Judged:
     checks: Array  # every check's utilisation, NaN where it is not made, (K, checks); (0, 0) where nobody asked
 
 
+class Loads(NamedTuple):
+    """Loads of a joint without drives at some samples, and what a unit of each number of the drives adds to them.
+
+    The drives are those of other joints, the joint's own last where it counts.
+    """
+
+    start: Array  # (..., M); (0,) where nobody asks
+    rows: Array  # (K, ..., M)
+
+
+UNASKED = Loads(np.zeros(0), np.zeros((0, 0)))
+
+
 @dataclass(frozen=True, eq=False)
 class JointOffer:
     """One joint: its work without drives, its candidates' rows, and what the drives of others add to its load."""
@@ -142,15 +155,11 @@ class JointOffer:
     work: Work
     others: tuple[int, ...]  # joints whose drives load this one
     rows: Added  # what a unit of each number of each of their drives adds
-    heavy: Array  # load of the output bearing without drives where it is largest in each stretch, (6, M) or (6, 0)
-    heavy_rows: Array  # what a unit of each number of the others' and the own drive adds to it, (K, 6, M)
-    held: Array  # the same of the torque that holds a position still, (M,) or (0,), (K, M)
-    held_rows: Array
-    stops: Array  # the same of the torque in stops on a ramp
-    stop_rows: Array
-    # torque, static torque and inertia without drives where stops at a current limit are looked at, (3, B)
-    brake: Array
-    brake_rows: Array  # what a unit of each number of the others adds to them, (3, K, B)
+    heavy: Loads  # the wrench on the output bearing, six rows
+    held: Loads  # the torque that holds a position still
+    stops: Loads  # the torque in stops on a ramp
+    swung: Loads  # the inertia at all samples, where a frequency is wished
+    brake: Loads  # torque, static torque and inertia where stops at a current limit are looked at, own drive not in it
     few: Work  # the work at a few samples, with its memory
     records: Offer  # the candidates for the bounds, with their memory
     given: bool  # whether the study gives the drive: it stays, whatever is known of it
@@ -174,52 +183,41 @@ class JointOffer:
 
         ``low, high``: Numbers of all joints' drives, (n, NUMBERS).
         """
-        open_span(self.records, low, high)
-        found = self.records.whole.still
-        if self.heavy.size:
-            least = self._least(self.heavy, self.heavy_rows, low, high)
-            found[:3] = [series.max() for series in _bearing_loads(least)]
-        if self.held.size:
-            found[3] = self._least(self.held, self.held_rows, low, high).max()
-        if self.records.plain["setting"]["resonance"].any() and self.work.load.inertia.size:
-            found[4] = self._inertia(low, high)
-        if self.stops.size:
-            found[5] = self._least(self.stops, self.stop_rows, low, high).max()
-        memory = self.records.whole.brake
-        every = (memory.torque, memory.static, memory.inertia) if self.brake.size else ()
-        for start, rows, ends in zip(self.brake, self.brake_rows, every, strict=False):
-            ends[:] = self._ends(start, rows, list(self.others), low, high)
-        return self.records.whole.low, self.records.whole.high
+        offer, whole = self.records, self.records.whole
+        open_span(offer.load, offer.others, offer.rows, low, high, offer.half, whole.low, whole.high)
+        found = whole.still
+        if self.heavy.start.size:
+            found[:3] = [series.max() for series in _bearing_loads(self._least(self.heavy, low, high))]
+        for at, loads in ((3, self.held), (4, self.swung), (5, self.stops)):
+            if loads.start.size:
+                found[at] = self._least(loads, low, high).max()
+        if self.brake.start.size:
+            memory = whole.brake
+            least, most = self._ends(self.brake, low, high)
+            for ends, *found_ends in zip((memory.torque, memory.static, memory.inertia), least, most, strict=True):
+                ends[:] = found_ends
+        return whole.low, whole.high
 
     def load_at(self, sample: int, low: Array, high: Array) -> tuple[Array, Array]:
         """Both ends of the torque at one sample that open choices leave, friction and own drive in it [N m], (1,)."""
-        drives = [*self.others, *([self.joint] if len(self.work.added.torque) else [])]
-        rows = np.concatenate([self.rows.torque[:, [sample]], self.work.added.torque[:, [sample]]])
+        load, rows, own = self.work.load.torque, self.rows.torque, self.work.added.torque
+        at = Loads(load[[sample]], np.concatenate([rows[:, [sample]], own[:, [sample]]]))
         shown = self.records.whole.shown[sample]
-        least, most = self._ends(self.work.load.torque[[sample]], rows, drives, low, high)
+        least, most = self._ends(at, low, high)
         return least + shown, most + shown
 
-    def _inertia(self, low: Array, high: Array) -> float:
-        """The least of the largest inertia that open choices leave."""
-        least = self.work.load.inertia
-        for drives, rows in ((list(self.others), self.rows.inertia), ([self.joint], self.work.added.inertia)):
-            if len(rows):
-                middle, half = 0.5 * (low[drives] + high[drives]).ravel(), 0.5 * (high[drives] - low[drives]).ravel()
-                least = least + middle @ rows - (half * (1.0 + WIDER)) @ np.abs(rows)
-        return float(max(least.max(), 0.0))
-
-    def _least(self, start: Array, rows: Array, low: Array, high: Array) -> Array:
-        """The least magnitudes that open choices leave of some loads, the joint's own drive among them."""
-        drives = [*self.others, *([self.joint] if len(self.work.added.torque) else [])]
-        least, most = self._ends(start, rows, drives, low, high)
+    def _least(self, loads: Loads, low: Array, high: Array) -> Array:
+        """The least magnitudes that open choices leave."""
+        least, most = self._ends(loads, low, high)
         return np.maximum(np.maximum(least, -most), 0.0)
 
-    def _ends(self, start: Array, rows: Array, drives: list[int], low: Array, high: Array) -> tuple[Array, Array]:
-        """Both ends of some loads that open choices of some drives leave; rows: what each number of each adds."""
+    def _ends(self, loads: Loads, low: Array, high: Array) -> tuple[Array, Array]:
+        """Both ends that open choices leave."""
+        drives = [*self.others, self.joint][: len(loads.rows) // NUMBERS]
         middle = 0.5 * (low[drives] + high[drives]).ravel()
         half = 0.5 * (high[drives] - low[drives]).ravel()
         half = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0)
-        centre, wide = start + np.tensordot(middle, rows, 1), np.tensordot(half, np.abs(rows), 1)
+        centre, wide = loads.start + np.tensordot(middle, loads.rows, 1), np.tensordot(half, np.abs(loads.rows), 1)
         return centre - wide, centre + wide
 
     def bounded(
@@ -244,13 +242,10 @@ class JointOffer:
     ) -> Judged:  # fmt: skip
         """Candidates beside chosen drives, each with the first amplifier that holds, else the least overloaded.
 
-        Args:
-            parts: Rows of motor and gear, (K, 2).
-            own: Numbers of the candidates, (K, NUMBERS).
-            numbers: Of all joints' drives, (n, NUMBERS).
-            until, quick: As for ``judge_cases``.
-            power: Takes the electrical power, and the least, on top of what is there [W], (1, 2, N) or (K, 2, N).
-            all_checks: Whether every check's utilisation is wanted.
+        ``parts``: rows of motor and gear, (K, 2); ``own``: the candidates' numbers, (K, NUMBERS); ``numbers``: of all
+        joints' drives, (n, NUMBERS); ``until``, ``quick``: as for ``judge_cases``; ``power`` takes the electrical
+        power, and the least, on top of what is there [W], (1, 2, N) or (K, 2, N); ``all_checks``: whether every
+        check's utilisation is wanted.
         """
         amounts = numbers[list(self.others)].ravel()
         bare = self.work.load
@@ -383,20 +378,17 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     rows = nothing if basis is None else added_by(work, joint, others)
     own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
     offered = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))
-    heavy, heavy_rows = np.zeros((6, 0)), np.zeros((0, 6, 0))
-    if demand.wrench is not None:
-        at = np.unique([_peaks(series) for series in _bearing_loads(offered.load.wrench)])
-        heavy = offered.load.wrench[:, at]
-        heavy_rows = np.concatenate([rows.wrench[:, :, at], offered.added.wrench[:, :, at]])
-    held, held_rows = np.zeros(0), np.zeros((0, 0))
-    if demand.static_torque is not None:
-        at = _peaks(np.abs(demand.static_torque))
-        held, held_rows = offered.load.static[at], np.concatenate([rows.static[:, at], offered.added.static[:, at]])
-    stops, stop_rows = np.zeros(0), np.zeros((0, 0))
-    if len(demand.stop.torque):
-        at = np.unique(_peaks(np.abs(offered.load.stop)))
-        stops, stop_rows = offered.load.stop[at], np.concatenate([rows.stop[:, at], offered.added.stop[:, at]])
-    brake, braking, brake_rows = _brakes(offered, rows)
+
+    def largest(name: str, *series: Array) -> Loads:
+        """Loads where they are largest in each stretch."""
+        at = np.unique([_peaks(one) for one in series])
+        load, others, mine = (getattr(one, name)[..., at] for one in (offered.load, rows, offered.added))
+        return Loads(load, np.concatenate([others, mine]))
+
+    heavy = UNASKED if demand.wrench is None else largest("wrench", *_bearing_loads(offered.load.wrench))
+    held = UNASKED if demand.static_torque is None else largest("static", np.abs(demand.static_torque))
+    stops = largest("stop", np.abs(offered.load.stop)) if len(demand.stop.torque) else UNASKED
+    brake, braking = _brakes(offered, rows)
     few, size = offered.few, 2 * STRETCHES
     assert few is not None
     nowhere = {name: np.zeros(size) for name in few.motion._fields[:-2]}
@@ -422,14 +414,16 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
         span_of(few.motion, friction, np.zeros((len(own.torque), size)), np.zeros(size), brake),
         span_of(offered.motion, friction, own.torque, share, brake),
     )  # fmt: skip
-    given = study.joints[joint].drive is not None
+    swung = UNASKED
+    if plain["setting"]["resonance"].any() and offered.load.inertia.size:
+        swung = Loads(offered.load.inertia, np.concatenate([rows.inertia, offered.added.inertia]))
     return JointOffer(
-        joint, demand, offered, tuple(others), rows, heavy, heavy_rows, held, held_rows, stops, stop_rows, braking,
-        brake_rows, few, records, given, study.joints[joint],
+        joint, demand, offered, tuple(others), rows, heavy, held, stops, swung, braking, few, records,
+        study.joints[joint].drive is not None, study.joints[joint],
     )  # fmt: skip
 
 
-def _brakes(work: Work, rows: Added) -> tuple[Brake, Array, Array]:
+def _brakes(work: Work, rows: Added) -> tuple[Brake, Loads]:
     """Where stops at a current limit are looked at: of each stretch the fastest sample, and the one of most torque."""
     motion, load, own = work.motion, work.load, work.added
     at = np.zeros(0, dtype=np.int64)
@@ -442,18 +436,18 @@ def _brakes(work: Work, rows: Added) -> tuple[Brake, Array, Array]:
 
     def three(torque: Array, inertia: Array) -> Array:
         """Torque, static torque and inertia."""
-        return np.stack([torque, torque - inertia * acceleration, inertia])
+        return np.stack([torque, torque - inertia * acceleration, inertia], axis=-2)
 
     if not len(at):
         empty, nothing = np.zeros(0), np.zeros((len(own.torque), 0))
         ends = (np.zeros((2, 0)), np.zeros((2, 0)), np.zeros((2, 0)))
-        return Brake(empty, empty, empty, empty, nothing, nothing, *ends), np.zeros((3, 0)), np.zeros((3, 0, 0))
+        return Brake(empty, empty, empty, empty, nothing, nothing, *ends), UNASKED
     brake = Brake(
         motion.speed[at], motion.loss_speed[at], acceleration, motion.carrier_acceleration[at],
         np.ascontiguousarray(own.torque[:, at]), np.ascontiguousarray(own.inertia[:, at]), *np.zeros((3, 2, len(at))),
     )  # fmt: skip
     start = three(load.torque[at], load.inertia[at])
-    return brake, start, three(rows.torque[:, at], rows.inertia[:, at])
+    return brake, Loads(start, three(rows.torque[:, at], rows.inertia[:, at]))
 
 
 def _bearing_loads(wrench: Array) -> tuple[Array, Array, Array]:

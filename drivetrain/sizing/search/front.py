@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -13,11 +13,12 @@ from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.asked import SHEET, lacking_of, satisfied, words_of
+from drivetrain.sizing.search.asked import SHEET, lacking_of, same_study, words_of
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.front_tree import NAMES, FrontTree
 from drivetrain.sizing.search.often_enough import CONFIDENCE, OftenEnough, chance_of, scatters
 from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.tree import Tell, searched
 from drivetrain.sizing.tables import CRITERION_UNITS, set_table
 from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import nominal_of
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
 
 CRITERIA = ("mass", "energy")
 TIME_LIMIT = 60.0  # s
-TELL_EVERY = 64  # sets
-
-Tell = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,9 +158,8 @@ def _resumed(
     study: Study, criteria: Sequence[str], time_limit: float, resume: Front, progress: Tell | None
 ) -> Front:  # fmt: skip
     """A search that goes on."""
-    before = resume.study
-    if before is not study and (before.digest, before.catalog) != (study.digest, study.catalog):
-        raise InputError(Fault("resume", "is a front of another study", before.name))
+    if not same_study(resume.study, study):
+        raise InputError(Fault("resume", "is a front of another study", resume.study.name))
     asked = tuple(name for name in dict.fromkeys(criteria) if name not in resume.left_out)
     if asked != resume.names:
         raise InputError(Fault("resume", "is a front of other criteria", ", ".join(resume.names)))
@@ -179,13 +176,11 @@ def _searched(
     tell = progress or (lambda done, total, text: None)
     search.begin()  # what a first run compiles is no search
     end = time.perf_counter() + time_limit
-    search.run(end, tell)
-    points, wrong = _evaluated(search, tell)
-    while wrong:  # compiled code and evaluation disagree on a set: an error in here, which must not hide other sets
-        search = FrontTree(search.problem, search.excluded | wrong, search.often, names=search.names)
-        search.counters["disagreements"] = len(search.excluded)
-        search.run(end, tell)
-        points, wrong = _evaluated(search, tell)
+    search, evaluations = searched(search, end, tell)
+    points = [
+        DriveSet(search.problem.keys(dict(enumerate(pairs))), one.objective, one.criteria)
+        for pairs, one in evaluations.items()
+    ]
     points.sort(key=lambda one: tuple(one.criteria[name] for name in search.names))
     chances = _chances(search, points, tell)
     counters = dict(search.counters) | (dict(search.often.counters) if search.often is not None else {})
@@ -262,17 +257,3 @@ def _known(study: Study, criteria: Sequence[str]) -> tuple[tuple[str, ...], dict
     if not names:
         raise InputError([Fault("criteria", told, name) for name, told in left_out.items()])
     return tuple(names), left_out, notes
-
-
-def _evaluated(search: FrontTree, tell: Tell) -> tuple[list[DriveSet], frozenset[tuple[int, ...]]]:
-    """The sets as they are evaluated, and those of which that says that they are not feasible."""
-    sets, wrong, keys = [], set(), search.zones.keys
-    for done, pairs in enumerate(keys):
-        if done % TELL_EVERY == 0:
-            tell(done, len(keys), f"evaluating {len(keys)} sets")
-        found = search.problem.evaluation(pairs)
-        if satisfied(found):
-            sets.append(DriveSet(search.problem.keys(dict(enumerate(pairs))), found.objective, found.criteria))
-        else:
-            wrong.add(pairs)
-    return sets, frozenset(wrong)

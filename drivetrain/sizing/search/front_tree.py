@@ -212,6 +212,10 @@ class FrontTree(BranchAndBound[Part]):
         return other
 
     @property
+    def found(self) -> Sequence[Pairs]:
+        return self.zones.keys
+
+    @property
     def finished(self) -> bool:
         return self.started and not self.open and self.following is None and self._root is None
 

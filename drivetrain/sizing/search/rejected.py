@@ -22,12 +22,11 @@ from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.missing import gaps, missing_words
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.judge.stop_checks import asks_stops
-from drivetrain.sizing.judge.vary import Vary, first_edge, named_drives, task_number, worst_of_set
+from drivetrain.sizing.judge.vary import MOST, Vary, first_edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation, RejectedPair
-from drivetrain.sizing.search.asked import satisfied
 from drivetrain.sizing.search.candidates import TABLE, Indices, candidates
 from drivetrain.sizing.search.problem import Problem, problem
-from drivetrain.sizing.search.tree import Tree
+from drivetrain.sizing.search.tree import Tree, searched
 from drivetrain.study.model import Study
 from drivetrain.study.parts.mounting import mass_counts
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
@@ -199,8 +198,6 @@ def _nearest(problem: Problem, joint: int, chosen: Mapping[int, int]) -> int:
     return int(known[np.argmin(np.concatenate(distance))])
 
 
-MOST = 10.0  # times the cycle's length, times the supply's voltage: beyond, it is another task
-STEPS = 32
 ROUNDED = 1e-3  # of the change, to the safe side of its edge, so that printed digits hold too
 PARTS = 8  # of the change, at whose ends all candidates are searched: at most four of them
 AT_MOST = 5.0  # s of such a search
@@ -212,7 +209,7 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     if gaps(evaluation):
         return (*words, *missing_words(evaluation))
     family = WorkFamily(near.study)
-    tried = [_slower(near, family), _lighter(near, family), _higher(near, family)]
+    tried = [_changed(near, family, vary) for vary in (Vary.CYCLE_TIME, Vary.PAYLOAD, Vary.VOLTAGE)]
     found = [text for text in tried if text]
     if not found:
         found = [
@@ -262,24 +259,30 @@ def _figures(check: Check) -> str:
     return f"{required:.4g} of {available:.4g} {check.unit} ({excess})"
 
 
-def _slower(near: Nearest, family: WorkFamily) -> str:
-    found, length = _least(near, family, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, STEPS)), near.study.cycle.duration
+def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:
+    """The smallest change of one number that lets the nearest set pass, in words; empty where none does."""
+    if vary is Vary.PAYLOAD and not _carries(near):
+        return ""
+    number = task_number(family, named_drives(near.study, near.keys), vary)
+    found = first_edge(
+        lambda value: worst_of_set(number.put(value).evaluation()).utilisation <= 1.0, number.now * vary.outwards
+    )
     if found is None:
         return ""
+    factor = found.inside / number.now
+    factor = max(factor + ROUNDED * (factor - 1.0), 0.0)
+    now, after = number.now, factor * number.now
+    if not number.put(after).proven().feasible:
+        return ""
+    if vary is Vary.PAYLOAD:
+        return f"With these drives less payload is enough: {_masses(near, factor)}."
+    if vary is Vary.VOLTAGE:
+        return f"With these drives more supply voltage is enough: {after:.4g} V instead of {now:g} V."
     kept = "" if near.study.arm is not None else ", at the table's torques"
     return (
-        f"With these drives a slower motion is enough: a cycle of {length * found:.4g} s instead of {length:.4g} s, "
-        f"{100.0 * (found - 1.0):.3g} % longer{kept}."
+        f"With these drives a slower motion is enough: a cycle of {after:.4g} s instead of {now:.4g} s, "
+        f"{100.0 * (factor - 1.0):.3g} % longer{kept}."
     )
-
-
-def _lighter(near: Nearest, family: WorkFamily) -> str:
-    if not _carries(near):
-        return ""
-    found = _least(near, family, Vary.PAYLOAD, np.linspace(1.0, 0.0, STEPS))
-    if found is None:
-        return ""
-    return f"With these drives less payload is enough: {_masses(near, found)}."
 
 
 def _carries(near: Nearest) -> bool:
@@ -290,26 +293,6 @@ def _masses(near: Nearest, share: float) -> str:
     return ", ".join(
         f"{one.name} {one.mass * share:.4g} kg instead of {one.mass:.3g} kg" for one in near.study.payloads
     )
-
-
-def _higher(near: Nearest, family: WorkFamily) -> str:
-    found, volts = _least(near, family, Vary.VOLTAGE, np.geomspace(1.0, MOST, STEPS)), near.study.supply.voltage
-    if found is None:
-        return ""
-    return f"With these drives more supply voltage is enough: {volts * found:.4g} V instead of {volts:g} V."
-
-
-def _least(near: Nearest, family: WorkFamily, vary: Vary, steps: Array) -> float | None:
-    """The factor of the smallest change that lets the nearest set pass, rounded to the safe side; None: none does."""
-    number = task_number(family, named_drives(near.study, near.keys), vary)
-    found = first_edge(
-        lambda value: worst_of_set(number.put(value).evaluation()).utilisation <= 1.0, number.now * steps
-    )
-    if found is None:
-        return None
-    factor = found.inside / number.now
-    factor = max(factor + ROUNDED * (factor - 1.0), 0.0)
-    return factor if number.put(factor * number.now).proven().feasible else None
 
 
 # All candidates
@@ -342,7 +325,5 @@ def _searched(
     work = family.at(vary.change(near.study, float(factor) * vary.now(near.study)))
     study = replace(work.study, wanted=replace(near.study.wanted, sets=1))
     tree = Tree(problem(candidates(study, replace(work, study=study)), study.wanted))
-    tree.run(time.perf_counter() + min(AT_MOST, study.wanted.time_limit), lambda done, total, text: None)
-    if not tree.best or not satisfied(tree.problem.evaluation(tree.best[0].pairs)):
-        return {}, tree.finished
-    return tree.problem.keys(dict(enumerate(tree.best[0].pairs))), True
+    tree, _ = searched(tree, time.perf_counter() + min(AT_MOST, study.wanted.time_limit), lambda *_: None)
+    return (tree.problem.keys(dict(enumerate(tree.found[0]))), True) if tree.best else ({}, tree.finished)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Protocol
 
 from drivetrain.errors import Fault, InputError
@@ -12,12 +13,11 @@ from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import Pair, evaluated
 from drivetrain.sizing.judge.missing import missing_words, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
-from drivetrain.sizing.search.asked import check_asked, check_keys, nothing_to_choose, satisfied, why_nothing
-from drivetrain.sizing.search.candidates import candidates
+from drivetrain.sizing.search.asked import check_asked, check_keys, nothing_to_choose, same_study, why_nothing
+from drivetrain.sizing.search.candidates import Pairs, candidates
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.rejected import Rejected, advice_on, alternatives, nearest_set
-from drivetrain.sizing.search.tree import Tell, Tree
-from drivetrain.sizing.search.whole_sets import Found
+from drivetrain.sizing.search.tree import Tell, Tree, searched
 from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import SelectionOptions
 
@@ -31,20 +31,6 @@ class Progress(Protocol):
 
     def advance(self, done: int, total: int, text: str) -> None:
         """Show it."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Set:
-    """A set that was found and evaluated."""
-
-    found: Found
-    evaluation: Evaluation
-
-    @property
-    def objective(self) -> float:
-        """Of the set; of what is known of it, where a given drive's share is not."""
-        told = self.evaluation.objective
-        return self.found.objective if math.isnan(told) else told
 
 
 def select(
@@ -83,15 +69,8 @@ def select(
     tree.begin()
     begin = time.perf_counter()  # what a first run compiles is no search
     limit = tree.problem.wanted.time_limit if wanted is None else wanted.time_limit
-    tree.run(begin + limit, tell)
-    sets, wrong = _evaluated(tree)
-    while wrong:  # compiled code and evaluation disagree on a set: an error in here, which must not hide other sets
-        again = Tree(tree.problem, tree.excluded | wrong)
-        again.counters["disagreements"] = tree.counters["disagreements"] + len(wrong)
-        tree = again
-        tree.run(begin + limit, tell)
-        sets, wrong = _evaluated(tree)
-    return _answer(tree, sets, tell) if sets else _nothing_fits(tree, tell, advise)
+    tree, evaluations = searched(tree, begin + limit, tell)
+    return _answer(tree, evaluations, tell) if tree.best else _nothing_fits(tree, tell, advise)
 
 
 def better_set(study: Study, objective: float) -> tuple[dict[str, Pair], bool]:
@@ -101,10 +80,9 @@ def better_set(study: Study, objective: float) -> tuple[dict[str, Pair], bool]:
     """
     tree = _new_tree(study, None, None)
     tree.below = (tree.problem.level(objective) - 0.5) * tree.problem.step
-    tree.run(time.perf_counter() + tree.problem.wanted.time_limit, _teller(None))
-    sets, wrong = _evaluated(tree)
-    keys = tree.problem.keys(dict(enumerate(sets[0].found.pairs))) if sets else {}
-    return keys, tree.finished and not wrong
+    tree, _ = searched(tree, time.perf_counter() + tree.problem.wanted.time_limit, _teller(None))
+    keys = tree.problem.keys(dict(enumerate(tree.found[0]))) if tree.best else {}
+    return keys, tree.finished
 
 
 def _new_tree(study: Study, wanted: SelectionOptions | None, work: Workload | None) -> Tree:
@@ -123,9 +101,8 @@ def _old_tree(study: Study, wanted: SelectionOptions | None, resume: Selection) 
     tree, faults = resume.state, []
     if not isinstance(tree, Tree):
         raise InputError(Fault("resume", "is not a selection that a search returned", type(tree).__name__))
-    before = tree.problem.candidates.study
-    if before is not study and (before.digest, before.catalog) != (study.digest, study.catalog):
-        faults.append(Fault("resume", "is a selection of another study", before.name))
+    if not same_study(tree.problem.candidates.study, study):
+        faults.append(Fault("resume", "is a selection of another study", tree.problem.candidates.study.name))
     if wanted is not None and replace(wanted, time_limit=0.0) != replace(tree.problem.wanted, time_limit=0.0):
         hint = "only the time limit may differ; leave the selection out to search anew"
         faults.append(Fault("wanted", "asks for something else than the search that is to go on", hint=hint))
@@ -134,27 +111,21 @@ def _old_tree(study: Study, wanted: SelectionOptions | None, resume: Selection) 
     return tree.copied()
 
 
-def _evaluated(tree: Tree) -> tuple[list[_Set], frozenset[tuple[int, ...]]]:
-    """The best sets with their evaluations, and those that an evaluation says do not hold."""
-    sets = [_Set(found, tree.problem.evaluation(found.pairs)) for found in tree.best]
-    wrong = frozenset(one.found.pairs for one in sets if not satisfied(one.evaluation))
-    return sets, wrong
-
-
-def _answer(tree: Tree, sets: list[_Set], tell: Tell) -> Selection:
+def _answer(tree: Tree, evaluations: Mapping[Pairs, Evaluation], tell: Tell) -> Selection:
     """What a search found."""
-    best, study = sets[0], tree.problem.candidates.study
-    chosen = dict(enumerate(best.found.pairs))
+    study, problem, sets = tree.problem.candidates.study, tree.problem, []
+    for found in tree.best:
+        one = evaluations[found.pairs]
+        # Of what is known of a set, where a given drive's share is not.
+        objective = found.objective if math.isnan(one.objective) else one.objective
+        sets.append(DriveSet(problem.keys(dict(enumerate(found.pairs))), objective, one.criteria))
+    best, chosen = evaluations[tree.found[0]], dict(enumerate(tree.found[0]))
     tell(1, 1, "the next best of each joint")
-    told = tuple(
-        DriveSet(tree.problem.keys(dict(enumerate(one.found.pairs))), one.objective, one.evaluation.criteria)
-        for one in sets
-    )
     return Selection(
-        study, told[0].drives, best.evaluation, best.objective, _proof(tree),
-        Rejected(tree.problem, chosen), alternatives(tree.problem, chosen), missing_words(best.evaluation),
-        dict(tree.counters), told, min(tree.bound, best.objective), None if tree.finished else tree,
-        tuple(f"{told}; the objective is that of the rest" for told in uncounted(best.evaluation)), *tree.equals,
+        study, sets[0].drives, best, sets[0].objective, _proof(tree), Rejected(problem, chosen),
+        alternatives(problem, chosen), missing_words(best), dict(tree.counters), tuple(sets),
+        min(tree.bound, sets[0].objective), None if tree.finished else tree,
+        tuple(f"{told}; the objective is that of the rest" for told in uncounted(best)), *tree.equals,
     )  # fmt: skip
 
 

@@ -16,10 +16,12 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Generic, Self, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
 
+from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.search.asked import satisfied
 from drivetrain.sizing.search.candidates import (
     Domains,
     Indices,
@@ -42,7 +44,7 @@ from drivetrain.sizing.search.whole_sets import (
     without_soft,
 )
 
-TELL_EVERY = 50  # nodes
+TELL_EVERY = 50  # nodes, sets
 
 Tell = Callable[[int, int, str], None]
 
@@ -60,6 +62,7 @@ class Node:
 
 
 AnyNode = TypeVar("AnyNode", bound=Node)
+AnyTree = TypeVar("AnyTree", bound="BranchAndBound[Any]")
 
 
 @dataclass
@@ -88,6 +91,11 @@ class BranchAndBound(ABC, Generic[AnyNode]):
                     self.push(part)
             if time.perf_counter() >= deadline:
                 return
+
+    @property
+    @abstractmethod
+    def found(self) -> Sequence[Pairs]:
+        """The sets found."""
 
     def begin(self) -> None:
         """Make the first node, once."""
@@ -151,6 +159,25 @@ class BranchAndBound(ABC, Generic[AnyNode]):
         """How much is done, of how much, and in words."""
 
 
+def searched(tree: AnyTree, deadline: float, tell: Tell) -> tuple[AnyTree, dict[Pairs, Evaluation]]:
+    """A search run until it is finished or the time is up, and its sets evaluated.
+
+    Where compiled code and evaluation disagree on a set, an error in here, it must not hide others: anew without it.
+    """
+    while True:
+        tree.run(deadline, tell)
+        evaluations = {}
+        for done, pairs in enumerate(tree.found):
+            if done and done % TELL_EVERY == 0:
+                tell(done, len(tree.found), f"evaluating {len(tree.found)} sets")
+            evaluations[pairs] = tree.problem.evaluation(pairs)
+        wrong = frozenset(pairs for pairs, one in evaluations.items() if not satisfied(one))
+        if not wrong:
+            return tree, evaluations
+        before, tree = tree, replace(tree, excluded=tree.excluded | wrong)  # from its beginning
+        tree.counters["disagreements"] = before.counters["disagreements"] + len(wrong)
+
+
 def halves(problem: Problem, domains: Domains, joint: int, number: int) -> list[Domains]:
     """Domains in two, parted in the middle of one number of a joint's drives."""
     values = problem.candidates.numbers[domains[joint].pairs, number]
@@ -186,17 +213,24 @@ class Tree(BranchAndBound[Bounded]):
     """The search for the best sets, and what it found."""
 
     below: float = math.inf  # sets that cost as much are not wanted either
-    best: list[Found] = field(default_factory=list)  # best first
-    fine: bool = False  # whether the last node was branched by a single load
-    supply_binds: bool = False  # whether the supply ruled out a set
-    suspects: set[int] = field(default_factory=set)  # pairs that were judged infeasible although the bounds passed them
-    counted: Counter[int] = field(default_factory=Counter)  # feasible sets by level of objective, of nodes looked at
-    uncounted: set[int] = field(default_factory=set)  # levels of which a node was left: none of it precedes the best
+    best: list[Found] = field(default_factory=list, init=False)  # best first
+    fine: bool = field(default=False, init=False)  # whether the last node was branched by a single load
+    supply_binds: bool = field(default=False, init=False)  # whether the supply ruled out a set
+    # pairs that were judged infeasible although the bounds passed them
+    suspects: set[int] = field(default_factory=set, init=False)
+    # feasible sets by level of objective, of nodes looked at; levels of which a node was left: none of it precedes the
+    # best
+    counted: Counter[int] = field(default_factory=Counter, init=False)
+    uncounted: set[int] = field(default_factory=set, init=False)
 
     def copied(self) -> Tree:
         other = super().copied()
         other.best, other.counted, other.uncounted = list(self.best), Counter(self.counted), set(self.uncounted)
         return other
+
+    @property
+    def found(self) -> Sequence[Pairs]:
+        return [one.pairs for one in self.best]
 
     @property
     def last(self) -> Found | None:
