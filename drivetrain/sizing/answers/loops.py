@@ -55,12 +55,9 @@ class StudyLoops:
 def study_loops(
     evaluation: Evaluation, *, joints: Collection[str] | None = None, current_bandwidth: float | None = None
 ) -> StudyLoops:
-    """Lay out the loops of a study's drives, timed as its simulation times them.
+    """Lay out the loops of evaluated drives, of some joints or of all, timed as the study's simulation times them.
 
-    Args:
-        evaluation: Of the drives.
-        joints: Of these only; None: of all.
-        current_bandwidth: Of the current loops [rad/s]; None: the study's.
+    ``current_bandwidth``: of the current loops [rad/s]; None: the study's.
     """
     wishes = evaluation.study.simulation
     if current_bandwidth is not None:

@@ -86,10 +86,8 @@ class Zones:
 def _fresh_corners(cut: Array, point: Array, near: Array) -> Array:
     """The corners that take the place of those a point cuts off, without those that lie below another.
 
-    Args:
-        cut: Corners above the point in every criterion, (C, p).
-        point: (p,).
-        near: Corners that share a number with the point and lie above it in all others, (B, p).
+    ``cut``: above the point in every criterion, (C, p); ``near``: those that share a number with the point and lie
+    above it in all others, (B, p).
 
     Reference:
         Klamroth, Lacour and Vanderpooten, European Journal of Operational Research 245 (2015) 767, algorithm 3: only
@@ -114,14 +112,9 @@ def survivors(
 ) -> tuple[list[Mask], Array, float] | None:
     """Which candidates may be part of a set that reaches a zone; n joints, K candidates each, W weightings, Z zones.
 
-    Args:
-        values: Weighted costs at least, (K, W) a joint.
-        used: Least utilisation, (K,) a joint.
-        corners: Weighted corners of the zones, (Z, W).
-        heights: Their utilisation, infinite where it is not compared, (Z,).
-
-    Returns:
-        Masks by joint, the least of each weighting, (W,), and of utilisation; None where no zone can be reached.
+    ``values``: weighted costs at least, (K, W) a joint; ``used``: least utilisation, (K,) a joint; ``corners``: of the
+    zones, weighted, (Z, W), ``heights`` their utilisation, infinite where it is not compared, (Z,). Masks by joint, the
+    least of each weighting, (W,), and of utilisation; None where no zone can be reached.
     """
     total, lowest = np.sum([one.min(axis=0) for one in values], axis=0), max(float(one.min()) for one in used)
     near = (total < corners).all(axis=1) & (lowest < heights)

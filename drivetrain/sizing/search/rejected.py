@@ -1,6 +1,7 @@
-"""What a set of drives leaves aside: the candidates rejected given the others, the next best, and the nearest set.
+"""What a set of drives leaves aside: the candidates rejected given the others, the next best; where nothing fits, why.
 
-There may be half a million candidates, so they are kept as arrays and become objects only when one is looked at.
+There may be half a million candidates, so they are kept as arrays and become objects only when one is looked at. A
+change that might mend it is tried with the nearest set first; what that cannot do is searched for in all candidates.
 """
 
 from __future__ import annotations
@@ -33,6 +34,9 @@ from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
 ALTERNATIVES = 5
 FIRST, AT_ONCE = 64, 4096  # candidates judged before it is seen whether they are enough, and most at once
+ROUNDED = 1e-3  # of the change, to the safe side of its edge, so that printed digits hold too
+PARTS = 8  # of the change, at whose ends all candidates are searched: at most four of them
+AT_MOST = 5.0  # s of such a search
 SUPPLY = -1  # what stands in place of a joint where every joint has a feasible drive
 NOT_CHECKED, NOT_KNOWN = " (not checked)", " (not known)"
 FEASIBLE = -1
@@ -198,11 +202,6 @@ def _nearest(problem: Problem, joint: int, chosen: Mapping[int, int]) -> int:
     return int(known[np.argmin(np.concatenate(distance))])
 
 
-ROUNDED = 1e-3  # of the change, to the safe side of its edge, so that printed digits hold too
-PARTS = 8  # of the change, at whose ends all candidates are searched: at most four of them
-AT_MOST = 5.0  # s of such a search
-
-
 def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     """What stands in the way of the nearest set, and each single change that was tried and fixes it."""
     words = [_place(near), *_binding(evaluation, near)]
@@ -293,9 +292,6 @@ def _masses(near: Nearest, share: float) -> str:
     return ", ".join(
         f"{one.name} {one.mass * share:.4g} kg instead of {one.mass:.3g} kg" for one in near.study.payloads
     )
-
-
-# All candidates
 
 
 def _others(near: Nearest, family: WorkFamily, vary: Vary, factors: Array) -> str:

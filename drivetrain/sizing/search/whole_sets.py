@@ -67,10 +67,7 @@ def can_be_judged(problem: Problem, decided: Mask) -> bool:
 def feasible_sets(problem: Problem, domains: Domains, ranges: Ranges, limit: float) -> Iterator[Found]:
     """Every feasible set of some domains below a limit, judged joint by joint from the tip to the base.
 
-    Args:
-        domains: Of few sets; see ``can_be_judged``.
-        ranges: Of their numbers.
-        limit: Sets that cost as much are not wanted.
+    The domains are of few sets that ``can_be_judged``, ``ranges`` of their numbers.
     """
     least, limited = np.cumsum([0.0, *(domain.least for domain in domains)]), supply_limited(problem)
 

@@ -11,10 +11,8 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.records import as_numbers
-from drivetrain.sizing.demand.demand import Workload, at_rest, workload
-from drivetrain.sizing.demand.load_basis import load_basis
-from drivetrain.sizing.demand.series import Added, Load, Work, new_traces, work_of
-from drivetrain.sizing.demand.stops import stop_basis
+from drivetrain.sizing.demand.demand import Workload, workload
+from drivetrain.sizing.demand.series import Added, Load, Work, load_of, new_traces, nothing_added, work_of
 from drivetrain.sizing.judge.cases import cases_of
 from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS, table
 from drivetrain.sizing.judge.evaluate import evaluated, given_drives
@@ -75,51 +73,24 @@ class Samples:
 
 def nominal_of(study: Study, work: Workload | None = None) -> Nominal:
     """A study prepared for any set of drives."""
+    without = {}  # the work without each payload that is not known exactly
+    for body in study.payloads if "payload" in study.tolerances.given and study.arm is not None else ():
+        if body.mass > 0.0:
+            without[body.name] = workload(changed(study, TaskChange(payload=0.0, payloads=(body.name,))))
     own = workload(study) if work is None else replace(work, study=study)
-    return Nominal(study, own, tuple(_payload_rows(study, own)))
+    return Nominal(study, own, tuple(_payload_rows(own, without, joint) for joint in range(len(study.joints))))
 
 
-def _payload_rows(study: Study, work: Workload) -> Iterator[Added]:
-    """What the whole of each payload asks of each joint; nothing where payloads are known exactly."""
-    bodies = [body for body in study.payloads if body.mass > 0.0 and "payload" in study.tolerances.given]
-    bare = {body.name: changed(study, TaskChange(payload=0.0, payloads=(body.name,))) for body in bodies}
-    without = {name: load_basis(one) for name, one in bare.items()}
-    still = {name: load_basis(at_rest(one), forces_only=True) for name, one in bare.items() if work.resting}
-    lighter = {name: stop_basis(one) for name, one in bare.items()}
-    samples, rows = len(study.cycle.time), len(study.payloads) if without and work.basis else 0
-    for joint, task in enumerate(study.joints):
-        stops = None if task.stop.ramp is None else work.stops
-        states = 0 if stops is None else len(stops.first)
-        if not rows:
-            nothing = (
-                np.zeros((0, samples)),
-                np.zeros((0, 6, 0)),
-                np.zeros((0, 0)),
-                np.zeros((0, states)),
-                np.zeros((0, 0)),
-            )
-            yield Added(*nothing)
-            continue
-        full, travel = work.basis[joint], task.travel_per_turn or 1.0
-        added = Added(
-            np.zeros((rows, samples)), np.zeros((rows, 6, samples if full.told else 0)), np.zeros((rows, samples)),
-            np.zeros((rows, states)), np.zeros((rows, samples if task.brakes else 0)),
-        )  # fmt: skip
-        for row, body in enumerate(study.payloads):
-            if body.name not in without:
-                continue
-            empty = without[body.name][joint].bare
-            added.torque[row] = travel * (full.bare.force - empty.force)
-            added.inertia[row] = travel**2 * (full.bare.inertia - empty.inertia)
-            less = lighter[body.name]
-            if stops is not None and less is not None:
-                added.stop[row] = travel * (stops.joints[joint].bare.force - less.joints[joint].bare.force)
-            if task.brakes:
-                full_still, empty_still = work.resting[joint].bare, still[body.name][joint].bare
-                added.static[row] = travel * (full_still.force - empty_still.force)
-            if full.told:
-                added.wrench[row] = (full.bare.wrench - empty.wrench).T
-        yield added
+def _payload_rows(work: Workload, without: Mapping[str, Workload], joint: int) -> Added:
+    """What the whole of each payload asks of a joint; nothing where payloads are known exactly."""
+    full = load_of(work.at(joint, {}).fixed)
+    if not without:
+        return nothing_added(full)
+    rows = []
+    for body in work.study.payloads:
+        empty = load_of(without[body.name].at(joint, {}).fixed) if body.name in without else full
+        rows.append([with_it - bare for with_it, bare in zip(full, empty, strict=True)])
+    return Added(*(np.stack(column) for column in zip(*rows, strict=True)))
 
 
 def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
@@ -142,12 +113,8 @@ def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
 def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: Array) -> Any:
     """Cases of one joint with drawn numbers: printed limits stay, what is computed from the numbers follows them.
 
-    Args:
-        study: The nominal task.
-        nominal: The case as the sheets have it, (1,).
-        lossy: Whether its gear loses anything.
-        factors: On its numbers, in the order of ``draws.PARTS``, (S, 6).
-        ambient: [C], (S,).
+    ``nominal``: the case as the sheets have it, (1,); ``lossy``: whether its gear loses anything; ``factors``: on its
+    numbers, in the order of ``draws.PARTS``, (S, 6); ``ambient``: [C], (S,).
     """
     cases = np.repeat(nominal, len(ambient))
     motor, gear, setting = cases["motor"], cases["gear"], cases["setting"]
