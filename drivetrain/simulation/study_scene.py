@@ -18,18 +18,19 @@ from drivetrain.drive.gear import complete, mesh, unknown_loss
 from drivetrain.drive.motor import torque_constant
 from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.dynamics.mass import mass_matrix
+from drivetrain.effects.control.cascade import PositionLoop
 from drivetrain.effects.control.commanded_motion import CommandedMotion
-from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
+from drivetrain.effects.fields import Side
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.gear_drag import GearDrag
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.loads.counterbalance_torque import CounterbalanceTorque
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.payload_change import EMPTY, Body, PayloadChange
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.effects.motor.winding_heat import WindingHeat
@@ -246,7 +247,7 @@ def _drag(study: Study, drive: Drive) -> list[Effect]:
     return [GearDrag(drive.gear, float(study.drag_temperature(study.ambient)), follows=stated)]
 
 
-def _friction(law: Friction, side: str) -> list[Effect]:
+def _friction(law: Friction, side: Side) -> list[Effect]:
     """Dry and viscous part, where there is any."""
     effects: list[Effect] = []
     if not law.tanh_speed and (law.coulomb or law.coulomb_negative or law.static):

@@ -17,7 +17,7 @@ from drivetrain.accuracy.decision import basis_of, change, decision, tip_travel
 from drivetrain.accuracy.estimates import Told, added
 from drivetrain.accuracy.inverse_forward import inverse_against_forward
 from drivetrain.accuracy.scenes import choices, full_scene, wanted_scene, without
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Change, Choice
 from drivetrain.simulation.engines.fixed_step import FixedStep

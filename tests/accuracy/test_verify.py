@@ -10,7 +10,7 @@ import pytest
 import drivetrain as dt
 from drivetrain.drive.motor import Motor
 from drivetrain.effects.loads.wall_spring import WallSpring
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.errors import InputError

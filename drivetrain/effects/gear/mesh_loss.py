@@ -52,4 +52,4 @@ class MeshLoss(Effect):
         return Own(mesh_factors(self.gear).driving - 1.0, self.driven_loss)
 
     def shape(self, place: Place) -> Shape:
-        return Shape(ratio=self.gear.ratio if place.turning[place.joint] else None)
+        return Shape(ratio=place.ratio_of(self.gear))

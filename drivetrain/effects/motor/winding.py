@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.drive.electrical import current_reach
 from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.fields import finite, ranges
 from drivetrain.effects.laws import joint_law
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault
 from drivetrain.jit import law
 
 
@@ -107,6 +108,14 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin.magnetic_energy = 0.5 * own.inductance * own.current * own.current
 
 
+def inductance_faults(effect: Any) -> list[Fault]:
+    """A motor whose sheet tells no inductance."""
+    if (effect.motor.inductance or 0.0) > 0.0:
+        return []
+    place, hint = f"{type(effect).__name__}.motor", "MotorCurrent is the motor without inductance"
+    return [Fault(place, "has no inductance in its catalogue row [H]", effect.motor.key, hint)]
+
+
 @dataclass(frozen=True)
 class Winding(Effect):
     """Resistance and inductance between the terminals; torque from the current that flows.
@@ -123,39 +132,26 @@ class Winding(Effect):
     motor: Motor
     current: float | None = None
 
+    limits = ranges(current=finite("A"))
     compute = _compute
     account = _account
 
-    def __post_init__(self) -> None:
-        faults = []
-        if not (self.motor.inductance or 0.0) > 0.0:
-            hint = "MotorCurrent is the motor without inductance"
-            faults.append(Fault("Winding.motor", "has no inductance in its catalogue row [H]", self.motor.key, hint))
-        if self.current is not None and not math.isfinite(self.current):
-            faults.append(Fault("Winding.current", "must be a finite number [A]", self.current))
-        if faults:
-            raise InputError(faults)
+    def faults(self) -> list[Fault]:
+        return inductance_faults(self)
 
     def ports(self, place: Place) -> Ports:
-        rest = self.motor.reference_temperature
         return Ports(
             states=(State(s.CURRENT.name, s.CURRENT.unit, 1e-6),),
-            needs=(
-                s.VOLTAGE, s.MOTOR_SPEED, replace(s.WINDING_TEMPERATURE, default=rest),
-                replace(s.HOUSING_TEMPERATURE, default=rest), s.CURRENT,
-            ),
+            needs=(s.VOLTAGE, s.MOTOR_SPEED, *s.temperatures(self.motor), s.CURRENT),
             contributes=(s.MOTOR_TORQUE, s.MOTOR_DAMPING),
             outputs=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
-            powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
-            stores=(s.MAGNETIC_ENERGY.name,),
-        )  # fmt: skip
+        )
 
     def own(self, place: Place) -> Own:
         return Own(terminals(self.motor), self.motor.inductance or math.nan)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        asked = signals.get(f"{place.name}.{s.CURRENT_COMMAND.name}", 0.0)
-        return (asked if self.current is None else self.current,)
+        return (place.told(signals, s.CURRENT_COMMAND) if self.current is None else self.current,)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("current follows", (self.motor.inductance or math.nan) / self.motor.resistance),)

@@ -185,9 +185,11 @@ def _enter(one: Instance, known: Directory, faults: list[Fault]) -> None:
         if own != signal.unit and not (slides and own == unit_at(signal.unit, False)):
             faults.append(Fault(one.title, f"adds to {name} in {signal.unit}; it is in {own}"))
         known.adders.setdefault(name, []).append(one.title)
-    for told, role in (one.ports.powers or {}).items():
-        known.powers[full_name(told, one.place)] = role
-    known.stores += [full_name(name, one.place) for name in one.ports.stores]
+    for signal, name in zip(one.ports.outputs, one.outputs, strict=True):
+        if signal.role is Role.STORE:
+            known.stores.append(name)
+        elif signal.role is not None:
+            known.powers[name] = signal.role
 
 
 def ordered(instances: Sequence[Instance], *, told: bool = False) -> list[Group]:
