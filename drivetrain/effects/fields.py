@@ -59,7 +59,7 @@ def kind_faults(effect: Any) -> list[Fault]:
 
 
 def range_faults(effect: Any) -> list[Fault]:
-    """Fields out of their ranges, numbers that are none or too large to calculate with, words that are none of those."""
+    """Fields out of their ranges, numbers that are none or too large, words other than those known."""
     faults, hints = [], _hints(effect.__class__)
     for field in fields(effect):
         place, allowed = f"{type(effect).__name__}.{field.name}", effect.limits.get(field.name)

@@ -49,7 +49,6 @@ from drivetrain.simulation.planning.plan import Plan, plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.solvers.compiled_function import evaluate
-from drivetrain.solvers.linear import column_groups
 from drivetrain.solvers.solver import Rodas4
 
 MOTOR = Motor("m", 0.299, 0.0302, inductance=82e-6)
@@ -197,7 +196,7 @@ def test_differences_are_counted() -> None:
     counts = run.counters
     m = done.memory.moving
     assert (len(done.memory.states), m) == (66, 48)
-    groups = len(column_groups(dependence(done)[:m, :m], m)[0]) - 1
+    groups = len(jacobian.column_groups(dependence(done)[:m, :m], m)[0]) - 1
     # Of 48 states the six motor currents, voltages, twists, and temperatures go together; a rotor that turns is felt by
     # all.
     assert groups <= 22

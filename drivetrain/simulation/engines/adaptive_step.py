@@ -228,7 +228,7 @@ class AdaptiveStep(Engine):
         start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
         hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
         numbers = _extended(plan, numbers, hangs)
-        problem = _problem(plan, numbers, hangs)
+        problem = _problem(plan, numbers)
         times, breaks = _instants(plan, options, first), _breaks(plan, getattr(self.solver, "rtol", 0.0))
         run = _Run(numbers, problem, _tuned(self.solver, plan), start, times, breaks, self.most_steps)
         return run.looped(plan, options, None if kept is None else _checkpoint(kept, plan, run))
@@ -280,19 +280,16 @@ def _extended(plan: Plan, numbers: Array, hangs: Any) -> Array:
     return np.concatenate([numbers, *(np.ascontiguousarray(values).view(np.float64) for values in sections.values())])
 
 
-def _problem(plan: Plan, numbers: Array, hangs: Any) -> CompiledProblem:
-    c, felt = plan.body.c, hangs.copy()
-    if plan.body.arm is not None:
-        felt[c : 2 * c] = hangs[c : 2 * c].any(axis=0)  # through the inertia every acceleration feels every torque
+def _problem(plan: Plan, numbers: Array) -> CompiledProblem:
     guarded = tuple(one.title for one in plan.instances if one.ports.guard)
     watched = (*plan.coordinates, *guarded)
-    changes = Events(right_side(_values), (at.GUARD,) * len(watched), handler=right_side(_handler), names=watched)
+    changes = Events(right_side(_values), right_side(_handler), watched)
     switches = changes if guarded or _any_dry(plan) else None
     hooks = Hooks(right_side(_account), right_side(_tell), 1 + len(plan.layout.columns), right_side(_opens))
     names = tuple(plan.memory.states)[: plan.memory.moving]
     groups = plan.memory.view(numbers, "sections")["count"][AT.groups]
     return CompiledProblem(
-        right_side(rates), len(names), words=parts_of(numbers), jacobian=right_side(jacobian.jacobian), sparsity=felt,
+        right_side(rates), len(names), words=parts_of(numbers), jacobian=right_side(jacobian.jacobian),
         events=switches, hooks=hooks, names=names, may_jump=True, differences=1 + int(groups),
     )  # fmt: skip
 
