@@ -26,7 +26,7 @@ from drivetrain.effects.motor.winding import Winding
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice
-from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.engines.inverse import demanded
 from drivetrain.simulation.planning.mechanics import ratios_of
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene

@@ -38,7 +38,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle
 from drivetrain.motion.motion import Motion
 from drivetrain.records import as_record, known
-from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.engines.inverse import demanded
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.study.model import JointTask, Study
@@ -98,24 +98,17 @@ def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """What a scene of a study is to hold.
+    """What a scene of a study is to hold."""
 
-    Attributes:
-        bandwidth: Of the position loops, damped critically [rad/s].
-        feed_forward: Whether the currents that the command takes are commanded along with it.
-        friction, mesh, heat, springs: Whether those effects are in.
-        damping: Of the springs, as a share of the critical one of link against rotor [-].
-        repetitions: Of the cycle.
-    """
-
-    bandwidth: float = 40.0
-    feed_forward: bool = True
+    bandwidth: float = 40.0  # of the position loops, damped critically [rad/s]
+    feed_forward: bool = True  # whether the currents that the command takes are commanded along with it
+    # whether those effects are in
     friction: bool = True
     mesh: bool = True
     heat: bool = True
     springs: bool = False
-    damping: float = 0.02
-    repetitions: int = 1
+    damping: float = 0.02  # of the springs, as a share of the critical one of link against rotor [-]
+    repetitions: int = 1  # of the cycle
 
 
 DEFAULT_OPTIONS = SceneOptions()

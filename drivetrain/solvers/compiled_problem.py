@@ -14,20 +14,16 @@ from drivetrain.solvers.compiled_function import address_of
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """Instants that a solver must find and stop at.
+    """Instants that a solver must find and stop at."""
 
-    Attributes:
-        values: Compiled function that fills the values of all events, which must not be negative; one that is negative
-            at once, after a jump or a change of mode, happens at once.
-        handler: Compiled function called at an event, to change state, numbers and words: its ``result`` is not zero
-            for those that have happened. It must force the change that belongs to the event: one that asks anew "which
-            mode?" at v = 0 can go to and fro for ever.
-        names: What to call them, (m,).
-    """
-
+    # compiled function that fills the values of all events, which must not be negative; one that is negative at once,
+    # after a jump or a change of mode, happens at once
     values: Any
+    # compiled function called at an event, to change state, numbers and words: its ``result`` is not zero for those
+    # that have happened. It must force the change that belongs to the event: one that asks anew "which mode?" at v = 0
+    # can go to and fro for ever.
     handler: Any
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # what to call them, (m,)
 
     def __post_init__(self) -> None:
         address_of(self.values, "events.values", needed=True)
@@ -38,51 +34,34 @@ class Events:
 
 @dataclass(frozen=True, eq=False)
 class Hooks:
-    """What an owner does beside the integration; compiled functions, or None.
+    """What an owner does beside the integration; compiled functions, or None."""
 
-    Attributes:
-        account: Called at two Gauss points of each kept step, in the order of time; ``result[0]`` is the time each
-            stands for [s]. It may add up in numbers.
-        tell: Fills a row at a wanted instant in place of the state.
-        width: Of that row.
-        opens: Called where a segment begins, before its rates are asked for; it may change x.
-    """
-
+    # called at two Gauss points of each kept step, in the order of time; ``result[0]`` is the time each stands for [s].
+    # It may add up in numbers.
     account: Any = None
-    tell: Any = None
-    width: int = 0
-    opens: Any = None
+    tell: Any = None  # fills a row at a wanted instant in place of the state
+    width: int = 0  # of that row
+    opens: Any = None  # called where a segment begins, before its rates are asked for; it may change x
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledProblem:
-    """A right-hand side by address, and what belongs to it.
+    """A right-hand side by address, and what belongs to it."""
 
-    Attributes:
-        rates: Compiled function that fills dx/dt [per s]; see ``compiled_function``.
-        size: Number of states n.
-        numbers: Its own float64 data; copied for each run.
-        words: Its own int64 data; copied for each run.
-        jacobian: Compiled function that fills n + 1 columns of n: the derivatives by each state, then by time.
-            None: differences.
-        differences: How many right-hand sides ``jacobian`` asks for itself, and the solver for the derivatives by time
-            which it then leaves to it; 0: it asks for none.
-        events: Or None.
-        hooks: Or None.
-        names: What to call the states in messages, (n,).
-        may_jump: The rates may jump where the state passes through and goes on, as at a damped wall: short steps pass
-            such a jump. One to which the state comes back at once is refused all the same. False: any is refused.
-    """
-
-    rates: Any
-    size: int
-    numbers: Array = field(default_factory=lambda: np.zeros(1))
-    words: Any = field(default_factory=lambda: np.zeros(1, dtype=np.int64))
+    rates: Any  # compiled function that fills dx/dt [per s]; see ``compiled_function``
+    size: int  # number of states n
+    numbers: Array = field(default_factory=lambda: np.zeros(1))  # its own float64 data; copied for each run
+    words: Any = field(default_factory=lambda: np.zeros(1, dtype=np.int64))  # its own int64 data; copied for each run
+    # compiled function that fills n + 1 columns of n: the derivatives by each state, then by time. None: differences.
     jacobian: Any = None
-    events: Events | None = None
-    hooks: Hooks | None = None
-    names: tuple[str, ...] = ()
+    events: Events | None = None  # or None
+    hooks: Hooks | None = None  # or None
+    names: tuple[str, ...] = ()  # what to call the states in messages, (n,)
+    # the rates may jump where the state passes through and goes on, as at a damped wall: short steps pass such a jump.
+    # One to which the state comes back at once is refused all the same. False: any is refused.
     may_jump: bool = False
+    # how many right-hand sides ``jacobian`` asks for itself, and the solver for the derivatives by time which it then
+    # leaves to it; 0: it asks for none
     differences: int = 0
 
     def __post_init__(self) -> None:

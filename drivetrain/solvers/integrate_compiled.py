@@ -19,47 +19,31 @@ _FOREVER = 2**62
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """All that a run knows between two steps; a run that goes on from it gives the same bits as one never stopped.
+    """All that a run knows between two steps; a run that goes on from it gives the same bits as one never stopped."""
 
-    Attributes:
-        run, states, events: See ``records``, (1,), (n,) and (m,).
-        jacobian: The last one, by columns, which a refused step uses again, (n + 1, n).
-        numbers, words: The data of the problem, as its handler has left them.
-        rows: States at the wanted instants, as far as it came.
-    """
-
+    # see ``records``, (1,), (n,) and (m,)
     run: Any
     states: Any
     events: Any
-    jacobian: Array
+    jacobian: Array  # the last one, by columns, which a refused step uses again, (n + 1, n)
+    # the data of the problem, as its handler has left them
     numbers: Array
     words: Any
-    rows: Array
+    rows: Array  # states at the wanted instants, as far as it came
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledSolution:
-    """States at the wanted instants, as far as the solver came.
+    """States at the wanted instants, as far as the solver came."""
 
-    Attributes:
-        times: Instants [s], (N,), those wanted, fewer if it stopped early.
-        states: One row an instant [their own units], (N, n), or what ``Hooks.tell`` fills in.
-        work: What it cost.
-        stopped: Why it ended early, with what could help; empty when it did not.
-        stopped_at: When [s]; the last wanted instant when it did not.
-        culprit: Index of the state, or of the event, that the reason names; None when it names none.
-        final: State at ``stopped_at``, before which every number can be trusted, (n,).
-        checkpoint: To go on from.
-    """
-
-    times: Array
-    states: Array
-    work: Work
-    stopped: str
-    stopped_at: float
-    culprit: int | None
-    final: Array
-    checkpoint: Checkpoint
+    times: Array  # instants [s], (N,), those wanted, fewer if it stopped early
+    states: Array  # one row an instant [their own units], (N, n), or what ``Hooks.tell`` fills in
+    work: Work  # what it cost
+    stopped: str  # why it ended early, with what could help; empty when it did not
+    stopped_at: float  # when [s]; the last wanted instant when it did not
+    culprit: int | None  # index of the state, or of the event, that the reason names; None when it names none
+    final: Array  # state at ``stopped_at``, before which every number can be trusted, (n,)
+    checkpoint: Checkpoint  # to go on from
 
 
 def integrate_compiled(

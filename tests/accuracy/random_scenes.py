@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 import drivetrain as dt
+from drivetrain.accuracy.auto import Told, estimates
 from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import Basis, basis_of, change, decision
-from drivetrain.accuracy.estimates import Told, estimates
 from drivetrain.accuracy.scenes import without
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 import drivetrain as dt
-from drivetrain.accuracy.auto import choose_effects
+from drivetrain.accuracy.auto import choose_effects, estimates
 from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import basis_of
-from drivetrain.accuracy.estimates import estimates
 from drivetrain.accuracy.scenes import LABELS, choices, full_scene, wanted_scene, without
 from drivetrain.effects.control.cascade import CascadeLoop, PositionLoop, SampledCascade
 from drivetrain.effects.control.encoder import Encoder

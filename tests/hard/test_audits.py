@@ -9,9 +9,9 @@ import numpy as np
 from hard_case import Figure, hard_case
 from scipy.integrate import solve_ivp
 
+from drivetrain.accuracy.auto import estimates
 from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import basis_of, change, decision
-from drivetrain.accuracy.estimates import estimates
 from drivetrain.accuracy.scenes import without
 from drivetrain.arm.arm import Arm
 from drivetrain.drive.friction import Friction

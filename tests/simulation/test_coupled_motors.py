@@ -41,8 +41,7 @@ from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.engines.inverse import Inverse
-from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.engines.inverse import Inverse, demanded
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Scene

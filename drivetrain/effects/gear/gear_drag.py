@@ -21,24 +21,18 @@ CREEP = 1e-9  # [rad/s]: the drag of what is about to turn is that of the slowes
 
 @dataclass
 class Own:
-    """What it keeps.
+    """What it keeps."""
 
-    Attributes:
-        drag, exponent, cooling, bend, seal, starting: As in ``Mesh``.
-        follows: Whether it is as warm as the housing.
-        temperature: Else [C].
-        torque: That drags while it turns [N m].
-    """
-
+    # as in ``Mesh``
     drag: float
     exponent: float
     cooling: float
     bend: float
     seal: float
     starting: float
-    follows: int
-    temperature: float
-    torque: float = 0.0
+    follows: int  # whether it is as warm as the housing
+    temperature: float  # else [C]
+    torque: float = 0.0  # that drags while it turns [N m]
 
 
 @joint_law(Own)

@@ -17,7 +17,7 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.fields import finite, positive, positive_or_infinite, ranges
 from drivetrain.effects.laws import joint_law
-from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.motor_current import MotorCurrent, warm
 from drivetrain.effects.motor.winding import inductance_faults
 from drivetrain.errors import Fault
 from drivetrain.jit import law
@@ -25,40 +25,32 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """What it keeps.
+    """What it keeps."""
 
-    Attributes:
-        motor, inductance: As in ``Winding``.
-        proportional, integral: Gains [V/A], [V/(A s)].
-        peak: Of the command [A].
-        forward: Voltage fed forward over the speed [V s/rad].
-        resistance, step: What the matrices are made for [ohm], [s].
-        whole, held: Over a step the end's share of the beginning and of what is held.
-        mean: The mean current's share of what is held.
-        half, half_held: Over half a step as over the whole.
-        asked: Command within its limits [A].
-        speed, position: Of the motor, that the step was guessed at [rad/s], [rad].
-        free: 1 where command and, at the beginning, voltage were between their limits.
-        current, integrated_voltage: States [A], [V].
-    """
-
+    # as in ``Winding``
     motor: Terminals
     inductance: float
+    # gains [V/A], [V/(A s)]
     proportional: float
     integral: float
-    peak: float
-    forward: float
+    peak: float  # of the command [A]
+    forward: float  # voltage fed forward over the speed [V s/rad]
+    # what the matrices are made for [ohm], [s]
     resistance: float = 0.0
     step: float = 0.0
+    # over a step the end's share of the beginning and of what is held
     whole: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
     held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
-    mean: Annotated[Array, 2] = field(default_factory=lambda: np.zeros(2))
+    mean: Annotated[Array, 2] = field(default_factory=lambda: np.zeros(2))  # the mean current's share of what is held
+    # over half a step as over the whole
     half: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
     half_held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
-    asked: float = 0.0
+    asked: float = 0.0  # command within its limits [A]
+    # of the motor, that the step was guessed at [rad/s], [rad]
     speed: float = 0.0
     position: float = 0.0
-    free: float = 0.0
+    free: float = 0.0  # 1 where command and, at the beginning, voltage were between their limits
+    # states [A], [V]
     current: float = 0.0
     current_rate: float = 0.0
     integrated_voltage: float = 0.0
@@ -118,7 +110,7 @@ def _moved(
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, motor, heat = joint.pin, joint.motor, joint.heat
-    resistance, constant = winding_resistance(own.motor, heat.winding), torque_constant(own.motor, heat.housing)
+    resistance, constant = warm(own.motor, heat)
     inductance, kp, ki, volts = own.inductance, own.proportional, own.integral, pin.limit
     own.asked, free = pin.command, 1.0
     if abs(own.asked) > own.peak:
@@ -151,7 +143,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, motor, current = joint.pin, joint.heat, joint.motor, own.current
-    resistance, constant = winding_resistance(own.motor, heat.winding), torque_constant(own.motor, heat.housing)
+    resistance, constant = warm(own.motor, heat)
     square, pin.power = current * current, pin.voltage * current
     if h > 0.0:
         # Once more at the motion that was found: the law has seen a guess of it.

@@ -11,6 +11,7 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.effects.fields import positive_or_infinite, ranges
 from drivetrain.effects.laws import joint_law
+from drivetrain.jit import law
 
 
 @dataclass
@@ -21,11 +22,16 @@ class Own:
     peak: float
 
 
+@law
+def warm(motor: Any, heat: Any) -> tuple[float, float]:
+    """Resistance [ohm] and torque constant [N m/A] of a motor as warm as it is."""
+    return winding_resistance(motor, heat.winding), torque_constant(motor, heat.housing)
+
+
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, motor = joint.pin, joint.motor
-    resistance = winding_resistance(own.motor, joint.heat.winding)
-    constant = torque_constant(own.motor, joint.heat.housing)
+    resistance, constant = warm(own.motor, joint.heat)
     current, damping, stiffness = pin.command, pin.damping, pin.stiffness
     if abs(current) > own.peak:
         current = own.peak if current > 0.0 else -own.peak
@@ -45,8 +51,9 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat = joint.pin, joint.heat
-    heat.copper_loss = winding_resistance(own.motor, heat.winding) * pin.current * pin.current
-    pin.power = heat.copper_loss + torque_constant(own.motor, heat.housing) * pin.current * joint.motor.speed
+    resistance, constant = warm(own.motor, heat)
+    heat.copper_loss = resistance * pin.current * pin.current
+    pin.power = heat.copper_loss + constant * pin.current * joint.motor.speed
 
 
 @dataclass(frozen=True)

@@ -61,35 +61,30 @@ HELD, BELOW, ABOVE, CAPPED, BURNING = range(5)  # by the source, waiting for it,
 
 @dataclass
 class Own:
-    """What it keeps.
+    """What it keeps."""
 
-    Attributes:
-        voltage, capacity, power, threshold, resistance, modulation: Fields of ``SupplyBus``.
-        bus_voltage, bus_voltage_rate: The state [V], [V/s].
-        slope: Of the voltage over the last fixed step [V/s].
-        trial: Mean voltage that the drives are told of a step [V].
-        last, off: That of the try before, and by how much it was too low [V].
-        low, high: Between which it lies [V].
-        mode, margin: What holds the voltage, and how far it is from changing that [V or W].
-        source_power, brake_resistor_power, delivered_power, bus_energy: [W], [J].
-    """
-
+    # fields of ``SupplyBus``
     voltage: float
     capacity: float
     power: float
     threshold: float
     resistance: float
     modulation: float
+    # the state [V], [V/s]
     bus_voltage: float = 0.0
     bus_voltage_rate: float = 0.0
-    slope: float = 0.0
-    trial: float = 0.0
+    slope: float = 0.0  # of the voltage over the last fixed step [V/s]
+    trial: float = 0.0  # mean voltage that the drives are told of a step [V]
+    # that of the try before, and by how much it was too low [V]
     last: float = 0.0
     off: float = 0.0
+    # between which it lies [V]
     low: float = 0.0
     high: float = 0.0
+    # what holds the voltage, and how far it is from changing that [V or W]
     mode: int = HELD
     margin: float = 0.0
+    # [W], [J]
     source_power: float = 0.0
     brake_resistor_power: float = 0.0
     delivered_power: float = 0.0

@@ -8,40 +8,35 @@ from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.drive.electrical import current_reach
-from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
+from drivetrain.drive.motor import Motor, Terminals, terminals
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.fields import finite, ranges
 from drivetrain.effects.laws import joint_law
+from drivetrain.effects.motor.motor_current import warm
 from drivetrain.errors import Fault
 from drivetrain.jit import law
 
 
 @dataclass
 class Own:
-    """What it keeps.
+    """What it keeps."""
 
-    Attributes:
-        motor: Of which resistance and torque constant at temperatures are taken.
-        inductance: [H].
-        current, current_rate: The state [A], [A/s].
-        resistance, step: What the rest is made for [ohm], [s].
-        end, mean: Growth at the end of a step and in its mean [A/V].
-        fade, faded: Means of the fading exponential and of its square [-].
-        middle: Speed in the middle of the last step [rad/s].
-    """
-
-    motor: Terminals
-    inductance: float
+    motor: Terminals  # of which resistance and torque constant at temperatures are taken
+    inductance: float  # [H]
+    # the state [A], [A/s]
     current: float = 0.0
     current_rate: float = 0.0
+    # what the rest is made for [ohm], [s]
     resistance: float = 0.0
     step: float = 0.0
+    # growth at the end of a step and in its mean [A/V]
     end: float = 0.0
     mean: float = 0.0
+    # means of the fading exponential and of its square [-]
     fade: float = 0.0
     faded: float = 0.0
-    middle: float = 0.0
+    middle: float = 0.0  # speed in the middle of the last step [rad/s]
 
 
 @law
@@ -70,8 +65,7 @@ def _now(own: Any, constant: float, speed: float) -> float:
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, motor = joint.pin, joint.heat, joint.motor
-    resistance = winding_resistance(own.motor, heat.winding)
-    constant = torque_constant(own.motor, heat.housing)
+    resistance, constant = warm(own.motor, heat)
     if h == 0.0:
         current = _now(own, constant, motor.speed)
         own.current_rate = (pin.voltage - constant * motor.speed - resistance * current) / own.inductance
@@ -88,8 +82,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, speed = joint.pin, joint.heat, joint.motor.speed
-    resistance = winding_resistance(own.motor, heat.winding)
-    constant = torque_constant(own.motor, heat.housing)
+    resistance, constant = warm(own.motor, heat)
     mean = _now(own, constant, speed)
     square = mean * mean
     if h > 0.0:  # exactly over the step, in which the current nears its end as an exponential

@@ -28,29 +28,24 @@ SHARE = 0.005  # of the winding's time constant, between two steps
 
 @dataclass
 class Own:
-    """What it keeps.
+    """What it keeps."""
 
-    Attributes:
-        period: Between two steps of the temperatures [s].
-        gear_heat: Share of the gear's loss that warms the housing [-].
-        ambient, inner, outer: [C], thermal resistances [K/W].
-        modes, inverse, decay: Of both nodes: rises are modes times what decays [1/s].
-        winding_temperature, housing_temperature: [C].
-        copper, iron, clock: Losses gathered since the last step [J], for so long [s].
-    """
-
-    period: float
-    gear_heat: float
+    period: float  # between two steps of the temperatures [s]
+    gear_heat: float  # share of the gear's loss that warms the housing [-]
+    # [C], thermal resistances [K/W]
     ambient: float
     inner: float
     outer: float
+    # of both nodes: rises are modes times what decays [1/s]
     modes: Annotated[Array, 4]
     inverse: Annotated[Array, 4]
     decay: Annotated[Array, 2]
+    # [C]
     winding_temperature: float = 0.0
     winding_temperature_rate: float = 0.0
     housing_temperature: float = 0.0
     housing_temperature_rate: float = 0.0
+    # losses gathered since the last step [J], for so long [s]
     copper: float = 0.0
     iron: float = 0.0
     clock: float = 0.0

@@ -36,7 +36,6 @@ from drivetrain.simulation.core.records import (
     AT,
     MODE_CHANGE,
     SECTIONS,
-    UNDECIDED,
     Run,
     call_equations,
     call_law,
@@ -44,11 +43,11 @@ from drivetrain.simulation.core.records import (
     count_of,
     engine_of,
     guards_of,
+    log_changes,
     memory_of,
     numbers_of,
     part,
     parts_of,
-    put_change,
     states_of,
     words_of,
 )
@@ -107,21 +106,6 @@ def _own_states(run: Run, x: Any) -> None:
         x[k] = memory[states[k].value]
 
 
-@part
-def _log(run: Run, t: float) -> None:
-    """Write down the modes that have changed."""
-    coordinates, engine = coordinates_of(run), engine_of(run)
-    log = carray(run[AT.log], count_of(run, AT.log), MODE_CHANGE)
-    for i in range(len(coordinates)):
-        one = coordinates[i]
-        if one.dry.mode != one.before:
-            put_change(log, engine.logged, t, i, one.before, one.dry.mode)
-            engine.logged += 1
-    if engine.undecided >= 0:
-        put_change(log, engine.logged, t, engine.undecided, 0, UNDECIDED)
-        engine.logged += 1
-
-
 def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
     """Force the change of mode that an event stands for, and let the others at rest find theirs."""
     coordinates = coordinates_of(run)
@@ -154,7 +138,8 @@ def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
     _solve(run, t, x)
     engine_of(run).held = 1
     call_equations(run, engine_of(run).outcomes_law, t, 1.0)
-    _log(run, t)
+    log = carray(run[AT.log], count_of(run, AT.log), MODE_CHANGE)
+    engine_of(run).logged = log_changes(run, t, log, engine_of(run).logged)
 
 
 def _account(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:

@@ -34,26 +34,16 @@ INTEGERS: Any = np.int64
 
 @dataclass(frozen=True, eq=False)
 class Memory:
-    """What the engines work on.
+    """What the engines work on."""
 
-    Attributes:
-        numbers: The block, as it is before the start.
-        places: Of each signal in it, by full name.
-        states: Number of each state, by full name, in the order of the states.
-        powers: Names of the powers that are summed up, in their order.
-        atol: Error that does not matter, one a state [its unit].
-        memory: Whether a state is memory, which no rate changes, one a state; those that are come last.
-        sections: First number and record of each section, by name.
-        kept: First number of parts of the block, how many there are, and which of a record's numbers change.
-    """
-
-    numbers: Array
-    places: dict[str, int]
-    states: dict[str, int]
-    powers: tuple[str, ...]
-    atol: Array
-    memory: NDArray[np.bool_]
-    sections: dict[str, tuple[int, Any, int]]
+    numbers: Array  # the block, as it is before the start
+    places: dict[str, int]  # of each signal in it, by full name
+    states: dict[str, int]  # number of each state, by full name, in the order of the states
+    powers: tuple[str, ...]  # names of the powers that are summed up, in their order
+    atol: Array  # error that does not matter, one a state [its unit]
+    memory: NDArray[np.bool_]  # whether a state is memory, which no rate changes, one a state; those that are come last
+    sections: dict[str, tuple[int, Any, int]]  # first number and record of each section, by name
+    # first number of parts of the block, how many there are, and which of a record's numbers change
     kept: list[tuple[int, int, Any]]
 
     @cached_property
