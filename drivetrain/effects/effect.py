@@ -145,13 +145,10 @@ class Place:
         """Motor angle over joint coordinate of this joint [- or rad/m]."""
         return self.ratios[self.joint]
 
-    def told(self, signals: Mapping[str, float], signal: Signal, otherwise: float = 0.0) -> float:
-        """A signal of this joint."""
-        return signals.get(f"{self.name}.{signal.name}", otherwise)
 
-    def ratio_of(self, gear: Gear) -> float | None:
-        """The ratio that a gear tells of its joint: that of a sliding one is its travel's, too."""
-        return gear.ratio if self.turning[self.joint] else None
+def ratio_of(place: Place, gear: Gear) -> float | None:
+    """The ratio that a gear tells of its joint: that of a sliding one is its travel's, too."""
+    return gear.ratio if place.turning[place.joint] else None
 
 
 @dataclass(frozen=True)

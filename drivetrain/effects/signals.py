@@ -6,6 +6,7 @@ joint, motor coordinates at the motor's shaft.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from drivetrain.drive.motor import Motor
@@ -157,6 +158,11 @@ def of_side(side: str, place: Place) -> tuple[Signal, Signal, Signal]:
     if side == "shaft" and place.coupled:
         return SHAFT_SPEED, SHAFT_TORQUE, SHAFT_DAMPING
     return SPEED, JOINT_TORQUE, JOINT_DAMPING
+
+
+def told(place: Place, signals: Mapping[str, float], signal: Signal, otherwise: float = 0.0) -> float:
+    """A signal of an effect's joint."""
+    return signals.get(f"{place.name}.{signal.name}", otherwise)
 
 
 def temperatures(motor: Motor) -> tuple[Signal, Signal]:

@@ -60,7 +60,7 @@ def missing_current(place: Place, signals: Mapping[str, float]) -> float:
     Nothing where the command begins under way and a current is fed forward, as that is then the motion's.
     """
     fed = signals.get(f"{place.name}.{s.FED_CURRENT}", 0.0)
-    under_way = any(place.told(signals, one) != 0.0 for one in s.commanded(place)[1:])
+    under_way = any(s.told(place, signals, one) != 0.0 for one in s.commanded(place)[1:])
     if fed != 0.0 and under_way:
         return 0.0
     return signals.get(f"{place.name}.{s.HOLDING_CURRENT}", 0.0) - fed
@@ -305,10 +305,10 @@ class SampledCascade(CascadeLoop):
         return SampledOwn(self.gains(place), self.every, self.delay, zeros, poles)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        measured = place.told(signals, s.MEASURED_POSITION)
+        measured = s.told(place, signals, s.MEASURED_POSITION)
         asked, gathered = self._within(missing_current(place, signals)), super().start(place, signals)
         waiting = (asked,) * self.delay + (0.0,) * (MOST_DELAY - self.delay)
-        last = measured - self.every * place.told(signals, s.MOTOR_SPEED)
+        last = measured - self.every * s.told(place, signals, s.MOTOR_SPEED)
         return asked, last, *gathered, *waiting, 0.0, 0.0
 
     def quasi_static(self) -> Effect | None:

@@ -13,7 +13,7 @@ from typing import Any
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.spring import Spring, answer, gear_spring, mean_touch, touch, twist_under
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Shape, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Shape, Signal, ratio_of
 from drivetrain.effects.fields import not_negative, ranges
 from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault
@@ -118,7 +118,7 @@ class GearSpring(Effect):
         """Of the play [rad]."""
 
     def shape(self, place: Place) -> Shape:
-        return Shape(ratio=place.ratio_of(self.gear), flexible=True, deflection=self._twist)
+        return Shape(ratio=ratio_of(place, self.gear), flexible=True, deflection=self._twist)
 
     def _twist(self, torque: float) -> float:
         """Twist under a torque [rad]."""

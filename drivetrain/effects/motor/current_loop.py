@@ -203,11 +203,11 @@ class CurrentLoop(Effect):
         return Own(terminals(self.motor), inductance, kp, ki, self.peak_current, forward)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        current = min(max(place.told(signals, s.CURRENT_COMMAND), -self.peak_current), self.peak_current)
-        speed, rest = place.told(signals, s.MOTOR_SPEED), self.motor.reference_temperature
-        resistance = winding_resistance(self.motor, place.told(signals, s.WINDING_TEMPERATURE, rest))
-        constant = torque_constant(self.motor, place.told(signals, s.HOUSING_TEMPERATURE, rest))
-        volts = place.told(signals, s.VOLTAGE_LIMIT) or math.inf  # 0: not known yet
+        current = min(max(s.told(place, signals, s.CURRENT_COMMAND), -self.peak_current), self.peak_current)
+        speed, rest = s.told(place, signals, s.MOTOR_SPEED), self.motor.reference_temperature
+        resistance = winding_resistance(self.motor, s.told(place, signals, s.WINDING_TEMPERATURE, rest))
+        constant = torque_constant(self.motor, s.told(place, signals, s.HOUSING_TEMPERATURE, rest))
+        volts = s.told(place, signals, s.VOLTAGE_LIMIT) or math.inf  # 0: not known yet
         current = min(max(current, (-volts - constant * speed) / resistance), (volts - constant * speed) / resistance)
         return current, resistance * current + (constant - self.fed_forward * self.motor.torque_constant) * speed
 
@@ -310,8 +310,8 @@ class SampledCurrentLoop(Effect):
         )
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        current, speed = place.told(signals, s.CURRENT), place.told(signals, s.MOTOR_SPEED)
-        winding = place.told(signals, s.WINDING_TEMPERATURE) or self.motor.reference_temperature
+        current, speed = s.told(place, signals, s.CURRENT), s.told(place, signals, s.MOTOR_SPEED)
+        winding = s.told(place, signals, s.WINDING_TEMPERATURE) or self.motor.reference_temperature
         drop, emf = float(winding_resistance(self.motor, winding)) * current, self.motor.torque_constant * speed
         return drop + emf, drop + (1.0 - self.fed_forward) * emf, current
 
