@@ -85,7 +85,8 @@ def _relocate(data: dict[str, Any], folder: Path, place: Path) -> None:
         for name in ("source", "dh"):
             if arm.get(name) not in (None, *builtin_names()):
                 arm[name] = moved(arm[name])
-    for motion in data["motions"].values():
+    base = data.get("base") or {}
+    for motion in (*data["motions"].values(), base.get("motion") or {}):
         for name in ("file", "table"):
             if name in motion:
                 motion[name] = moved(motion[name])
