@@ -68,8 +68,8 @@ def along(cycle: Cycle, motion: Motion) -> tuple[Cycle, Motion]:
     time[steps] -= ROUNDING * time[-1]
     motion = replace(motion, time=time)
     whole = with_instants(cycle, time)
-    return whole, replace(motion, **dict(zip(("position", "velocity", "acceleration"), base_states(motion, whole.time),
-                                             strict=True)), time=whole.time)  # fmt: skip
+    position, velocity, acceleration = base_states(motion, whole.time)
+    return whole, replace(motion, time=whole.time, position=position, velocity=velocity, acceleration=acceleration)
 
 
 def with_instants(cycle: Cycle, instants: Array) -> Cycle:
@@ -80,13 +80,13 @@ def with_instants(cycle: Cycle, instants: Array) -> Cycle:
     at, instants = after[new], instants[new]
     share = ((instants - time[at - 1]) / (time[at] - time[at - 1]))[:, np.newaxis]
 
-    def between(values: Array | None) -> Array | None:
-        if values is None:
-            return None
+    def between(values: Array) -> Array:
         return np.insert(values, at, values[at - 1] + share * (values[at] - values[at - 1]), axis=0)
 
+    torque = None if cycle.torque is None else between(cycle.torque)
     return replace(
         cycle, time=np.insert(time, at, instants), position=between(cycle.position), velocity=between(cycle.velocity),
-        acceleration=between(cycle.acceleration), torque=between(cycle.torque), parts=(),
-        payload=np.insert(cycle.payload, at, cycle.payload[at]), segment=np.insert(cycle.segment, at, cycle.segment[at]),
+        acceleration=between(cycle.acceleration), torque=torque, parts=(),
+        payload=np.insert(cycle.payload, at, cycle.payload[at]),
+        segment=np.insert(cycle.segment, at, cycle.segment[at]),
     )  # fmt: skip

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from drivetrain.arm.load import SUFFIXES
+from drivetrain.arm.files.load import SUFFIXES
 from drivetrain.errors import Fault, InputError
 from drivetrain.study.document import compose_document, read_document
 from drivetrain.study.parts.sheets import SHIPPED_CATALOG

@@ -15,7 +15,7 @@ import numpy as np
 import yaml
 
 from drivetrain.arm.builtin import builtin_names
-from drivetrain.arm.load import SUFFIXES
+from drivetrain.arm.files.load import SUFFIXES
 from drivetrain.errors import Fault, InputError
 from drivetrain.study.document import Document
 from drivetrain.units import PURE, SI
