@@ -126,6 +126,7 @@ def test_a_study_names_such_a_file(tmp_path):
     data = {
         "arm": {"dh": str(tmp_path / "arm.m"), "convention": "classic"}, "drive_mass": "included",
         "motions": {"m": {"waypoints": [[0, 0.2, 0], [1, 0.3, 1]], "profile": "quintic", "durations": [1.0]}},
-        "open_cycle": True, "supply": {"voltage": 48}, "joints": {"default": {"candidates": {}, "travel_per_turn": 0.01}},
+        "open_cycle": True, "supply": {"voltage": 48},
+        "joints": {"default": {"candidates": {}, "travel_per_turn": 0.01}},
     }  # fmt: skip
     assert dt.load_study(data).arm.masses.tolist() == [5.0, 3.0, 1.0]
