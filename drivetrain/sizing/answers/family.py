@@ -19,8 +19,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.asked import check_asked, check_keys, satisfied
-from drivetrain.sizing.search.candidates import candidates
-from drivetrain.sizing.search.domains import Domain, Domains, Mask
+from drivetrain.sizing.search.candidates import Domain, Domains, Mask, candidates
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.propagate import Propagation, Ranges
 from drivetrain.sizing.search.tree import EVERY, SMALL, Tree
