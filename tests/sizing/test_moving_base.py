@@ -220,7 +220,7 @@ def test_what_is_refused_with_a_moving_base(study):
         with pytest.raises(dt.InputError, match="moves as the study gives it"):
             call(evaluation)
     with pytest.raises(dt.InputError, match="another pace"):
-        dt.fastest(evaluation)
+        dt.fastest(study)
 
 
 def test_a_written_study_is_the_same(study):
