@@ -41,7 +41,7 @@ from drivetrain.records import as_record, known
 from drivetrain.simulation.engines.inverse import demanded
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
-from drivetrain.study.model import JointTask, Study
+from drivetrain.study.model import JointTask, Study, refuse_moving_base
 from drivetrain.study.parts.mounting import loaded_arm
 
 
@@ -128,6 +128,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
     Raises:
         InputError: Neither an arm nor one axis whose load's inertia is told, a joint without a drive.
     """
+    refuse_moving_base(study, "a simulation")
     faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
     faults += axis_faults(study) if study.arm is None else []
     faults += _apart(study.cycle)
