@@ -215,7 +215,8 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
             f"With these drives neither a slower cycle (up to {MOST:g} times as long), nor less payload, nor more "
             f"supply voltage (up to {MOST:g} times) by itself fixes it."
         ]
-    slower = "" if tried[0] else _others(near, family, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, PARTS + 1))
+    paced = bool(tried[0]) or near.study.base is not None  # a base that moves has a clock of its own
+    slower = "" if paced else _others(near, family, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, PARTS + 1))
     lighter = (
         "" if tried[1] or not _carries(near) else _others(near, family, Vary.PAYLOAD, np.linspace(1, 0, PARTS + 1))
     )
@@ -260,7 +261,7 @@ def _figures(check: Check) -> str:
 
 def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:
     """The smallest change of one number that lets the nearest set pass, in words; empty where none does."""
-    if vary is Vary.PAYLOAD and not _carries(near):
+    if (vary is Vary.PAYLOAD and not _carries(near)) or (vary is Vary.CYCLE_TIME and near.study.base is not None):
         return ""
     number = task_number(family, named_drives(near.study, near.keys), vary)
     found = first_edge(
