@@ -15,8 +15,9 @@ page.setup(function () {
     const joints = motion.joints.map((joint, k) => {
       const series = {};
       for (const name in joint.series) series[name] = page.numbers(joint.series[name]);
-      const range = byId("ratio-" + k), c = page.colour(COLOURS[k % COLOURS.length]);
-      return { ...joint, k, c, series, range, live: { ...series }, spin: page.numbers(joint.ratio.spin), redraws: [] };
+      const range = byId("ratio-" + k);
+      const own = { ...joint, k, series, range, live: { ...series }, spin: page.numbers(joint.ratio.spin), redraws: {} };
+      return Object.defineProperty(own, "c", { get: () => page.colour(COLOURS[k % COLOURS.length]) }); // light or dark
     });
 
     // What a ratio does to one joint; at the ratio judged it gives back the engine's numbers.
@@ -88,7 +89,7 @@ page.setup(function () {
     function changed(joint) {
       recompute(joint);
       readings(joint);
-      for (const redraw of joint.redraws) redraw();
+      for (const redraw of Object.values(joint.redraws)) redraw();
       for (const strip of strips) strip.redraw(joint);
       instant();
     }
@@ -116,13 +117,13 @@ page.setup(function () {
       figure.scatter({ field: "x" }, { field: "y" }, { source: mark, size: 14, marker: "circle_dot", line_color: page.colour("ink"), fill_color: null, line_width: 2 });
       figure.add_tools(new Bokeh.HoverTool({ renderers: [dots], mode: "mouse", limit: 1, tooltips: [
         ["instant", "@t{0.000} s"], ["torque", `@torque{0.0000} ${of}`], ["speed", `@speed{0} ${units.speed}`], ["used of the intermittent limit", "@used{0} %"]] }));
-      joint.redraws.push(() => {
+      joint.redraws.plane = () => {
         source.data = visible(joint);
         areas.forEach((area, i) => (area.data = region(i)));
         const fast = 1.1 * Math.max(...joint.live.speed.map(Math.abs)), strong = 1.1 * Math.max(...joint.live.torque.map(Math.abs));
         figure.x_range.setv({ start: -Math.max(wide, fast), end: Math.max(wide, fast) });
         figure.y_range.setv({ start: -Math.max(high, strong), end: Math.max(high, strong) });
-      });
+      };
       joint.mark = () => (mark.data = { x: [joint.live.speed[sample]], y: [joint.live.torque[sample]] });
       joint.mark();
       return page.show(figure, element, legend);
@@ -151,7 +152,7 @@ page.setup(function () {
         if (!far) figure.add_layout(new Bokeh.Span({ dimension: of ? "width" : "height", location: value, line_color: ink, line_dash: of ? [] : [5, 3], line_width: 1.3 }));
         legend.push([`${name} ${short(value)} ${unit}${far ? ", beyond the picture" : ""}`, far ? "none" : of ? "line" : "dashed", ink, 1, { visible: true }]);
       }
-      joint.redraws.push(() => (source.data = data()));
+      joint.redraws.gear = () => (source.data = data());
       return page.show(figure, element, legend);
     }
 

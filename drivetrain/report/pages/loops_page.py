@@ -9,16 +9,14 @@ from drivetrain.drive.amplifier import from_dc
 from drivetrain.drive.loops.loop_design import MODULUS_MARGIN, LoopDesign, Margins
 from drivetrain.report.charts.chart import captioned
 from drivetrain.report.charts.run_charts import bode_charts, step_chart
-from drivetrain.report.json_text import json_text
+from drivetrain.report.json_text import job_data, json_text
 from drivetrain.report.pages.sheet import Section, SheetTable, sheet
 from drivetrain.report.pages.views import anchor
 from drivetrain.report.quantities import DASH, number
 from drivetrain.sizing.answers.loops import JointLoops, StudyLoops, study_loops
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import Study
-from drivetrain.version import __version__
 
-SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without
 TURN = 2.0 * math.pi
 PER_RPM = TURN / 60.0  # rad/s
 
@@ -46,23 +44,11 @@ def loops_sentence(one: JointLoops) -> str:
 
 
 def loops_json(study: Study, found: StudyLoops) -> str:
-    """The loops as JSON text.
-
-    Returns:
-        JSON with a ``schema_version``; numbers in SI, null where a number is unknown or not finite; the same loops give
-        the same bytes.
-    """
-    data = {
-        "schema_version": SCHEMA_VERSION,
-        "drivetrain": __version__,
-        "study": study.name,
-        "digest": study.digest,
-        "job": "loops",
-        "stable": all(one.stable for one in found.joints) and not found.missing,
-        "joints": {one.joint: _data(one) for one in found.joints},
-        "missing": found.missing,
-    }
-    return json_text(data)
+    """The loops as JSON text, in SI."""
+    joints, stable = {one.joint: _data(one) for one in found.joints}, all(one.stable for one in found.joints)
+    return json_text(
+        job_data(study, "loops", stable=stable and not found.missing, joints=joints, missing=found.missing)
+    )
 
 
 def _limited(one: JointLoops) -> str:
@@ -273,15 +259,8 @@ def _judged(design: LoopDesign) -> dict[str, Any]:
     }
 
 
-TURN = 2.0 * math.pi
-
-
 def bode_section(evaluation: Evaluation, current_bandwidth: float) -> Section:
-    """Loops as fast as current loop, samples and spring let them be, with the load at its heaviest.
-
-    Args:
-        current_bandwidth: Of the current loops [rad/s].
-    """
+    """Loops as fast as current loop [rad/s], samples and spring let them be, with the load at its heaviest."""
     found = study_loops(evaluation, current_bandwidth=current_bandwidth)
     figures = [
         pair for one in found.joints

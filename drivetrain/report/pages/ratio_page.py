@@ -11,14 +11,13 @@ from drivetrain.drive.matching import RatioRange
 from drivetrain.errors import Fault, InputError
 from drivetrain.report.charts.answer_charts import free_ratio_charts, ratio_charts
 from drivetrain.report.charts.chart import captioned
-from drivetrain.report.json_text import json_text
+from drivetrain.report.json_text import job_data, json_text
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS, anchor
 from drivetrain.report.quantities import DASH, number, percent, with_unit
 from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
 from drivetrain.sizing.answers.ratio import ClosedForms, RatioPoint, RatioStudy, RatioWindow
 from drivetrain.study.parts.verdicts import Verdict
-from drivetrain.version import __version__
 
 METHOD = (
     "Motor torque at the ratio G is T/G + rotor inertia · G · acceleration, with the mesh's loss by the direction of "
@@ -177,26 +176,11 @@ def _small_percent(share: float) -> str:
     return f"{number(100.0 * share, 2)}\u00a0%" if share >= 1e-4 else "below 0.01\u00a0%"
 
 
-SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without
-
-
 def ratio_json(studies: Sequence[RatioStudy]) -> str:
-    """The ratio studies of one task as JSON text.
-
-    Returns:
-        JSON with a ``schema_version``; numbers in SI, temperatures in degrees Celsius, null where a number is unknown
-        or not finite; the same studies give the same bytes.
-    """
-    data = {
-        "schema_version": SCHEMA_VERSION,
-        "drivetrain": __version__,
-        "study": studies[0].study.name if studies else "",
-        "digest": studies[0].study.digest if studies else "",
-        "job": "ratio",
-        "feasible": all(found.feasible for found in studies),
-        "joints": {found.joint: _joint_data(found) for found in studies},
-    }
-    return json_text(data)
+    """The ratio studies of one task as JSON text, in SI and degrees Celsius."""
+    joints = {found.joint: _joint_data(found) for found in studies}
+    feasible = all(found.feasible for found in studies)
+    return json_text(job_data(studies[0].study, "ratio", feasible=feasible, joints=joints))
 
 
 def _range_data(span: RatioRange | None) -> list[float | None] | None:
@@ -207,13 +191,7 @@ def _joint_data(found: RatioStudy) -> dict[str, Any]:
     forms, match, limits = found.closed_forms, found.closed_forms.load_match, found.limits
     return {
         "drive": {"motor": found.motor, "gear": found.gear, "ratio": found.drive.gear.ratio},
-        "windows": [
-            {
-                "low": window.low, "high": window.high,
-                "low_binding": window.low_binding, "high_binding": window.high_binding,
-            }
-            for window in found.windows
-        ],
+        "windows": [vars(window) for window in found.windows],
         "best": _point_data(found.best),
         "matched_inertia": forms.matching,
         "least_rms_torque": forms.least_rms,
@@ -225,7 +203,7 @@ def _joint_data(found: RatioStudy) -> dict[str, Any]:
             "range": _range_data(match.range),
             "best": match.best,
         },
-        "limits": {name: getattr(limits, name) for name in vars(limits)},
+        "limits": vars(limits),
         "gears": [
             {
                 "gear": gear.key, "ratio": gear.ratio, "utilisation": gear.utilisation,
@@ -233,7 +211,7 @@ def _joint_data(found: RatioStudy) -> dict[str, Any]:
             }
             for gear in found.gears
         ],
-        "reaction": {name: share for name, share in found.reaction.items()},
+        "reaction": dict(found.reaction),
         "not_checked": [check.name for check in found.lacking],
         "notes": list(found.notes),
         "points": [_point_data(point) for point in found.points],
