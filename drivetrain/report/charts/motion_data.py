@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetrain.arm.arm import Arm
 from drivetrain.arm.kinematics import link_poses
+from drivetrain.arm.urdf.shapes import Triangles, box, link_shapes
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import drive_inertia
 from drivetrain.drive.gear import Gear
@@ -22,6 +24,8 @@ from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.mounting import drive_mass
 
+TURNED = 1e4  # of a rotation matrix in the data, whole numbers
+BAR = 0.045  # width of a bar over the arm's length
 SAMPLES = 500  # a series, beside its extremes
 POSES = 160
 SUPPLIES = (0.9, 1.0, 1.1)  # of the study's voltage
@@ -199,7 +203,7 @@ def _ratio(
 
 
 def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | None:
-    """Base, joints and tip [mm] and the joints' axes over the cycle; None without an arm."""
+    """Joints, axes, tip and shapes of the links [mm] at zero, and how each link moved over the cycle; None: no arm."""
     study = evaluation.study
     arm = study.arm
     if arm is None:
@@ -207,20 +211,37 @@ def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | Non
     at = kept[np.unique(np.linspace(0, len(kept) - 1, POSES).astype(int))]
     arm, positions = main_chain(arm, study.cycle.position[at])
     moved = link_poses(arm, positions) @ np.linalg.inv(arm.home)
-    points = np.hstack([arm.joint_points, np.ones((arm.n, 1))])
-    places = np.einsum("nkij,kj->nki", moved, points)[..., :3]
     turns = np.linalg.norm(arm.screws[:, :3], axis=1) > 0.5
     directions = np.where(turns[:, None], arm.screws[:, :3], arm.screws[:, 3:])
-    axes = np.einsum("nkij,kj->nki", moved[..., :3, :3], directions)
-    tip = (moved[:, -1] @ arm.tip)[:, None, :3, 3]
-    chain = np.concatenate([np.zeros_like(tip), places, tip], axis=1)
+    moved[..., :3, 3] *= 1e3
+    moved[..., :3, :3] *= TURNED
+    points = np.vstack([np.zeros(3), arm.joint_points, arm.tip[:3, 3]])
     return {
         "samples": np.searchsorted(kept, at).tolist(),
-        "points": arm.n + 2,
-        "places": np.round(1e3 * chain).astype(int).ravel().tolist(),
-        "axes": np.round(1e2 * axes).astype(int).ravel().tolist(),
-        "slides": (~turns).tolist(),
+        "moved": np.round(moved[..., :3, :]).astype(int).ravel().tolist(),
+        "points": np.round(1e3 * points, 1).tolist(),
+        "axes": np.round(directions, 3).tolist(),
+        "shapes": [
+            {"link": link, "corners": np.round(1e3 * corners).astype(int).tolist(), "faces": faces.tolist()}
+            for link, (corners, faces) in _shapes(arm, points)
+        ],
     }
+
+
+def _shapes(arm: Arm, points: Array) -> list[tuple[int, Triangles]]:
+    """The links' shapes from the arm's file; where it has none a bar from joint to joint."""
+    found = link_shapes(arm)
+    known, width = {link for link, _ in found}, BAR * float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    for link, (start, end) in enumerate(pairwise(points), -1):
+        length = float(np.linalg.norm(end - start))
+        if link not in known and length > 1e-3:
+            along = (end - start) / length
+            across = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+            across /= np.linalg.norm(across)
+            corners, faces = box(np.array([width, width, length]))
+            frame = np.stack([across, np.cross(along, across), along])
+            found.append((link, (corners @ frame + 0.5 * (start + end), faces)))
+    return found
 
 
 FAR = 4.0  # the view ends at this many times the motion's largest value; the region may go on beyond
