@@ -18,9 +18,8 @@ from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.search import front_tree
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.front import pareto_front
-from drivetrain.sizing.search.front_tree import NAMES, USED, FrontTree
+from drivetrain.sizing.search.front_tree import NAMES, USED, FrontTree, Zones
 from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.zones import Zones
 from drivetrain.study.model import Mount
 from drivetrain.study.parts.selection import Wanted
 

@@ -10,11 +10,11 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.search.branch_and_bound import halves
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.propagate import Propagation, Ranges, power_range
-from drivetrain.sizing.search.tree import EVERY
+from drivetrain.sizing.search.propagate import Propagation, Ranges
+from drivetrain.sizing.search.tree import EVERY, halves
+from drivetrain.sizing.search.whole_sets import power_range
 from drivetrain.study.model import Mount
 from drivetrain.study.parts.selection import Wanted
 

@@ -21,7 +21,7 @@ from scipy.special import betaln
 
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.asked import satisfied
-from drivetrain.sizing.search.domains import Domains, Indices, Mask, with_domain
+from drivetrain.sizing.search.candidates import Domains, Indices, Mask, with_domain
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.sizing.tolerance.draws import Pair, drawn
 from drivetrain.sizing.tolerance.monte_carlo import Chance
