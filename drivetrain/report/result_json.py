@@ -80,6 +80,9 @@ def _objective_unit(evaluation: Evaluation) -> str:
     return {"mass": "kg", "energy": "J", "price": evaluation.study.prices.currency}.get(evaluation.study.objective, "")
 
 
+CHECK = ("name", "actual", "factor", "required", "available", "unit", "utilisation", "time", "source")
+
+
 def _check(check: Check) -> dict[str, Any]:
     """One check; says in the remark which number was not finite."""
     names = ("required", "available", "utilisation")
@@ -87,17 +90,9 @@ def _check(check: Check) -> dict[str, Any]:
     notes = [check.remark] if check.remark else []
     notes += [f"{name} is {'not a number' if math.isnan(getattr(check, name)) else 'infinite'}" for name in endless]
     return {
-        "name": check.name,
-        "actual": check.actual,
-        "factor": check.factor,
-        "required": check.required,
-        "available": check.available,
-        "unit": check.unit,
-        "utilisation": check.utilisation,
+        **{name: getattr(check, name) for name in CHECK},
         "in_study_amperes": _amperes(check),
         "verdict": str(check.verdict),
-        "time": check.time,
-        "source": check.source,
         "remark": "; ".join(notes),
     }
 

@@ -261,14 +261,9 @@ def temperatures(joint: JointResult, study: Study) -> dict[str, tuple[float, flo
 def regions(
     joint: JointResult, task: JointTask, study: Study, at: tuple[float, float], supply: float
 ) -> tuple[Array, Array | None]:
-    """What is open for a short time and for ever.
+    """Corners (speed [rad/s], torque [N m]) of what winding and magnets [C] and supply [V] allow for short, for ever.
 
-    Args:
-        at: Winding and magnets [C].
-        supply: Voltage [V].
-
-    Returns:
-        Corners (speed [rad/s], torque [N m]), (M, 2) each; None for the second where the sheet does not say enough.
+    None for the second where the sheet does not say enough.
     """
     motor = joint.drive.motor
     short = operating_region(motor, task.amplifier, supply, *at)
@@ -279,14 +274,7 @@ def regions(
 
 
 def view(joint: JointResult, corners: Array) -> tuple[float, float]:
-    """Half width and half height of the picture: the motion, and the region unless far larger.
-
-    Args:
-        corners: Of what is open for a short time.
-
-    Returns:
-        [rad/s] and [N m].
-    """
+    """Half width [rad/s] and height [N m] of the picture: the motion, and the intermittent region unless far larger."""
     speed = float(np.abs(joint.series.motor_speed).max())
     torque = float(np.abs(joint.series.motor_torque).max())
     (x0, y0), (x1, y1) = corners[:-1].T, corners[1:].T

@@ -29,20 +29,14 @@ from drivetrain.study.parts.verdicts import Verdict
 
 @dataclass(frozen=True, eq=False)
 class AccuracyFound:
-    """All that is told of what accuracy costs.
-
-    Attributes:
-        evaluation: Of the drives.
-        effects, auto, solvers, roads: What was found.
-        current_bandwidth: Of the current loops [rad/s], for the Bode plots.
-    """
+    """All that is told of what accuracy costs."""
 
     evaluation: Evaluation
     effects: EffectCosts
     auto: AutoChoice
     solvers: SolverCosts
     roads: RoadsCompared
-    current_bandwidth: float
+    current_bandwidth: float  # of the current loops [rad/s], for the Bode plots
 
 
 def accuracy_report(found: AccuracyFound) -> str:

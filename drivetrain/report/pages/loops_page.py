@@ -220,9 +220,7 @@ def _data(one: JointLoops) -> dict[str, Any]:
         "gains": {
             **_cascade(design), "current_gain": one.current_gain, "current_integral": one.current_integral,
         },
-        "timing": {
-            "current_bandwidth": timing.current_bandwidth, "period": timing.period, "delay": timing.delay,
-        },
+        "timing": {name: getattr(timing, name) for name in ("current_bandwidth", "period", "delay")},
         "plant": {
             "torque_constant": axis.torque_constant, "ratio": axis.ratio, "rotor_inertia": axis.rotor_inertia,
             "load_inertia": [one.lightest, axis.load_inertia], "stiffness": axis.stiffness,
@@ -243,16 +241,9 @@ def _filtered(design: LoopDesign) -> dict[str, Any]:
 
 
 def _judged(design: LoopDesign) -> dict[str, Any]:
-    return {
-        "stable": design.stable,
-        "speed_bandwidth": design.speed_bandwidth,
-        "speed_reach": design.speed_reach,
-        "position_reach": design.position_reach,
-        "modulus_margin": design.modulus_margin,
-        "critical_frequency": design.critical_frequency,
-        "damping": design.damping,
-        "anti_resonance": design.anti_resonance,
-        "resonance": design.resonance,
+    names = ("stable", "speed_bandwidth", "speed_reach", "position_reach", "modulus_margin", "critical_frequency",
+             "damping", "anti_resonance", "resonance")  # fmt: skip
+    return {name: getattr(design, name) for name in names} | {
         "speed_margins": {"gain": design.speed_margins.gain, "phase": design.speed_margins.phase},
         "position_margins": {"gain": design.position_margins.gain, "phase": design.position_margins.phase},
         "poles": [[pole.real, pole.imag] for pole in design.poles],

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.drive.matching import RatioRange
@@ -33,51 +32,22 @@ METHOD = (
 
 
 def ratio_report(studies: Sequence[RatioStudy]) -> str:
-    """The ratio studies of one task as one page that needs nothing from outside.
-
-    Raises:
-        InputError: No study.
-    """
+    """The ratio studies of one task as one page that needs nothing from outside."""
     if not studies:
         raise InputError(Fault("joints", "none of them moves, so no ratio decides anything"))
     method = Section("How to read this", "method", notes=METHOD)
     return sheet(studies[0].study, "Gear ratios", [_overview(studies), *map(_joint, studies), method])
 
 
-@dataclass(frozen=True)
-class RatioRow:
-    """One window of one joint as texts; a joint without any has one row too.
-
-    Attributes:
-        joint, anchor, motor, gear, own: The joint, its place on the page, its drive and the gear's own ratio.
-        low, high, low_binding, high_binding: Ends of the window, and what fails beyond them.
-        best, used: The ratio of least utilisation, and that utilisation.
-        css: Class of the row.
-    """
-
-    joint: str
-    anchor: str
-    motor: str
-    gear: str
-    own: str
-    low: str
-    high: str
-    low_binding: str
-    high_binding: str
-    best: str
-    used: str
-    css: str
-
-
-def ratio_rows(found: RatioStudy) -> list[RatioRow]:
-    """What a table of ratio studies holds of one joint."""
+def ratio_rows(found: RatioStudy) -> list[tuple[str | Chip, ...]]:
+    """A row for every window of one joint; without any one row too."""
     nothing = RatioWindow(math.nan, math.nan, found.best.binding, found.best.binding)
     return [
-        RatioRow(
-            found.joint, anchor(found.joint), found.motor, found.gear or "ideal gear", number(found.drive.gear.ratio),
-            "no ratio" if window is nothing else number(window.low), number(window.high), window.low_binding or DASH,
-            window.high_binding or DASH, number(found.best.ratio), percent(found.best.utilisation),
-            "fail" if window is nothing else "pass",
+        (
+            found.joint, found.motor, found.gear or "ideal gear", number(found.drive.gear.ratio),
+            Chip("no ratio", "fail") if window is nothing else Chip(number(window.low), "pass"), number(window.high),
+            window.low_binding or DASH, window.high_binding or DASH, number(found.best.ratio),
+            percent(found.best.utilisation),
         )
         for window in found.windows or (nothing,)
     ]  # fmt: skip
@@ -112,11 +82,7 @@ def _overview(studies: Sequence[RatioStudy]) -> Section:
     """One table of all joints."""
     headings = ("joint", "motor", "gear varied", "its ratio", "every check holds from", "to", "ended below by",
                 "ended above by", "least utilisation at", "utilisation there")  # fmt: skip
-    rows = tuple(
-        (row.joint, row.motor, row.gear, row.own, Chip(row.low, row.css), row.high, row.low_binding, row.high_binding,
-         row.best, row.used)
-        for found in studies for row in ratio_rows(found)
-    )  # fmt: skip
+    rows = tuple(row for found in studies for row in ratio_rows(found))
     return Section("Every joint", "joints", tables=(SheetTable(headings, rows, "", (3, 4, 5, 8, 9)),))
 
 
@@ -218,16 +184,11 @@ def _joint_data(found: RatioStudy) -> dict[str, Any]:
     }  # fmt: skip
 
 
+POINT = ("ratio", "rms_torque", "peak_torque", "motor_speed", "winding_temperature", "utilisation", "binding")
+
+
 def _point_data(point: RatioPoint) -> dict[str, Any]:
-    return {
-        "ratio": point.ratio,
-        "rms_torque": point.rms_torque,
-        "peak_torque": point.peak_torque,
-        "motor_speed": point.motor_speed,
-        "winding_temperature": point.winding_temperature,
-        "utilisation": point.utilisation,
-        "binding": point.binding,
-    }
+    return {name: getattr(point, name) for name in POINT}
 
 
 WORDS = {

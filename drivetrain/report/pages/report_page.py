@@ -34,7 +34,6 @@ from drivetrain.report.words import (
     OUTSIDE,
     gaps,
     headline,
-    identity,
     named,
     objective_text,
     overall_sentence,
@@ -214,8 +213,6 @@ def _joint(joint: JointResult, evaluation: Evaluation) -> dict[str, Any]:
         "assumptions": joint.drive.assumptions,
         "remarks": joint.remarks,
         "parts": used_rows(joint, study),
-        "motor_name": identity(joint.drive.motor),
-        "gear_name": identity(gear),
         "tables": [],
     }
 
