@@ -80,7 +80,7 @@ def _objective_unit(evaluation: Evaluation) -> str:
     return {"mass": "kg", "energy": "J", "price": evaluation.study.prices.currency}.get(evaluation.study.objective, "")
 
 
-CHECK = ("name", "actual", "factor", "required", "available", "unit", "utilisation", "time", "source")
+CHECK = ("name", "actual", "factor", "required", "available", "unit", "utilisation")
 
 
 def _check(check: Check) -> dict[str, Any]:
@@ -93,6 +93,8 @@ def _check(check: Check) -> dict[str, Any]:
         **{name: getattr(check, name) for name in CHECK},
         "in_study_amperes": _amperes(check),
         "verdict": str(check.verdict),
+        "time": check.time,
+        "source": check.source,
         "remark": "; ".join(notes),
     }
 

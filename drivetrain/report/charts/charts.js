@@ -8,7 +8,7 @@ const page = (function () {
   const setups = []; // what a script does with the data of the page, again when they are others
   let watcher = null;
 
-  const BRIGHT = { "#0072B2": "#4BA6E3", "#009E73": "#2CC79B", "#D55E00": "#FF8B45", "#7f6a3f": "#b59a62" }; // on dark
+  const BRIGHT = { "#0072B2": "#4C86F0", "#009E73": "#2CC79B", "#D55E00": "#FF8B45", "#7f6a3f": "#b59a62" }; // on dark
   const colour = (name) =>
     dark.matches && BRIGHT[name] ? BRIGHT[name] : ["ink", "muted", "faint"].includes(name)
       ? getComputedStyle(document.documentElement).getPropertyValue(name === "faint" ? "--line" : "--" + name).trim()

@@ -182,9 +182,11 @@ def recording_charts(recording: Recording) -> list[Chart]:
         if "." not in name:
             label = name.replace("_", " ")
             groups.setdefault(("energy" if name in ENERGIES else label, unit), {})[label] = values
-    shown = {of: curves for of, curves in groups.items() if any(np.any(values) for values in curves.values())}
     charts: list[Chart] = []
-    for (title, unit), curves in shown.items():
+    for (title, unit), found in groups.items():
+        curves = {label: values for label, values in found.items() if np.any(values)}
+        if not curves:
+            continue
         marks = [Mark("rule", x=[event.time], colour="muted", size=0.6) for event in recording.events[:MOST_EVENTS]]
         named = any(list(curves) == [one.label for one in chart.marks if one.kind == "line"] for chart in charts)
         marks += [
