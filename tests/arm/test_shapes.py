@@ -7,9 +7,9 @@ import pinocchio as pin
 import pytest
 import trimesh
 
+from drivetrain.arm.files.load import load_arm
+from drivetrain.arm.files.shapes import CELLS, link_shapes
 from drivetrain.arm.kinematics import link_poses
-from drivetrain.arm.load import load_arm
-from drivetrain.arm.urdf.shapes import CELLS, link_shapes
 from drivetrain.spatial.mesh_file import read_mesh
 
 INERTIAL = (

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.shapes import Triangles, box, link_shapes
 from drivetrain.arm.kinematics import link_poses
-from drivetrain.arm.urdf.shapes import Triangles, box, link_shapes
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import drive_inertia
 from drivetrain.drive.gear import Gear

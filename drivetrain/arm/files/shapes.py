@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.urdf.xml import read_document
+from drivetrain.arm.files.xml import read_document
 from drivetrain.arrays import Array
 from drivetrain.errors import InputError
 from drivetrain.spatial.mesh_file import read_mesh
