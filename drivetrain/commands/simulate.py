@@ -118,7 +118,7 @@ def _run_arm(
     method: Method, out: Path | None,
 ) -> None:  # fmt: skip
     """Let an arm go and write what it does."""
-    from drivetrain.arm.load import load_arm
+    from drivetrain.arm.files.load import load_arm
     from drivetrain.simulation.passive import simulate_passive
 
     duration, start, step, tip = asked

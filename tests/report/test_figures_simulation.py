@@ -8,9 +8,9 @@ from figures.constrained import figure_drift, figure_held_arm
 from figures.steps import figure_step_study, step_study
 from figures.task_space import figure_task_space
 
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level
 from drivetrain.arm.kinematics import tip_pose
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.dynamics.constraints import Attachment, Plane, PointOnSurface
 from drivetrain.dynamics.task_space import Damped, TipVelocity, task_space_dynamics

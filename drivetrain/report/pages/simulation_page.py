@@ -13,8 +13,7 @@ from drivetrain.report.pages.views import CSS
 from drivetrain.report.quantities import DASH, number, printed_unit, with_unit
 from drivetrain.report.words import common_unit, end_of, required_text
 from drivetrain.simulation.cost_results import Decision
-from drivetrain.simulation.recording import Recording
-from drivetrain.simulation.unaccounted import UNACCOUNTED
+from drivetrain.simulation.recording import UNACCOUNTED, Recording
 from drivetrain.sizing.results import Evaluation
 
 DOUBTS = (UNACCOUNTED, "verify")  # events by which a run says that it is not to be trusted

@@ -13,14 +13,14 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_arm, builtin_names
 from drivetrain.arm.coupling import placed, with_coupling
+from drivetrain.arm.files.drives import UrdfCoupling, UrdfDrive
+from drivetrain.arm.files.links import arm_from_model, warn_each
+from drivetrain.arm.files.mjcf import read_mjcf
+from drivetrain.arm.files.model import read_model
+from drivetrain.arm.files.sdf import read_sdf
+from drivetrain.arm.files.xml import read_document
 from drivetrain.arm.geared import with_rotors
-from drivetrain.arm.mjcf import read_mjcf
 from drivetrain.arm.rotors import Rotor
-from drivetrain.arm.sdf import read_sdf
-from drivetrain.arm.urdf.drives import UrdfCoupling, UrdfDrive
-from drivetrain.arm.urdf.model import read_model
-from drivetrain.arm.urdf.read import arm_from_model, warn_each
-from drivetrain.arm.urdf.xml import read_document
 from drivetrain.errors import Fault, InputError, nearest
 
 SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf", ".mjcf")
