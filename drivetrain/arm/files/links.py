@@ -1,4 +1,4 @@
-"""Arms from URDF files, read by ourselves: meshes are never opened, and what is not used is told.
+"""Arms from URDF files, read by ourselves: meshes are opened only to draw them, and what is not used is told.
 
 Of the tree in a file the chain from a root to a tip is taken, with the bodies that ride on each of its links.
 """
