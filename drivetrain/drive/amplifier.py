@@ -58,6 +58,7 @@ class Amplifier:
         peak_time: For which it gives the peak current from its continuous one on [s].
         thermal_time_constant: Of its first-order overload model, where it has that instead [s].
         min_voltage, max_voltage: Of the supply [V].
+        price: Of its row; what is stated by its limits alone is not bought and costs nothing.
         key, source: Of its row in the catalogue; empty: the study states its limits.
     """
 
@@ -71,11 +72,16 @@ class Amplifier:
     thermal_time_constant: Duration | None = None
     min_voltage: Voltage | None = None
     max_voltage: Voltage | None = None
+    price: float | None = None
     key: str = ""
     source: str = ""
 
     def __post_init__(self) -> None:
-        ranges = dict.fromkeys(_LIMITS, POSITIVE) | {"modulation": EFFICIENCY, "standby_power": NOT_NEGATIVE}
+        ranges = dict.fromkeys(_LIMITS, POSITIVE) | {
+            "modulation": EFFICIENCY,
+            "standby_power": NOT_NEGATIVE,
+            "price": NOT_NEGATIVE,
+        }
         faults = range_faults("amplifier", self, ranges, required=("modulation",))
         if faults:
             raise InputError(faults)
@@ -185,7 +191,7 @@ def limits_of(sheet: AmplifierSheet) -> Amplifier:
     return Amplifier(
         sheet.peak_current, sheet.continuous_current, modulation, sheet.logic_power, peak_time=sheet.peak_time,
         thermal_time_constant=sheet.thermal_time_constant, min_voltage=sheet.min_voltage,
-        max_voltage=sheet.max_voltage, key=sheet.key, source=sheet.source,
+        max_voltage=sheet.max_voltage, price=sheet.price, key=sheet.key, source=sheet.source,
     )  # fmt: skip
 
 

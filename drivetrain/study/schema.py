@@ -288,7 +288,7 @@ class ContainedForm(Form):
     mount: MountEntry = Field(default_factory=Mount)
 
 
-class AmplifierForm(form_of(Amplifier, without=("key", "source"))):  # type: ignore[misc]
+class AmplifierForm(form_of(Amplifier, without=("price", "key", "source"))):  # type: ignore[misc]
     """Limits of an amplifier; current_basis says whether its ampere is dc, rms or peak of a sine."""
 
     current_basis: CurrentBasis | None = None

@@ -65,12 +65,12 @@ def feasible_sets(problem: Problem, domains: Domains, ranges: Ranges, limit: flo
             return
         spent = sum(after.costs) + least[joint]
         pairs = domains[joint].below(limit - spent).pairs
-        if limited:
-            used, energy, power = problem.with_power(joint, pairs, after.numbers)
-        else:
-            (used, energy), power = problem.judged(joint, pairs, after.numbers), np.zeros(len(pairs))
-        cost = problem.share[pairs] + problem.energy * energy
-        for at in np.flatnonzero(np.isfinite(used) & (cost + spent < limit)):
+        used, energy, price = problem.judged(joint, pairs, after.numbers)
+        cost = problem.cost(pairs, energy, price)
+        kept = np.isfinite(used) & (cost + spent < limit)
+        pairs, used, energy, cost = pairs[kept], used[kept], energy[kept], cost[kept]
+        power = problem.power_of(joint, pairs, after.numbers) if limited else np.zeros(len(pairs))
+        for at in range(len(pairs)):
             pair, numbers = int(pairs[at]), after.numbers.copy()
             numbers[joint] = problem.candidates.numbers[pair]
             one = _Chosen(
