@@ -37,7 +37,7 @@ _RANGES = {
     "efficiency": EFFICIENCY,
     "backdriving_efficiency": Range("must be at most 1 (0 or less: self-locking)", -math.inf, 1.0),
     "mesh_efficiency": EFFICIENCY,
-    **dict.fromkeys(("drag_temperature_1", "drag_temperature_2"), FINITE),
+    **dict.fromkeys(("drag_temperature_1", "drag_temperature_2", "max_temperature"), FINITE),
     "holding": Range("must be from -1 (least) to 1 (most)", -1.0, 1.0, low_included=True),
     **dict.fromkeys(("no_load_torque", "inertia", "mass", "backlash", "price"), NOT_NEGATIVE),
     **dict.fromkeys(("drag_torque", "drag_speed_exponent", "seal_drag_torque", "starting_torque"), NOT_NEGATIVE),
@@ -93,6 +93,7 @@ class Gear:
         bearing_dynamic_rating, bearing_static_rating: C and C0 of the output bearing [N].
         bearing_pitch_diameter: Of its rollers or balls [m].
         bearing_offset: From the output flange back to the bearing's centre [m].
+        max_temperature: Of the housing, for the sake of grease and seals [C].
         size: The maker's size number, such as 25 for a strain-wave gear.
         pitch_diameter: Of the toothing, for the geometric rule with frameless motors [m].
         diameter, length: [m].
@@ -155,6 +156,7 @@ class Gear:
     bearing_static_rating: float | None = None
     bearing_pitch_diameter: float | None = None
     bearing_offset: float | None = None
+    max_temperature: float | None = None
     size: float | None = None
     pitch_diameter: float | None = None
     diameter: float | None = None

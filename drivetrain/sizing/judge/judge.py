@@ -134,6 +134,7 @@ def judge_all(
             figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
             figures.winding_temperature += unknown
             figures.gear_loss += unknown
+            figures.gear_temperature += unknown
             found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
         lacking[i] = first_lacking(case, row, checks, YES)
         for k in range(len(checks) if i < len(used) else 0):
@@ -548,6 +549,7 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
     figures.winding_temperature, figures.hottest_time, figures.hottest_part = np.nan, np.nan, 0.0
     figures.heat_converged, figures.magnet_temperature, losses.housing_at[0] = 1.0, ambient, ambient
     figures.housing_temperature, figures.gear_loss, share = np.nan, np.nan, case.setting.gear_heat
+    figures.gear_temperature = case.setting.gear_temperature if case.setting.settles == 0.0 else np.nan
     shaft_losses(case, motion, traces)
     if known(nodes.inner + nodes.outer):
         periods, parts = motion.periods, traces.parts
@@ -570,6 +572,8 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
         figures.housing_temperature = heat.housing
+        if case.setting.settles != 0.0 and share > 0.0:
+            figures.gear_temperature = heat.housing if heat.peak < np.inf else np.inf
         if heat.peak < np.inf:
             figures.magnet_temperature = heat.magnets
             return
@@ -578,14 +582,23 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
 
 @law(fastmath=FAST)
 def shaft_losses(case: Any, motion: Any, traces: Any) -> None:
-    """The power of friction at the motor's shaft and a brake's coil, of mesh with seals, and of drag as at 20 C [W]."""
+    """The power of friction at the motor's shaft, a brake's coil and an amplifier in that housing, of mesh with seals,
+    and of drag as at 20 C [W].
+
+    The amplifier's current is that of magnets as hot as the winding may be, the safe side of those that are colder.
+    """
     shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.friction_loss
     coil, reference = known_or(case.motor.brake.power, 0.0), 1.0 / drag_factor(mesh, case.setting.gear_temperature)
     excess_series(shaft, mesh.ratio, motion.speed, traces.shaft_excess)
+    share, hot = case.setting.amplifier_heat, known_or(case.motor.max_winding_temperature, case.setting.ambient)
+    coil += share * known_or(case.amplifier.standby_power, 0.0)
+    constant = torque_constant(case.motor, hot)
+    bridge = share * conduction_loss(known_or(case.amplifier.on_resistance, 0.0), 1.0 / constant)
     for t in range(len(loss)):
         speed = mesh.ratio * motion.speed[t]
         seal = mesh.seal * abs(speed) * (traces.drag[t] != 0.0)
-        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + coil
+        lost = bridge * traces.torque[t + 1] * traces.torque[t + 1]
+        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + coil + lost
         traces.mesh_loss[t] = mesh_loss_power(mesh, traces.load[t], motion.speed[t]) + seal
         traces.drag_loss[t] = (traces.drag[t] * speed - seal) * reference
 

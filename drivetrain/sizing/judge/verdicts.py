@@ -22,7 +22,7 @@ from drivetrain.study.parts.verdicts import Check, Verdict
 
 def checks_of(op: Operation) -> tuple[Check, ...]:
     """Every check of one drive; those of the gear only where there is one, wishes only where they are stated."""
-    rows = [row for row in CHECKS if not (row.stage == GEAR and op.direct)]
+    rows = [row for row in CHECKS if not ((row.of_gear or row.stage == GEAR) and op.direct)]
     return tuple(told(op, row) for row in rows if not row.wish or op.number(row.asked) != 0.0)
 
 

@@ -451,6 +451,19 @@ def winding(op: Any, row: Any) -> Words:
     return Words(source, "" if ripple else "mean over the cycle: the winding time constant is unknown")
 
 
+def gear_temperature(op: Any, row: Any) -> Words:
+    """Of the housing that the gear shares with its motor, or as the study states it."""
+    said, found = printed(op, row), op.number(row.required)
+    if op.study.gear_temperature is not None:
+        return said._replace(remark=said.remark or "as the study states it")
+    if op.task.gear_heat == 0.0:
+        return Words("", "the gear is in another housing than its motor: its temperature is not computed", silent=True)
+    if math.isinf(found):
+        return said._replace(remark="thermal runaway")
+    lack = "" if known(found) else "the motor's thermal resistances are not in the catalogue row"
+    return said._replace(remark="; ".join(filter(None, (said.remark, lack))))
+
+
 def sheet_name(part: Motor | Gear | Brake | Amplifier) -> str:
     """A part with the source of its sheet."""
     kind = type(part).__name__.lower()
