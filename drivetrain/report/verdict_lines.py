@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import reduce
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.table import Table
@@ -23,11 +24,13 @@ from drivetrain.report.words import (
     overall_sentence,
     required_text,
 )
-from drivetrain.sizing.answers.fastest import Fastest
 from drivetrain.sizing.judge.checks import REQUIREMENTS
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
+
+if TYPE_CHECKING:  # brings splines, which few answers need
+    from drivetrain.sizing.answers.fastest import Fastest
 
 STYLES = {
     Verdict.PASS: "bold green",

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, AmplifierSheet, best_of, limits_of
@@ -116,12 +117,11 @@ def every_set(study):
     for taken in itertools.product(study.joints[0].amplifiers, repeat=len(names)):
         tasks = tuple(replace(one, amplifier=own, amplifiers=()) for one, own in zip(study.joints, taken, strict=True))
         fixed = replace(study, joints=tasks)  # one for all drives: its motion is prepared once
-        for drives in itertools.product(study.joints[0].pairs, repeat=len(names)):
-            one = evaluate(fixed, dict(zip(names, drives, strict=True)))
-            motors, gears = study.catalog.motors, study.catalog.gears
-            prices = [[motors[m].price, gears[g].price, own.price] for (m, g), own in zip(drives, taken, strict=True)]
-            if one.feasible:
-                yield one.criteria | {"price": np.sum(np.array(prices, dtype=float))}
+        motors, gears = study.catalog.motors, study.catalog.gears
+        for one in feasible_sets(fixed):
+            parts = [(motors[joint.motor], gears[joint.gear]) for joint in one.joints.values()]
+            prices = [[motor.price, gear.price, own.price] for (motor, gear), own in zip(parts, taken, strict=True)]
+            yield one.criteria | {"price": np.sum(np.array(prices, dtype=float))}
 
 
 @pytest.mark.parametrize("weights", OBJECTIVES, ids=lambda weights: "+".join(name for name, _ in weights))

@@ -269,11 +269,11 @@ class JointWork:
             )  # fmt: skip
         basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
         carrier = self._carrier(self.work.basis, cycle.acceleration)
-        across, static = sums.wrench.reshape(-1, 6) if basis.told else None, self.work.static(self.joint, numbers)
+        across, held = sums.wrench.reshape(-1, 6) if basis.told else None, self.work.static(self.joint, numbers)
         return JointDemand(
             cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
             sums.force * travel, task.friction, cycle.payload, across, sums.inertia * travel**2, cycle,
-            self._arm_stop(numbers), static * travel if static is not None and task.brakes else None,
+            self._arm_stop(numbers), held * travel if held is not None and task.brakes else None,
         )  # fmt: skip
 
     def _carrier(self, basis: tuple[JointBasis, ...], acceleration: Array) -> Array:
