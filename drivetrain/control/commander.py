@@ -12,10 +12,9 @@ from numba import carray, types
 from drivetrain.arm.coupling import shaft_torques
 from drivetrain.arrays import Array, checked_number
 from drivetrain.control.laws import TARGETS, Arm, Axis, command
-from drivetrain.drive.amplifier import available_voltage, judges_overload
+from drivetrain.drive.amplifier import available_voltage, judges_overload, overload_room
 from drivetrain.drive.drive import shaft_friction
 from drivetrain.drive.gear import complete
-from drivetrain.drive.overload import overload_room
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
 from drivetrain.dynamics.core.blocks import JOINT_ALONE
 from drivetrain.dynamics.core.packed import Packed, packed

@@ -11,12 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.drive.amplifier import Amplifier
+from drivetrain.drive.amplifier import Amplifier, overload_after, overload_allows
 from drivetrain.drive.friction import Friction, friction_at, friction_curve
-from drivetrain.drive.gear import Gear, mesh_of, mesh_torque
-from drivetrain.drive.gear_loss import drag_torque, gear_loss_power
+from drivetrain.drive.gear import Gear, drag_torque, gear_loss_power, mesh_of, mesh_torque
 from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
-from drivetrain.drive.overload import overload_after, overload_allows
 from drivetrain.dynamics.core.recursion import back, outwards
 from drivetrain.effects.motor.winding_heat import Own, warmed
 from drivetrain.jit import law
@@ -43,7 +41,7 @@ class Axis:
         bandwidth: Of the loop on position errors [rad/s].
         step: Between two ticks [s].
         wanted, current: In this tick, before and after the limits [A].
-        overload: Of the amplifier, see ``drive/overload.py``.
+        overload: Of the amplifier, see ``drive/amplifier.py``.
         acceleration: Of the joint with what its errors ask [rad/s^2 or m/s^2].
     """
 

@@ -15,7 +15,7 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear_loss import DRAG_REFERENCE
+from drivetrain.drive.gear import DRAG_REFERENCE
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.notebook import shown

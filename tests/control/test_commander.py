@@ -17,9 +17,8 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.control.c_code import write_c
 from drivetrain.control.commander import SLOW, Commander
 from drivetrain.control.symbols import Tape
-from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.amplifier import Amplifier, Supply, peak_duration
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.overload import peak_duration
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate

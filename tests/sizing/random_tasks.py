@@ -21,7 +21,7 @@ from drivetrain.drive.stages import Stage, chained, with_stages
 from drivetrain.motion.mix import build_mix
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
 from drivetrain.study.parts.candidates import with_brakes

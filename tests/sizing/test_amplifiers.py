@@ -10,8 +10,7 @@ import pytest
 from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog
-from drivetrain.drive.amplifier import Amplifier, AmplifierSheet, best_of, limits_of
-from drivetrain.drive.overload import overload
+from drivetrain.drive.amplifier import Amplifier, AmplifierSheet, best_of, limits_of, overload
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.front import pareto_front

@@ -26,7 +26,7 @@ from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
 from drivetrain.sizing.judge.arm_stops import Braking, march
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.stiffness import loaded_arms
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import DriveMass, Stop

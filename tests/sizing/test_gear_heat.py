@@ -17,8 +17,8 @@ from drivetrain.drive.friction import Friction
 from drivetrain.shipped import shipped
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
 

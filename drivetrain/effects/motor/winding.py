@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from drivetrain.drive.electrical import current_reach
-from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
+from drivetrain.drive.motor import Motor, Terminals, current_reach, terminals, torque_constant, winding_resistance
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role, State, TimeScale
 from drivetrain.effects.laws import joint_law

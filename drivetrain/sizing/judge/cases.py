@@ -12,8 +12,7 @@ import numpy as np
 from drivetrain.drive.amplifier import Amplifier, available_voltage, judges_overload, rates_supply
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear import Gear, complete
-from drivetrain.drive.gear_loss import DRAG_REFERENCE
+from drivetrain.drive.gear import DRAG_REFERENCE, Gear, complete
 from drivetrain.drive.motor import Motor
 from drivetrain.jit import law
 from drivetrain.records import UNKNOWN, as_record, as_records, record_type

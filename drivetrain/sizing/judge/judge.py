@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.drive.amplifier import conduction_loss, standstill_current
+from drivetrain.drive.amplifier import conduction_loss, overload_share, standstill_current
 from drivetrain.drive.brake import holding_torque, stopping_energy
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import (
@@ -21,26 +21,29 @@ from drivetrain.drive.friction import (
     sliding_friction,
     static_excess,
 )
-from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, onward, permitted_peaks, unknown_loss, wear
-from drivetrain.drive.gear_loss import (
+from drivetrain.drive.gear import (
     DRAG_TEMPERATURES,
-    drag_factor,
-    grown_drag,
-    mesh_loss_power,
-    settled_temperature,
-    speed_power,
-)
-from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
-from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
-from drivetrain.drive.output_bearing import (
     ROLLER_EXPONENT,
     bearing_arm,
     bearing_life,
+    drag_factor,
     equivalent_load,
+    grown_drag,
+    life_of,
+    mesh_loss_power,
+    mesh_of,
+    mesh_torque,
     moment_square,
+    onward,
+    permitted_peaks,
+    settled_temperature,
+    speed_power,
     static_load,
+    unknown_loss,
+    wear,
 )
-from drivetrain.drive.overload import overload_share
+from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
+from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
 from drivetrain.drive.stops import braked, braking_push, jam_torque, overshoot, stiff_spring, stop_rotor, struck
 from drivetrain.drive.thermal.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
 from drivetrain.jit import FAST, kernel, law

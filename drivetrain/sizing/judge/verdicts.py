@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.amplifier import Supply
-from drivetrain.drive.supply_bus import BusPeak, bus_peak
+from drivetrain.drive.amplifier import BusPeak, Supply, bus_peak
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.records import known
 from drivetrain.sizing.judge.checks import CHECKS, GEAR, SUPPLY_CHECKS, TORQUE, Requirement

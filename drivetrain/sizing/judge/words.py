@@ -10,8 +10,7 @@ import numpy as np
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import friction_curve
-from drivetrain.drive.gear import Gear, mesh_of, torque_exponent
-from drivetrain.drive.gear_loss import drag_factor
+from drivetrain.drive.gear import Gear, drag_factor, mesh_of, torque_exponent
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.stops import braked, braking_limit, braking_push, overshoot, stiff_spring, stop_rotor, struck
 from drivetrain.drive.thermal.heat import rms_rule_validity

@@ -18,11 +18,11 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.friction import friction_torque
 from drivetrain.drive.spring import Spring, gear_spring, twist_under
+from drivetrain.sizing.judge.arm_stops import asks_stops, stop_checks
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
 from drivetrain.sizing.judge.evaluate import evaluated
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.stiffness import arm_checks, joint_travels, tip_deviation, tip_levers, unsprung
-from drivetrain.sizing.judge.stop_checks import asks_stops, stop_checks
 from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
 from drivetrain.sizing.search.bounds import power_ends
 from drivetrain.sizing.search.candidates import UNPRICED, Candidates, Domain, Domains, Mask, Pairs
