@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.bodies import with_body
+from drivetrain.arm.bodies import on_moving_base, with_body
 from drivetrain.arm.coupling import shaft_motion, shaft_torques
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arrays import Array
@@ -24,6 +24,7 @@ from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.dynamics.core.packed import link_frames
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
+from drivetrain.motion.base import BASE_JOINTS, base_states
 from drivetrain.sizing.demand.unit_loads import NUMBERS, Along, Riders, fill_rows, go_along
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.model import DriveMass, Study
@@ -99,7 +100,7 @@ def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, 
     arm = emptied(study)
     bare = _with_payloads(study, arm, forces_only)
     joints = [_empty_rows(study, bare, joint) for joint in range(arm.n)]
-    if arm.linkage is None:
+    if arm.linkage is None and study.base is None:
         _fill_going_along(study, arm, joints)
     else:
         _fill_by_runs(study, arm, joints, forces_only)
@@ -133,13 +134,23 @@ def all_numbers(study: Study, basis: JointBasis, drives: Mapping[int, Drive]) ->
 
 def _loads(study: Study, arm: Arm, forces_only: bool, chosen: Any = slice(None)) -> Loads:
     """What a motion asks of an arm, at all samples or at some; wrenches and inertias may be left out."""
-    cycle = study.cycle
-    q, qd, qdd = cycle.position[chosen], cycle.velocity[chosen], cycle.acceleration[chosen]
-    found = joint_loads(arm, q, qd, qdd)
-    wrench, inertia = (np.zeros((*found.gear.T.shape, 0)) for _ in range(2))
-    if not forces_only:
-        wrench, inertia = np.swapaxes(found.wrench, 0, 1), _inertia(arm, q)
-    return Loads(found.gear.T, wrench, inertia, found.carrier_acceleration.T)
+    gear, wrench, carrier = _asked(study, arm, chosen)
+    if forces_only:
+        nothing = np.zeros((*gear.T.shape, 0))
+        return Loads(gear.T, nothing, nothing, carrier.T)
+    return Loads(gear.T, np.swapaxes(wrench, 0, 1), _inertia(arm, study.cycle.position[chosen]), carrier.T)
+
+
+def _asked(study: Study, arm: Arm, chosen: Any) -> tuple[Array, Array, Array]:
+    """Gear torques, wrenches and carriers' accelerations at some samples, those of a base that moves left out."""
+    cycle, still = study.cycle, 0
+    motion = [rows[chosen] for rows in (cycle.position, cycle.velocity, cycle.acceleration)]
+    if study.base is not None:
+        arm, still = on_moving_base(arm), len(BASE_JOINTS)
+        states = base_states(study.base, cycle.time[chosen])
+        motion = [np.hstack(rows) for rows in zip(states, motion, strict=True)]
+    found = joint_loads(arm, *motion)
+    return found.gear[:, still:], found.wrench[:, still:], found.carrier_acceleration[:, still:]
 
 
 def _inertia(arm: Arm, q: Array) -> Array:
@@ -204,7 +215,7 @@ _OF_RUNS = np.array([
 
 
 def _fill_by_runs(study: Study, arm: Arm, joints: Sequence[JointBasis], forces_only: bool) -> None:
-    """What a unit of each number adds, as differences of whole runs: a loop carries what a drive weighs elsewhere."""
+    """What a unit of each number adds, as differences of whole runs, for loops and bases that move."""
     for k, task in enumerate(study.joints):
         link, point, axis = (
             carrier_link(arm, k, task.mount), mount_point(arm, k, task.mount), joint_axis(arm, seat(k, task.mount)),

@@ -219,7 +219,8 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
             f"With these drives neither a slower cycle (up to {MOST:g} times as long), nor less payload, nor more "
             f"supply voltage (up to {MOST:g} times) by itself fixes it."
         ]
-    slower = "" if tried[0] else _others(near, family, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, PARTS + 1))
+    paced = bool(tried[0]) or near.study.base is not None  # a base that moves has a clock of its own
+    slower = "" if paced else _others(near, family, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, PARTS + 1))
     lighter = (
         "" if tried[1] or not _carries(near) else _others(near, family, Vary.PAYLOAD, np.linspace(1, 0, PARTS + 1))
     )
@@ -263,6 +264,8 @@ def _figures(check: Check) -> str:
 
 
 def _slower(near: Nearest, family: WorkFamily) -> str:
+    if near.study.base is not None:
+        return ""
     found, length = _least(near, family, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, STEPS)), near.study.cycle.duration
     if found is None:
         return ""
