@@ -29,6 +29,7 @@ DEFAULT_INTERVAL = 0.01  # s
 EQUILIBRIUM = "equilibrium"
 MOST_ROWS = 1e8
 BUS, SINKS, BUS_OFF = "scene.bus_voltage", 0.99, 1e-3  # of the nominal voltage: a source that is too weak; an error
+MOST_CHECKED = 1e6  # steps
 BEYOND = 1e30  # no number of an arm; its square is still one
 
 
@@ -61,7 +62,7 @@ def simulate(
     kept = None if resume is None else dict(resume.kept)
     outcome = engine.run(ready, RunOptions(interval, progress, kept, given))
     recording = _recording(ready, engine, outcome, kept or {}, given)
-    told = _bus_event(ready, engine, recording, RunOptions(interval, None, None, given)) if resume is None else ()
+    told = _bus_event(ready, engine, recording, given) if resume is None else ()
     return replace(recording, events=(*recording.events, *told)) if told else recording
 
 
@@ -110,7 +111,7 @@ def _recording(
     return Recording(rows[:, 0], series, outcome.counters, tuple(events), stopped, about, kept)
 
 
-def _bus_event(plan: Plan, engine: Engine, recording: Recording, options: RunOptions) -> tuple[Event, ...]:
+def _bus_event(plan: Plan, engine: Engine, recording: Recording, given: Mapping[str, float]) -> tuple[Event, ...]:
     """Where the source cannot hold the bus, what its voltage is off by, found at half the step, and the step it needs.
 
     A bus that sinks limits every drive behind it, and what these draw then decides when it sinks.
@@ -118,11 +119,13 @@ def _bus_event(plan: Plan, engine: Engine, recording: Recording, options: RunOpt
     volts = [one.effect.voltage for one in plan.instances if isinstance(one.effect, SupplyBus)]
     if not volts or not isinstance(engine, FixedStep) or recording.stopped_by is not None:
         return ()
+    if plan.scene.duration > MOST_CHECKED * engine.step:
+        return ()
     found, nominal = recording[BUS], volts[0]
     if found.min() >= SINKS * nominal:
         return ()
-    finer = engine.finer().run(plan, options).rows
-    apart = np.abs(finer[: len(found), plan.layout.recorded[BUS][0]] - found[: len(finer)])
+    finer = engine.finer().run(plan, RunOptions(1e-3 * engine.step, start=given)).rows  # every node
+    apart = np.abs(np.interp(recording.time, finer[:, 0], finer[:, plan.layout.recorded[BUS][0]]) - found)
     off = float(apart.max()) / nominal / (1.0 - 0.5**2)  # its error falls with the square of the step
     if off <= BUS_OFF:
         return ()
