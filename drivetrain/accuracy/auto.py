@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -33,9 +33,6 @@ COSTS = {
 """What keeping an effect is thought to cost, relative to others: states and coordinates more, bounds to be solved."""
 
 
-NOTHING = Change()
-
-
 @dataclass(frozen=True)
 class Told:
     """What leaving one effect out is thought to change."""
@@ -44,42 +41,27 @@ class Told:
     changes: Mapping[str, Change]  # sizes of the changes by joint; the tip's stands at each
     valid: bool  # whether a run without it comes to its end
     why: str  # how it was found, or what ended that run
-    # what half the step changes of the full scene, by joint: of a spike of few samples nothing smaller can be told
-    least: Mapping[str, Change] = field(default_factory=dict)
-
-    @property
-    def estimate(self) -> Mapping[str, Change]:
-        """At least what the step itself changes, by joint."""
-        return {name: joined(max, [one, self.least.get(name, NOTHING)]) for name, one in self.changes.items()}
 
 
 def estimates(scene: Scene, basis: Basis, step: float = COARSE, progress: Progress | None = None) -> tuple[Told, ...]:
     """The estimate of every effect that may be left out."""
-    full, listed, found = without(scene, ()), choices(scene), []
-    ready = plan(full)
-    base, finer = (decision(ran(ready, FixedStep(own)), full, basis) for own in (step, 0.5 * step))
-    least = {name: joined(_size, [one]) for name, one in change(finer, base).items()}
+    engine, full, listed = FixedStep(step), without(scene, ()), choices(scene)
+    base, found = decision(ran(plan(full), engine), full, basis), []
     for done, choice in enumerate(listed):
         (progress or silent)(done, len(listed), "estimating")
-        found.append(_estimate(scene, choice, base, least, basis, FixedStep(step)))
+        found.append(_estimate(scene, choice, base, basis, engine))
     return tuple(found)
 
 
-def _estimate(
-    scene: Scene, choice: Choice, base: Decision, least: Mapping[str, Change], basis: Basis, engine: Engine
-) -> Told:
+def _estimate(scene: Scene, choice: Choice, base: Decision, basis: Basis, engine: Engine) -> Told:
     """Of one effect."""
     try:
         less = without(scene, [choice])
         found = change(decision(ran(plan(less), engine), less, basis), base)
     except InputError as error:
         return Told(choice, {}, False, f"without it: {error.faults[0].problem}")
-    sizes = {name: joined(_size, [one]) for name, one in found.items()}
-    return Told(choice, sizes, True, "a run without it; at least what half the step changes", least)
-
-
-def _size(values: tuple[float, ...]) -> float:
-    return abs(values[0])
+    sizes = {name: joined(lambda values: abs(values[0]), [one]) for name, one in found.items()}
+    return Told(choice, sizes, True, "a run without it")
 
 
 def joined(rule: Callable[[tuple[float, ...]], float], parts: Iterable[Change]) -> Change:
@@ -143,7 +125,7 @@ def choose_effects(
 
 
 def _judged(told: Told, kept: bool, scene: Scene, costs: Mapping[str, float]) -> Judged:
-    choice, own = told.choice, added([told.estimate], scene.joints)
+    choice, own = told.choice, added([told.changes], scene.joints)
     worst = joined(max, own.values())
     return Judged(choice, LABELS[choice.kind], worst, told.valid, told.why, kept, costs.get(choice.kind, 1.0))
 
