@@ -20,6 +20,7 @@ from drivetrain.report.words import (
     headline,
     identity,
     in_study_amperes,
+    named,
     objective_text,
     overall_sentence,
     required_text,
@@ -172,10 +173,7 @@ def check_lines(check: Check) -> Iterator[str]:
 def _parts(joint: JointResult) -> str:
     """The drive of a joint: keys, and what the maker calls them."""
     motor, gear = joint.drive.motor, joint.drive.gear
-    told = []
-    for part in (motor, gear) if joint.gear else (motor,):
-        maker = identity(part)
-        told.append(f"{part.key} ({maker})" if maker else part.key)
+    told = [named(part.key, part) for part in ((motor, gear) if joint.gear else (motor,))]
     return " with ".join(told) + ("" if joint.gear else ", no gear")
 
 
