@@ -63,7 +63,7 @@ class Axis:
     # in this tick, before and after the limits [A]
     wanted: float = 0.0
     current: float = 0.0
-    overload: float = 0.0  # of the amplifier, see ``drive/overload.py``
+    overload: float = 0.0  # of the amplifier, see ``drive/amplifier.py``
     acceleration: float = 0.0  # of the joint with what its errors ask [rad/s^2 or m/s^2]
     helped: float = 0.0  # torque of its counterbalances on the link [N m]
 
