@@ -14,12 +14,14 @@ from rich.text import Text
 from drivetrain.report.best_sets import equals_sentence, set_lines
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
 from drivetrain.report.words import (
+    both,
     common_unit,
     digits_near_limit,
     gaps,
     headline,
     identity,
     in_study_amperes,
+    named,
     objective_text,
     overall_sentence,
     required_text,
@@ -96,8 +98,7 @@ def _largest(joint: JointResult, names: tuple[str, ...]) -> float | None:
 
 def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     """What stands under the table: the verdict in words, the objective, how sure the choice is, what would fix it."""
-    selection = result if isinstance(result, Selection) else None
-    evaluation = result.evaluation if isinstance(result, Selection) else result
+    evaluation, selection = both(result)
     lines = [
         Text.assemble((str(result.verdict), STYLES[result.verdict]), "  ", headline(evaluation, selection)),
         Text(overall_sentence(evaluation)),
@@ -172,10 +173,7 @@ def check_lines(check: Check) -> Iterator[str]:
 def _parts(joint: JointResult) -> str:
     """The drive of a joint: keys, and what the maker calls them."""
     motor, gear = joint.drive.motor, joint.drive.gear
-    told = []
-    for part in (motor, gear) if joint.gear else (motor,):
-        maker = identity(part)
-        told.append(f"{part.key} ({maker})" if maker else part.key)
+    told = [named(part.key, part) for part in ((motor, gear) if joint.gear else (motor,))]
     return " with ".join(told) + ("" if joint.gear else ", no gear")
 
 

@@ -64,7 +64,8 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
         model = read_sdf(path) if tag == "sdf" else read_model(path)
     arm, doubtful = arm_from_model(model, tip=tip, gravity=gravity)
     warn_each(doubtful)
-    return _with_stated_couplings(_with_stated_rotors(arm, model.drives), model.couplings)
+    whole = _with_stated_couplings(_with_stated_rotors(arm, model.drives), model.couplings)
+    return replace(whole, file=str(path))
 
 
 def _in_package(address: str) -> Path:

@@ -12,7 +12,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.report.pages.report_page import report_content, report_text
 from drivetrain.report.pages.sheet import page_text
 from drivetrain.report.quantities import number
-from drivetrain.report.words import headline, overall_sentence
+from drivetrain.report.words import both, headline, overall_sentence
 from drivetrain.sizing.answers.trade_offs import usual_span
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair, given_drives
@@ -31,17 +31,9 @@ KINDS = {"values": "must give numbers by the name of their control", "drives": "
 
 @dataclass(frozen=True)
 class Control:
-    """A number of the task that the page lets change.
-
-    Attributes:
-        name, label, unit: Of the number.
-        now: In the study.
-        low, high: Ends of its slider.
-        vary, payload: What it changes.
-    """
+    """A number of the task that the page lets change, from end to end of its slider."""
 
     name: str
-    label: str
     unit: str
     now: float
     low: float
@@ -51,12 +43,7 @@ class Control:
 
 
 class LivePage:
-    """A study on a page that answers.
-
-    Args:
-        study: Whose task is changed.
-        first: With what the page begins.
-    """
+    """A study on a page that answers, which begins with the first result."""
 
     def __init__(self, study: Study, first: Evaluation | Selection) -> None:
         self.study, self.first = study, first
@@ -65,7 +52,7 @@ class LivePage:
 
     def page(self) -> str:
         """The whole page."""
-        evaluation = _evaluation(self.first)
+        evaluation, _ = both(self.first)
         tasks = {task.name: task for task in self.study.joints}
         catalog, lists, joints = self.study.catalog, dict[Any, int](), []
         for name, (motor, gear, ratio) in _drives(evaluation).items():
@@ -80,21 +67,10 @@ class LivePage:
         return report_text(*report_content(self.first), live=live)
 
     def answer(self, asked: Any, *, anew: bool = False) -> dict[str, Any]:
-        """The report of what is asked for.
-
-        Args:
-            asked: ``values`` by the name of their control, ``drives`` (motor, gear) and ``ratios`` by joint.
-            anew: Whether drives are selected, instead of those asked for.
-
-        Returns:
-            ``content`` and ``data`` for the page's scripts, ``told`` in words, ``drives`` with their ratios.
-
-        Raises:
-            InputError: All that is wrong with it.
-        """
+        """The report of what is asked for, for the page's scripts: see ``KINDS``; anew: with drives selected."""
         result = self.result(asked, anew=anew)
         content, data, pictures = report_content(result, briefly=True)
-        evaluation, selection = _evaluation(result), result if isinstance(result, Selection) else None
+        evaluation, selection = both(result)
         return {
             "content": page_text("report.html.j2", **content),
             "data": {"charts": pictures.charts, **data},
@@ -176,7 +152,7 @@ def _controls(study: Study) -> list[Control]:
             low, high = 0.0, 2.0 * now
         label = f"payload {payload}" if payload else str(vary).replace("_", " ")
         unit = "°C" if vary is Vary.AMBIENT else vary.unit
-        found.append(Control(label, label, unit, now, float(number(low)), float(number(high)), vary, payload))
+        found.append(Control(label, unit, now, float(number(low)), float(number(high)), vary, payload))
     return found
 
 
@@ -200,10 +176,6 @@ def _read(asked: Any) -> tuple[dict[str, float], dict[str, Pair], dict[str, floa
             faults.append(Fault(f"drives.{joint}", "must be the keys of a motor and a gear", pair))
     pairs = {joint: (pair[0], pair[1]) for joint, pair in parts["drives"].items()} if not faults else {}
     return parts["values"], pairs, parts["ratios"], faults
-
-
-def _evaluation(result: Evaluation | Selection) -> Evaluation:
-    return result.evaluation if isinstance(result, Selection) else result
 
 
 def _drives(evaluation: Evaluation) -> dict[str, tuple[str, str, float]]:

@@ -22,25 +22,15 @@ MOST_EVENTS = 40  # told in the table; the recording holds them all
 
 @dataclass(frozen=True, eq=False)
 class SimulationFound:
-    """A run and what it decides.
-
-    Attributes:
-        evaluation: Of the drives.
-        recording: Of the run.
-        decision: What it decides; None for an inverse run, or one that was stopped.
-        plan: Printed.
-        effects: What was in, in words.
-        limits: ``current`` [A] and ``voltage`` [V] by joint.
-        current_bandwidth: Of the current loops [rad/s].
-    """
+    """A run and what it decides."""
 
     evaluation: Evaluation
     recording: Recording
-    decision: Decision | None
-    plan: str
-    effects: str
-    limits: Mapping[str, Mapping[str, float]]
-    current_bandwidth: float
+    decision: Decision | None  # None for an inverse run, or one that was stopped
+    plan: str  # printed
+    effects: str  # that were in, in words
+    limits: Mapping[str, Mapping[str, float]]  # current [A] and voltage [V] by joint
+    current_bandwidth: float  # of the current loops [rad/s]
 
 
 def simulation_report(found: SimulationFound) -> str:
