@@ -24,8 +24,8 @@ IN_OTHER_UNITS = {
     "resistance": "500 mohm", "torque_constant": "5 N cm/A", "inductance": "0.2 mH", "rotor_inertia": "300 g cm^2",
     "mass": "600 g", "nominal_voltage": "0.048 kV", "no_load_current": "200 mA",
     "no_load_speed": f"{950.0 * 30.0 / math.pi!r} rpm", "nominal_current": "6000 mA", "peak_current": "0.06 kA",
-    "max_speed": f"{900.0 * 180.0 / math.pi!r} deg/s", "winding_time_constant": "20000 ms", "housing_time_constant": "15 min",
-    "max_winding_temperature": "428.15 K",
+    "max_speed": f"{900.0 * 180.0 / math.pi!r} deg/s", "winding_time_constant": "20000 ms",
+    "housing_time_constant": "15 min", "max_winding_temperature": "428.15 K",
 }  # fmt: skip
 GEAR: dict[str, Any] = {
     "kind": "planetary", "ratio": 100.0, "average_torque_limit": 150.0, "continuous_torque": 150.0,
