@@ -1,12 +1,13 @@
 """Mutants of laws, checks, kernels and effects: one thing changed at a time, and whether the tests notice.
 
-    python tests/hard/mutants.py map FILE             which test calls which function, and for how long: once, an hour
-    python tests/hard/mutants.py try FILE EACH SEED   EACH mutants of every file, drawn; results go to FILE's twin
-    python tests/hard/mutants.py rate FILE            the table of docs/trust.md
+    make mutants EACH=6, which is
+    python tests/hard/mutants.py map FILE [TESTS ...]           which test calls which function, and for how long
+    python tests/hard/mutants.py try FILE EACH SEED [FILE ...]  EACH of every file, drawn; results go to FILE's .jsonl
+    python tests/hard/mutants.py rate FILE ...                  the table of docs/trust.md
 
 Most is tried as plain Python (``plain_python.py``): a mutant is a function with another code, in a process of its own.
 Effects and the engines of simulation would take too long so, and are compiled, with nothing taken from the disk cache
-that the mutant is part of. A mutant meets the tests that call its function, the quickest first, for a minute at most.
+that the mutant is part of. A mutant meets the tests that call its function, the quickest first, for half a minute.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any
@@ -42,34 +44,45 @@ OTHER = {
     ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And,
 }  # fmt: skip
 NAMES = {"max": "min", "min": "max", "larger": "smaller", "smaller": "larger", "abs": "float"}
+ASKED_NOTHING = 99
 PER_TEST, PER_FILE, PER_MUTANT = 3.0, 15.0, 30.0  # s of a processor
 
 
 # --- mutants
 
 
-def mutated(function: ast.FunctionDef) -> Iterator[tuple[str, ast.FunctionDef]]:
-    """Every copy of a function with one thing changed, and what that is."""
-    for index, node in enumerate(_places(function)):
-        whole = copy.deepcopy(function)
-        mine: Any = _places(whole)[index]
-        if isinstance(node, ast.BinOp | ast.BoolOp | ast.AugAssign) and type(node.op) in OTHER:
-            mine.op = OTHER[type(node.op)]()
-        elif isinstance(node, ast.Compare) and type(node.ops[0]) in OTHER:
-            mine.ops[0] = OTHER[type(node.ops[0])]()
-        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-            mine.op = ast.UAdd()
-        elif isinstance(node, ast.Constant) and type(node.value) is float:
-            mine.value = 1.1 * node.value + 0.1
-        elif isinstance(node, ast.Constant) and type(node.value) is int:
-            mine.value = node.value + 1
-        elif isinstance(node, ast.Name) and node.id in NAMES:
-            mine.id = NAMES[node.id]
-        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
-            mine.value = ast.Constant(None)
-        else:
-            continue
-        yield f"{node.lineno}: {ast.unparse(node)}", whole
+def mutants_of(function: ast.FunctionDef) -> list[tuple[int, str]]:
+    """The places of a function where one thing can be changed, and what stands there."""
+    places = enumerate(_places(function))
+    return [(index, f"{node.lineno}: {ast.unparse(node)}") for index, node in places if _change(copy.copy(node))]
+
+
+def mutant(function: ast.FunctionDef, index: int) -> ast.FunctionDef:
+    """A copy of a function, changed at one place."""
+    whole = copy.deepcopy(function)
+    _change(_places(whole)[index])
+    return whole
+
+
+def _change(node: Any) -> bool:
+    """Change a node as a slip would; whether there is anything to change."""
+    if isinstance(node, ast.BinOp | ast.BoolOp | ast.AugAssign) and type(node.op) in OTHER:
+        node.op = OTHER[type(node.op)]()
+    elif isinstance(node, ast.Compare) and type(node.ops[0]) in OTHER:
+        node.ops = [OTHER[type(node.ops[0])](), *node.ops[1:]]
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        node.op = ast.UAdd()
+    elif isinstance(node, ast.Constant) and type(node.value) is float:
+        node.value = 1.1 * node.value + 0.1
+    elif isinstance(node, ast.Constant) and type(node.value) is int:
+        node.value += 1
+    elif isinstance(node, ast.Name) and node.id in NAMES:
+        node.id = NAMES[node.id]
+    elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+        node.value = ast.Constant(None)
+    else:
+        return False
+    return True
 
 
 def _places(function: ast.FunctionDef) -> list[ast.AST]:
@@ -222,19 +235,25 @@ def map_tests(out: Path, folders: tuple[str, ...], plain: bool) -> None:
         print(path.relative_to(ROOT), sum(one["passed"] for one in told.values()), len(told), flush=True)
 
 
-def noticed(tests: list[tuple[str, float]], change: Any) -> bool:
-    """Whether tests fail once ``change`` was called."""
+def noticed(tests: list[tuple[str, float]], change: Any) -> bool | None:
+    """Whether tests fail once ``change`` was called; None where they could not be asked."""
     if (child := os.fork()) == 0:
-        change()
-        longest = max(seconds for _, seconds in tests)
-        os._exit(pytest_run([name for name, _ in tests], _Watch(3.0 * longest + 20.0, profile=False)) != 0)
-    return os.waitpid(child, 0)[1] != 0
+        code = ASKED_NOTHING
+        try:
+            change()
+            longest = max(seconds for _, seconds in tests)
+            code = pytest_run([name for name, _ in tests], _Watch(3.0 * longest + 20.0, profile=False))
+        finally:
+            os._exit(code)
+    ended = os.waitpid(child, 0)[1]
+    code = os.waitstatus_to_exitcode(ended)
+    return True if code < 0 or code in (1, 2) else False if code == 0 else None  # a signal, a failure, no import
 
 
-def exchange(path: Path, name: str, tree: ast.FunctionDef) -> None:
+def swap(path: Path, name: str, function: ast.FunctionDef, index: int) -> None:
     """Put a mutant in place of its function, and take nothing compiled with that function from the disk."""
     module = sys.modules[".".join(path.relative_to(ROOT).with_suffix("").parts)]
-    bare = copy.deepcopy(tree)
+    bare = mutant(function, index)
     bare.decorator_list, bare.returns = [], None
     for argument in [*bare.args.args, *bare.args.kwonlyargs]:
         argument.annotation = None
@@ -243,8 +262,8 @@ def exchange(path: Path, name: str, tree: ast.FunctionDef) -> None:
     holder: Any = module
     for part in name.split("."):
         holder = vars(holder)[part]
-    function = next(one for one in _functions_in(holder) if isinstance(one, FunctionType))
-    function.__code__ = code
+    found = next(one for one in _functions_in(holder) if isinstance(one, FunctionType))
+    found.__code__ = code
     if not os.environ.get("NUMBA_DISABLE_JIT"):
         _without_cache(path)
 
@@ -279,7 +298,7 @@ def files(rooms: tuple[str, ...]) -> list[Path]:
 
 
 def tests_of(told: dict[str, Any], where: str, inside: str) -> list[tuple[str, float]]:
-    """Tests that call a function, else those that call anything of its file, the quickest first, up to a minute."""
+    """Tests that call a function, else those that call anything of its file, the quickest first."""
 
     def calling(wanted: Any) -> list[tuple[str, float]]:
         return sorted(
@@ -305,31 +324,35 @@ def tried(place: Path, each: int, seed: int, only: tuple[str, ...]) -> None:
     plain, results = told["plain"], place.with_suffix(".jsonl")
     prepare(plain)
     done = {json.loads(line)["mutant"] for line in results.read_text().splitlines()} if results.exists() else set()
-    jobs = []
+    jobs: list[tuple[str, str, str, Any]] = []
     for path in files(PLAIN if plain else COMPILED):
         inside = str(path.relative_to(PACKAGE))
         if only and not inside.startswith(only):
             continue
-        every = [(f"{inside}:{name}", what, tree) for name, node in functions(path) for what, tree in mutated(node)]
+        every = [(f"{inside}:{name}", node, *one) for name, node in functions(path) for one in mutants_of(node)]
         some = random.Random(f"{seed} {inside}").sample(every, min(each, len(every)))
-        jobs += [(where, what, inside, lambda p=path, w=where, t=tree: exchange(p, w.split(":")[1], t))
-                 for where, what, tree in some]  # fmt: skip
+        for where, node, index, what in some:
+            jobs.append((where, what, inside, partial(swap, path, where.split(":")[1], node, index)))
     if plain and (not only or TABLE.startswith(only)):
         rows = list(of_table())
         for what, change in random.Random(f"{seed} {TABLE}").sample(rows, min(5 * each, len(rows))):
             jobs.append((f"{TABLE}:REQUIREMENTS", what, RUNNING, lambda change=change: object.__setattr__(*change)))
     random.Random(seed).shuffle(jobs)
+    sound: dict[str, bool] = {}
     for where, what, inside, change in jobs:
-        if f"{where} {what}" in done:
+        tests = tests_of(told["tests"], where, inside)
+        if f"{where} {what}" in done or not tests:
+            if not tests:
+                print(f"no test: {where} {what}", flush=True)
             continue
-        begin, tests = time.monotonic(), tests_of(told["tests"], where, inside)
-        found = noticed(tests, change) if tests else False
-        line = {"mutant": f"{where} {what}", "noticed": found, "tests": len(tests),
-                "seconds": round(time.monotonic() - begin, 1)}  # fmt: skip
-        with results.open("a", encoding="utf-8") as out:
-            out.write(json.dumps(line) + "\n")
+        if where not in sound:  # without a mutant they pass, here and now
+            sound[where] = noticed(tests, str) is False
+        found = noticed(tests, change) if sound[where] else None
+        if found is not None:
+            with results.open("a", encoding="utf-8") as out:
+                out.write(json.dumps({"mutant": f"{where} {what}", "noticed": found, "tests": len(tests)}) + "\n")
         if not found:
-            print(f"not noticed by {len(tests)} tests: {where} {what}", flush=True)
+            print(f"{'not noticed' if found is False else 'cannot be asked'}: {where} {what}", flush=True)
 
 
 def rate(places: list[Path]) -> None:
