@@ -25,7 +25,8 @@ shuffled: $(VENV)/.test-installed
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal -p randomly
 
 lowest: $(LOWEST)/.installed
-	$(LOWEST)/bin/python -m pytest -o addopts="-q --import-mode=importlib" -o filterwarnings=default $(LOWEST_TESTS)
+	$(LOWEST)/bin/python -m pytest -o addopts="-q --import-mode=importlib" -o filterwarnings=default \
+		--numprocesses auto --dist worksteal $(LOWEST_TESTS)
 
 audit: $(VENV)/bin/python # known vulnerabilities of what is locked; needs a database that can be reached
 	$(INSTALL) pip-audit
@@ -82,10 +83,10 @@ $(VENV)/.test-installed: $(VENV)/bin/python pyproject.toml
 	$(if $(LOCKED),$(INSTALL_LOCKED),$(INSTALL) --editable ".[test]")
 	@touch $@ $(VENV)/.installed
 
-$(LOWEST)/.installed: pyproject.toml .ci/lowest.txt
+$(LOWEST)/.installed: pyproject.toml .ci/lowest.txt Makefile
 	$(PYTHON) -m venv $(LOWEST)
 	$(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check --constraint .ci/lowest.txt \
-		--editable . pytest hypothesis sympy mpmath
+		--editable . pytest pytest-xdist hypothesis sympy mpmath
 	@touch $@
 
 docs: $(VENV)/.installed

@@ -18,7 +18,6 @@ import numpy as np
 
 from drivetrain.solvers.compiled_function import compiled
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events
-from drivetrain.solvers.records import EITHER
 
 # States: link [rad, rad/s], rotor [rad, rad/s], current [A], voltage of the current loop's integrator [V],
 # winding and housing [C], integral of the squared current [A^2 s].
@@ -32,7 +31,7 @@ ATOL = (1e-7, 1e-5, 1e-5, 1e-3, 1e-4, 1e-4, 1e-4, 1e-4, 1e-3)  # at rtol 1e-4; s
     STIFFNESS, DAMPING, LINK_INERTIA, GRAVITY, LINK_VISCOUS, VOLTAGE, MOST_CURRENT, KP, KD, LOOP, WALL, WALL_STIFFNESS,
     WALL_DAMPING, MOVES,
 ) = range(25)  # fmt: skip
-MOVE_WORD, CONTACT, MESH_WAY = range(3)
+COUNT, CONTACT, MESH_WAY = range(3)  # of moves; modes
 BY_STATE, APART, TOUCHING = range(3)  # whether the wall is felt: as the state says, or as the events have said
 FORWARD, BACKWARD = 1, 2  # which way the mesh carries, likewise
 ALPHA_R, ALPHA_K, WINDING_W, HOUSING_W, WINDING_C, HOUSING_C, AMBIENT = 0.00393, -0.001, 1.9, 4.65, 21.8, 241.0, 25.0
@@ -71,6 +70,15 @@ SCENES = (
                 WALL_STIFFNESS: 5e4, WALL_DAMPING: 50.0},
                ((0.0, 0.05, 0.0, 0.02), (0.05, 0.15, 0.02, 0.02), (0.15, 0.2, 0.02, 0.0), (0.2, 0.3, 0.0, 0.0))),
 )  # fmt: skip
+
+
+@nb.njit(cache=True)
+def move_at(t: float, p, count: int) -> int:
+    """Which of the moves an instant belongs to; where two meet, to the later."""
+    move = 0
+    while move < count - 1 and t >= p[MOVES + MOVE * move + 1]:
+        move += 1
+    return move
 
 
 @nb.njit(cache=True)
@@ -132,7 +140,7 @@ def joint_rates(t, x, dx, p, words):
     back, speed, current = 1.0 / p[RATIO], x[ROTOR_SPEED], x[CURRENT]
     resistance = p[RESISTANCE] * (1.0 + ALPHA_R * (x[WINDING] - 25.0))
     constant = p[KT] * (1.0 + ALPHA_K * (x[HOUSING] - 25.0))
-    command, _, _ = commanded(t, x, p, words[MOVE_WORD])
+    command, _, _ = commanded(t, x, p, move_at(t, p, words[COUNT]))
     error = command - current
     asked = p[INDUCTANCE] * p[LOOP] * error + x[INTEGRATOR] + p[KT] * speed
     voltage = min(max(asked, -p[VOLTAGE]), p[VOLTAGE])
@@ -160,7 +168,7 @@ def joint_jacobian(t, x, columns, p, words):
     back, speed, current = 1.0 / p[RATIO], x[ROTOR_SPEED], x[CURRENT]
     resistance = p[RESISTANCE] * (1.0 + ALPHA_R * (x[WINDING] - 25.0))
     constant = p[KT] * (1.0 + ALPHA_K * (x[HOUSING] - 25.0))
-    command, slope, free = commanded(t, x, p, words[MOVE_WORD])
+    command, slope, free = commanded(t, x, p, move_at(t, p, words[COUNT]))
     asked = p[INDUCTANCE] * p[LOOP] * (command - current) + x[INTEGRATOR] + p[KT] * speed
     open_ = 1.0 if abs(asked) <= p[VOLTAGE] else 0.0
     by = (
@@ -205,28 +213,17 @@ def joint_jacobian(t, x, columns, p, words):
 @compiled
 def event_values(t, x, values, p, words):
     """Where the link meets the wall, whose damper sets in with a jump, and where the mesh carries nothing."""
-    values[0] = x[LINK] - p[WALL]
-    values[1] = carried(x, p)
+    values[0] = x[LINK] - p[WALL] if words[CONTACT] == TOUCHING else p[WALL] - x[LINK]
+    values[1] = carried(x, p) if words[MESH_WAY] == FORWARD else -carried(x, p)
 
 
 @compiled
 def event_handler(t, x, crossed, p, words):
     """The link has met the wall or left it; the mesh carries the other way."""
     if crossed[0] != 0.0:
-        words[CONTACT] = TOUCHING if crossed[0] > 0.0 else APART
+        words[CONTACT] = APART if words[CONTACT] == TOUCHING else TOUCHING
     if crossed[1] != 0.0:
-        words[MESH_WAY] = FORWARD if crossed[1] > 0.0 else BACKWARD
-
-
-SPARSITY = np.zeros((SIZE, SIZE), dtype=bool)
-for row, columns in {
-    LINK: (LINK_SPEED,), LINK_SPEED: (LINK, LINK_SPEED, ROTOR, ROTOR_SPEED), ROTOR: (ROTOR_SPEED,),
-    ROTOR_SPEED: (LINK, LINK_SPEED, ROTOR, ROTOR_SPEED, CURRENT, HOUSING),
-    CURRENT: (ROTOR, ROTOR_SPEED, CURRENT, INTEGRATOR, WINDING, HOUSING),
-    INTEGRATOR: (ROTOR, ROTOR_SPEED, CURRENT, INTEGRATOR), WINDING: (CURRENT, WINDING, HOUSING),
-    HOUSING: (WINDING, HOUSING), HEAT: (CURRENT,),
-}.items():  # fmt: skip
-    SPARSITY[row, list(columns)] = True
+        words[MESH_WAY] = BACKWARD if words[MESH_WAY] == FORWARD else FORWARD
 
 
 def parameters(scene: JointScene, softness: float):
@@ -241,11 +238,11 @@ def parameters(scene: JointScene, softness: float):
 
 def problem(scene: JointScene, *, softness: float = 0.5, events: bool = True) -> CompiledProblem:
     """The scene as a compiled right-hand side; with events, its bends and jumps are those."""
-    kinks = Events(event_values, (EITHER, EITHER), handler=event_handler, names=("contact", "mesh")) if events else None
+    kinks = Events(event_values, event_handler, ("contact", "mesh")) if events else None
     way = FORWARD if scene.differs[GRAVITY] * math.cos(scene.moves[0][2]) >= 0.0 else BACKWARD
-    words = np.array([0, APART, way] if events else [0, BY_STATE, BY_STATE])
+    words = np.array([len(scene.moves), *((APART, way) if events else (BY_STATE, BY_STATE))])
     return CompiledProblem(joint_rates, SIZE, parameters(scene, softness), words, jacobian=joint_jacobian, events=kinks,
-                           sparsity=SPARSITY, names=NAMES, segment_word=MOVE_WORD)  # fmt: skip
+                           names=NAMES)  # fmt: skip
 
 
 def start(scene: JointScene, *, softness: float = 0.5):

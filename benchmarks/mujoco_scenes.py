@@ -20,15 +20,15 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
+from drivetrain.effects.control.cascade import PositionLoop
 from drivetrain.effects.control.commanded_motion import CommandedMotion
-from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.lugre_friction import LuGreFriction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
 from drivetrain.effects.motor.cogging import Cogging
 from drivetrain.effects.motor.current_loop import CurrentLoop
-from drivetrain.effects.motor.given_voltage import GivenVoltage
+from drivetrain.effects.motor.given import GivenVoltage
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.effects.motor.winding import Winding

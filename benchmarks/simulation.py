@@ -27,9 +27,9 @@ from drivetrain.effects.control.computed_torque import ComputedTorque
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.gear.springs import FlexibleJoint
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.effects.motor.winding_heat import WindingHeat

@@ -97,7 +97,7 @@ def run_ours(scene: JointScene, softness: float, solver: object) -> tuple[np.nda
 
 
 def run_scipy(scene: JointScene, softness: float, method: str, rtol: float) -> tuple[np.ndarray, int]:
-    """The same with one of scipy's methods, split at the breakpoints, told the segment, with its own dense output."""
+    """The same with one of scipy's methods, split at the breakpoints, with its own dense output."""
     task, state = prepared(scene, softness, False)
     address, numbers, words = address_of(task.rates, "rates"), task.numbers.copy(), task.words.copy()
     times, ends, count = instants(scene), [0.0, *breakpoints(scene), scene.duration], 0
@@ -105,11 +105,11 @@ def run_scipy(scene: JointScene, softness: float, method: str, rtol: float) -> t
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
         result = np.empty(len(y))
-        evaluate(address, t, np.ascontiguousarray(y), result, numbers, words)  # some hand over columns
+        evaluate(address, min(t, limit), np.ascontiguousarray(y), result, numbers, words)  # some hand over columns
         return result
 
-    for k, (first, last) in enumerate(pairwise(ends)):
-        words[task.segment_word] = k
+    for first, last in pairwise(ends):
+        limit = np.nextafter(last, first)  # no stage sees what begins at the breakpoint
         wanted = times[(times > first + 1e-12) & (times < last + 1e-12)]
         inside = np.unique(np.append(np.minimum(wanted, last), last))
         done = solve_ivp(rates, (first, last), state, method, inside, rtol=rtol, atol=np.array(ATOL) * rtol / 1e-4)

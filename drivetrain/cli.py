@@ -81,6 +81,6 @@ def _options(
     if debug:  # both in the environment, for the processes that a command starts
         os.environ[DEBUG] = "1"
     if trust_xacro:
-        from drivetrain.arm.urdf.xml import TRUSTED
+        from drivetrain.arm.files.xml import TRUSTED
 
         os.environ[TRUSTED] = "1"

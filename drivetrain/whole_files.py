@@ -2,35 +2,89 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import glob
+import io
 import json
 import os
 import tempfile
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from drivetrain.errors import Fault, InputError, plain
 
 DISK = (errno.ENOSPC, errno.EDQUOT, errno.EIO)  # no fault of the path that the user gave
+WORKBOOKS = (".xlsx", ".xlsm")
 LIST, PART = ".drivetrain-files.json", ".part"
 LARGEST_TEXT = 256 << 20  # bytes: a day of six joints at 100 Hz is 0.5 GB as text, and nobody sizes with that
 
 
 def read_text(path: Path) -> str:
-    """The UTF-8 text of a file that a user names, its control characters spelled out."""
+    """The UTF-8 text of a file that a user names, its control characters spelled out; of an Excel sheet as CSV."""
     try:
-        if path.stat().st_size > LARGEST_TEXT:
-            problem = f"has {path.stat().st_size / 1e6:.0f} MB; at most {LARGEST_TEXT >> 20} MB are read"
+        book = path.parent if is_workbook(path.parent) else path  # or one of its sheets
+        if book.stat().st_size > LARGEST_TEXT:
+            problem = f"has {book.stat().st_size / 1e6:.0f} MB; at most {LARGEST_TEXT >> 20} MB are read"
             raise InputError(Fault("the file", problem, hint="keep what the study needs", file=str(path)))
+        if is_workbook(book):
+            return plain(_sheet_text(book, "" if book is path else path.stem))
         return plain(path.read_text(encoding="utf-8-sig"))
     except InputError:
         raise
     except (OSError, ValueError) as error:
         problem = str(error.strerror) if isinstance(error, OSError) else f"must be UTF-8 text: {error}"
         raise InputError(Fault("the file", f"cannot be read: {problem}", file=str(path))) from None
+
+
+def is_workbook(path: Path) -> bool:
+    """Whether a file is named as one of Excel's."""
+    return path.suffix.lower() in WORKBOOKS
+
+
+def sheet_names(path: Path) -> list[str]:
+    """The sheets of a workbook."""
+    with _opened(path) as book:
+        return [str(name) for name in book.sheetnames]
+
+
+def _sheet_text(path: Path, name: str) -> str:
+    """A sheet as CSV, a line a row; left unnamed the first one."""
+    text = io.StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    with _opened(path) as book:
+        sheet = book[name or book.sheetnames[0]]
+        for row in sheet.iter_rows(values_only=True):
+            lines.writerow(["" if cell is None else _cell(cell) for cell in row])
+    return text.getvalue()
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return " ".join(str(value).split())
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """A workbook, the values of its formulas as last saved."""
+    try:
+        import openpyxl
+    except ImportError:
+        hint = "pip install drivetrain[excel], or save each sheet as CSV"
+        raise InputError(Fault("the file", "needs openpyxl to be read", hint=hint, file=str(path))) from None
+    try:
+        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    except OSError:
+        raise
+    except Exception as error:  # what the reader of a damaged file raises is of many kinds
+        raise InputError(Fault("the file", f"cannot be read as a workbook: {error}", file=str(path))) from None
+    try:
+        yield book
+    finally:
+        book.close()
 
 
 def write_files(out_dir: str | Path, texts: Mapping[str, str]) -> dict[str, Path]:

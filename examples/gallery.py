@@ -7,7 +7,7 @@ from pathlib import Path
 import drivetrain as dt
 from drivetrain.report.charts.figures import overview_png
 from drivetrain.report.outputs import write_outputs
-from drivetrain.report.pages.curve_page import trade_off_extra
+from drivetrain.report.pages.trade_off_pages import trade_off_extra
 from drivetrain.sizing.answers.spread import spread
 
 ROOT = Path(__file__).resolve().parents[1]

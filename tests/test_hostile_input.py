@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from drivetrain import InputError, load_arm, load_study
-from drivetrain.arm.urdf import expand_xacro
+from drivetrain.arm.files import expand_xacro
 from drivetrain.catalog.read import read_catalog
 from drivetrain.cli import app
 
@@ -103,7 +103,7 @@ def test_the_gate_refuses_what_no_expression_should_reach(tmp_path: Path) -> Non
 import os, sys, subprocess
 from pathlib import Path
 sys.path.insert(0, {str(ROOT)!r})
-from drivetrain.arm.urdf.expand_xacro import shut
+from drivetrain.arm.files.expand_xacro import shut
 shut([Path({str(tmp_path)!r})])
 new, old = {str(tmp_path / "new")!r}, {str(tmp_path / "old")!r}
 for attempt in (lambda: os.system("true"), lambda: subprocess.run(["true"]), lambda: open(new, "w"),

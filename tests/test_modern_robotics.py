@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import drivetrain.modern_robotics as ours
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.lists import book_lists
-from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError, PhysicsWarning
 from drivetrain.spatial.inertia import RigidBody

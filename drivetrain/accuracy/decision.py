@@ -29,25 +29,17 @@ from drivetrain.study.parts.verdicts import Check
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """What a recording is judged by, beside itself.
+    """What a recording is judged by, beside itself."""
 
-    Attributes:
-        motors: Sheets by joint name.
-        networks: Thermal networks by joint name; a joint that is not named has no temperature.
-        gear_heat: Share of the gear's loss that warms the housing, by joint name.
-        evaluation: Of the study; None: no checks.
-        period: Of the repeated cycle [s], the last of which is looked at; None: the whole recording.
-        ends: Of the parts of a mix within the period [s].
-        shares: Of the time of use, one a part.
-    """
-
-    motors: Mapping[str, Motor]
+    motors: Mapping[str, Motor]  # sheets by joint name
+    # thermal networks by joint name; a joint that is not named has no temperature
     networks: Mapping[str, ThermalNetwork]
+    # share of the gear's loss that warms the housing, by joint name
     gear_heat: Mapping[str, float] = field(default_factory=dict)
-    evaluation: Evaluation | None = None
-    period: float | None = None
-    ends: tuple[float, ...] = (math.inf,)
-    shares: tuple[float, ...] = (1.0,)
+    evaluation: Evaluation | None = None  # of the study; None: no checks
+    period: float | None = None  # of the repeated cycle [s], the last of which is looked at; None: the whole recording
+    ends: tuple[float, ...] = (math.inf,)  # of the parts of a mix within the period [s]
+    shares: tuple[float, ...] = (1.0,)  # of the time of use, one a part
 
     def use(self, time: Array) -> Mix:
         """How recorded instants belong to the parts of the mix."""

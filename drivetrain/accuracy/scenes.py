@@ -13,22 +13,20 @@ from drivetrain.arm.rotors import RotorLevel
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.effects.control.cascade import PositionLoop, SampledCascade
 from drivetrain.effects.control.encoder import Encoder
-from drivetrain.effects.control.position_loop import PositionLoop
-from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.motor.cogging import Cogging
-from drivetrain.effects.motor.current_loop import CurrentLoop
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.current_loop import CurrentLoop, SampledCurrentLoop
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
-from drivetrain.effects.motor.sampled_current_loop import SampledCurrentLoop
 from drivetrain.effects.motor.supply_bus import StiffSupply
 from drivetrain.effects.motor.winding import Winding
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice
-from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.engines.inverse import demanded
 from drivetrain.simulation.planning.mechanics import ratios_of
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from drivetrain.accuracy.auto import choose_effects
+from drivetrain.accuracy.auto import COARSE, choose_effects
 from drivetrain.accuracy.costs import interval_of
 from drivetrain.accuracy.decision import basis_of
-from drivetrain.accuracy.estimates import COARSE
 from drivetrain.accuracy.scenes import full_scene, wanted_scene, without
 from drivetrain.accuracy.verify import verified, whole_run
 from drivetrain.drive.drive import Drive
@@ -32,17 +31,11 @@ from drivetrain.study.parts.simulation import KNOWN_EFFECTS, Simulation
 
 @dataclass(frozen=True, eq=False)
 class StudyScene:
-    """The scene of a study with the effects that it wants.
+    """The scene of a study with the effects that it wants."""
 
-    Attributes:
-        full: Every effect that the sheets and the study have numbers for; nothing fed forward.
-        scene: With the wanted effects, ready to run.
-        words: Which those are.
-    """
-
-    full: Scene
-    scene: Scene
-    words: str
+    full: Scene  # every effect that the sheets and the study have numbers for; nothing fed forward
+    scene: Scene  # with the wanted effects, ready to run
+    words: str  # which those are
 
 
 def simulate(

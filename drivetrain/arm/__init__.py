@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from drivetrain.arm.dh import DHRow as DHRow
     from drivetrain.arm.dh import JointKind as JointKind
     from drivetrain.arm.dh import arm_from_dh as arm_from_dh
+    from drivetrain.arm.files.load import load_arm as load_arm
     from drivetrain.arm.flexible_links import BendingLink as BendingLink
     from drivetrain.arm.flexible_links import with_flexible_links as with_flexible_links
     from drivetrain.arm.geared import at_level as at_level
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from drivetrain.arm.kinematics import tip_acceleration_terms as tip_acceleration_terms
     from drivetrain.arm.kinematics import tip_pose as tip_pose
     from drivetrain.arm.lists import book_lists as book_lists
-    from drivetrain.arm.load import load_arm as load_arm
     from drivetrain.arm.pose_solver import inverse_kinematics as inverse_kinematics
     from drivetrain.arm.rotors import Rotor as Rotor
     from drivetrain.arm.rotors import RotorLevel as RotorLevel

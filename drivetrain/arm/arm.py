@@ -46,6 +46,7 @@ class Arm:
         linkage: The bodies of an arm with closed loops, whose rows here are its driven joints; see ``closures.py``.
         name: What to call the arm.
         notes: What the reader of a report should know: ignored tags, doubtful numbers.
+        file: Of which it was read, where its links have shapes to draw; empty: none.
     """
 
     home: Array
@@ -66,6 +67,7 @@ class Arm:
     linkage: Linkage | None = None
     name: str = "arm"
     notes: tuple[str, ...] = field(default=())
+    file: str = ""
 
     def __repr__(self) -> str:
         rotors = sum(rotor is not None for rotor in self.rotors)

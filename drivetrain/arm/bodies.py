@@ -11,6 +11,7 @@ from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.checks import called, checked_inertia, warn_of_inertias
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError
+from drivetrain.motion.base import BASE_JOINTS
 from drivetrain.spatial.inertia import RigidBody, combined
 
 
@@ -101,26 +102,29 @@ def on_moving_base(arm: Arm) -> Arm:
         InputError: An arm with closed loops.
     """
     refuse_loops(arm)
-    n, turns, slides = arm.n, np.eye(3)[::-1], np.eye(3)
-    screws = np.zeros((6, 6))
-    screws[:3, 3:], screws[3:, :3] = slides, turns
-    before: dict[str, Any] = {
-        "home": np.tile(np.eye(4), (6, 1, 1)), "screws": screws, "masses": np.zeros(6), "inertias": np.zeros((6, 3, 3)),
-        "joint_points": np.zeros((6, 3)), "lower": np.full(6, -np.inf), "upper": np.full(6, np.inf),
-        "speed_limits": np.full(6, np.inf),
-    }  # fmt: skip
-    joined: dict[str, Any] = {name: np.concatenate([values, getattr(arm, name)]) for name, values in before.items()}
+    base, n = moving_base(arm), arm.n
+    rows = ("home", "screws", "masses", "inertias", "joint_points", "lower", "upper", "speed_limits")
+    joined: dict[str, Any] = {name: np.concatenate([getattr(base, name), getattr(arm, name)]) for name in rows}
     for values in joined.values():
         values.setflags(write=False)
-    names = tuple(f"base_{name}" for name in ("x", "y", "z", "yaw", "pitch", "roll"))
     coupling = None
     if arm.coupling is not None:
         coupling = np.eye(n + 6)
         coupling[6:, 6:] = arm.coupling
     rotors = tuple(None if rotor is None else replace(rotor, carrier=rotor.carrier + 6) for rotor in arm.rotors)
     return replace(
-        arm, **joined, joint_names=(*names, *arm.joint_names), link_names=(*names, *arm.link_names),
-        rotors=(*(None,) * 6, *rotors), coupling=coupling,
+        arm, **joined, joint_names=(*base.joint_names, *arm.joint_names),
+        link_names=(*base.link_names, *arm.link_names), rotors=(*base.rotors, *rotors), coupling=coupling,
+    )  # fmt: skip
+
+
+def moving_base(arm: Arm) -> Arm:
+    """The base alone, as six joints without mass; their tip carries the arm."""
+    screws = np.zeros((6, 6))
+    screws[:3, 3:], screws[3:, :3] = np.eye(3), np.eye(3)[::-1]
+    return Arm.from_screws(
+        np.tile(np.eye(4), (6, 1, 1)), screws, np.zeros(6), np.zeros((6, 3, 3)), gravity=arm.gravity,
+        joint_points=np.zeros((6, 3)), joint_names=BASE_JOINTS, link_names=BASE_JOINTS, name="base",
     )  # fmt: skip
 
 

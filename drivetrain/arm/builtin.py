@@ -15,10 +15,10 @@ from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
 from drivetrain.arm.bodies import with_payload
 from drivetrain.arm.checks import triangle_warning
 from drivetrain.arm.dh import DHConvention, DHRow, arm_from_dh
+from drivetrain.arm.files.links import arm_from_model
+from drivetrain.arm.files.model import read_model
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
-from drivetrain.arm.urdf.model import read_model
-from drivetrain.arm.urdf.read import arm_from_model
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.inertia import cylinder

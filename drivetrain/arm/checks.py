@@ -180,3 +180,18 @@ def mean_density(body: RigidBody) -> float:
     axes = half_axes(body.mass, body.inertia)
     volume = 4.0 / 3.0 * np.pi * float(np.prod(np.maximum(axes, THINNEST * axes[0])))
     return body.mass / volume if volume > 0.0 else float("inf")
+
+
+LENGTH = 10.0  # [m] of a link; also travel a turn of the largest rack and pinion, far beyond it
+FAR = 3.0  # [m] a centre of mass from its joint or from the tip, where the arm itself does not reach farther
+NEAR = 1.0  # [m] a centre of mass so near is never doubted, however short the arm
+REACHES = 10.0  # of the arm, from which on a centre of mass is doubted
+
+
+def farthest(reach: float) -> float:
+    """How far a centre of mass may be from where its body is held [m]."""
+    return min(max(FAR, reach), max(REACHES * reach, NEAR))
+
+
+def millimetres(value: float) -> str:
+    return f"was {value:.4g} mm meant?"

@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BPoly
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.kinematics import tip_jacobian_rate, tip_pose_and_jacobian
@@ -160,6 +159,8 @@ def follow(
     Raises:
         PathLostError: Where the path leaves the reach or comes to a singular pose; here, or of distances asked for.
     """
+    from scipy.interpolate import BPoly  # takes long to import, and few studies follow paths
+
     rows, size = slice(0, 6) if rotation else PLACE, size_of(arm)
     first = path(np.zeros(1))
     knots, coarse = [0.0], [_rates(first, start[None], _missing(arm, first.poses, start[None], size)[1], rows, size)]

@@ -11,7 +11,7 @@ from drivetrain.catalog.gear_rules import check_families, check_gear
 from drivetrain.catalog.motor_rules import check_motor
 from drivetrain.catalog.part_rules import check_amplifier, check_brake, check_price
 from drivetrain.catalog.schema import AMPLIFIERS, BRAKES, GEARS, MOTORS, PAIRS, PRICES, TABLES
-from drivetrain.catalog.table import Cell, Row, Table, read_table
+from drivetrain.catalog.table import Cell, Row, Table, read_table, tables_in
 from drivetrain.errors import Fault, InputError
 
 Rules = Callable[[Mapping[str, Cell]], list[Finding]]
@@ -70,7 +70,7 @@ def lint(folder: str | Path, *, beside: Iterable[str | Path] = ()) -> list[LintF
     """
     tables = _tables(Path(folder))
     if not tables:
-        problem = "holds no catalogue table" if Path(folder).is_dir() else "is no folder"
+        problem = "holds no catalogue table" if Path(folder).exists() else "is no folder"
         raise InputError(Fault(str(folder), problem, hint="it should hold " + ", ".join(TABLES)))
     faults = [fault for table in tables.values() for fault in _table_faults(table)]
     for name, rules in RULES.items():
@@ -89,7 +89,7 @@ def lint(folder: str | Path, *, beside: Iterable[str | Path] = ()) -> list[LintF
 
 
 def _tables(folder: Path) -> dict[str, Table]:
-    return {name: read_table(folder / name, columns) for name, columns in TABLES.items() if (folder / name).is_file()}
+    return {name: read_table(folder / name, TABLES[name]) for name in tables_in(folder)}
 
 
 def _table_faults(table: Table) -> Iterator[LintFault]:

@@ -13,7 +13,7 @@ import numpy as np
 from drivetrain.catalog.convention import dc_equivalent
 from drivetrain.catalog.price import Price
 from drivetrain.catalog.schema import AMPLIFIERS, BRAKES, GEARS, MOTORS, PAIRS, PRICES, TABLES
-from drivetrain.catalog.table import Row, Table, read_table
+from drivetrain.catalog.table import Row, Table, read_table, tables_in
 from drivetrain.drive.amplifier import AmplifierSheet
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
@@ -86,7 +86,7 @@ def read_catalog(*folders: str | Path) -> Catalog:
     Args:
         folders: Each with ``motors.csv``, ``gears.csv``, ``compatibility.csv``, ``brakes.csv``, ``amplifiers.csv`` and
             ``prices.csv``, or some of them; a row of a later folder replaces the row of the same key in an earlier
-            one, prices add up. None: the shipped catalogue.
+            one, prices add up. Or an Excel workbook with sheets of these names. None: the shipped catalogue.
 
     Returns:
         The rows, with notes on what was replaced.
@@ -110,9 +110,9 @@ def _read_tables(folders: Iterable[Path]) -> tuple[dict[str, list[Table]], list[
     tables: dict[str, list[Table]] = {name: [] for name in TABLES}
     faults: list[Fault] = []
     for folder in folders:
-        present = [name for name in TABLES if (folder / name).is_file()]
+        present = tables_in(folder)
         if not present:
-            problem = "holds no catalogue table" if folder.is_dir() else "is no folder"
+            problem = "holds no catalogue table" if folder.exists() else "is no folder"
             faults.append(Fault(str(folder), problem, hint="it should hold " + ", ".join(TABLES)))
         for name in present:
             tables[name].append(read_table(folder / name, TABLES[name]))

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from drivetrain.catalog.schema import CHOICE, NUMBER, Column, by_name
+from drivetrain.catalog.schema import CHOICE, NUMBER, TABLES, Column, by_name
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.units import from_si, split_header, to_si
-from drivetrain.whole_files import read_text
+from drivetrain.whole_files import is_workbook, read_text, sheet_names
 
 Cell = float | str | None
 NEVER_ZERO = ("ratio",)  # may be negative, so its range does not say it
@@ -104,6 +104,14 @@ class _Header:
     text: str
     unit: str
     column: Column
+
+
+def tables_in(folder: Path) -> list[str]:
+    """The names of the tables that a folder holds, or as sheets a workbook."""
+    if is_workbook(folder) and folder.is_file():
+        sheets = sheet_names(folder)
+        return [name for name in TABLES if Path(name).stem in sheets]
+    return [name for name in TABLES if (folder / name).is_file()]
 
 
 def read_table(path: Path, columns: Sequence[Column]) -> Table:

@@ -32,10 +32,9 @@ def accuracy(
     """Show on the study's own motion what every effect changes and costs, and which a tolerance lets one omit."""
     from dataclasses import replace
 
-    from drivetrain.accuracy.auto import choose_effects
+    from drivetrain.accuracy.auto import COARSE, choose_effects
     from drivetrain.accuracy.costs import effects_cost, solver_cost
     from drivetrain.accuracy.decision import basis_of
-    from drivetrain.accuracy.estimates import COARSE
     from drivetrain.accuracy.inverse_forward import inverse_against_forward
     from drivetrain.accuracy.scenes import full_scene, without
     from drivetrain.report.pages.accuracy_page import AccuracyFound, accuracy_json, accuracy_lines, accuracy_report

@@ -84,7 +84,7 @@ def curve(
     out: Annotated[Path | None, folder_for("curve.html")] = None,
 ) -> bool:
     """Show what the best drives become as payload, cycle time, supply voltage or air temperature change."""
-    from drivetrain.report.pages.curve_page import curve_lines, curve_report, curve_sentence
+    from drivetrain.report.pages.trade_off_pages import curve_lines, curve_report, curve_sentence
     from drivetrain.sizing.answers.curve import optimum_curve, varied
     from drivetrain.study.read import load_study
     from drivetrain.units import quantity
@@ -119,7 +119,7 @@ def front(
     out: Annotated[Path | None, folder_for("front.html and front.json")] = None,
 ) -> bool:
     """Find every set of drives that no other beats in mass, price, energy a cycle and utilisation at once."""
-    from drivetrain.report.pages.front_page import front_json, front_lines, front_report, front_sentence
+    from drivetrain.report.pages.trade_off_pages import front_json, front_lines, front_report, front_sentence
     from drivetrain.sizing.search.front import pareto_front
     from drivetrain.study.parts.selection import read_criterion
     from drivetrain.study.read import load_study

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -44,6 +45,7 @@ def serve(
 
 def server_of(page: LivePage, port: int = 0) -> ThreadingHTTPServer:
     """A server of one page, reachable from this machine only."""
+    gc.freeze()  # what is loaded stays: to look through it all for garbage would cost an answer 0.15 s now and then
     server = ThreadingHTTPServer((LOOPBACK, port), type("Answers", (_Answers,), {"page": page}))
     server.daemon_threads = True
     return server

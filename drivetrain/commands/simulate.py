@@ -118,7 +118,7 @@ def _run_arm(
     method: Method, out: Path | None,
 ) -> None:  # fmt: skip
     """Let an arm go and write what it does."""
-    from drivetrain.arm.load import load_arm
+    from drivetrain.arm.files.load import load_arm
     from drivetrain.simulation.passive import simulate_passive
 
     duration, start, step, tip = asked
@@ -165,12 +165,12 @@ def _start(arm: Arm, text: str) -> Array:
 
 def _deliver(recording: Recording, folder: Path) -> None:
     """Write the recording and its picture, and say what is in them."""
-    from drivetrain.report.charts.figures import figure_recording
-    from drivetrain.report.charts.plotting import house_style, svg_text
+    from drivetrain.report.charts.plotting import figure_of, house_style, svg_text
+    from drivetrain.report.charts.run_charts import recording_charts
     from drivetrain.whole_files import write_files
 
     with house_style("recording"):
-        picture = svg_text(figure_recording(recording), "the recording over time")
+        picture = svg_text(figure_of(recording_charts(recording)), "the recording over time")
     write_files(folder, {"recording.svg": picture})
     where = recording.save(folder / "recording.npz")
     for event in recording.events:

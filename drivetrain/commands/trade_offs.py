@@ -59,7 +59,7 @@ def told_beside(result: Evaluation | Selection) -> tuple[Extra | None, list[str]
     asked = result.study.trade_offs
     if not asked or not isinstance(result, Selection):
         return None, []
-    from drivetrain.report.pages.curve_page import trade_off_extra, trade_off_lines
+    from drivetrain.report.pages.trade_off_pages import trade_off_extra, trade_off_lines
     from drivetrain.sizing.answers.trade_offs import trade_offs
 
     parts = [f"the front over {' and '.join(asked.front)}"] if asked.front else []

@@ -102,7 +102,7 @@ def _simulate() -> None:
 def _dynamics() -> None:
     import numpy as np
 
-    from drivetrain.arm.load import load_arm
+    from drivetrain.arm.files.load import load_arm
     from drivetrain.dynamics.forward import articulated_body, forward_dynamics
     from drivetrain.dynamics.inverse import inverse_dynamics
     from drivetrain.dynamics.mass import mass_matrix

@@ -27,7 +27,7 @@ from drivetrain.jit import callback
 from drivetrain.records import as_records, record_type
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.model import JointTask, Study
+from drivetrain.study.model import JointTask, Study, refuse_moving_base
 from drivetrain.study.parts.mounting import loaded_arm
 
 FADE = 10.0  # K below the winding's limit over which the current fades: what sensors and models are off by
@@ -94,6 +94,7 @@ class Commander:
         study = study_or_evaluation if isinstance(study_or_evaluation, Study) else study_or_evaluation.study
         if study.arm is None:
             raise InputError(Fault("arm", "is needed: of a load table only its own cycle can be commanded"))
+        refuse_moving_base(study, "a commander")
         step = 1.0 / checked_number(rate, "rate", "Hz", above=0.0)
         checked_number(bandwidth, "bandwidth", "rad/s", above=0.0)
         given = study_or_evaluation if isinstance(study_or_evaluation, Evaluation) else evaluate(study)

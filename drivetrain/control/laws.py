@@ -27,63 +27,45 @@ TARGETS = ("position", "speed", "acceleration", "measured_position", "measured_s
 
 @dataclass
 class Axis:
-    """One drive of an arm: what is known of it, and what changes from tick to tick.
+    """One drive of an arm: what is known of it, and what changes from tick to tick."""
 
-    Attributes:
-        motor, gear, amplifier: Their sheets.
-        joint, shaft: Friction at the gear's output and at the motor.
-        heat: Winding and housing, with their temperatures.
-        travel: Of the joint a radian of the gear's output [m/rad], 1 where it turns.
-        gear_temperature: At which its drag is taken [C].
-        volts: Largest at the terminals [V].
-        most: Largest current, at any speed [A].
-        heats, overloads: 1 where winding temperature, and overload of the amplifier, can be told, else 0.
-        fade: Below the winding's limit, in which the current fades to nothing [K].
-        slow: Speed of the gear's output below which friction fades [rad/s].
-        bandwidth: Of the loop on position errors [rad/s].
-        step: Between two ticks [s].
-        wanted, current: In this tick, before and after the limits [A].
-        overload: Of the amplifier, see ``drive/overload.py``.
-        acceleration: Of the joint with what its errors ask [rad/s^2 or m/s^2].
-    """
-
+    # their sheets
     motor: Motor
     gear: Gear
     amplifier: Amplifier
+    # friction at the gear's output and at the motor
     joint: Friction
     shaft: Friction
-    heat: Own
-    travel: float
-    gear_temperature: float
-    volts: float
-    most: float
+    heat: Own  # winding and housing, with their temperatures
+    travel: float  # of the joint a radian of the gear's output [m/rad], 1 where it turns
+    gear_temperature: float  # at which its drag is taken [C]
+    volts: float  # largest at the terminals [V]
+    most: float  # largest current, at any speed [A]
+    # 1 where winding temperature, and overload of the amplifier, can be told, else 0
     heats: float
     overloads: float
-    fade: float
-    slow: float
-    bandwidth: float
-    step: float
+    fade: float  # below the winding's limit, in which the current fades to nothing [K]
+    slow: float  # speed of the gear's output below which friction fades [rad/s]
+    bandwidth: float  # of the loop on position errors [rad/s]
+    step: float  # between two ticks [s]
+    # in this tick, before and after the limits [A]
     wanted: float = 0.0
     current: float = 0.0
-    overload: float = 0.0
-    acceleration: float = 0.0
+    overload: float = 0.0  # of the amplifier, see ``drive/overload.py``
+    acceleration: float = 0.0  # of the joint with what its errors ask [rad/s^2 or m/s^2]
 
 
 class Arm(NamedTuple):
-    """The arm, and memory of its recursion.
+    """The arm, and memory of its recursion."""
 
-    Attributes:
-        links, rotors: As ``dynamics/core/packed.py`` tells.
-        joints, bodies: Memory.
-        spread: Motions of all links of the recursion for those of the arm's joints, (wide, n).
-        turns, unmixed: Speeds of the shafts behind the gears for those of the joints, and torques likewise, (n, n).
-    """
-
+    # as ``dynamics/core/packed.py`` tells
     links: Any
     rotors: Any
+    # memory
     joints: Any
     bodies: Any
-    spread: Any
+    spread: Any  # motions of all links of the recursion for those of the arm's joints, (wide, n)
+    # speeds of the shafts behind the gears for those of the joints, and torques likewise, (n, n)
     turns: Any
     unmixed: Any
 

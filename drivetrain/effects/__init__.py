@@ -8,13 +8,13 @@ if TYPE_CHECKING:
     from drivetrain.effects import connectors as connectors
     from drivetrain.effects import laws as laws
     from drivetrain.effects import signals as signals
-    from drivetrain.effects.control.cascade_loop import CascadeLoop as CascadeLoop
+    from drivetrain.effects.control.cascade import CascadeLoop as CascadeLoop
+    from drivetrain.effects.control.cascade import PositionLoop as PositionLoop
+    from drivetrain.effects.control.cascade import SampledCascade as SampledCascade
     from drivetrain.effects.control.commanded_motion import CommandedMotion as CommandedMotion
     from drivetrain.effects.control.computed_torque import ComputedTorque as ComputedTorque
     from drivetrain.effects.control.computed_torque import SampledComputedTorque as SampledComputedTorque
     from drivetrain.effects.control.encoder import Encoder as Encoder
-    from drivetrain.effects.control.position_loop import PositionLoop as PositionLoop
-    from drivetrain.effects.control.sampled_cascade import SampledCascade as SampledCascade
     from drivetrain.effects.effect import Effect as Effect
     from drivetrain.effects.effect import Place as Place
     from drivetrain.effects.effect import Ports as Ports
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from drivetrain.effects.friction.lugre_friction import LuGreFriction as LuGreFriction
     from drivetrain.effects.friction.moving_belt import MovingBelt as MovingBelt
     from drivetrain.effects.friction.viscous_friction import ViscousFriction as ViscousFriction
-    from drivetrain.effects.gear.backlash import Backlash as Backlash
-    from drivetrain.effects.gear.flexible_joint import FlexibleJoint as FlexibleJoint
     from drivetrain.effects.gear.gear_drag import GearDrag as GearDrag
     from drivetrain.effects.gear.mesh_loss import MeshLoss as MeshLoss
+    from drivetrain.effects.gear.springs import Backlash as Backlash
+    from drivetrain.effects.gear.springs import FlexibleJoint as FlexibleJoint
     from drivetrain.effects.loads.given_torque import GivenTorque as GivenTorque
     from drivetrain.effects.loads.payload_change import Body as Body
     from drivetrain.effects.loads.payload_change import PayloadChange as PayloadChange
@@ -39,12 +39,12 @@ if TYPE_CHECKING:
     from drivetrain.effects.loads.wall_spring import WallSpring as WallSpring
     from drivetrain.effects.motor.cogging import Cogging as Cogging
     from drivetrain.effects.motor.current_loop import CurrentLoop as CurrentLoop
-    from drivetrain.effects.motor.given_current import GivenCurrent as GivenCurrent
-    from drivetrain.effects.motor.given_voltage import GivenVoltage as GivenVoltage
+    from drivetrain.effects.motor.current_loop import SampledCurrentLoop as SampledCurrentLoop
+    from drivetrain.effects.motor.given import GivenCurrent as GivenCurrent
+    from drivetrain.effects.motor.given import GivenVoltage as GivenVoltage
     from drivetrain.effects.motor.motor_current import MotorCurrent as MotorCurrent
     from drivetrain.effects.motor.rotor import FullRotor as FullRotor
     from drivetrain.effects.motor.rotor import ReflectedRotor as ReflectedRotor
-    from drivetrain.effects.motor.sampled_current_loop import SampledCurrentLoop as SampledCurrentLoop
     from drivetrain.effects.motor.supply_bus import StiffSupply as StiffSupply
     from drivetrain.effects.motor.supply_bus import SupplyBus as SupplyBus
     from drivetrain.effects.motor.winding import Winding as Winding

@@ -18,27 +18,23 @@ from drivetrain.records import record_type
 
 @dataclass
 class Flange:
-    """A turning part: what it does, the smooth torques on it, how they fall, and the bounds of its dry friction.
+    """A turning part: what it does, the smooth torques on it, how they fall, and the bounds of its dry friction."""
 
-    Attributes:
-        position, speed, acceleration: [rad], [rad/s], [rad/s^2].
-        torque, damping, stiffness: Sum of smooth torques, and how it falls with speed and position.
-        hold_forward, hold_backward, slide_forward, slide_backward: What friction holds at rest, and takes sliding.
-        surface_speed: Of what it slides on [rad/s].
-        friction, friction_power: What dry friction takes [N m], [W].
-    """
-
+    # [rad], [rad/s], [rad/s^2]
     position: float = 0.0
     speed: float = 0.0
     acceleration: float = 0.0
+    # sum of smooth torques, and how it falls with speed and position
     torque: float = 0.0
     damping: float = 0.0
     stiffness: float = 0.0
+    # what friction holds at rest, and takes sliding
     hold_forward: float = 0.0
     hold_backward: float = 0.0
     slide_forward: float = 0.0
     slide_backward: float = 0.0
-    surface_speed: float = 0.0
+    surface_speed: float = 0.0  # of what it slides on [rad/s]
+    # what dry friction takes [N m], [W]
     friction: float = 0.0
     friction_power: float = 0.0
 
@@ -67,39 +63,31 @@ class Mesh:
 
 @dataclass
 class Pin:
-    """A motor's terminals: the current asked for, how that falls with the motor's speed and position, what flows.
+    """A motor's terminals: the current asked for, how that falls with the motor's speed and position, what flows."""
 
-    Attributes:
-        command, damping, stiffness: [A], [A s/rad], [A/rad].
-        current, voltage, limit: [A], [V], largest voltage there is [V].
-        power, magnetic_energy: Electrical [W], [J].
-    """
-
+    # [A], [A s/rad], [A/rad]
     command: float = 0.0
     damping: float = 0.0
     stiffness: float = 0.0
+    # [A], [V], largest voltage there is [V]
     current: float = 0.0
     voltage: float = 0.0
     limit: float = 0.0
+    # electrical [W], [J]
     power: float = 0.0
     magnetic_energy: float = 0.0
 
 
 @dataclass
 class HeatPort:
-    """A motor's two thermal nodes and its gear: temperatures [C], and losses that warm them [W].
-
-    Attributes:
-        gear: Of the gear, the housing's where it warms that.
-        drag_power: Share of the motor's dry friction that is the gear's drag.
-    """
+    """A motor's two thermal nodes and its gear: temperatures [C], and losses that warm them [W]."""
 
     winding: float = 0.0
     housing: float = 0.0
-    gear: float = 0.0
+    gear: float = 0.0  # of the gear, the housing's where it warms that
     copper_loss: float = 0.0
     viscous_power: float = 0.0
-    drag_power: float = 0.0
+    drag_power: float = 0.0  # share of the motor's dry friction that is the gear's drag
 
 
 @dataclass
@@ -113,72 +101,54 @@ class Motion:
 
 @dataclass
 class Joint:
-    """All that effects of one joint share.
+    """All that effects of one joint share."""
 
-    Attributes:
-        load, motor: Of the link, and of the motor's shaft.
-        shaft: Behind the gear, where motors are coupled; its dry friction is that of ``load``.
-        spring: Of a flexible joint.
-        command, shaft_command: What the joint, or its shaft where motors are coupled, is told to do.
-        bias_torque: What gravity and speeds ask of the joint [N m].
-        measured_position: The motor's, as an encoder sees it [rad].
-    """
-
+    # of the link, and of the motor's shaft
     load: Flange
     motor: Flange
-    shaft: Flange
-    spring: Spring
+    shaft: Flange  # behind the gear, where motors are coupled; its dry friction is that of ``load``
+    spring: Spring  # of a flexible joint
     mesh: Mesh
     pin: Pin
     heat: HeatPort
+    # what the joint, or its shaft where motors are coupled, is told to do
     command: Motion
     shaft_command: Motion
-    bias_torque: float = 0.0
-    measured_position: float = 0.0
+    bias_torque: float = 0.0  # what gravity and speeds ask of the joint [N m]
+    measured_position: float = 0.0  # the motor's, as an encoder sees it [rad]
 
 
 @dataclass
 class Tip:
-    """The arm's tip along the axes of the base: what it does, and what the surroundings do to it.
+    """The arm's tip along the axes of the base: what it does, and what the surroundings do to it."""
 
-    Attributes:
-        place, speed, turning: [m], [m/s], [rad/s].
-        force, moment: [N], [N m].
-        damping, stiffness: How the force falls with speed and place; xx, xy, xz, yy, yz, zz.
-    """
-
+    # [m], [m/s], [rad/s]
     place: Annotated[Array, 3]
     speed: Annotated[Array, 3]
     turning: Annotated[Array, 3]
+    # [N], [N m]
     force: Annotated[Array, 3]
     moment: Annotated[Array, 3]
+    # how the force falls with speed and place; xx, xy, xz, yy, yz, zz
     damping: Annotated[Array, 6]
     stiffness: Annotated[Array, 6]
 
 
 @dataclass
 class World:
-    """The head of a run's memory.
+    """The head of a run's memory."""
 
-    Attributes:
-        size: Of the memory, in numbers [-].
-        joints, coordinates: How many there are [-].
-        kinetic_energy, potential_energy: [J], at instants only.
-        payload_energy: That payloads have brought or taken [J].
-        tries: How often this step has been solved before [-].
-        again: Set by an effect that must tell something else for this step.
-        longest: Set by an effect: the step that it can follow [s].
-    """
-
-    size: int
+    size: int  # of the memory, in numbers [-]
+    # how many there are [-]
     joints: int
     coordinates: int
+    # [J], at instants only
     kinetic_energy: float
     potential_energy: float
-    payload_energy: float
-    tries: int
-    again: int
-    longest: float
+    payload_energy: float  # that payloads have brought or taken [J]
+    tries: int  # how often this step has been solved before [-]
+    again: int  # set by an effect that must tell something else for this step
+    longest: float  # set by an effect: the step that it can follow [s]
     tip: Tip
 
 

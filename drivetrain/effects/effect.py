@@ -21,16 +21,26 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
 from enum import StrEnum
 from typing import Any, ClassVar
 
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.effects.field_types import nan_faults, type_faults
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.ranges import Range
+from drivetrain.effects.fields import kind_faults, range_faults
 from drivetrain.effects.laws import Law
-from drivetrain.errors import InputError
+from drivetrain.errors import Fault, InputError
+
+
+class Role(StrEnum):
+    """What an output is in the balance of energy: SOURCE puts power in, LOSS takes it out for good, STORE keeps it."""
+
+    SOURCE = "source"
+    LOSS = "loss"
+    STORE = "store"
 
 
 @dataclass(frozen=True)
@@ -64,19 +74,14 @@ class Signal:
         default: Of a need: what holds when nobody provides it; None: somebody must.
         path: Where it lies in the joint's connectors, such as ``motor.torque``; of an output that is no connector, the
             field of the effect's own record; empty: as its name.
+        role: Of an output that is a power or a stored energy: what it is in the balance.
     """
 
     name: str
     unit: str
     default: float | None = None
     path: str = ""
-
-
-class Role(StrEnum):
-    """What a power is in the balance: SOURCE puts energy in, LOSS takes it out for good."""
-
-    SOURCE = "source"
-    LOSS = "loss"
+    role: Role | None = None
 
 
 @dataclass(frozen=True)
@@ -89,8 +94,6 @@ class Ports:
         provides: What it alone sets.
         contributes: What it adds to, with others; set to zero before the first.
         outputs: What it sets in ``account``, after motion and forces are known.
-        powers: Roles of those outputs that are powers [W], by name.
-        stores: Those outputs that are stored energies [J].
         guard: Field of its own record, filled in ``account`` at instants, that must not become negative where the error
             is controlled: ``accept`` is called there with h = 0, and makes the change that it stands for. Empty: none.
     """
@@ -100,8 +103,6 @@ class Ports:
     provides: tuple[Signal, ...] = ()
     contributes: tuple[Signal, ...] = ()
     outputs: tuple[Signal, ...] = ()
-    powers: Mapping[str, Role] | None = None
-    stores: tuple[str, ...] = ()
     guard: str = ""
 
 
@@ -145,6 +146,11 @@ class Place:
         return self.ratios[self.joint]
 
 
+def ratio_of(place: Place, gear: Gear) -> float | None:
+    """The ratio that a gear tells of its joint: that of a sliding one is its travel's, too."""
+    return gear.ratio if place.turning[place.joint] else None
+
+
 @dataclass(frozen=True)
 class TimeScale:
     """A time in which something happens.
@@ -182,17 +188,15 @@ NO_SHAPE = Shape()
 
 
 def _checked(own: Callable[[Any], None] | None) -> Callable[[Any], None]:
-    """The checks of an effect, after that of the kinds of its fields."""
+    """The checks of an effect: kinds of its fields, ranges and its own, all at once; then what it does itself."""
 
     def checks(self: Any) -> None:
-        faults = type_faults(self)
+        faults = kind_faults(self)
+        faults += range_faults(self) + ([] if faults else self.faults())
         if faults:
             raise InputError(faults)
         if own is not None:
             own(self)
-        faults = nan_faults(self)
-        if faults:
-            raise InputError(faults)
 
     return checks
 
@@ -202,6 +206,7 @@ class Effect(ABC):
 
     Attributes:
         scope: ``joint`` or ``scene``.
+        limits: Ranges of its fields, by name.
         compute: Provides and contributes, fills the rates of its states; None: only a shape.
         account: Puts out powers once motion and forces are known; None: there are none.
         accept: Changes what is kept after a fixed step, or (h = 0) where its guard is spent; None: nothing.
@@ -209,25 +214,38 @@ class Effect(ABC):
     """
 
     scope: ClassVar[str] = "joint"
+    limits: ClassVar[Mapping[str, Range]] = {}
     compute: ClassVar[Law | None] = None
     account: ClassVar[Law | None] = None
     accept: ClassVar[Law | None] = None
     sample: ClassVar[Law | None] = None
 
     def __init_subclass__(cls) -> None:
-        """Every effect's fields are of the kinds that they are said to be before its own checks look at them."""
+        """Every effect is checked before it does anything of its own."""
         super().__init_subclass__()
         own = cls.__dict__.get("__post_init__")
         if own is not None or not hasattr(cls, "__post_init__"):
             setattr(cls, "__post_init__", _checked(own))  # noqa: B010
+
+    def faults(self) -> list[Fault]:
+        """What is wrong with its fields beside their kinds and ranges."""
+        return []
 
     @abstractmethod
     def ports(self, place: Place) -> Ports:
         """What it reads, writes and remembers there."""
 
     def own(self, place: Place) -> Any:
-        """What it keeps, as its laws find it: an instance of the dataclass that they were made with."""
-        return None
+        """What it keeps, as its laws find it: by default what of it has the names of the fields without a default."""
+        described = self.described()
+        names = [one.name for one in fields(described) if one.default is MISSING and one.default_factory is MISSING]
+        return described(**{name: getattr(self, name) for name in names})
+
+    @classmethod
+    def described(cls) -> Any:
+        """The dataclass that its laws are made for; None: it has no laws."""
+        laws = (cls.compute, cls.account, cls.accept, cls.sample)
+        return next((law.described for law in laws if isinstance(law, Law)), None)
 
     def table(self, place: Place) -> Array:
         """What its law reads beside, of any length, such as values over time."""

@@ -33,19 +33,12 @@ HEAD = [("joint", np.int64), ("table", np.int64), ("rows", np.int64), ("columns"
 
 
 class Whole(NamedTuple):
-    """What a law of the whole scene sees.
+    """What a law of the whole scene sees."""
 
-    Attributes:
-        joints: Records of all joints, (n,).
-        world: The record of the scene, with ``tip``.
-        mass: Mass matrix of the mechanics [kg m^2 or kg], (c, c).
-        table: Of the effect, (rows, columns).
-    """
-
-    joints: Any
-    world: Any
-    mass: Any
-    table: Any
+    joints: Any  # records of all joints, (n,)
+    world: Any  # the record of the scene, with ``tip``
+    mass: Any  # mass matrix of the mechanics [kg m^2 or kg], (c, c)
+    table: Any  # of the effect, (rows, columns)
 
 
 def _joint_law(t: Any, h: Any, owns: Any, count: Any, run: Any) -> None:

@@ -6,7 +6,11 @@ joint, motor coordinates at the motor's shaft.
 
 from __future__ import annotations
 
-from drivetrain.effects.effect import Place, Signal
+from collections.abc import Mapping
+from dataclasses import replace
+
+from drivetrain.drive.motor import Motor
+from drivetrain.effects.effect import Place, Role, Signal
 
 # Known before any effect is computed.
 POSITION = Signal("position", "rad", path="load.position")
@@ -92,21 +96,21 @@ GEAR_TEMPERATURE = Signal("gear_temperature", "C", path="heat.gear")
 GEAR_DRAG_POWER = Signal(
     "gear_drag_power", "W", path="heat.drag_power"
 )  # share of the motor's dry friction that is the gear's drag
-COPPER_LOSS = Signal("copper_loss", "W", path="heat.copper_loss")
-ELECTRICAL_POWER = Signal("electrical_power", "W", path="pin.power")
-MAGNETIC_ENERGY = Signal("magnetic_energy", "J", path="pin.magnetic_energy")
+COPPER_LOSS = Signal("copper_loss", "W", path="heat.copper_loss", role=Role.LOSS)
+ELECTRICAL_POWER = Signal("electrical_power", "W", path="pin.power", role=Role.SOURCE)
+MAGNETIC_ENERGY = Signal("magnetic_energy", "J", path="pin.magnetic_energy", role=Role.STORE)
 
 # Told to effects at the start of a run only [A]: what holds the load at rest, and what is fed forward beside the loops.
 HOLDING_CURRENT = "holding_current"
 FED_CURRENT = "fed_current"
 
+JOINT_BOUNDS = (JOINT_HOLD_FORWARD, JOINT_HOLD_BACKWARD, JOINT_SLIDE_FORWARD, JOINT_SLIDE_BACKWARD)
+MOTOR_BOUNDS = (MOTOR_HOLD_FORWARD, MOTOR_HOLD_BACKWARD, MOTOR_SLIDE_FORWARD, MOTOR_SLIDE_BACKWARD)
 BEFORE = (POSITION, SPEED, MOTOR_POSITION, MOTOR_SPEED, DEFLECTION, DEFLECTION_SPEED, BIAS_TORQUE)
 TAKEN = (
     JOINT_TORQUE, JOINT_DAMPING, JOINT_STIFFNESS, MOTOR_TORQUE, MOTOR_DAMPING, MOTOR_STIFFNESS,
     GEAR_TORQUE, GEAR_DAMPING, GEAR_STIFFNESS,
-    JOINT_HOLD_FORWARD, JOINT_HOLD_BACKWARD, JOINT_SLIDE_FORWARD, JOINT_SLIDE_BACKWARD,
-    MOTOR_HOLD_FORWARD, MOTOR_HOLD_BACKWARD, MOTOR_SLIDE_FORWARD, MOTOR_SLIDE_BACKWARD,
-    MESH_DRIVING, MESH_DRIVEN, SURFACE_SPEED,
+    *JOINT_BOUNDS, *MOTOR_BOUNDS, MESH_DRIVING, MESH_DRIVEN, SURFACE_SPEED,
 )  # fmt: skip
 AFTER = (
     ACCELERATION, MOTOR_ACCELERATION, JOINT_FRICTION, MOTOR_FRICTION, MESH_TORQUE, MESH_LOSS,
@@ -154,6 +158,32 @@ def of_side(side: str, place: Place) -> tuple[Signal, Signal, Signal]:
     if side == "shaft" and place.coupled:
         return SHAFT_SPEED, SHAFT_TORQUE, SHAFT_DAMPING
     return SPEED, JOINT_TORQUE, JOINT_DAMPING
+
+
+def told(place: Place, signals: Mapping[str, float], signal: Signal, otherwise: float = 0.0) -> float:
+    """A signal of an effect's joint."""
+    return signals.get(f"{place.name}.{signal.name}", otherwise)
+
+
+def temperatures(motor: Motor) -> tuple[Signal, Signal]:
+    """Those that the law of a motor reads; where no effect tells them, those of its sheet."""
+    rest = motor.reference_temperature
+    return replace(WINDING_TEMPERATURE, default=rest), replace(HOUSING_TEMPERATURE, default=rest)
+
+
+def source(name: str, path: str = "power") -> Signal:
+    """An output: power that comes from outside [W]."""
+    return Signal(name, "W", path=path, role=Role.SOURCE)
+
+
+def loss(name: str, path: str = "power") -> Signal:
+    """An output: power that is lost [W]."""
+    return Signal(name, "W", path=path, role=Role.LOSS)
+
+
+def store(name: str, path: str = "energy") -> Signal:
+    """An output: energy that is kept [J]."""
+    return Signal(name, "J", path=path, role=Role.STORE)
 
 
 JOINT_SIGNALS: tuple[Signal, ...] = tuple(

@@ -1,12 +1,16 @@
-"""Tables over time inside compiled laws: linear between instants, jumping where two stand at one."""
+"""Tables over time: linear between instants, jumping where two stand at one; inside compiled laws, and as effects."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, checked_array
+from drivetrain.effects.effect import Effect, Place
+from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
 TINY = 1e-300  # [s]
@@ -44,3 +48,46 @@ def table_value(table: Any, t: float) -> float:
         if end > begin and t > begin:
             value += (table[low + 1, 1] - value) * (t - begin) / (end - begin)
     return value
+
+
+@dataclass
+class Own:
+    """What it keeps: nothing; the table has rows (instant [s], value)."""
+
+
+@dataclass(frozen=True, eq=False)
+class OverTime(Effect):
+    """One value over time, linear between its instants; two at one instant are a jump.
+
+    Attributes:
+        time: Never falling [s], (N,); before the first and after the last the value stays.
+        follows: Name of the field that holds the values.
+    """
+
+    time: Array
+
+    follows: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        time, values = checked_array(self.time, (None,), "time"), checked_array(self.values, (None,), self.follows)
+        if len(time) != len(values) or not len(time) or (np.diff(time) < 0.0).any():
+            problem = f"must be instants that never decrease, one a {self.follows} [s]"
+            raise InputError(Fault("time", problem, time[:5].tolist()))
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, self.follows, values)
+
+    @property
+    def values(self) -> Array:
+        """What it follows [SI], (N,)."""
+        found: Array = getattr(self, self.follows)
+        return found
+
+    def table(self, place: Place) -> Array:
+        return np.column_stack([self.time, self.values])
+
+    def breakpoints(self) -> Sequence[float]:
+        jumps = self.time[1:][self.time[1:] == self.time[:-1]]
+        return [float(t) for t in (self.time[0], *np.unique(jumps), self.time[-1])]
+
+    def knots(self, tolerance: float) -> Sequence[float]:
+        return bends(self.time, self.values, tolerance)

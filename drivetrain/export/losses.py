@@ -5,7 +5,7 @@ from __future__ import annotations
 _REFLECTED = "rotors as bodies: their inertia stands reflected at the joint, gyroscopic couples are left out"
 _MESH = "mesh loss by direction, and the gear's drag over speed and temperature"
 _STATIC = "breakaway and falling friction, frictions that differ by direction"
-_FLEXIBLE = "springs and backlash of the gears; counterbalances"
+_FLEXIBLE = "springs and backlash of the gears; counterbalances; a base that moves"
 _MOTOR = "motors: resistance, inductance, back-emf, temperature, current limits; efforts and speeds alone are left"
 _COUPLED = "coupled motors other than ros_control's differential and four-bar"
 

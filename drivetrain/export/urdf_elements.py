@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from drivetrain.arm.urdf.drives import ACTUATORS, GEAR_RATIO, JOINTS, REDUCTIONS, ROTOR_INERTIA, SIMPLE
-from drivetrain.arm.urdf.xml import UNLIMITED
+from drivetrain.arm.files.drives import ACTUATORS, GEAR_RATIO, JOINTS, REDUCTIONS, ROTOR_INERTIA, SIMPLE
+from drivetrain.arm.files.xml import UNLIMITED
 from drivetrain.arrays import Array
 from drivetrain.export.urdf_pairs import Pair
 from drivetrain.export.urdf_rotors import RotorTags

@@ -8,7 +8,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
-from drivetrain.arm.urdf.drives import DIFFERENTIAL, FOUR_BAR
+from drivetrain.arm.files.drives import DIFFERENTIAL, FOUR_BAR
 from drivetrain.arrays import Array
 
 SAME = 1e-12  # on products of printed numbers

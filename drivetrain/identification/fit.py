@@ -30,7 +30,7 @@ from drivetrain.identification.consistency import nearest_consistent
 from drivetrain.identification.least_squares import Problem, base_parameters, problem_of
 from drivetrain.motion.recording import MeasuredMotion
 from drivetrain.sizing.judge.fill import FilledParts
-from drivetrain.study.model import Study
+from drivetrain.study.model import Study, refuse_moving_base
 from drivetrain.study.parts.mounting import loaded_arm
 
 if TYPE_CHECKING:
@@ -223,6 +223,7 @@ def _prior(study: Study | Arm, friction: Sequence[Friction] | None) -> _Prior:
     else:
         if study.arm is None:
             raise InputError(Fault("study", "has no arm to identify", study.name))
+        refuse_moving_base(study, "identification")
         own = arm = study.arm
         constants, rotors, laws = None, (), tuple(task.friction for task in study.joints)
         keys = {task.name: task.drive for task in study.joints if task.drive is not None}

@@ -32,13 +32,7 @@ def equals_sentence(selection: Selection) -> str:
 
 @dataclass(frozen=True)
 class SetRow:
-    """One set as it stands in a table.
-
-    Attributes:
-        rank: 1 for the best.
-        objective, mass, price, energy, utilisation: Texts; a dash where unknown.
-        changes: Where it differs from the first set: joint, motor and gear.
-    """
+    """One set as texts, 1 the best; ``changes``: joints at which it differs from the first, with motor and gear."""
 
     rank: int
     objective: str

@@ -18,12 +18,7 @@ _PRINTED = {"C": "°C", "degC": "°C", "deg": "°", "ohm": "Ω", "mohm": "mΩ", 
 
 
 def shown_unit(largest: float | None, unit: str) -> str:
-    """The unit a quantity is shown in.
-
-    Args:
-        largest: Of the values that share the unit, in ``unit``; None or NaN when unknown.
-        unit: Their SI unit (``C``, ``h`` and the pure number ``1`` stay).
-    """
+    """The unit in which values of an SI unit are shown that are at most so large; ``C``, ``h`` and ``1`` stay."""
     if unit in ("", "1", "C", "degC", "h"):
         return unit
     if unit in _SPOKEN:
@@ -32,24 +27,14 @@ def shown_unit(largest: float | None, unit: str) -> str:
 
 
 def convert(values: Any, unit: str, shown: str) -> Array:
-    """SI values in the unit shown.
-
-    Args:
-        unit: Their SI unit.
-    """
+    """SI values in the unit shown."""
     return np.asarray(values, dtype=np.float64) if unit == shown else from_si(values, unit, shown)
 
 
 def scaled(values: Array, unit: str, *others: float | None) -> tuple[Array, str]:
-    """A series in the unit that suits its largest value.
-
-    Args:
-        values: In ``unit``, (N,).
-        unit: Its SI unit.
-    """
-    finite = np.abs(values[np.isfinite(values)])
+    """A series of an SI unit in the unit that suits the largest of its and the other values, and that unit."""
     known = [abs(other) for other in others if other is not None and math.isfinite(other)]
-    largest = max([float(finite.max())] if len(finite) else [0.0], default=0.0)
+    largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
     shown = shown_unit(max([largest, *known]), unit)
     return convert(values, unit, shown), shown
 
@@ -60,11 +45,7 @@ def printed_unit(unit: str) -> str:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """A number with so many significant digits, whole digits never cut.
-
-    Args:
-        value: Any; None and NaN give a dash.
-    """
+    """A number with so many significant digits, whole digits never cut; None and NaN give a dash."""
     if value is None or math.isnan(value):
         return DASH
     if math.isinf(value):
@@ -79,12 +60,7 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def with_unit(value: float | None, unit: str, *, shown: str = "") -> str:
-    """A value with its unit.
-
-    Args:
-        value: In ``unit``; None gives a dash.
-        unit: Its SI unit.
-    """
+    """An SI value with its unit; None gives a dash."""
     if value is None or math.isnan(value):
         return DASH
     chosen = shown or shown_unit(value, unit)
@@ -92,11 +68,7 @@ def with_unit(value: float | None, unit: str, *, shown: str = "") -> str:
 
 
 def percent(share: float | None) -> str:
-    """A utilisation in per cent.
-
-    Args:
-        share: 1 is the limit; None gives a dash.
-    """
+    """A utilisation, 1 at the limit, in per cent; None gives a dash."""
     if share is None or math.isnan(share):
         return DASH
     if math.isinf(share):
@@ -108,11 +80,7 @@ def percent(share: float | None) -> str:
 
 
 def axis_name(direction: Array) -> str:
-    """What to call a direction in a picture.
-
-    Args:
-        direction: Unit vector in the base frame [-], (3,).
-    """
+    """What to call a direction in a picture."""
     for name, axis in zip("xyz", np.eye(3), strict=True):
         if np.abs(direction - axis).max() < 1e-9:
             return name

@@ -48,11 +48,7 @@ def _cell(text: str) -> str:
 
 
 def counted(rejected: pd.DataFrame) -> dict[tuple[str, str], int]:
-    """How many candidates each check rejected at each joint.
-
-    Returns:
-        By (joint, check); pairs that never occur are left out.
-    """
+    """How many candidates each check rejected at each joint, by (joint, check); what never occurs is left out."""
     joints, checks = (list(rejected[name].cat.categories) for name in ("joint", "check"))
     joint, check = (rejected[name].cat.codes.to_numpy().astype(np.int64) for name in ("joint", "check"))
     counts = np.bincount(joint * len(checks) + check, minlength=1)
@@ -61,11 +57,7 @@ def counted(rejected: pd.DataFrame) -> dict[tuple[str, str], int]:
 
 
 def rejected_data(selection: Selection, rejected: pd.DataFrame) -> dict[str, Any]:
-    """Rows as places in lists of names and as numbers, the chosen drives, and those that also pass.
-
-    Args:
-        rejected: Of ``rejected_columns``.
-    """
+    """Rows as places in lists of names and as numbers, and the chosen drives."""
     used = rejected["utilisation"].to_numpy(dtype=float)
     closest = rejected.iloc[np.sort(np.argsort(used, kind="stable")[:MOST])]
     columns: list[list[Any]] = []

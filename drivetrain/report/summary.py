@@ -13,12 +13,11 @@ from drivetrain.report.charts.chart import MUTED
 from drivetrain.report.charts.figures import COLOURS
 from drivetrain.report.charts.plotting import draw, house_style
 from drivetrain.report.quantities import percent
-from drivetrain.report.words import gaps, headline, identity, objective_text, overall_sentence
+from drivetrain.report.words import gaps, headline, named, objective_text, overall_sentence, study_facts
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
-from drivetrain.study.model import Study
 from drivetrain.version import __version__
 
-PAGE = (8.27, 11.69)  # A4 [in]; on Letter it prints at 94 %
+PAGE = (8.27, 11.0)  # [in]: as wide as A4 and as high as Letter, so that it prints on both at full size
 COLUMNS = {"joint": 0.13, "motor": 0.27, "gear": 0.27, "verdict": 0.11, "used": 0.06, "closest to a limit": 0.16}
 WRAP = 105  # letters
 
@@ -32,7 +31,7 @@ def summary_pdf(result: Evaluation | Selection) -> bytes:
         figure = Figure(figsize=PAGE, facecolor="white")
         figure.set_layout_engine("none")
         figure.text(0.07, 0.945, study.name, fontsize=17, weight="bold")
-        figure.text(0.07, 0.922, " · ".join(_facts(study)), color=MUTED)
+        figure.text(0.07, 0.922, " · ".join(study_facts(study)), color=MUTED)
         figure.text(0.07, 0.885, str(result.verdict), fontsize=19, weight="bold", color=COLOURS[result.verdict])
         words = [headline(evaluation, selection), *gaps(evaluation)[:1], overall_sentence(evaluation),
                  objective_text(evaluation, selection) + (f"; {selection.proof}" if selection else "")]  # fmt: skip
@@ -68,22 +67,12 @@ def summary_pdf(result: Evaluation | Selection) -> bytes:
     return out.getvalue()
 
 
-def _facts(study: Study) -> list[str]:
-    arm = f"{len(study.joints)} joints" if study.arm is None else f"{study.arm.name}, {len(study.joints)} joints"
-    return [arm, f"cycle of {study.cycle.duration:.3g} s", f"supply {study.supply.voltage:.4g} V",
-            f"ambient {study.ambient:g} °C"]  # fmt: skip
-
-
 def _cells(joint: JointResult) -> list[str]:
     """One row of the table, long part names on two lines."""
     parts = [
-        "\n".join(textwrap.wrap(_named(key, identity(part)), 34, break_on_hyphens=False)[:2])
+        "\n".join(textwrap.wrap(named(key, part), 34, break_on_hyphens=False)[:2])
         for key, part in ((joint.motor, joint.drive.motor), (joint.gear or "direct drive", joint.drive.gear))
     ]
     binding = joint.binding
     used, limit = ("–", "–") if binding is None else (percent(binding.utilisation), binding.name)
     return [joint.name, *parts, str(joint.verdict), used, "\n".join(textwrap.wrap(limit, 22)[:2])]
-
-
-def _named(key: str, name: str) -> str:
-    return f"{key} ({name})" if name else key

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import reduce
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.table import Table
@@ -19,15 +20,18 @@ from drivetrain.report.words import (
     headline,
     identity,
     in_study_amperes,
+    named,
     objective_text,
     overall_sentence,
     required_text,
 )
-from drivetrain.sizing.answers.fastest import Fastest
 from drivetrain.sizing.judge.checks import REQUIREMENTS
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
+
+if TYPE_CHECKING:  # brings splines, which few answers need
+    from drivetrain.sizing.answers.fastest import Fastest
 
 STYLES = {
     Verdict.PASS: "bold green",
@@ -169,10 +173,7 @@ def check_lines(check: Check) -> Iterator[str]:
 def _parts(joint: JointResult) -> str:
     """The drive of a joint: keys, and what the maker calls them."""
     motor, gear = joint.drive.motor, joint.drive.gear
-    told = []
-    for part in (motor, gear) if joint.gear else (motor,):
-        maker = identity(part)
-        told.append(f"{part.key} ({maker})" if maker else part.key)
+    told = [named(part.key, part) for part in ((motor, gear) if joint.gear else (motor,))]
     return " with ".join(told) + ("" if joint.gear else ", no gear")
 
 

@@ -19,6 +19,7 @@ from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.parts.mounting import drive_mass
 from drivetrain.study.parts.verdicts import Check, Verdict, lacking, shared_place
 
+NOTHING = "Nothing could be checked: the data sheets lack values."
 AMPERES = {"dc": "", "rms": "rms", "peak": "amplitude"}
 
 DRIVE_MASS = {
@@ -105,12 +106,7 @@ def common_unit(check: Check) -> str:
 
 
 def required_text(check: Check, shown: str, unit: str = "") -> str:
-    """What a check requires; with a safety factor ``actual × factor = required``.
-
-    Args:
-        shown: The unit of the numbers.
-        unit: As printed behind each; none where it stands beside.
-    """
+    """What a check requires, in the unit shown; with a safety factor ``actual × factor = required``."""
     if check.required is None or check.actual is None:
         return DASH
     digits = digits_near_limit(check.utilisation)
@@ -136,26 +132,32 @@ def identity(record: Motor | Gear | Brake | None) -> str:
     return " ".join(name for i, name in enumerate(names) if name and not names[i + 1 :].count(name))
 
 
+def named(key: str, record: Motor | Gear | None) -> str:
+    """A part by its key and what its maker calls it."""
+    name = identity(record)
+    return f"{key} ({name})" if name else key
+
+
+def study_facts(study: Study) -> list[str]:
+    """Arm, cycle (of a mix its shares), supply and air in a few words each."""
+    cycle, arm = study.cycle, f"{len(study.joints)} joint{'s' if len(study.joints) > 1 else ''}"
+    shares = (f"{percent(share)} {name}" for share, name in zip(cycle.shares, cycle.part_names, strict=True))
+    return [
+        arm if study.arm is None else f"{study.arm.name}, {arm}",
+        f"cycle of {number(cycle.duration)} s" if len(cycle.parts) == 1 else f"mix of {', '.join(shares)}",
+        f"supply {with_unit(study.supply.voltage, 'V')}",
+        f"ambient {study.ambient:g} °C",
+    ]
+
+
 def nearness(check: Check | None) -> str:
     """What the check with the highest utilisation is."""
     over = check is not None and check.utilisation is not None and not check.utilisation <= 1.0
     return "furthest over its limit" if over else "closest to a limit"
 
 
-def no_temperature(joint: JointResult) -> str:
-    """Why a joint has no winding temperature."""
-    check = next((check for check in joint.checks if check.name == "winding temperature"), None)
-    if check is not None and check.utilisation is not None:
-        return "no steady temperature: it runs away"
-    return f"not computed: {check.remark}" if check is not None and check.remark else "not computed"
-
-
 def heat_model(motor: Motor, mounting: float | None) -> str:
-    """The way of a motor's heat from the winding to the air, and who says so.
-
-    Args:
-        mounting: Housing to ambient as the study states it [K/W]; None: as the sheet prints.
-    """
+    """The way of a motor's heat from winding to air, and who says so; mounting: of the study, housing to air [K/W]."""
     network = thermal_network(motor, 0.0, housing_to_ambient=mounting)
     if network is None:
         return "temperatures not computed: thermal resistances are not in the catalogue row"
@@ -175,18 +177,11 @@ def heat_model(motor: Motor, mounting: float | None) -> str:
 
 def joint_sentence(joint: JointResult) -> str:
     """What limits a joint."""
-    binding = joint.binding
-    if binding is None:
-        return "nothing could be checked: the data sheets lack values"
-    return check_sentence(binding)
+    return f"{NOTHING[0].lower()}{NOTHING[1:-1]}" if joint.binding is None else check_sentence(joint.binding)
 
 
 def binding_place(evaluation: Evaluation) -> tuple[str, Check] | None:
-    """The limit that decides the whole verdict.
-
-    Returns:
-        Joint name, ``supply``, ``arm`` or ``catalogue``, and check; None when nothing was judged.
-    """
+    """Joint, ``supply``, ``arm`` or ``catalogue``, and check that decide the verdict; None when nothing was judged."""
     places = [(joint.name, joint.binding) for joint in evaluation.joints.values()]
     places += [(shared_place(check), check) for check in evaluation.shared]
     judged = [(place, check) for place, check in places if check is not None and check.utilisation is not None]
@@ -200,7 +195,7 @@ def overall_sentence(evaluation: Evaluation) -> str:
         told = next(check.remark or check.name for check in evaluation.shared if check.verdict is Verdict.FAIL)
         return f"{told[0].upper()}{told[1:]}."
     if found is None:
-        return "Nothing could be checked: the data sheets lack values."
+        return NOTHING
     place, check = found
     return f"{nearness(check).capitalize()}: {place}: {check_sentence(check)}."
 
@@ -221,9 +216,6 @@ def headline(evaluation: Evaluation, selection: Selection | None) -> str:
     }
     made = any(check.utilisation is not None for joint in evaluation.joints.values() for check in joint.checks)
     return words[evaluation.verdict] if made or evaluation.verdict is Verdict.FAIL else NOTHING
-
-
-NOTHING = "Nothing could be checked: the data sheets lack values."
 
 
 def gaps(evaluation: Evaluation) -> tuple[str, ...]:
@@ -292,30 +284,17 @@ NEGLIGIBLE = 1e-9  # m or rad
 
 @dataclass(frozen=True)
 class End:
-    """What deviates.
-
-    Attributes:
-        name: In words.
-        unit: Of its deviation.
-    """
+    """What deviates."""
 
     name: str
     unit: str
 
     def far(self, deviation: float) -> str:
-        """A deviation in words.
-
-        Args:
-            deviation: [m or rad].
-        """
+        """A deviation [m or rad] in words."""
         shown = "mrad" if self.unit == "rad" else ""  # as pictures and tables say it
         return "0" if deviation < NEGLIGIBLE else with_unit(deviation, self.unit, shown=shown)
 
 
 def end_of(study: Study) -> End:
-    """What deviates in a study's run.
-
-    Returns:
-        The tip in metres, or the axis in radians.
-    """
+    """What deviates in a study's run: the tip, without an arm the axis."""
     return End("axis", "rad") if study.arm is None else End("tip", "m")

@@ -14,22 +14,16 @@ from drivetrain.study.parts.verdicts import Check, Verdict, verdict_of
 
 @dataclass(frozen=True)
 class JointDecision:
-    """What one joint's drive is judged by, of a simulated cycle.
+    """What one joint's drive is judged by, of a simulated cycle."""
 
-    Attributes:
-        peak_current, rms_current: [A].
-        rms_torque: Through the mesh, at the gear's output [N m or N].
-        winding_temperature: Hottest in the periodic steady state of the cycle [C]; NaN where the sheet does not say.
-        ambient: Air [C].
-        deviation: Largest distance from the commanded position [rad or m].
-    """
-
+    # [A]
     peak_current: float
     rms_current: float
-    rms_torque: float
+    rms_torque: float  # through the mesh, at the gear's output [N m or N]
+    # hottest in the periodic steady state of the cycle [C]; NaN where the sheet does not say
     winding_temperature: float
-    ambient: float
-    deviation: float
+    ambient: float  # air [C]
+    deviation: float  # largest distance from the commanded position [rad or m]
 
     @property
     def rise(self) -> float:
@@ -39,16 +33,11 @@ class JointDecision:
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What a set of drives is judged by, of a simulated cycle.
+    """What a set of drives is judged by, of a simulated cycle."""
 
-    Attributes:
-        joints: By name.
-        tip_deviation: Largest distance of the tip from where it is commanded [m]; of one joint its own [rad or m].
-        checks: Of the study, held against the simulated series, by joint; empty without a study.
-    """
-
-    joints: Mapping[str, JointDecision]
-    tip_deviation: float
+    joints: Mapping[str, JointDecision]  # by name
+    tip_deviation: float  # largest distance of the tip from where it is commanded [m]; of one joint its own [rad or m]
+    # of the study, held against the simulated series, by joint; empty without a study
     checks: Mapping[str, tuple[Check, ...]] = field(default_factory=dict)
 
     @property
@@ -59,19 +48,14 @@ class Decision:
 
 @dataclass(frozen=True)
 class Change:
-    """How far two decisions lie apart, or are thought to, as shares; of the tip as a length.
+    """How far two decisions lie apart, or are thought to, as shares; of the tip as a length."""
 
-    Attributes:
-        peak_current, rms_current, rms_torque: Over the values of the full scene [-].
-        temperature: Over the winding's rise in the full scene [-].
-        tip: [m], of one joint [rad or m].
-    """
-
+    # over the values of the full scene [-]
     peak_current: float = 0.0
     rms_current: float = 0.0
     rms_torque: float = 0.0
-    temperature: float = 0.0
-    tip: float = 0.0
+    temperature: float = 0.0  # over the winding's rise in the full scene [-]
+    tip: float = 0.0  # [m], of one joint [rad or m]
 
     def largest(self, tip_scale: float) -> float:
         """The largest share, the tip's beside a length."""
@@ -96,131 +80,80 @@ class Change:
 
 @dataclass(frozen=True)
 class Choice:
-    """One effect that may be left out.
+    """One effect that may be left out."""
 
-    Attributes:
-        kind: Name of the effect's class.
-        joint: Its joint; ``scene`` for one of all.
-    """
-
-    kind: str
-    joint: str
+    kind: str  # name of the effect's class
+    joint: str  # its joint; ``scene`` for one of all
 
 
 @dataclass(frozen=True, eq=False)
 class EffectCost:
-    """One effect left out of the full scene.
+    """One effect left out of the full scene."""
 
-    Attributes:
-        label: What it is, in words.
-        joints: Where it was left out.
-        changes: By joint, signed: without it less with it.
-        verdict: Without it.
-        time: Of the full scene over that without it [-]; above 1 it costs time.
-        work: Evaluations of the full scene over those without it [-].
-    """
-
-    label: str
-    joints: tuple[str, ...]
-    changes: Mapping[str, Change]
-    verdict: Verdict
-    time: float
-    work: float
+    label: str  # what it is, in words
+    joints: tuple[str, ...]  # where it was left out
+    changes: Mapping[str, Change]  # by joint, signed: without it less with it
+    verdict: Verdict  # without it
+    time: float  # of the full scene over that without it [-]; above 1 it costs time
+    work: float  # evaluations of the full scene over those without it [-]
 
 
 @dataclass(frozen=True, eq=False)
 class EffectCosts:
-    """Every effect left out once.
+    """Every effect left out once."""
 
-    Attributes:
-        full: Decision of the full scene.
-        seconds: Processor time of one run of it [s].
-        solver: What ran it.
-        counters: Its work.
-        rows: One an effect, dearest first.
-        bare: Processor time without any of them over the full one's [-].
-    """
-
-    full: Decision
-    seconds: float
-    solver: str
-    counters: Mapping[str, int]
-    rows: tuple[EffectCost, ...]
-    bare: float
+    full: Decision  # decision of the full scene
+    seconds: float  # processor time of one run of it [s]
+    solver: str  # what ran it
+    counters: Mapping[str, int]  # its work
+    rows: tuple[EffectCost, ...]  # one an effect, dearest first
+    bare: float  # processor time without any of them over the full one's [-]
 
 
 @dataclass(frozen=True)
 class Judged:
-    """An effect before the run: what leaving it out is thought to change, and what became of it.
+    """An effect before the run: what leaving it out is thought to change, and what became of it."""
 
-    Attributes:
-        choice: The effect.
-        label: In words.
-        estimate: Bounds on the changes at its joint.
-        valid: Whether the derivation holds here.
-        why: The derivation, or what it lacks.
-        kept: Whether the scene keeps it.
-        cost: What keeping it is thought to cost [-], relative to others.
-    """
-
-    choice: Choice
-    label: str
-    estimate: Change
-    valid: bool
-    why: str
-    kept: bool
-    cost: float
+    choice: Choice  # the effect
+    label: str  # in words
+    estimate: Change  # bounds on the changes at its joint
+    valid: bool  # whether the derivation holds here
+    why: str  # the derivation, or what it lacks
+    kept: bool  # whether the scene keeps it
+    cost: float  # what keeping it is thought to cost [-], relative to others
 
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """The chosen scene run beside the full one.
+    """The chosen scene run beside the full one."""
 
-    Attributes:
-        chosen, full: Decisions.
-        estimate, measured: Changes by joint; the tip's is the scene's.
-        numerical: How much of the measured change may be the step's, by halving it.
-        steps: That were used [s].
-        audit: Energy that is there and should not be, over what was put in and taken out [-].
-        seconds_chosen, seconds_full: Processor time of one run [s].
-        beyond: Whether the measured change is beyond the tolerance.
-        proven: Whether it is within, and the numbers good enough to say so.
-        why: In words.
-    """
-
+    # decisions
     chosen: Decision
     full: Decision
+    # changes by joint; the tip's is the scene's
     estimate: Mapping[str, Change]
     measured: Mapping[str, Change]
-    numerical: Mapping[str, Change]
-    steps: float
-    audit: float
+    numerical: Mapping[str, Change]  # how much of the measured change may be the step's, by halving it
+    steps: float  # that were used [s]
+    audit: float  # energy that is there and should not be, over what was put in and taken out [-]
+    # processor time of one run [s]
     seconds_chosen: float
     seconds_full: float
-    beyond: bool
-    proven: bool
-    why: str
+    beyond: bool  # whether the measured change is beyond the tolerance
+    proven: bool  # whether it is within, and the numbers good enough to say so
+    why: str  # in words
 
 
 @dataclass(frozen=True, eq=False)
 class AutoChoice:
-    """The cheapest scene within a tolerance, and its proof.
+    """The cheapest scene within a tolerance, and its proof."""
 
-    Attributes:
-        scene: To be run.
-        tolerance: Of the decision quantities [-].
-        tip_tolerance: Of the tip [m], of one joint [rad or m].
-        effects: All that could be left out.
-        proof: None where nothing was left out.
-        restored: Effects that came back because the proof asked for them.
-    """
-
-    scene: Scene
-    tolerance: float
-    tip_tolerance: float
-    effects: tuple[Judged, ...]
-    proof: Proof | None
-    restored: tuple[Choice, ...] = ()
+    scene: Scene  # to be run
+    tolerance: float  # of the decision quantities [-]
+    tip_tolerance: float  # of the tip [m], of one joint [rad or m]
+    effects: tuple[Judged, ...]  # all that could be left out
+    proof: Proof | None  # none where nothing was left out
+    restored: tuple[Choice, ...] = ()  # effects that came back because the proof asked for them
 
     @property
     def dropped(self) -> tuple[Judged, ...]:
@@ -230,74 +163,47 @@ class AutoChoice:
 
 @dataclass(frozen=True)
 class SolverRun:
-    """One solver at one setting.
+    """One solver at one setting."""
 
-    Attributes:
-        family: Such as ``fixed step``.
-        setting: Its step [s] or tolerance [-].
-        error: In the decision quantities, the largest share [-]; NaN where the run did not end.
-        seconds: Processor time, the median of some runs [s].
-        work: Evaluations of the right-hand side or solved steps.
-        note: Why it did not end; empty where it did.
-        where: The decision quantity that is furthest off, and its joint.
-    """
-
-    family: str
-    setting: float
-    error: float
-    seconds: float
-    work: int
-    note: str = ""
-    where: str = ""
+    family: str  # such as ``fixed step``
+    setting: float  # its step [s] or tolerance [-]
+    error: float  # in the decision quantities, the largest share [-]; NaN where the run did not end
+    seconds: float  # processor time, the median of some runs [s]
+    work: int  # evaluations of the right-hand side or solved steps
+    note: str = ""  # why it did not end; empty where it did
+    where: str = ""  # the decision quantity that is furthest off, and its joint
 
 
 @dataclass(frozen=True, eq=False)
 class SolverCosts:
-    """Work and precision on one scene.
+    """Work and precision on one scene."""
 
-    Attributes:
-        runs: All of them.
-        reference: What they are held against, in words.
-        settled: Largest share by which two settings of the reference differ [-]; smaller errors are not drawn.
-    """
-
-    runs: tuple[SolverRun, ...]
-    reference: str
-    settled: float
+    runs: tuple[SolverRun, ...]  # all of them
+    reference: str  # what they are held against, in words
+    settled: float  # largest share by which two settings of the reference differ [-]; smaller errors are not drawn
 
 
 @dataclass(frozen=True, eq=False)
 class JointCurrents:
-    """The current of one joint by both roads.
+    """The current of one joint by both roads."""
 
-    Attributes:
-        time: [s], (N,).
-        inverse, forward: [A], (N,).
-        moving: Where the joint is commanded to move, (N,).
-        peaks, rms: Of both roads [A].
-        apart_moving, apart_resting: RMS of the difference over that of the inverse road [-]; NaN where it never does.
-        note: What the difference comes from, in words.
-    """
-
-    time: Array
+    time: Array  # [s], (N,)
+    # [A], (N,)
     inverse: Array
     forward: Array
-    moving: Array
+    moving: Array  # where the joint is commanded to move, (N,)
+    # of both roads [A]
     peaks: tuple[float, float]
     rms: tuple[float, float]
+    # RMS of the difference over that of the inverse road [-]; NaN where it never does
     apart_moving: float
     apart_resting: float
-    note: str
+    note: str  # what the difference comes from, in words
 
 
 @dataclass(frozen=True, eq=False)
 class RoadsCompared:
-    """Sizing against simulation with the same effects.
+    """Sizing against simulation with the same effects."""
 
-    Attributes:
-        joints: By name.
-        recording: Of the forward run.
-    """
-
-    joints: Mapping[str, JointCurrents]
-    recording: Recording
+    joints: Mapping[str, JointCurrents]  # by name
+    recording: Recording  # of the forward run

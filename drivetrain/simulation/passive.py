@@ -12,8 +12,7 @@ from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy
 from drivetrain.dynamics.forward import articulated_body, unchecked_accelerations
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation.recording import Event, Recording, Series
-from drivetrain.simulation.unaccounted import energy_event
+from drivetrain.simulation.recording import Event, Recording, Series, energy_event
 from drivetrain.solvers.integrate import Rates, Solution, integrate
 from drivetrain.solvers.solver import DormandPrince853, Solver, check_positive
 

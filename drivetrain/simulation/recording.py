@@ -24,15 +24,10 @@ if TYPE_CHECKING:
 
 
 class Series(NamedTuple):
-    """One quantity over the recording's clock.
+    """One quantity over the recording's clock."""
 
-    Attributes:
-        unit: SI, such as ``rad/s``; ``-`` for a pure number.
-        values: (N,).
-    """
-
-    unit: str
-    values: Array
+    unit: str  # SI, such as ``rad/s``; ``-`` for a pure number
+    values: Array  # (N,)
 
 
 class TableSeries(Mapping[str, Series]):
@@ -73,6 +68,9 @@ class TableSeries(Mapping[str, Series]):
         return len(self._names)
 
 
+ALLOWED = 0.01  # of the energy that goes to and fro
+UNACCOUNTED = "energy"  # the name of the event
+ROUNDING = 1e-9  # of all that is stored
 FORMAT = 1
 # What reading a damaged archive may end in: every layer has errors of its own.
 DAMAGE = (
@@ -83,17 +81,11 @@ DAMAGE = (
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened at an instant.
+    """Something that happened at an instant."""
 
-    Attributes:
-        time: [s].
-        name: Its kind, such as ``limit``.
-        detail: What happened, in words, with units.
-    """
-
-    time: float
-    name: str
-    detail: str
+    time: float  # [s]
+    name: str  # its kind, such as ``limit``
+    detail: str  # what happened, in words, with units
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,6 +255,19 @@ def _frozen(series: Mapping[str, Series], size: int) -> dict[str, Series]:
             table.setflags(write=False)
             return {name: Series(one.unit, row) for (name, one), row in zip(series.items(), table, strict=True)}
     return {name: Series(one.unit, frozen_array(one.values, (size,), name)) for name, one in series.items()}
+
+
+def energy_event(time: Array, error: Array, passed: float, stored: float, tolerance: float = 0.0) -> tuple[Event, ...]:
+    """The event of a run whose energies do not add up."""
+    off, most = np.abs(error), max(ALLOWED, 10.0 * tolerance) * passed + ROUNDING * stored
+    if not len(off) or not off.max() > most:
+        return ()
+    share = off.max() / max(passed, 1e-300)
+    detail = (
+        f"{100.0 * share:.2g} % of the energy that goes to and fro is not accounted for: do not trust this run; a "
+        "shorter step or AdaptiveStep resolves more"
+    )
+    return (Event(float(time[int(np.argmax(off > most))]), UNACCOUNTED, detail),)
 
 
 def load_recording(path: Path | str) -> Recording:

@@ -18,9 +18,8 @@ from drivetrain.simulation.engines.starting import sinking, start_words
 from drivetrain.simulation.passive import limit_events
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.planning.plan import plan as planned
-from drivetrain.simulation.recording import Event, Recording, Series, TableSeries
+from drivetrain.simulation.recording import Event, Recording, Series, TableSeries, energy_event
 from drivetrain.simulation.scene import Scene
-from drivetrain.simulation.unaccounted import energy_event
 from drivetrain.simulation.warnings import warnings
 from drivetrain.solvers.solver import Solver, check_positive
 

@@ -18,18 +18,19 @@ from drivetrain.drive.gear import complete, mesh, unknown_loss
 from drivetrain.drive.motor import torque_constant
 from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.dynamics.mass import mass_matrix
+from drivetrain.effects.control.cascade import PositionLoop
 from drivetrain.effects.control.commanded_motion import CommandedMotion
-from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
+from drivetrain.effects.fields import Side
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.gear_drag import GearDrag
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.loads.counterbalance_torque import CounterbalanceTorque
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.payload_change import EMPTY, Body, PayloadChange
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.effects.motor.winding_heat import WindingHeat
@@ -37,10 +38,10 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle
 from drivetrain.motion.motion import Motion
 from drivetrain.records import as_record, known
-from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.engines.inverse import demanded
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
-from drivetrain.study.model import JointTask, Study
+from drivetrain.study.model import JointTask, Study, refuse_moving_base
 from drivetrain.study.parts.mounting import loaded_arm
 
 
@@ -97,24 +98,17 @@ def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """What a scene of a study is to hold.
+    """What a scene of a study is to hold."""
 
-    Attributes:
-        bandwidth: Of the position loops, damped critically [rad/s].
-        feed_forward: Whether the currents that the command takes are commanded along with it.
-        friction, mesh, heat, springs: Whether those effects are in.
-        damping: Of the springs, as a share of the critical one of link against rotor [-].
-        repetitions: Of the cycle.
-    """
-
-    bandwidth: float = 40.0
-    feed_forward: bool = True
+    bandwidth: float = 40.0  # of the position loops, damped critically [rad/s]
+    feed_forward: bool = True  # whether the currents that the command takes are commanded along with it
+    # whether those effects are in
     friction: bool = True
     mesh: bool = True
     heat: bool = True
     springs: bool = False
-    damping: float = 0.02
-    repetitions: int = 1
+    damping: float = 0.02  # of the springs, as a share of the critical one of link against rotor [-]
+    repetitions: int = 1  # of the cycle
 
 
 DEFAULT_OPTIONS = SceneOptions()
@@ -134,6 +128,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
     Raises:
         InputError: Neither an arm nor one axis whose load's inertia is told, a joint without a drive.
     """
+    refuse_moving_base(study, "a simulation")
     faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
     faults += axis_faults(study) if study.arm is None else []
     faults += _apart(study.cycle)
@@ -246,7 +241,7 @@ def _drag(study: Study, drive: Drive) -> list[Effect]:
     return [GearDrag(drive.gear, float(study.drag_temperature(study.ambient)), follows=stated)]
 
 
-def _friction(law: Friction, side: str) -> list[Effect]:
+def _friction(law: Friction, side: Side) -> list[Effect]:
     """Dry and viscous part, where there is any."""
     effects: list[Effect] = []
     if not law.tanh_speed and (law.coulomb or law.coulomb_negative or law.static):

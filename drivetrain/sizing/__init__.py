@@ -7,6 +7,8 @@ from drivetrain.face import shown
 if TYPE_CHECKING:
     from drivetrain.sizing.answers.curve import OptimumCurve as OptimumCurve
     from drivetrain.sizing.answers.curve import optimum_curve as optimum_curve
+    from drivetrain.sizing.answers.family import FamilySelection as FamilySelection
+    from drivetrain.sizing.answers.family import select_family as select_family
     from drivetrain.sizing.answers.fastest import Fastest as Fastest
     from drivetrain.sizing.answers.fastest import fastest as fastest
     from drivetrain.sizing.answers.free_ratio import FreeRatios as FreeRatios

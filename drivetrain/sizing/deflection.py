@@ -33,6 +33,7 @@ from drivetrain.sizing.results import Evaluation
 from drivetrain.spatial.beams import Beam, end_deflection
 from drivetrain.spatial.poses import inverse_pose
 from drivetrain.spatial.rotations import frame_along
+from drivetrain.study.model import refuse_moving_base
 from drivetrain.study.parts.mounting import loaded_arm
 
 
@@ -186,6 +187,7 @@ def _arm(evaluation: Evaluation) -> Arm:
     if arm is None:
         hint = "a load table gives torque and speed, not where a tip is"
         raise InputError(Fault("arm", "is needed to compute how its tip deflects", hint=hint))
+    refuse_moving_base(evaluation.study, "deflection")
     return arm
 
 

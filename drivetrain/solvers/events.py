@@ -1,4 +1,4 @@
-"""Events within a step: where a value crosses zero, what its handler changes, and a step taken again to end there.
+"""Events within a step: where a value becomes negative, what the handler changes, and a step taken again to end there.
 
 ``values`` is what the functions of a problem fill, (m,).
 """
@@ -13,7 +13,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.jit import law
 from drivetrain.solvers.compiled_function import ask, ask_here, load
-from drivetrain.solvers.records import DONE, FALLING, GUARD, RISING, TERMINAL, ZENO
+from drivetrain.solvers.records import DONE, ZENO
 from drivetrain.solvers.step import take_step, within
 
 _EPSILON = float(np.finfo(np.float64).eps)
@@ -52,15 +52,6 @@ def pass_events(events: Any) -> None:
 
 
 @law
-def _fires(kind: int, before: float, after: float) -> bool:
-    """Whether a change of value is the event."""
-    if kind == GUARD:
-        return after < 0.0 and (before > 0.0 or after < before)
-    falls, rises = before > 0.0 and after <= 0.0, before < 0.0 and after >= 0.0
-    return (falls and kind != RISING) or (rises and kind != FALLING)
-
-
-@law
 def first_event(run: Any, states: Any, asked: Array, events: Any, values: Array, h: float) -> float:
     """The share of the step at which the first event happens, 2 when none does; ``count.fired`` says which."""
     run.count.fired = -1
@@ -74,11 +65,9 @@ def first_event(run: Any, states: Any, asked: Array, events: Any, values: Array,
         first = 2.0
         for k in range(len(events)):
             event, low = events[k], part / _LOOKS
-            if part == 0 and event.old == 0.0 and event.new != 0.0 and event.kind != GUARD:
-                low = _leaves(run, states, asked, event, k, values, h)
-            if not _fires(event.kind, event.later, event.new):
+            if not (event.new < 0.0 and (event.later > 0.0 or event.new < event.later)):
                 continue
-            held = event.kind == GUARD and event.later <= 0.0  # it was about to be broken when the step began
+            held = event.later <= 0.0  # it was about to be broken when the step began
             if held and part == 0:  # unless it rises first, to be broken later
                 low = _leaves(run, states, asked, event, k, values, h)
                 held = low == 0.0
@@ -114,8 +103,6 @@ def _root(
 ) -> float:
     """The share of the step at which value k crosses, from ``later`` at low to ``new`` at high: regula falsi."""
     t, before, after, side = run.clock.time, event.later, event.new, 0
-    if before == 0.0:
-        return low
     for turn in range(_MOST):
         if high - low <= 4e-16 * max(abs(t) / h, 1.0):
             break
@@ -185,13 +172,8 @@ def jump_fires(run: Any, states: Any, asked: Array, events: Any, values: Array) 
     fired = False
     _events_here(run, states, asked, values)
     for k in range(len(events)):
-        event = events[k]
-        event.new = values[k]
-        if not run.count.started:
-            event.old = event.new
-        overdone = event.kind == GUARD and event.new < 0.0
-        fired = fired or overdone or _fires(event.kind, event.old, event.new)
-        event.later = event.old
+        events[k].new = values[k]
+        fired = fired or values[k] < 0.0
     run.count.fired = -1
     if not fired:
         pass_events(events)
@@ -199,47 +181,22 @@ def jump_fires(run: Any, states: Any, asked: Array, events: Any, values: Array) 
 
 
 @law
-def handle(run: Any, states: Any, asked: Array, events: Any, values: Array, log: Any) -> int:
-    """Events fire at the present state: log them, let the handler change it, look again. DONE: go on."""
-    clock, count, ends = run.clock, run.count, False
+def handle(run: Any, states: Any, asked: Array, events: Any, values: Array) -> int:
+    """Events fire at the present state: let the handler change it, look again. DONE: go on."""
+    clock, count = run.clock, run.count
     _events_here(run, states, asked, values)
     for k in range(len(events)):
-        event = events[k]
-        before, event.new = event.later, values[k]  # ``later`` is from where the search for the event began
-        overdone = event.kind == GUARD and event.new < 0.0
-        values[k] = 0.0
-        if k == count.fired or overdone or _fires(event.kind, before, event.new):
-            values[k] = 1.0 if before < 0.0 and event.kind != GUARD else -1.0
-            ends = ends or event.terminal != 0
-            if count.logged < len(log):
-                log[count.logged].time, log[count.logged].event = clock.time, k
-                count.logged += 1
-        event.later = values[k]
+        events[k].new = values[k]
+        values[k] = -1.0 if k == count.fired or values[k] < 0.0 else 0.0
     near = abs(clock.time - clock.last_event) <= _NEAR * max(1.0, abs(clock.time))
     weight = _SAME if count.fired == count.last_fired else 1  # many events may fall together, one may not repeat
     count.busy = count.busy + weight if near else 0
-    count.last_fired = count.fired
-    clock.last_event = clock.time
-    if run.calls.handler:
-        ask_here(run, run.calls.handler, states, asked, values)
-        count.fresh = 0
-        count.fresh_jacobian = 0
-        count.restarts += 1
-        clock.origin = clock.time
-        count.strides = 0
-        _events_here(run, states, asked, values)
-        for k in range(len(events)):
-            events[k].old = values[k]
-    else:
-        pass_events(events)
+    count.last_fired = count.culprit = count.fired
+    clock.last_event = clock.origin = clock.time
+    ask_here(run, run.calls.handler, states, asked, values)
+    count.fresh = count.fresh_jacobian = count.strides = 0
+    count.restarts += 1
+    _events_here(run, states, asked, values)
     for k in range(len(events)):
-        event = events[k]
-        crossed = event.later
-        # What has just crossed is a rounding short of zero or beyond; at zero it is armed again when it has moved.
-        unmoved = event.old == event.new or crossed * event.old < 0.0
-        if crossed != 0.0 and unmoved and event.kind != GUARD:
-            event.old = 0.0
-    count.culprit = count.fired
-    if ends:
-        return TERMINAL
+        events[k].old = values[k]
     return ZENO if count.busy > _BUSY else DONE

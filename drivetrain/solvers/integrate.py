@@ -34,23 +34,14 @@ MOST_FIXED_STEPS = 1e9  # from one breakpoint to the next
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """States at the wanted instants, as far as the solver came.
+    """States at the wanted instants, as far as the solver came."""
 
-    Attributes:
-        times: Instants [s], (N,), those wanted, fewer if it stopped early.
-        states: One row an instant [their own units], (N, m).
-        work: What it cost.
-        stopped: Why it ended early, with what could help; empty when it did not.
-        stopped_at: When [s]; the end of the wanted instants when it did not.
-        culprit: Index of the state that was no number any more; None when that was not the reason.
-    """
-
-    times: Array
-    states: Array
-    work: Work
-    stopped: str = ""
-    stopped_at: float = math.inf
-    culprit: int | None = None
+    times: Array  # instants [s], (N,), those wanted, fewer if it stopped early
+    states: Array  # one row an instant [their own units], (N, m)
+    work: Work  # what it cost
+    stopped: str = ""  # why it ended early, with what could help; empty when it did not
+    stopped_at: float = math.inf  # when [s]; the end of the wanted instants when it did not
+    culprit: int | None = None  # index of the state that was no number any more; None when that was not the reason
 
 
 def integrate(

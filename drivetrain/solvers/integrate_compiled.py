@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -14,58 +14,36 @@ from drivetrain.solvers import records as r
 from drivetrain.solvers.compiled_problem import CompiledProblem, Hooks
 from drivetrain.solvers.solver import MOST_STEPS, Solver, Work, inner_points, wanted_and_start
 
-_LOG = 4096
 _FOREVER = 2**62
 
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """All that a run knows between two steps; a run that goes on from it gives the same bits as one never stopped.
+    """All that a run knows between two steps; a run that goes on from it gives the same bits as one never stopped."""
 
-    Attributes:
-        run, states, events, log: See ``records``, (1,), (n,), (m,) and as many as events have happened.
-        jacobian: The last one, by columns, which a refused step uses again, (n + 1, n).
-        numbers, words: The data of the problem, as its handler has left them.
-        rows: States at the wanted instants, as far as it came.
-    """
-
+    # see ``records``, (1,), (n,) and (m,)
     run: Any
     states: Any
     events: Any
-    jacobian: Array
+    jacobian: Array  # the last one, by columns, which a refused step uses again, (n + 1, n)
+    # the data of the problem, as its handler has left them
     numbers: Array
     words: Any
-    rows: Array
-    log: Any = field(default_factory=lambda: np.empty(0, dtype=r.LOGGED))
+    rows: Array  # states at the wanted instants, as far as it came
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledSolution:
-    """States at the wanted instants, as far as the solver came.
+    """States at the wanted instants, as far as the solver came."""
 
-    Attributes:
-        times: Instants [s], (N,), those wanted, fewer if it stopped early.
-        states: One row an instant [their own units], (N, n), or what ``Hooks.tell`` fills in.
-        work: What it cost.
-        stopped: Why it ended early, with what could help; empty when it did not.
-        stopped_at: When [s]; the last wanted instant when it did not.
-        culprit: Index of the state, or of the event, that the reason names; None when it names none.
-        final: State at ``stopped_at``, before which every number can be trusted, (n,).
-        event_times: Instants of the events [s].
-        event_indices: Which they were.
-        checkpoint: To go on from.
-    """
-
-    times: Array
-    states: Array
-    work: Work
-    stopped: str
-    stopped_at: float
-    culprit: int | None
-    final: Array
-    event_times: Array
-    event_indices: Any
-    checkpoint: Checkpoint
+    times: Array  # instants [s], (N,), those wanted, fewer if it stopped early
+    states: Array  # one row an instant [their own units], (N, n), or what ``Hooks.tell`` fills in
+    work: Work  # what it cost
+    stopped: str  # why it ended early, with what could help; empty when it did not
+    stopped_at: float  # when [s]; the last wanted instant when it did not
+    culprit: int | None  # index of the state, or of the event, that the reason names; None when it names none
+    final: Array  # state at ``stopped_at``, before which every number can be trusted, (n,)
+    checkpoint: Checkpoint  # to go on from
 
 
 def integrate_compiled(
@@ -81,8 +59,7 @@ def integrate_compiled(
 ) -> CompiledSolution:
     """The states at wanted instants, without a call of Python between the first step and the last.
 
-    Steps never cross a breakpoint, and on each side the right-hand side is asked only for instants of that side, and
-    is told the number of the segment if it wants it (``CompiledProblem.segment_word``).
+    Steps never cross a breakpoint, and on each side the right-hand side is asked only for instants of that side.
     """
     from drivetrain.solvers.loop import advance  # compiles, or is read from disk: only when needed
 
@@ -90,30 +67,21 @@ def integrate_compiled(
     if len(state) != problem.size:
         raise InputError(Fault("start", f"must have {problem.size} entries, one a state", f"{len(state)} entries"))
     tableau, atol, settings = solver.compiled_settings(problem.size)
-    if tableau.adaptive and not problem.declares_smooth:
-        hint = "turn the jump into a breakpoint or an event with a handler, or step with a set-valued method"
-        what = "an adaptive method needs rates that do not jump between breakpoints and events"
-        raise InputError(Fault("problem.declares_smooth", what, False, hint))
     kept = _fresh(problem, wanted, state) if resume is None else _copied(resume)
     kept.states["atol"] = atol
-    settings |= {"may_jump": problem.may_jump, "segment_word": problem.segment_word}
-    settings |= {"differences": problem.differences, "most_steps": most_steps}
+    settings |= {"may_jump": problem.may_jump, "differences": problem.differences, "most_steps": most_steps}
     data = {"numbers": kept.numbers.ctypes.data, "words": kept.words.ctypes.data}
     for part, values in (("settings", settings), ("calls", problem.addresses() | data)):
         for name, value in values.items():
             kept.run[part][name] = value
-    log, logged, count = np.empty(max(_LOG, 2 * len(kept.events)), dtype=r.LOGGED), [kept.log], kept.run["count"]
-    arguments = _room(problem, kept) | {
-        "methods": tableau.record, "log": log, "wanted": wanted, "segments": _segments(breakpoints, wanted)
-    }  # fmt: skip
-    code, left = r.PAUSED, _FOREVER if pause_after is None else pause_after
-    while code == r.PAUSED and left > 0:
-        count["budget"] = left
-        code = int(advance(**arguments))
-        left = int(count["budget"][0])
-        logged.append(log[: count["logged"][0]].copy())
-        count["logged"] = 0
-    return _solution(problem, replace(kept, log=np.concatenate(logged)), wanted, code)
+    kept.run["count"]["budget"] = _FOREVER if pause_after is None else pause_after
+    n = problem.size
+    code = advance(
+        tableau.record, kept.run, kept.states, np.empty(n), np.empty(n), kept.jacobian, np.empty((n, n)),
+        np.empty(n, dtype=np.uint64), kept.events, np.zeros(len(kept.events)), wanted, kept.rows,
+        _segments(breakpoints, wanted),
+    )  # fmt: skip
+    return _solution(problem, kept, wanted, int(code))
 
 
 def _segments(breakpoints: Sequence[float], wanted: Array) -> Any:
@@ -125,27 +93,13 @@ def _segments(breakpoints: Sequence[float], wanted: Array) -> Any:
     return segments
 
 
-def _room(problem: CompiledProblem, kept: Checkpoint) -> dict[str, Any]:
-    """What ``loop.advance`` works on, but for what each run has of its own."""
-    n = problem.size
-    starts, columns, row_starts, row_indices = problem.groups
-    return {
-        "runs": kept.run, "states": kept.states, "asked": np.empty(n), "answer": np.empty(n),
-        "jacobian": kept.jacobian, "factors": np.empty((n, n)), "pivots": np.empty(n, dtype=np.uint64),
-        "starts": starts, "columns": columns, "row_starts": row_starts, "row_indices": row_indices,
-        "events": kept.events, "values": np.zeros(len(kept.events)), "rows": kept.rows, "words": kept.words,
-    }  # fmt: skip
-
-
 def _fresh(problem: CompiledProblem, wanted: Array, x: Array) -> Checkpoint:
     n, hooks = problem.size, problem.hooks or Hooks()
     run, states = np.zeros(1, dtype=r.RUN), np.zeros(n, dtype=r.STATE)
     clock = run["clock"]
     clock["time"], clock["last_event"], clock["last_jump"] = wanted[0], -np.inf, -np.inf
     states["x"] = x
-    events = np.zeros(len(problem.events.kinds) if problem.events else 0, dtype=r.EVENT)
-    if problem.events:
-        events["kind"], events["terminal"] = problem.events.kinds, problem.events.terminal or False
+    events = np.zeros(len(problem.events.names) if problem.events else 0, dtype=r.EVENT)
     rows = np.zeros((len(wanted), hooks.width if hooks.tell else n))
     return Checkpoint(run, states, events, np.zeros((n + 1, n)), problem.numbers.copy(), problem.words.copy(), rows)
 
@@ -161,8 +115,7 @@ def _solution(problem: CompiledProblem, kept: Checkpoint, wanted: Array, code: i
     culprit = int(count["culprit"]) if code >= r.NO_NUMBER else None
     return CompiledSolution(
         wanted[:done].copy(), kept.rows[:done].copy(), work, _reason(problem, kept, code),
-        float(kept.run["clock"]["time"][0]), culprit, kept.states["x"].copy(), kept.log["time"], kept.log["event"],
-        kept,
+        float(kept.run["clock"]["time"][0]), culprit, kept.states["x"].copy(), kept,
     )  # fmt: skip
 
 
@@ -176,10 +129,8 @@ def _reason(problem: CompiledProblem, kept: Checkpoint, code: int) -> str:
         return f"paused at {t:.9g} s; go on from its checkpoint"
     if code == r.TOO_MANY:
         return f"{int(run['settings']['most_steps'])} steps taken at {t:.9g} s; allow more, or a looser tolerance"
-    if code in (r.TERMINAL, r.ZENO) and problem.events:
-        name = problem.events.name(culprit)
-        if code == r.TERMINAL:
-            return f"{name} at {t:.9g} s ends it"
+    if code == r.ZENO and problem.events:
+        name = problem.events.names[culprit]
         return f"{name} happens again and again at {t:.9g} s and time does not pass; its handler must force a change"
     name = problem.name(culprit)
     if code == r.NO_NUMBER:

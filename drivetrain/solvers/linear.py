@@ -1,7 +1,7 @@
 """The Jacobian and the systems of equations that a step solves with it.
 
-A right-hand side brings its own Jacobian, or it is found by differences in groups of columns that share no row. It is
-kept column by column, ``jacobian[state, rate]``, with the derivatives by time behind the last.
+A right-hand side brings its own Jacobian, or it is found by differences. It is kept column by column,
+``jacobian[state, rate]``, with the derivatives by time behind the last.
 """
 
 from __future__ import annotations
@@ -23,10 +23,7 @@ _MATTERS = 1e3  # a jump within a step matters when it moves a state by so many 
 
 
 @law
-def fill_jacobian(
-    run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, starts: Any, columns: Any,
-    row_starts: Any, row_indices: Any, h: float,
-) -> bool:  # fmt: skip
+def fill_jacobian(run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, h: float) -> bool:
     """Fill the Jacobian and df/dt at the state, for a step; False when the rates jump there."""
     run.count.jacobians += 1
     load(states, asked)
@@ -45,36 +42,28 @@ def fill_jacobian(
         states[i].drift = (answer[i] - states[i].rates) / (later - t) if later > t else 0.0
     if run.calls.jacobian:
         return True
-    return _by_differences(run, states, asked, answer, jacobian, starts, columns, row_starts, row_indices, h)
+    return _by_differences(run, states, asked, answer, jacobian, h)
 
 
 @law
-def _by_differences(
-    run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, starts: Any, columns: Any,
-    row_starts: Any, row_indices: Any, h: float,
-) -> bool:  # fmt: skip
+def _by_differences(run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, h: float) -> bool:
     """Fill the Jacobian by differences; False when the rates jump at this very state."""
-    for i in range(len(states)):
-        size, floor = max(abs(states[i].x), h * abs(states[i].rates)), states[i].atol / run.settings.rtol
+    for j in range(len(states)):
+        state = states[j]
+        size, floor = max(abs(state.x), h * abs(state.rates)), state.atol / run.settings.rtol
         size = max(size, floor if floor < np.inf else 1e-3)
-        move = _SMALL * size if states[i].rates >= 0.0 else -_SMALL * size  # in the direction in which it goes
-        states[i].move = (states[i].x + move) - states[i].x
-    for group in range(len(starts) - 1):
-        first, last, worst, steep, culprit = starts[group], starts[group + 1], 0.0, 0, 0
-        for k in range(first, last):
-            asked[columns[k]] = states[columns[k]].x + states[columns[k]].move
+        move = _SMALL * size if state.rates >= 0.0 else -_SMALL * size  # in the direction in which it goes
+        state.move = (state.x + move) - state.x
+        asked[j] = state.x + state.move
         ask_rates(run, run.clock.time, asked, answer)
-        for k in range(first, last):
-            j = columns[k]
-            inverse = 1.0 / states[j].move
-            asked[j] = states[j].x
-            for e in range(row_starts[j], row_starts[j + 1]):
-                i = row_indices[e]
-                change = answer[i] - states[i].rates
-                jacobian[j, i] = change * inverse
-                if abs(change) * h > worst * states[i].tolerance:
-                    worst, steep, culprit = abs(change) * h / states[i].tolerance, j, i
-        if run.count.jacobians % _LOOK == 1 and worst > _MATTERS and _jumps(run, states, asked, answer, steep, culprit):
+        asked[j] = state.x
+        inverse, worst, culprit = 1.0 / state.move, 0.0, 0
+        for i in range(len(states)):
+            change = answer[i] - states[i].rates
+            jacobian[j, i] = change * inverse
+            if abs(change) * h > worst * states[i].tolerance:
+                worst, culprit = abs(change) * h / states[i].tolerance, i
+        if run.count.jacobians % _LOOK == 1 and worst > _MATTERS and _jumps(run, states, asked, answer, j, culprit):
             return False
     return True
 
@@ -142,30 +131,3 @@ def solve(factors: Array, pivots: Any, goal: Array, room: Array) -> None:
         goal[j] = value = room[j] * factors[j, j]
         for i in range(j):
             room[i] -= factors[j, i] * value
-
-
-def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:
-    """Groups of columns that share no row, so that one difference serves them all."""
-    if sparsity is None:
-        one = np.arange(size + 1, dtype=np.int64)
-        return one, one[:-1], size * one, np.tile(one[:-1], size)
-    full = np.asarray(sparsity, dtype=bool)
-    groups: list[list[int]] = []
-    taken: list[Any] = []
-    for j in sorted(range(size), key=lambda j: -int(full[:, j].sum())):
-        fits = [k for k, rows in enumerate(taken) if not (rows & full[:, j]).any()]
-        if not full[:, j].any():
-            continue
-        if fits:
-            groups[fits[0]].append(j)
-            taken[fits[0]] = taken[fits[0]] | full[:, j]
-        else:
-            groups.append([j])
-            taken.append(full[:, j].copy())
-    rows = [np.flatnonzero(full[:, j]) for j in range(size)]
-    return (
-        np.cumsum([0, *(len(group) for group in groups)], dtype=np.int64),
-        np.array([j for group in groups for j in group], dtype=np.int64),
-        np.cumsum([0, *(len(r) for r in rows)], dtype=np.int64),
-        np.concatenate(rows).astype(np.int64),
-    )

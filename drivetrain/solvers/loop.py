@@ -26,8 +26,7 @@ _GAUSS = 0.5 / math.sqrt(3.0)
 @kernel
 def advance(
     methods: Any, runs: Any, states: Any, asked: Array, answer: Array, jacobian: Array, factors: Array,
-    pivots: Any, starts: Any, columns: Any, row_starts: Any, row_indices: Any, events: Any, values: Array,
-    log: Any, wanted: Array, rows: Array, segments: Any, words: Any,
+    pivots: Any, events: Any, values: Array, wanted: Array, rows: Array, segments: Any,
 ) -> int:  # fmt: skip
     """Go on from where the records say, until the end, the budget of steps or a reason to stop."""
     method, run = methods[0], runs[0]
@@ -36,12 +35,12 @@ def advance(
         end = segments[count.segment].end
         clock.limit = segments[count.segment].limit
         if not count.opened:
-            code = _open(run, states, asked, answer, events, values, log, words)
+            code = _open(run, states, asked, answer, events, values)
             if code != DONE:
                 return code
             _tell_here(run, states, asked, wanted, rows)
         while clock.time < end:
-            if count.budget <= 0 or (len(events) and len(log) - count.logged < len(events)):
+            if count.budget <= 0:
                 return PAUSED
             if count.steps >= settings.most_steps:
                 return TOO_MANY
@@ -55,7 +54,7 @@ def advance(
             h = choose(method.adaptive, run, end)
             if method.gamma > 0.0 and not count.fresh_jacobian:
                 count.fresh_jacobian = 1
-                if not fill_jacobian(run, states, asked, answer, jacobian, starts, columns, row_starts, row_indices, h):
+                if not fill_jacobian(run, states, asked, answer, jacobian, h):
                     clock.jump_at = clock.time
                     return JUMP
             if method.gamma > 0.0:
@@ -86,7 +85,7 @@ def advance(
                 _keep(method.reuses, run, states, later)
             code = DONE
             if share <= 1.0:
-                code = handle(run, states, asked, events, values, log)
+                code = handle(run, states, asked, events, values)
             else:
                 pass_events(events)
             if code != DONE or clock.time < end:
@@ -103,11 +102,9 @@ def advance(
 
 
 @law
-def _open(run: Any, states: Any, asked: Array, answer: Array, events: Any, values: Array, log: Any, words: Any) -> int:
-    """A segment begins: tell the right-hand side which, and see what the jump at its beginning sets off."""
+def _open(run: Any, states: Any, asked: Array, answer: Array, events: Any, values: Array) -> int:
+    """A segment begins: see what the jump at its beginning sets off."""
     clock, count = run.clock, run.count
-    if run.settings.segment_word >= 0:
-        words[run.settings.segment_word] = count.segment
     count.opened = 1
     count.fresh = 0
     count.fresh_jacobian = 0
@@ -116,10 +113,7 @@ def _open(run: Any, states: Any, asked: Array, answer: Array, events: Any, value
     if run.calls.opens:
         ask_here(run, run.calls.opens, states, asked, answer)
     if len(events) and jump_fires(run, states, asked, events, values):
-        code = handle(run, states, asked, events, values, log)
-        if code != DONE:
-            return code
-    count.started = 1
+        return handle(run, states, asked, events, values)
     return DONE
 
 

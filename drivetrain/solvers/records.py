@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-# Kinds of events: which way the value must cross zero, or that it must never be negative.
-FALLING, EITHER, RISING, GUARD = -1, 0, 1, 2
-
 # Why the loop came back.
-DONE, PAUSED, TOO_MANY, NO_NUMBER, RUNS_AWAY, TOO_SHORT, JUMP, ZENO, TERMINAL = range(9)
+DONE, PAUSED, TOO_MANY, NO_NUMBER, RUNS_AWAY, TOO_SHORT, JUMP, ZENO = range(8)
 
 MOST_STAGES = 8
 
@@ -35,14 +32,8 @@ STATE = np.dtype([
 ])  # fmt: skip
 """One a state."""
 
-EVENT = np.dtype([
-    *_record(np.int64, "kind terminal"),  # see ``Events``
-    *_record(np.float64, "old later new"),  # at the beginning of the step, of the search in it, and where asked last
-])  # fmt: skip
-"""One an event: what it is, and its values."""
-
-LOGGED = np.dtype([("time", np.float64), ("event", np.int64)])
-"""One an event that has happened."""
+EVENT = np.dtype(_record(np.float64, "old later new"))
+"""Values of an event: at the beginning of the step, of the search in it, and where asked last."""
 
 SEGMENT = np.dtype(_record(np.float64, "end limit"))
 """One from breakpoint to breakpoint: its end, and the last instant that it may see [s]."""
@@ -54,7 +45,7 @@ RUN = np.dtype([
     ("settings", [
         *_record(np.float64, "rtol largest_step smallest_step fixed_step"),
         ("first_step", np.float64),  # 0: chosen from the rates
-        *_record(np.int64, "may_jump segment_word differences most_steps"),
+        *_record(np.int64, "may_jump differences most_steps"),
     ]),
     ("clock", [
         *_record(np.float64, "time limit"),  # now, and the last instant that the present segment may see [s]
@@ -67,8 +58,8 @@ RUN = np.dtype([
     ("count", [
         *_record(np.int64, "rates jacobians factorisations steps rejected restarts event_values"),  # what it cost
         ("budget", np.int64),  # steps that may still be tried before the loop comes back
-        *_record(np.int64, "segment rows logged strides"),  # segments, rows, events done; steps since the origin
-        *_record(np.int64, "opened started fresh fresh_jacobian was_rejected"),  # flags
+        *_record(np.int64, "segment rows strides"),  # segments and rows done; steps since the origin
+        *_record(np.int64, "opened fresh fresh_jacobian was_rejected"),  # flags
         *_record(np.int64, "failures jumps busy"),  # refusals in a row, jumps, events without progress of time
         *_record(np.int64, "fired last_fired"),  # the event just found, and the one before
         *_record(np.int64, "culprit argument"),  # the state, or event, to name; the state whose move makes a jump

@@ -25,25 +25,15 @@ Method = tuple[Tableau, Array, dict[str, float]]
 
 @dataclass
 class Work:
-    """What an integration has cost so far.
+    """What an integration has cost so far."""
 
-    Attributes:
-        rates: Evaluations of the right-hand side [-], exactly.
-        steps: Steps that were kept [-].
-        restarts: Times the state was changed from outside, so that memory of earlier steps was dropped [-].
-        rejected: Steps that were tried and not kept [-]; counted by the methods that say so.
-        jacobians: Jacobians [-]; the evaluations that differences cost are in ``rates`` too.
-        factorisations: Of matrices [-].
-        event_values: Evaluations of the values of events [-].
-    """
-
-    rates: int = 0
-    steps: int = 0
-    restarts: int = 0
-    rejected: int = 0
-    jacobians: int = 0
-    factorisations: int = 0
-    event_values: int = 0
+    rates: int = 0  # evaluations of the right-hand side [-], exactly
+    steps: int = 0  # steps that were kept [-]
+    restarts: int = 0  # times the state was changed from outside, so that memory of earlier steps was dropped [-]
+    rejected: int = 0  # steps that were tried and not kept [-]; counted by the methods that say so
+    jacobians: int = 0  # jacobians [-]; the evaluations that differences cost are in ``rates`` too
+    factorisations: int = 0  # of matrices [-]
+    event_values: int = 0  # evaluations of the values of events [-]
 
 
 class Solver:
@@ -131,17 +121,12 @@ class RungeKutta4(FixedStep):
 
 @dataclass(frozen=True)
 class Adaptive(Solver):
-    """Base of the methods that choose their own step to hold a tolerance.
+    """Base of the methods that choose their own step to hold a tolerance."""
 
-    Attributes:
-        rtol: Error allowed in a step, as a share of each state [-].
-        atol: Error allowed in a step where a state is near zero [the state's own unit].
-        largest_step: [s]; None: as long as the tolerance allows. What happens within one step and leaves no trace at
-            its stages is not seen.
-    """
-
-    rtol: float = 1e-8
-    atol: Any = 1e-10
+    rtol: float = 1e-8  # error allowed in a step, as a share of each state [-]
+    atol: Any = 1e-10  # error allowed in a step where a state is near zero [the state's own unit]
+    # [s]; None: as long as the tolerance allows. What happens within one step and leaves no trace at its stages is not
+    # seen.
     largest_step: float | None = None
 
     def __post_init__(self) -> None:

@@ -25,30 +25,19 @@ from drivetrain.solvers.records import METHOD
 
 @dataclass(frozen=True, eq=False)
 class Tableau:
-    """A method with S stages.
+    """A method with S stages."""
 
-    Attributes:
-        adaptive: Whether it knows its error.
-        order: Power of the step with which the error grows; what step control takes the root of.
-        reuses: Whether the last stage's rates are those at the end of the step.
-        gamma: 0 for an explicit method.
-        times, gammas: (S,).
-        error: (1, S).
-        a: (S + 1, S).
-        c: (S, S).
-        curve: (4, S).
-    """
-
-    adaptive: bool
-    order: float
-    reuses: bool
-    gamma: float
+    adaptive: bool  # whether it knows its error
+    order: float  # power of the step with which the error grows; what step control takes the root of
+    reuses: bool  # whether the last stage's rates are those at the end of the step
+    gamma: float  # 0 for an explicit method
+    # (S,)
     times: Array
     gammas: Array
-    error: Array
-    a: Array
-    c: Array
-    curve: Array
+    error: Array  # (1, S)
+    a: Array  # (S + 1, S)
+    c: Array  # (S, S)
+    curve: Array  # (4, S)
 
     @cached_property
     def record(self) -> Any:

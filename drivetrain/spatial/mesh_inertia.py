@@ -10,8 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from drivetrain.arrays import Array, checked_number, frozen_array
 from drivetrain.errors import Fault, InputError
@@ -132,6 +130,9 @@ def _check_closed(faces: np.ndarray, name: str) -> None:
 
 def _check_outwards(faces: np.ndarray, vertices: Array, volumes: Array, corners: Array, name: str) -> None:
     """No shell may be inside out, unless it lies within another one: a cavity."""
+    from scipy.sparse import coo_array  # takes long to import, and few arms have meshes without an inertia
+    from scipy.sparse.csgraph import connected_components
+
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     if abs(volumes.sum()) <= FLAT * areas.sum() ** 1.5:
         raise InputError(Fault(name, "encloses no volume", float(volumes.sum())))

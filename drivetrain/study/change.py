@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.study.model import Study
+from drivetrain.study.model import Study, refuse_moving_base
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,10 @@ def changed(study: Study, change: TaskChange) -> Study:
         The changed task; the name of the study and its digest stay.
 
     Raises:
-        InputError: A payload that the study does not have.
+        InputError: A payload that the study does not have; another pace on a base that moves by its own clock.
     """
+    if change.time != 1.0:
+        refuse_moving_base(study, "another pace of the cycle")
     strangers = [name for name in change.payloads if name not in [one.name for one in study.payloads]]
     if strangers:
         known = [one.name for one in study.payloads]

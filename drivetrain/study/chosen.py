@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from drivetrain.arm.load import SUFFIXES
+from drivetrain.arm.files.load import SUFFIXES
 from drivetrain.errors import Fault, InputError
 from drivetrain.study.document import compose_document, read_document
 from drivetrain.study.parts.sheets import SHIPPED_CATALOG
@@ -52,7 +52,8 @@ def _file_nodes(study: dict[str, yaml.Node]) -> Iterator[yaml.Node]:
     if isinstance(arm, yaml.ScalarNode):
         inner = {"source": arm}
     yield from (inner[name] for name in ("source", "dh") if name in inner and _is_file(name, inner[name]))
-    for motion in _entries(study.get("motions")).values():
+    base = _entries(study.get("base")).get("motion")
+    for motion in (*_entries(study.get("motions")).values(), base):
         yield from (node for name, node in _entries(motion).items() if name in ("file", "table"))
     catalogs = study.get("catalogs")
     listed = catalogs.value if isinstance(catalogs, yaml.SequenceNode) else [catalogs] if catalogs else []

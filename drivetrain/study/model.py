@@ -18,6 +18,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear_loss import DRAG_REFERENCE
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.motion.motion import Motion
 from drivetrain.notebook import shown
 from drivetrain.study.document import Document
 from drivetrain.study.parts.selection import SelectionOptions, TradeOffs
@@ -315,6 +316,7 @@ class Study:
         drive_mass: Whose mass the drives are; None without an arm.
         payloads: Those the cycle names, in the order of ``cycle.payload_names``.
         cycle: The repeated task.
+        base: Given motion of what carries the arm, at the samples of the cycle; None: it stands still.
         joints: One a joint, in the arm's order.
         supply: Behind all amplifiers.
         ambient: Temperature around the drives [C].
@@ -360,6 +362,7 @@ class Study:
     cold_start: float | None = None
     notes: tuple[str, ...] = ()
     prices: Prices = field(default_factory=Prices)
+    base: Motion | None = None
     document: Document | None = field(default=None, init=False)
 
     def __repr__(self) -> str:
@@ -412,3 +415,9 @@ class Study:
     def objective(self) -> str:
         """What selection minimises: ``mass``, ``price``, ``energy`` or ``weighted``."""
         return self.wanted.objective
+
+
+def refuse_moving_base(study: Study, what: str) -> None:
+    """Raises InputError where the base of the study's arm moves, with which something is not computed."""
+    if study.base is not None:
+        raise InputError(Fault("base", f"moves as the study gives it, with which {what} is not computed"))

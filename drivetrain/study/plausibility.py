@@ -8,14 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.checks import called, mean_density
-from drivetrain.arm.dh import DHRow
-from drivetrain.errors import Fault
+from drivetrain.arm.checks import FAR, LENGTH, called, farthest, mean_density, millimetres
 from drivetrain.motion.checks import TURNS_BELIEVED
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.spatial.inertia import RigidBody
@@ -26,10 +23,6 @@ from drivetrain.study.model import JointTask, Payload
 from drivetrain.study.schema import DEFAULT, MotionForm, StudyForm
 from drivetrain.units import quantity
 
-LENGTH = 10.0  # [m] of a link; also travel a turn of the largest rack and pinion, far beyond it
-FAR = 3.0  # [m] a centre of mass from its joint or from the tip, where the arm itself does not reach farther
-NEAR = 1.0  # [m] a centre of mass so near is never doubted, however short the arm
-REACHES = 10.0  # of the arm, from which on a centre of mass is doubted
 # Density of the ellipsoid of a payload's mass and inertia [kg/m^3]. Inertias are often guessed, so that metals reach
 # 1e6 and frames 1; grams given as kilograms beside a right inertia change it 3e7-fold.
 DENSEST, LIGHTEST = 1e8, 1e-3
@@ -61,50 +54,24 @@ def note_implausible(
     _doubt_joints(form, joints, ledger)
 
 
-def dh_implausible(rows: Sequence[tuple[int, DHRow]], file: Path) -> list[str]:
-    """Lengths of a Denavit-Hartenberg table, by line of the file, that look like millimetres given as metres."""
-    found: list[str] = []
-    reach = sum(math.hypot(row.a, row.d) for _, row in rows)
-    for number, row in rows:
-        com = {f"com_{axis}": value for axis, value in zip("xyz", row.com, strict=True)}
-        lengths = {"a": (row.a, LENGTH), "d": (row.d, LENGTH)} | {
-            name: (value, _farthest(reach)) for name, value in com.items()
-        }
-        for name, (value, most) in lengths.items():
-            if abs(value) > most:
-                problem = f"{value:.4g} m is more than {most:.3g} m"
-                fault = Fault(f"column {name}", problem, hint=_millimetres(value), file=f"{file}:{number}")
-                found.append(f"warning: {fault}")
-    return found
-
-
 def _reach(arm: Arm) -> float:
     """From the first joint over all others to the tip, stretched [m]."""
     return float(np.linalg.norm(np.diff(np.vstack([arm.joint_points, arm.tip[:3, 3]]), axis=0), axis=1).sum())
 
 
-def _farthest(reach: float) -> float:
-    """How far a centre of mass may be from where its body is held [m]."""
-    return min(max(FAR, reach), max(REACHES * reach, NEAR))
-
-
-def _millimetres(value: float) -> str:
-    return f"was {value:.4g} mm meant?"
-
-
 def _doubt_links(arm: Arm, ledger: Ledger) -> None:
     """Lengths and centres of mass of the links of a robot file."""
     points = np.vstack([arm.joint_points, arm.tip[:3, 3]])
-    farthest = _farthest(_reach(arm))
+    most = farthest(_reach(arm))
     for i, name in enumerate(arm.link_names):
         link, length = called(name), float(np.linalg.norm(points[i + 1] - points[i]))
         away = float(np.linalg.norm(arm.home[i, :3, 3] - points[i]))
         if length > LENGTH:
             problem = f"{link} is {length:.4g} m long, more than {LENGTH:g} m"
-            ledger.warning(("arm",), problem, hint=_millimetres(length))
-        elif arm.masses[i] > 0.0 and away > farthest:
-            problem = f"the centre of mass of {link} lies {away:.4g} m from its joint, more than {farthest:.3g} m"
-            ledger.warning(("arm",), problem, hint=_millimetres(away))
+            ledger.warning(("arm",), problem, hint=millimetres(length))
+        elif arm.masses[i] > 0.0 and away > most:
+            problem = f"the centre of mass of {link} lies {away:.4g} m from its joint, more than {most:.3g} m"
+            ledger.warning(("arm",), problem, hint=millimetres(away))
 
 
 def _doubt_density(payload: Payload, place: Place, ledger: Ledger) -> None:
@@ -131,10 +98,10 @@ def _doubt_limits(arm: Arm, ledger: Ledger) -> None:
 def _doubt_payload(payload: Payload, arm: Arm, ledger: Ledger) -> None:
     """Where its mass is, and how much of it."""
     place: Place = ("payloads", payload.name)
-    away, farthest, links = float(np.linalg.norm(payload.com)), _farthest(_reach(arm)), float(arm.masses.sum())
-    if payload.mass > 0.0 and away > farthest:
-        problem = f"the centre of mass lies {away:.4g} m from the tip, more than {farthest:.3g} m"
-        ledger.warning((*place, "com"), problem, hint=_millimetres(away))
+    away, most, links = float(np.linalg.norm(payload.com)), farthest(_reach(arm)), float(arm.masses.sum())
+    if payload.mass > 0.0 and away > most:
+        problem = f"the centre of mass lies {away:.4g} m from the tip, more than {most:.3g} m"
+        ledger.warning((*place, "com"), problem, hint=millimetres(away))
     if 0.0 < CARRIED * links < payload.mass:
         problem = f"{payload.mass:.4g} kg is more than {CARRIED:g} times the {links:.3g} kg of the arm's links"
         ledger.warning((*place, "mass"), problem, hint=f"was {payload.mass:.4g} g meant?")
@@ -201,10 +168,10 @@ def _doubt_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) 
         travel = task.travel_per_turn
         if travel is not None and abs(travel) * math.tau > LENGTH:
             turn = travel * math.tau
-            ledger.warning((*place, "travel_per_turn"), f"{turn:.4g} m a turn", hint=_millimetres(turn))
+            ledger.warning((*place, "travel_per_turn"), f"{turn:.4g} m a turn", hint=millimetres(turn))
         if abs(task.mount.offset) > FAR:
             problem = f"the drive sits {task.mount.offset:.4g} m from its joint, more than {FAR:g} m"
-            ledger.warning((*place, "mount", "offset"), problem, hint=_millimetres(task.mount.offset))
+            ledger.warning((*place, "mount", "offset"), problem, hint=millimetres(task.mount.offset))
         if task.rules is not None and not task.pairs:
             idle.setdefault(((*place, "candidates"), task.passed_over), []).append(task.name)
     for (place, words), names in idle.items():

@@ -18,7 +18,7 @@ from drivetrain.study.form import form_of, given, made, over
 from drivetrain.study.model import DriveMass, Payload, Prices, Study
 from drivetrain.study.parts.arm import arm_files, resolve_arm, resolve_closures, resolve_coupling, resolve_payloads
 from drivetrain.study.parts.joints import Surroundings, check_gas_springs, resolve_joints
-from drivetrain.study.parts.motions import motion_files, resolve_cycle, resolve_motions
+from drivetrain.study.parts.motions import motion_files, resolve_base, resolve_cycle, resolve_motions
 from drivetrain.study.parts.mounting import with_counterbalances
 from drivetrain.study.parts.selection import TERMS, SelectionOptions, TradeOffs
 from drivetrain.study.parts.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
@@ -59,7 +59,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     payloads = resolve_payloads(form, ledger)
     catalog = resolve_catalog(form, ledger)
     motions = resolve_motions(form, arm, ledger)
-    cycle = resolve_cycle(form, motions, ledger)
+    base, cycle = resolve_base(form, arm, resolve_cycle(form, motions, ledger), ledger)
     gear_assumptions, motor_assumptions = resolve_assumptions(form.assumptions, ledger)
     names = arm.joint_names if arm else next((motion.joint_names for motion in motions.values()), ())
     around = Surroundings(form, arm, catalog, ledger)
@@ -79,6 +79,8 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
         ledger.fault(("stiffness",), "goes with studies of an arm: a load table does not say where a tip is")
     elif stiffness.asked and arm is not None and arm.linkage is not None:
         ledger.fault(("stiffness",), "is not computed of arms with closures")
+    elif stiffness.asked and base is not None:
+        ledger.fault(("stiffness",), "is not computed of arms on a base that moves")
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))
@@ -92,6 +94,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
         drive_mass=None if form.drive_mass is None else DriveMass(form.drive_mass),
         payloads=tuple(payloads[name] for name in cycle.payload_names),
         cycle=cycle,
+        base=base,
         joints=joints,
         supply=supply,
         ambient=form.ambient,
@@ -146,6 +149,8 @@ def resolve_trade_offs(
         place = ("selection", "curves", index)
         if curve.vary == "payload" and not heavy:
             ledger.fault(place, "the study carries no payload of any mass that could be varied", curve.vary)
+        if curve.vary == "cycle_time" and form.base is not None:
+            ledger.fault(place, "does not go with a base that moves by its own clock", curve.vary)
         if curve.vary in [other.vary for other in curves[:index]]:
             ledger.fault(place, "is asked for twice", curve.vary)
     return TradeOffs(tuple(dict.fromkeys(form.selection.front)), curves)

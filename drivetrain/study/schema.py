@@ -23,6 +23,7 @@ from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.stages import Stage
+from drivetrain.motion.base import AXES
 from drivetrain.study.form import AsForm, Entry, Form, form_of
 from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Prices, Safety, StiffnessWish, Stop
 from drivetrain.study.parts.rules import BrakeRow, CandidatesForm, DriveForm, GearRow, MotorRow
@@ -179,6 +180,40 @@ class MotionForm(Form):
     jerk: Any = Field(default=None, description="largest jerk, for all joints or one each")
     durations: list[f.Duration] | None = Field(default=None, description="of each move; without, as fast as allowed")
     dwell: Any = Field(default=None, description="rest at each waypoint, one for all or a list")
+
+
+class HeaveForm(Form):
+    """A harmonic motion of the base along an axis of the ground."""
+
+    amplitude: f.Length
+    period: f.Duration
+    phase: Annotated[float, f.Quantity("rad")] = Field(default=0.0, description="as the cycle begins")
+
+
+class SwingForm(HeaveForm):
+    """A harmonic motion of the base about one of its axes."""
+
+    amplitude: Annotated[float, f.Quantity("rad")]
+
+
+class BaseForm(Form):
+    """How what carries the arm moves, along the cycle: a motion of six joints, or swings of a ship."""
+
+    motion: MotionForm | None = Field(
+        default=None, description="of joints base_x, base_y, base_z, base_yaw, base_pitch, base_roll"
+    )
+    x: HeaveForm | None = None
+    y: HeaveForm | None = None
+    z: HeaveForm | None = None
+    yaw: SwingForm | None = None
+    pitch: SwingForm | None = None
+    roll: SwingForm | None = None
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        if (self.motion is None) == all(getattr(self, axis) is None for axis in AXES):
+            raise f.refused(f"must have either a motion, or swings by axis: {', '.join(AXES)}")
+        return self
 
 
 class CycleForm(Form):
@@ -452,6 +487,7 @@ class StudyForm(Form):
     coupling: list[CouplingForm] = Field(default_factory=list, description="joints whose motors work together")
     closures: list[ClosureForm] = Field(default_factory=list, description="linkages that close loops in the arm")
     passive: f.Names = Field(default=(), description="joints of the arm that have no drive and follow the closures")
+    base: BaseForm | None = Field(default=None, description="given motion of what carries the arm")
     drive_mass: Literal["added", "included", "replaced"] | None = None
     payloads: dict[str, PayloadForm] = Field(default_factory=dict)
     motions: dict[str, MotionForm]

@@ -11,8 +11,8 @@ import yaml
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_names
-from drivetrain.arm.load import load_arm
-from drivetrain.arm.urdf.read import tip_among_several
+from drivetrain.arm.files.links import tip_among_several
+from drivetrain.arm.files.load import load_arm
 from drivetrain.errors import PhysicsWarning
 
 SWING = math.radians(40.0)  # of each revolute joint, where its range allows

@@ -15,7 +15,7 @@ import numpy as np
 import yaml
 
 from drivetrain.arm.builtin import builtin_names
-from drivetrain.arm.load import SUFFIXES
+from drivetrain.arm.files.load import SUFFIXES
 from drivetrain.errors import Fault, InputError
 from drivetrain.study.document import Document
 from drivetrain.units import PURE, SI
@@ -85,7 +85,8 @@ def _relocate(data: dict[str, Any], folder: Path, place: Path) -> None:
         for name in ("source", "dh"):
             if arm.get(name) not in (None, *builtin_names()):
                 arm[name] = moved(arm[name])
-    for motion in data["motions"].values():
+    base = data.get("base") or {}
+    for motion in (*data["motions"].values(), base.get("motion") or {}):
         for name in ("file", "table"):
             if name in motion:
                 motion[name] = moved(motion[name])

@@ -12,7 +12,7 @@ import numpy as np
 from figures.links import figure_links
 
 from drivetrain.arm.builtin import ROBOTS
-from drivetrain.arm.load import load_arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.export.urdf import write_urdf
 from drivetrain.spatial.inertia import RigidBody

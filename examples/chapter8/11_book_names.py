@@ -11,8 +11,8 @@ from figures.readings import figure_torque_from_positions
 from numpy.linalg import norm
 
 import drivetrain.modern_robotics as mr
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.lists import book_lists
-from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.from_positions import torque_from_positions
 from drivetrain.report.charts.plotting import house_style, png_bytes
 

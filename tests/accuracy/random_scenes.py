@@ -8,21 +8,21 @@ from dataclasses import replace
 import numpy as np
 
 import drivetrain as dt
+from drivetrain.accuracy.auto import Told, estimates
 from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import Basis, basis_of, change, decision
-from drivetrain.accuracy.estimates import Told, estimates
 from drivetrain.accuracy.scenes import without
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
+from drivetrain.effects.control.cascade import PositionLoop
 from drivetrain.effects.control.commanded_motion import CommandedMotion
-from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.motor.cogging import Cogging
 from drivetrain.effects.motor.current_loop import CurrentLoop
 from drivetrain.effects.motor.rotor import ReflectedRotor

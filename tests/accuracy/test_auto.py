@@ -11,13 +11,12 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.accuracy import auto
-from drivetrain.accuracy.auto import Limits, audited, cheapest, choose_effects
+from drivetrain.accuracy.auto import Limits, Told, added, audited, cheapest, choose_effects
 from drivetrain.accuracy.costs import effects_cost, ran, solver_cost
 from drivetrain.accuracy.decision import basis_of, change, decision, tip_travel
-from drivetrain.accuracy.estimates import Told, added
 from drivetrain.accuracy.inverse_forward import inverse_against_forward
 from drivetrain.accuracy.scenes import choices, full_scene, wanted_scene, without
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Change, Choice
 from drivetrain.simulation.engines.fixed_step import FixedStep

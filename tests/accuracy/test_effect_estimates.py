@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from random_scenes import estimated_and_measured, pair, ratio, single
 
+from drivetrain.accuracy.auto import estimates
 from drivetrain.accuracy.decision import basis_of
-from drivetrain.accuracy.estimates import estimates
 from drivetrain.accuracy.scenes import choices
 from drivetrain.effects.loads.tip_contact import TipContact
 from drivetrain.simulation.scene import WHOLE, Scene

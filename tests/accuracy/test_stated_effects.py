@@ -10,20 +10,16 @@ import numpy as np
 import pytest
 
 import drivetrain as dt
-from drivetrain.accuracy.auto import choose_effects
+from drivetrain.accuracy.auto import choose_effects, estimates
 from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import basis_of
-from drivetrain.accuracy.estimates import estimates
 from drivetrain.accuracy.scenes import LABELS, choices, full_scene, wanted_scene, without
-from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.cascade import CascadeLoop, PositionLoop, SampledCascade
 from drivetrain.effects.control.encoder import Encoder
-from drivetrain.effects.control.position_loop import PositionLoop
-from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.motor.cogging import Cogging
-from drivetrain.effects.motor.current_loop import CurrentLoop
+from drivetrain.effects.motor.current_loop import CurrentLoop, SampledCurrentLoop
 from drivetrain.effects.motor.motor_current import MotorCurrent
-from drivetrain.effects.motor.sampled_current_loop import SampledCurrentLoop
 from drivetrain.effects.motor.winding import Winding
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice

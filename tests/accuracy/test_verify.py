@@ -10,7 +10,7 @@ import pytest
 import drivetrain as dt
 from drivetrain.drive.motor import Motor
 from drivetrain.effects.loads.wall_spring import WallSpring
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.errors import InputError
@@ -18,9 +18,8 @@ from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.engines.inverse import Inverse
 from drivetrain.simulation.passive import simulate_passive
-from drivetrain.simulation.recording import Recording, load_recording
+from drivetrain.simulation.recording import Recording, energy_event, load_recording
 from drivetrain.simulation.scene import Scene, joint_scene
-from drivetrain.simulation.unaccounted import energy_event
 from drivetrain.solvers.solver import DormandPrince853, Euler, Rodas5P
 
 MOTOR = Motor("m", 0.299, 0.0302)

@@ -9,9 +9,9 @@ from in_pinocchio import InPinocchio
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.kinematics import tip_acceleration_terms, tip_jacobian
-from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.book.ellipsoids import tip_force_ellipsoid
 from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy

@@ -10,9 +10,9 @@ from in_pinocchio import InPinocchio
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.kinematics import body_jacobian, body_jacobian_rate, space_jacobian, space_jacobian_rate
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import bias_torque

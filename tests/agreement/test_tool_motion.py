@@ -9,8 +9,8 @@ from in_pinocchio import InPinocchio
 from random_arms import random_arm
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.kinematics import tip_jacobian, tip_pose
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.pose_solver import inverse_kinematics
 from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.errors import InputError

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.lists import arm_from_lists, book_lists
-from drivetrain.arm.load import load_arm
 from drivetrain.errors import InputError
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import inverse_pose, pose

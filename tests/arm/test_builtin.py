@@ -11,8 +11,8 @@ import pytest
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import ROBOTS, builtin_arm, builtin_names
 from drivetrain.arm.coupling import coupled_groups, rotor_turns
+from drivetrain.arm.files.links import read_urdf
 from drivetrain.arm.rotors import MountedRotor
-from drivetrain.arm.urdf.read import read_urdf
 from drivetrain.errors import InputError
 from drivetrain.spatial.inertia import triangle_excess
 from drivetrain.spatial.poses import exp_pose, inverse_pose, log_pose

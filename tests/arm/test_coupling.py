@@ -16,9 +16,9 @@ from drivetrain.arm.coupling import (
     shaft_torques,
     with_coupling,
 )
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.flexible_links import BendingLink, with_flexible_links
 from drivetrain.arm.geared import at_level, with_rotors
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor
 from drivetrain.errors import InputError
 from drivetrain.spatial.beams import Beam, round_tube

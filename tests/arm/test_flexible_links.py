@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.flexible_links import BendingLink, with_flexible_links
 from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.kinematics import tip_pose
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.flexibility import free_frequencies, locked_frequencies, tip_compliance
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics

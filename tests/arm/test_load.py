@@ -13,7 +13,7 @@ import drivetrain as dt
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import ROBOTS
 from drivetrain.arm.coupling import rotor_turns
-from drivetrain.arm.load import load_arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.errors import InputError, PhysicsWarning
 

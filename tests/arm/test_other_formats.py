@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from drivetrain.arm.builtin import ROBOTS
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.kinematics import tip_pose
-from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError

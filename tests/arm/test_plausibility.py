@@ -10,7 +10,7 @@ import pytest
 
 from drivetrain.arm.builtin import ROBOTS
 from drivetrain.arm.checks import implausible, mean_density
-from drivetrain.arm.urdf.read import read_urdf
+from drivetrain.arm.files.links import read_urdf
 from drivetrain.errors import PhysicsWarning
 from drivetrain.spatial.inertia import RigidBody, cuboid, cylinder, ellipsoid
 from drivetrain.spatial.poses import pose

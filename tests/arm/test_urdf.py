@@ -11,7 +11,7 @@ import pytest
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import ROBOTS
-from drivetrain.arm.urdf.read import read_urdf, read_urdf_drives
+from drivetrain.arm.files.links import read_urdf, read_urdf_drives
 from drivetrain.errors import InputError, PhysicsWarning
 from drivetrain.spatial.poses import exp_pose, inverse_pose
 

@@ -1,6 +1,7 @@
 """Reports, and a page that answers, in a real browser (``make page-check``): needs Chromium and its driver.
 
-Times are processor seconds of the page's main thread until all that is first seen is drawn.
+Times are processor seconds of the page's main thread until all that is first seen is drawn, and what the page's own
+clock says then, which other work on the machine lengthens.
 """
 
 from __future__ import annotations
@@ -29,6 +30,12 @@ const slider = document.getElementById('ratio-0');
 slider.value = arguments[0];
 slider.dispatchEvent(new Event('input'));
 return document.getElementById('ratio-told-0').textContent;
+"""
+ALL = "return document.documentElement.dataset.drawn === 'all'"
+FIRST = "return performance.getEntriesByName('view')[0].startTime"
+INKS = """
+return Array.from(document.querySelectorAll('.chart, .strip')).filter((one) => one.view)
+  .map((one) => one.view.model.left[0].axis_label_text_color);
 """
 LIVE = """
 const boxes = Array.from(document.querySelectorAll('#live input[type=range]'));
@@ -81,7 +88,9 @@ def check(page: Path, width: int) -> list[str]:
             until(driver, DRAWN)
         found = driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
         seconds = next(one["value"] for one in found if one["name"] == "TaskDuration")
-        print(f"{page}, {width} px: {seconds:.2f} s of processor time, {page.stat().st_size / 1e6:.2f} MB")
+        first = driver.execute_script(FIRST) / 1e3 if driver.execute_script(HAS_PICTURES) else 0.0
+        size = f"{page.stat().st_size / 1e6:.2f} MB"
+        print(f"{page}, {width} px: {seconds:.2f} s of processor time, {first:.2f} s by its clock, {size}")
         if seconds > MOST_SECONDS:
             faults.append(f"drawn in {seconds:.1f} s")
         if driver.execute_script("return document.documentElement.scrollWidth > innerWidth"):
@@ -93,10 +102,24 @@ def check(page: Path, width: int) -> list[str]:
             driver.execute_script("document.querySelector('[data-reset]').click()")
             if driver.execute_script(READING) != judged:
                 faults.append("the ratio as judged does not give the numbers as judged")
+        faults += switched(driver)
         faults += faults_of(driver)
     finally:
         driver.quit()
     return faults
+
+
+def switched(driver: webdriver.Chrome) -> list[str]:
+    """What stays as it was when the reader's system goes dark while the page is open."""
+    until(driver, ALL)
+    before = driver.execute_script(INKS)
+    driver.execute_cdp_cmd(
+        "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
+    )
+    time.sleep(1.0)  # until it has heard of it
+    until(driver, ALL)
+    left = sum(old == new for old, new in zip(before, driver.execute_script(INKS), strict=True))
+    return [f"{left} of {len(before)} pictures keep their inks on a dark page"] if left else []
 
 
 def check_live(study: Path, width: int) -> list[str]:

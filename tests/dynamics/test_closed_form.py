@@ -10,9 +10,9 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 from scipy.linalg import block_diag
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.kinematics import body_jacobian
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.book.closed_form import closed_form, closed_form_torque, mass_matrix_rate, stacked
 from drivetrain.dynamics.coriolis import coriolis_matrix

@@ -7,8 +7,8 @@ import pytest
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import with_rotors
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.mass import mass_matrix

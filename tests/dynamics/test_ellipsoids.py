@@ -7,9 +7,9 @@ import pytest
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.kinematics import tip_jacobian
-from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.book.ellipsoids import (
     Ellipsoid,
     acceleration_ellipsoid,

@@ -10,9 +10,9 @@ import pinocchio as pin
 import pytest
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.kinematics import tip_pose
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.flexibility import (
     carried_to,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivetrain.arm.load import load_arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.dynamics.from_positions import torque_from_positions
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from random_arms import balanced_rotor, motion, random_arm
 
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level, with_rotors
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.book.ratio_sweep import coupling, sweep_ratio, with_ratio
 from drivetrain.dynamics.mass import mass_matrix

@@ -10,8 +10,8 @@ from random_arms import random_arm
 from sympy import Function, Rational, cos, diff, expand_trig, simplify, sin, symbols, trigsimp
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level, with_rotors
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm, planar_2r_torque
 from drivetrain.dynamics.book.ratio_sweep import with_ratio

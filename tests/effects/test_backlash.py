@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from drivetrain.drive.gear import Gear
-from drivetrain.effects.gear.backlash import Backlash
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.springs import Backlash, FlexibleJoint
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.errors import InputError

@@ -8,14 +8,14 @@ import pytest
 import drivetrain as dt
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
+from drivetrain.effects.control.cascade import PositionLoop
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.computed_torque import ComputedTorque, SampledComputedTorque
 from drivetrain.effects.control.encoder import Encoder
-from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
 from drivetrain.effects.loads.given_torque import GivenTorque
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.errors import InputError

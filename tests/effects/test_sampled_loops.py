@@ -9,14 +9,13 @@ import pytest
 
 from drivetrain.drive.electrical import exact_current_step
 from drivetrain.drive.motor import Motor
-from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.cascade import CascadeLoop, SampledCascade
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.encoder import Encoder
-from drivetrain.effects.control.sampled_cascade import SampledCascade
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.current_loop import SampledCurrentLoop
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
-from drivetrain.effects.motor.sampled_current_loop import SampledCurrentLoop
 from drivetrain.effects.motor.supply_bus import StiffSupply
 from drivetrain.effects.motor.winding import Winding
 from drivetrain.errors import InputError

@@ -8,11 +8,11 @@ from scipy.integrate import solve_ivp
 
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
-from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.cascade import CascadeLoop
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.motor.current_loop import CurrentLoop
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.effects.motor.supply_bus import StiffSupply, SupplyBus

@@ -10,13 +10,12 @@ from scipy.integrate import solve_ivp
 
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
+from drivetrain.effects.control.cascade import PositionLoop
 from drivetrain.effects.control.commanded_motion import CommandedMotion
-from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
 from drivetrain.effects.motor.current_loop import CurrentLoop
-from drivetrain.effects.motor.given_current import GivenCurrent
-from drivetrain.effects.motor.given_voltage import GivenVoltage
+from drivetrain.effects.motor.given import GivenCurrent, GivenVoltage
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.effects.motor.supply_bus import StiffSupply

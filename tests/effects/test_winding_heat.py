@@ -9,7 +9,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects.friction.dry_friction import DryFriction
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError

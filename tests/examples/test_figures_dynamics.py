@@ -8,7 +8,7 @@ from figures.closed_form import figure_stacked
 from figures.readings import figure_torque_from_positions
 from figures.rigid_body import figure_free_motion
 
-from drivetrain.arm.load import load_arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.dynamics.book.closed_form import closed_form, stacked
 from drivetrain.dynamics.from_positions import torque_from_positions
 from drivetrain.dynamics.inverse import inverse_dynamics

@@ -9,8 +9,8 @@ from figures.links import figure_links
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import differential, placed, rotor_turns, with_coupling
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import with_rotors
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor
 from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import InputError

@@ -13,7 +13,7 @@ from figures.mass_matrix import (
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
 
-from drivetrain.arm.load import load_arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
 from drivetrain.dynamics.book.ratio_sweep import sweep_ratio
 from drivetrain.errors import InputError

@@ -18,8 +18,8 @@ import yaml
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import differential, placed, with_coupling
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.drive import Drive

@@ -13,11 +13,11 @@ import pytest
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.coupling import belts_over, differential, placed, rotor_turns, with_coupling
+from drivetrain.arm.files.links import read_urdf_drives
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.kinematics import tip_pose
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.arm.urdf.read import read_urdf_drives
 from drivetrain.dynamics.inverse import drive_torques, inverse_dynamics
 from drivetrain.errors import InputError, PhysicsWarning
 from drivetrain.export.urdf import UrdfJointData, urdf_text, write_urdf

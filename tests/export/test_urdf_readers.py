@@ -10,8 +10,8 @@ import pinocchio as pin
 import pytest
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level, with_rotors
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.export.urdf import urdf_text

@@ -28,7 +28,7 @@ with atheris.instrument_imports(
     + [f"drivetrain.study.{part}" for part in ("document", "form", "read", "faults", "schema", "parts")]
     + ["drivetrain.units", "drivetrain.unit_spelling"]
 ):
-    from drivetrain.arm.load import load_arm
+    from drivetrain.arm.files.load import load_arm
     from drivetrain.catalog.read import read_catalog
     from drivetrain.errors import InputError
     from drivetrain.motion.read import read_motion

@@ -13,28 +13,23 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
-from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.cascade import CascadeLoop, PositionLoop, SampledCascade
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.encoder import Encoder
-from drivetrain.effects.control.position_loop import PositionLoop
-from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.holding_brake import HoldingBrake
 from drivetrain.effects.friction.lugre_friction import LuGreFriction
 from drivetrain.effects.friction.moving_belt import MovingBelt
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.backlash import Backlash
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import Backlash, FlexibleJoint
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.wall_spring import WallSpring
 from drivetrain.effects.motor.cogging import Cogging
-from drivetrain.effects.motor.current_loop import CurrentLoop
-from drivetrain.effects.motor.given_current import GivenCurrent
-from drivetrain.effects.motor.given_voltage import GivenVoltage
+from drivetrain.effects.motor.current_loop import CurrentLoop, SampledCurrentLoop
+from drivetrain.effects.motor.given import GivenCurrent, GivenVoltage
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
-from drivetrain.effects.motor.sampled_current_loop import SampledCurrentLoop
 from drivetrain.effects.motor.supply_bus import StiffSupply, SupplyBus
 from drivetrain.effects.motor.winding import Winding
 from drivetrain.effects.motor.winding_heat import WindingHeat

@@ -9,27 +9,27 @@ import numpy as np
 from hard_case import Figure, hard_case
 from scipy.integrate import solve_ivp
 
+from drivetrain.accuracy.auto import estimates
 from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import basis_of, change, decision
-from drivetrain.accuracy.estimates import estimates
 from drivetrain.accuracy.scenes import without
 from drivetrain.arm.arm import Arm
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
+from drivetrain.effects.control.cascade import PositionLoop
 from drivetrain.effects.control.commanded_motion import CommandedMotion
-from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.tip_contact import TipContact
 from drivetrain.effects.loads.wall_spring import WallSpring
 from drivetrain.effects.motor.current_loop import CurrentLoop
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.effects.motor.supply_bus import StiffSupply

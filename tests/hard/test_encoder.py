@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hard_case import Figure, hard_case
 
-from drivetrain.arm.load import load_arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.dynamics.from_positions import torque_from_positions
 from drivetrain.dynamics.inverse import inverse_dynamics
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hard_case import Figure, hard_case
 
-from drivetrain.arm.load import load_arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.spring import spring_torque, wind_up

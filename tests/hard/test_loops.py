@@ -12,15 +12,14 @@ from scipy.integrate import solve_ivp
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.cascade import CascadeLoop, SampledCascade
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.encoder import Encoder
-from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.dry_friction import DryFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.motor.current_loop import CurrentLoop
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.effects.motor.supply_bus import StiffSupply

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from drivetrain.drive.motor import Motor
 from drivetrain.effects.loads.given_torque import GivenTorque
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate

@@ -10,7 +10,7 @@ from hard_case import Figure, hard_case
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.effects.friction.dry_friction import DryFriction
-from drivetrain.effects.gear.backlash import Backlash
+from drivetrain.effects.gear.springs import Backlash
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.simulation.engines.engine import Engine

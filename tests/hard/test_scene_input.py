@@ -14,7 +14,7 @@ from scene_spoilers import BODY, JOINT, MOTION, WHOLE, spoiled_scene
 from drivetrain.arm.arm import Arm
 from drivetrain.drive.gear import Gear
 from drivetrain.effects.control.commanded_motion import CommandedMotion
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.errors import InputError

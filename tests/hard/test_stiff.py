@@ -15,11 +15,10 @@ from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.motor.current_loop import CurrentLoop
-from drivetrain.effects.motor.given_current import GivenCurrent
-from drivetrain.effects.motor.given_voltage import GivenVoltage
+from drivetrain.effects.motor.given import GivenCurrent, GivenVoltage
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.effects.motor.supply_bus import StiffSupply
 from drivetrain.effects.motor.winding import Winding

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from drivetrain.arm.builtin import ROBOTS
-from drivetrain.arm.load import load_arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.export.urdf import write_urdf
 from drivetrain.spatial.poses import inverse_pose

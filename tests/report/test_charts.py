@@ -16,7 +16,7 @@ from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.report.charts.arm_charts import heat_chart, margin_chart, power_chart
 from drivetrain.report.charts.chart import Chart, Mark, Pictures, rounded
 from drivetrain.report.charts.figures import overview_png
-from drivetrain.report.charts.motion_data import FOLLOWS, kept_samples, motion_data, regions, temperatures
+from drivetrain.report.charts.motion_data import FOLLOWS, TURNED, kept_samples, motion_data, regions, temperatures
 from drivetrain.report.charts.plotting import figure_of
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.quantities import convert
@@ -190,12 +190,17 @@ def test_the_law_of_the_slider_is_that_of_the_engine(evaluation: Evaluation, fac
 def test_the_arm_stands_where_the_engine_puts_it(arm: Evaluation) -> None:
     motion = motion_data(arm)
     told, study = motion["arm"], arm.study
-    places = np.array(told["places"]).reshape(-1, told["points"], 3)
+    moved = np.array(told["moved"]).reshape(-1, study.arm.n, 3, 4) / np.array([TURNED] * 3 + [1.0])
     at = kept_samples(arm)[told["samples"]]
     poses = link_poses(study.arm, study.cycle.position[at])
     tips = (poses[:, -1] @ np.linalg.inv(study.arm.home[-1]) @ study.arm.tip)[:, :3, 3]
-    assert places[:, -1] == pytest.approx(1e3 * tips, abs=0.51)  # whole millimetres
-    assert not places[:, 0].any()
+    page = moved[:, -1] @ [*told["points"][-1], 1.0]
+    assert page == pytest.approx(1e3 * tips, abs=1.1)  # whole millimetres, turned by four digits
+    joints = np.array(told["points"])
+    apart = [k for k in range(study.arm.n + 1) if np.linalg.norm(joints[k + 1] - joints[k]) > 1.0]
+    assert [one["link"] + 1 for one in told["shapes"]] == apart  # bars, as no file has shapes
+    middles = np.array([np.mean(one["corners"], axis=0) for one in told["shapes"]])
+    assert middles == pytest.approx((0.5 * (joints[1:] + joints[:-1]))[apart], abs=0.6)
 
 
 def test_rejected_candidates_are_those_of_the_search(selection: Selection) -> None:

@@ -8,14 +8,14 @@ from figures.constrained import figure_drift, figure_held_arm
 from figures.steps import figure_step_study, step_study
 from figures.task_space import figure_task_space
 
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level
 from drivetrain.arm.kinematics import tip_pose
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.dynamics.constraints import Attachment, Plane, PointOnSurface
 from drivetrain.dynamics.task_space import Damped, TipVelocity, task_space_dynamics
-from drivetrain.report.charts.figures import figure_recording
-from drivetrain.report.charts.plotting import house_style, png_bytes
+from drivetrain.report.charts.plotting import figure_of, house_style, png_bytes
+from drivetrain.report.charts.run_charts import recording_charts
 from drivetrain.simulation.constrained import simulate_constrained
 from drivetrain.simulation.passive import simulate_passive
 from drivetrain.simulation.recording import Event, Recording, Series
@@ -32,7 +32,7 @@ def curves(axes: object) -> dict[str, np.ndarray]:
 
 
 def test_recording_over_time(falling: Recording) -> None:
-    position, speed, energy, error = figure_recording(falling).axes  # no torques: they are zero
+    position, speed, energy, error = figure_of(recording_charts(falling)).axes  # no torques: they are zero
     assert position.get_ylabel() == "position [rad]"
     assert speed.get_ylabel() == "speed [rad/s]"
     np.testing.assert_array_equal(curves(position)["elbow_joint"], falling["elbow_joint.position"])
@@ -46,8 +46,9 @@ def test_mixed_joints_have_a_picture_a_unit() -> None:
     time = np.linspace(0, 1, 5)
     series = {"a.position": Series("rad", time), "b.position": Series("m", time), "heat": Series("W", time)}
     stopped = Event(0.8, "diverged", "b.position: too large")
-    figure = figure_recording(Recording(time, series, events=(Event(0.5, "limit", "a"),), stopped_by=stopped))
-    assert [axes.get_ylabel() for axes in figure.axes] == ["position [rad]", "position, linear [m]", "heat [W]"]
+    charts = recording_charts(Recording(time, series, events=(Event(0.5, "limit", "a"),), stopped_by=stopped))
+    figure = figure_of(charts)
+    assert [axes.get_ylabel() for axes in figure.axes] == ["position [rad]", "position [m]", "heat [W]"]
     assert "0.8 s" in figure.axes[0].get_title(loc="left")
 
 

@@ -20,6 +20,7 @@ from drivetrain.errors import InputError
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.report.charts.answer_charts import ratio_charts
 from drivetrain.report.pages.ratio_page import ratio_json, ratio_report, ratio_rows, ratio_sentence
+from drivetrain.report.pages.sheet import Chip
 from drivetrain.sizing.answers.ratio import RatioStudy, ratio_studies, ratio_study
 from drivetrain.study.model import JointTask, Mount, Safety, Study
 
@@ -100,14 +101,14 @@ def test_sentence_and_rows(found) -> None:
     assert f"to {window.high:.0f} ({window.high_binding})" in sentence
     assert "its own, 50.0, is inside" in sentence
     (row,) = ratio_rows(found)
-    assert (row.low, row.high, row.css) == (f"{window.low:.1f}", f"{window.high:.0f}", "pass")
+    assert row[4:6] == (Chip(f"{window.low:.1f}", "pass"), f"{window.high:.0f}")
 
 
 def test_no_ratio_fits() -> None:
     weak = ratio_study(one_axis(replace(MOTOR, nominal_current=0.3)), "hinge")
     assert ratio_sentence(weak).startswith("No ratio lets acme <&> 1 behind wheel meet all limits: the best, ")
     (row,) = ratio_rows(weak)
-    assert (row.low, row.css) == ("no ratio", "fail")
+    assert row[4] == Chip("no ratio", "fail")
     assert "no ratio fits" in ratio_report([weak])
     assert not any(mark.kind == "span" for chart in ratio_charts(weak) for mark in chart.marks)
 

@@ -16,16 +16,15 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
-from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.cascade import CascadeLoop, SampledCascade
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.encoder import Encoder
-from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.moving_belt import MovingBelt
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.laws import joint_law
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.tip_contact import TipContact

@@ -21,17 +21,16 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
+from drivetrain.effects.control.cascade import PositionLoop, SampledCascade
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.computed_torque import ComputedTorque
 from drivetrain.effects.control.encoder import Encoder
-from drivetrain.effects.control.position_loop import PositionLoop
-from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.moving_belt import MovingBelt
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.tip_contact import TipContact
 from drivetrain.effects.motor.current_loop import CurrentLoop
@@ -42,8 +41,7 @@ from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.engines.inverse import Inverse
-from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.engines.inverse import Inverse, demanded
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Scene

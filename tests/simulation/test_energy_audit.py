@@ -10,10 +10,10 @@ from drivetrain.drive.motor import Motor
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.loads.wall_spring import WallSpring
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.simulation.engines.fixed_step import FixedStep

@@ -13,8 +13,8 @@ from drivetrain.drive.gear import Gear
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.moving_belt import MovingBelt
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.wall_spring import WallSpring
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor

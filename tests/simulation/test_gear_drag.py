@@ -14,7 +14,7 @@ from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects.gear.gear_drag import GearDrag
 from drivetrain.effects.gear.mesh_loss import MeshLoss
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.effects.motor.winding_heat import WindingHeat

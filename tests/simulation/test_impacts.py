@@ -11,9 +11,8 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.spring import answer, gear_spring, mean_touch, touch, twist_under
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.dry_friction import DryFriction
-from drivetrain.effects.gear.backlash import Backlash
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import Backlash, FlexibleJoint
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.tip_contact import TipContact
 from drivetrain.effects.motor.rotor import ReflectedRotor

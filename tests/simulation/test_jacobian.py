@@ -13,33 +13,28 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
-from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.cascade import CascadeLoop, PositionLoop, SampledCascade
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.computed_torque import ComputedTorque
 from drivetrain.effects.control.encoder import Encoder
-from drivetrain.effects.control.position_loop import PositionLoop
-from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.holding_brake import HoldingBrake
 from drivetrain.effects.friction.lugre_friction import LuGreFriction
 from drivetrain.effects.friction.moving_belt import MovingBelt
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.backlash import Backlash
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.gear_drag import GearDrag
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import Backlash, FlexibleJoint
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.payload_change import Body, PayloadChange
 from drivetrain.effects.loads.tip_contact import TipContact
 from drivetrain.effects.loads.wall_spring import WallSpring
 from drivetrain.effects.motor.cogging import Cogging
-from drivetrain.effects.motor.current_loop import CurrentLoop
-from drivetrain.effects.motor.given_current import GivenCurrent
-from drivetrain.effects.motor.given_voltage import GivenVoltage
+from drivetrain.effects.motor.current_loop import CurrentLoop, SampledCurrentLoop
+from drivetrain.effects.motor.given import GivenCurrent, GivenVoltage
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
-from drivetrain.effects.motor.sampled_current_loop import SampledCurrentLoop
 from drivetrain.effects.motor.supply_bus import StiffSupply, SupplyBus
 from drivetrain.effects.motor.winding import Winding
 from drivetrain.effects.motor.winding_heat import WindingHeat
@@ -54,7 +49,6 @@ from drivetrain.simulation.planning.plan import Plan, plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.solvers.compiled_function import evaluate
-from drivetrain.solvers.linear import column_groups
 from drivetrain.solvers.solver import Rodas4
 
 MOTOR = Motor("m", 0.299, 0.0302, inductance=82e-6)
@@ -202,7 +196,7 @@ def test_differences_are_counted() -> None:
     counts = run.counters
     m = done.memory.moving
     assert (len(done.memory.states), m) == (66, 48)
-    groups = len(column_groups(dependence(done)[:m, :m], m)[0]) - 1
+    groups = len(jacobian.column_groups(dependence(done)[:m, :m], m)[0]) - 1
     # Of 48 states the six motor currents, voltages, twists, and temperatures go together; a rotor that turns is felt by
     # all.
     assert groups <= 22

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level, with_rotors
-from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.errors import InputError

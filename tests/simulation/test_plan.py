@@ -18,12 +18,12 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Signal, State
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.laws import joint_law
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.wall_spring import WallSpring
-from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.effects.motor.winding_heat import WindingHeat

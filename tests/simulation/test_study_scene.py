@@ -12,8 +12,7 @@ from drivetrain.effects.loads.tip_contact import TipContact
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.errors import InputError
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.engines.inverse import Inverse
-from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.engines.inverse import Inverse, demanded
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene

@@ -1,8 +1,10 @@
-"""Random studies that hold everything a study can: for tests that set two ways of judging against each other."""
+"""Random studies that hold everything a study can, and all their sets: for tests that set two ways of judging against
+each other."""
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -17,10 +19,39 @@ from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.stages import Stage, chained, with_stages
 from drivetrain.motion.mix import build_mix
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
+from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
 from drivetrain.study.parts.candidates import with_brakes
+from drivetrain.study.parts.verdicts import Verdict
 
 KINDS = ("table", "arm", "sliding", "coupled", "mix", "dwell")
+
+
+Drives = dict[str, tuple[str, str]]
+
+
+def unfailed_sets(study: Study, kept: Callable[[Drives], bool] = lambda _: True) -> Iterator[tuple[Drives, Evaluation]]:
+    """Every set of drives, each judged on its own, but those of which a joint fails: what it fails for is enough."""
+    work, parts = workload(study), FilledParts(study)
+    for pairs in itertools.product(*((task.drive,) if task.drive else task.pairs for task in study.joints)):
+        drives = dict(zip((task.name for task in study.joints), pairs, strict=True))
+        if not kept(drives):
+            continue
+        mounted, results = {i: parts.drive(task, *pairs[i]) for i, task in enumerate(study.joints)}, {}
+        for i, task in enumerate(study.joints):
+            results[task.name] = evaluate_joint(work, mounted, i, pairs[i])
+            if results[task.name].verdict is Verdict.FAIL:
+                break
+        else:
+            yield drives, evaluation_of(study, results, shared_checks(study, results))
+
+
+def feasible_sets(study: Study, kept: Callable[[Drives], bool] = lambda _: True) -> list[Evaluation]:
+    """The evaluations of all sets that are feasible."""
+    return [found for _, found in unfailed_sets(study, kept) if found.feasible]
 
 
 def blanked(rng, row, names, share):

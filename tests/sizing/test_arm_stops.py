@@ -18,8 +18,8 @@ from drivetrain.drive.stops import overshoot
 from drivetrain.dynamics.inverse import bias_torque
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.effects.friction.holding_brake import HoldingBrake
-from drivetrain.effects.gear.flexible_joint import FlexibleJoint
 from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate

@@ -8,15 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from random_tasks import feasible_sets
 
 from drivetrain.arm.coupling import belts_over, differential, placed, with_coupling
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.sizing.currents import current_commands
-from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.demand.load_basis import loading_drives
-from drivetrain.sizing.judge.evaluate import evaluate, evaluated
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import Mount
 from drivetrain.study.parts.verdicts import Verdict
@@ -72,11 +72,7 @@ def test_search_is_brute_force(make, seed, kind, place):
     matrix = differential() if kind == "differential" else belts_over([1.0])
     task = study(make, seed, matrix, MOUNTS[place])
     selection = select(task)
-    best, work = math.inf, workload(task)
-    for pairs in itertools.product(*(one.pairs for one in task.joints)):
-        evaluation = evaluated(work, dict(zip(task.cycle.joint_names, pairs, strict=True)))
-        if evaluation.feasible:
-            best = min(best, evaluation.objective)
+    best = min((one.objective for one in feasible_sets(task)), default=math.inf)
     assert selection.feasible == math.isfinite(best)
     if selection.feasible:
         assert selection.proof == "optimal"
@@ -101,12 +97,7 @@ def test_who_loads_whom(make):
 def test_a_drive_that_loads_a_shaft_after_it_is_chosen_as_well(make):
     """The search decides no joint before another, so a drive may load shafts on both sides of it."""
     task = study(make, 1, differential(), (Mount(), Mount("child"), GROUP_MOUNT))
-    work = workload(task)
-    found = [
-        evaluated(work, dict(zip(task.cycle.joint_names, pairs, strict=True)))
-        for pairs in itertools.product(*(one.pairs for one in task.joints))
-    ]
-    best = sorted(one.objective for one in found if one.feasible)[:5]
+    best = sorted(one.objective for one in feasible_sets(task))[:5]
     selection = select(task)
     assert [one.objective for one in selection.best_sets] == pytest.approx(best, rel=1e-14)
 

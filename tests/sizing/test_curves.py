@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
 from drivetrain.sizing.answers import curve
 from drivetrain.sizing.answers.curve import optimum_curve
-from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.judge.evaluate import evaluate, evaluated
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.parts.selection import Wanted
@@ -45,15 +45,6 @@ def small_study(make, seed, objective="mass"):
     )  # fmt: skip
 
 
-def brute_force(study):
-    best, work = math.inf, workload(study)
-    for pairs in itertools.product(*(task.pairs for task in study.joints)):
-        evaluation = evaluated(work, dict(zip(study.cycle.joint_names, pairs, strict=True)))
-        if evaluation.feasible:
-            best = min(best, evaluation.objective)
-    return best
-
-
 CASES = [
     (0, Vary.PAYLOAD, (0.0, 8.0), "mass", lambda v: TaskChange(payload=v / 2.0)),
     (1, Vary.CYCLE_TIME, (0.9, 3.0), "mass", lambda v: TaskChange(time=v / 2.0)),
@@ -73,7 +64,8 @@ def test_every_value_has_the_optimum_of_brute_force(make, seed, vary, span, obje
     values = np.random.default_rng(seed).uniform(*span, 6)
     for value in values:
         piece = next(one for one in curve.pieces if one.low <= value <= one.high)
-        expected = brute_force(changed(study, change(value)))
+        sets = feasible_sets(changed(study, change(value)))
+        expected = min((one.objective for one in sets), default=math.inf)
         own = evaluate(changed(study, change(value)), piece.drives) if piece.drives else None
         found = own.objective if own is not None and own.feasible else math.inf
         assert found == pytest.approx(expected, rel=1e-9)

@@ -9,18 +9,17 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
-from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.judge.evaluate import evaluate, evaluated
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search import front_tree
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.front import pareto_front
-from drivetrain.sizing.search.front_tree import NAMES, USED, FrontTree
+from drivetrain.sizing.search.front_tree import NAMES, USED, FrontTree, Zones
 from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.zones import Zones
 from drivetrain.study.model import Mount
 from drivetrain.study.parts.selection import Wanted
 
@@ -54,14 +53,7 @@ def random_study(make, seed, joints=2, carrier="parent", pairs_a_joint=9):
 
 def brute_force(study, names, keep=lambda drives: True):
     """Vectors of all sets that hold, dominated ones taken out."""
-    found, work = [], workload(study)
-    for pairs in itertools.product(*(task.pairs for task in study.joints)):
-        drives = dict(zip(study.cycle.joint_names, pairs, strict=True))
-        if not keep(drives):
-            continue
-        evaluation = evaluated(work, drives)
-        if evaluation.feasible:
-            found.append([evaluation.criteria[name] for name in names])
+    found = [[one.criteria[name] for name in names] for one in feasible_sets(study, keep)]
     points = np.array(found).reshape(-1, len(names))
 
     def beaten(point):

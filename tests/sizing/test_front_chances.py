@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.errors import InputError
 from drivetrain.sizing.answers.curve import optimum_curve
 from drivetrain.sizing.answers.trade_offs import check_trade_offs
-from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.front import check_criteria, pareto_front
 from drivetrain.sizing.tolerance.monte_carlo import robustness
 from drivetrain.study.parts.selection import CurveWanted, TradeOffs, Wanted
@@ -47,13 +47,7 @@ def scattering(make, holds):
 def judged(make):
     """Every set that holds with nominal numbers, with its criteria and its probability."""
     study = scattering(make, None)
-    found = {}
-    for pairs in itertools.product(*(task.pairs for task in study.joints)):
-        drives = dict(zip(study.cycle.joint_names, pairs, strict=True))
-        evaluation = evaluate(study, drives)
-        if evaluation.feasible:
-            found[pairs] = (evaluation.criteria, robustness(evaluation).whole)
-    return found
+    return {tuple(one.drives.values()): (one.criteria, robustness(one).whole) for one in feasible_sets(study)}
 
 
 def beaten(one, others, names):

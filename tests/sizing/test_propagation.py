@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog
-from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.search.branch_and_bound import halves
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.propagate import Propagation, Ranges, power_range
-from drivetrain.sizing.search.tree import EVERY
+from drivetrain.sizing.search.propagate import Propagation, Ranges
+from drivetrain.sizing.search.tree import EVERY, halves
+from drivetrain.sizing.search.whole_sets import power_range
 from drivetrain.study.model import Mount
 from drivetrain.study.parts.selection import Wanted
 
@@ -53,11 +53,9 @@ def propagated(problem, limit):
 
 def holding_sets(study):
     """Pairs by keys of every set whose joints hold, with its objective and its power."""
-    for pairs in itertools.product(*(task.pairs for task in study.joints)):
-        found = evaluate(study, dict(zip(study.cycle.joint_names, pairs, strict=True)))
-        if found.feasible:
-            power = sum(joint.series.electrical_power for joint in found.joints.values())
-            yield pairs, found.objective, power
+    for found in feasible_sets(study):
+        power = sum(joint.series.electrical_power for joint in found.joints.values())
+        yield tuple(found.drives.values()), found.objective, power
 
 
 @pytest.mark.parametrize("weights", [(("mass", 1.0),), (("energy", 1.0),)])

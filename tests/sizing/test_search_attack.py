@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,7 +13,6 @@ import random_tasks as TASKS
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
-from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.search import select
@@ -100,17 +100,9 @@ def asked(study: Study, rng) -> Study:
     )  # fmt: skip
 
 
-def every_set(study: Study):
-    """All combinations with their evaluations."""
-    names = [task.name for task in study.joints]
-    for pairs in itertools.product(*((task.drive,) if task.drive else task.pairs for task in study.joints)):
-        drives = dict(zip(names, pairs, strict=True))
-        yield drives, evaluate(study, drives)
-
-
 def limited(study: Study, rng) -> Study:
     """The same study with limits of supply near what some set that holds asks."""
-    held = [found for _, found in every_set(study) if found.feasible]
+    held = TASKS.feasible_sets(study)
     if not held or rng.random() < 0.5:
         return study
     asked = {check.name: check.required for check in held[rng.integers(len(held))].shared}
@@ -147,8 +139,8 @@ def test_search_and_evaluation_never_disagree(make):
     for kind, seed in itertools.product(TASKS.KINDS, SEEDS):
         rng = np.random.default_rng([seed, 99])
         study = limited(asked(fewer(stronger(TASKS.random_study(make, seed, kind), rng), rng), rng), rng)
-        found = [(drives, one) for drives, one in every_set(study) if one.feasible and kept(study, drives)]
-        expected = sorted(one.objective for _, one in found if not np.isnan(one.objective))[: study.wanted.sets]
+        found = [one.objective for one in TASKS.feasible_sets(study, partial(kept, study))]
+        expected = sorted(one for one in found if not np.isnan(one))[: study.wanted.sets]
         selection = select(study)
         slack = 1e-9 * max(map(abs, expected), default=0.0)
         assert [one.objective for one in selection.best_sets] == pytest.approx(expected, rel=1e-9, abs=slack), (

@@ -16,8 +16,7 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
-from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.judge.evaluate import evaluate, evaluated
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.search import select
@@ -107,13 +106,7 @@ def joint_task(make, rng, name: str, pairs) -> JointTask:
 
 def every_set(study: Study):
     """All combinations that an evaluation finds feasible: (objective, drives), best first."""
-    names, found, work = study.cycle.joint_names, [], workload(study)
-    for pairs in itertools.product(*((t.drive,) if t.drive else t.pairs for t in study.joints)):
-        drives = dict(zip(names, pairs, strict=True))
-        evaluation = evaluated(work, drives)
-        if evaluation.feasible:
-            found.append((evaluation.objective, drives))
-    return sorted(found, key=lambda one: one[0])
+    return sorted(((one.objective, one.drives) for one in TASKS.feasible_sets(study)), key=lambda one: one[0])
 
 
 def kept(study: Study, drives) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from random_tasks import KINDS
+from random_tasks import KINDS, feasible_sets
 from random_tasks import random_study as random_task
 
 from drivetrain.catalog.read import Catalog
@@ -47,12 +47,9 @@ def wound_study(make, seed: int, sets: int, term: str = "mass", supply: Supply |
 
 def every_set(study: Study):
     """Objective, energy, largest utilisation and drives of all feasible sets in their order, by brute force."""
-    names, found, work = study.cycle.joint_names, [], workload(study)
-    for pairs in itertools.product(*(task.pairs for task in study.joints)):
-        drives = dict(zip(names, pairs, strict=True))
-        one = evaluated(work, drives)
-        if one.feasible:
-            found.append((one.objective, one.criteria["energy"], one.criteria["utilisation"], drives))
+    found = [
+        (one.objective, one.criteria["energy"], one.criteria["utilisation"], one.drives) for one in feasible_sets(study)
+    ]
     least = min((one[0] for one in found), default=1.0)
     return sorted(found, key=lambda one: (round(one[0] / least / SAME), *one[1:3]))
 

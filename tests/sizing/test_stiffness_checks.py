@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from random_tasks import unfailed_sets
 
 from drivetrain.arm.kinematics import tip_pose
 from drivetrain.catalog.read import Catalog
@@ -16,12 +17,11 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import gaps
 from drivetrain.sizing.judge.stiffness import tip_deviation
-from drivetrain.sizing.search.arm_wishes import arm_use, moved_by, relaxed
-from drivetrain.sizing.search.candidates import candidates
-from drivetrain.sizing.search.domains import Domain
+from drivetrain.sizing.search.candidates import Domain, candidates
 from drivetrain.sizing.search.front import pareto_front
 from drivetrain.sizing.search.problem import Cut, problem
 from drivetrain.sizing.search.search import select
+from drivetrain.sizing.search.whole_sets import arm_use, moved_by, relaxed
 from drivetrain.study.model import DriveMass, StiffnessWish
 from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.parts.selection import Wanted
@@ -165,18 +165,12 @@ def random_springs(make, seed):
     )  # fmt: skip
 
 
-def every_set(study):
-    names = [task.name for task in study.joints]
-    for pairs in itertools.product(*((task.drive,) if task.drive else task.pairs for task in study.joints)):
-        yield (drives := dict(zip(names, pairs, strict=True))), evaluate(study, drives)
-
-
 def test_search_and_front_are_brute_force_with_wishes(make):
     decided = 0
     for seed in range(14):
         study = random_springs(make, seed)
         held, soft = [], 0
-        for drives, found in every_set(study):
+        for drives, found in unfailed_sets(study):
             excused = found.verdict is Verdict.NOT_CHECKED and all(
                 study.joints[int(gap.joint[1]) - 1].drive is not None for gap in gaps(found)
             )

@@ -20,15 +20,6 @@ def python_rates(problem: CompiledProblem):
     return rates
 
 
-def sparsity(problem: CompiledProblem, states: np.ndarray) -> np.ndarray:
-    """Where the Jacobian differs from zero, with the diagonal: a state that is no number makes rates that are none."""
-    found, rates = np.eye(problem.size, dtype=bool), python_rates(problem)
-    for state in states:
-        for j in range(problem.size):
-            found[:, j] |= np.isnan(rates(0.0, np.where(np.arange(problem.size) == j, np.nan, state)))
-    return found
-
-
 @compiled
 def _swing(t, x, dx, p, w):
     dx[0] = x[1]
@@ -77,13 +68,11 @@ def _oregonator(t, x, dx, p, w):
 
 @compiled
 def _pushed(t, x, dx, p, w):
-    """A mass pushed with p[k] in segment k, by the time it sees; p[0] segments' ends stand first."""
+    """A mass pushed with p[k] in segment k, by the time it sees; the segments' ends stand first."""
     k = 0
-    while k < w[1] and t >= p[k]:
+    while k < w[0] and t >= p[k]:
         k += 1
-    dx[0], dx[1] = x[1], p[w[1] + k]
-    if w[2] >= 0 and w[2] != k:  # the number of the segment must agree with the time
-        dx[1] = np.nan
+    dx[0], dx[1] = x[1], p[w[0] + k]
 
 
 def counted(jacobian: bool = False) -> CompiledProblem:
@@ -91,11 +80,9 @@ def counted(jacobian: bool = False) -> CompiledProblem:
     return CompiledProblem(_swing, 2, jacobian=_swing_jacobian if jacobian else None)
 
 
-def pushed(ends: list[float], levels: list[float], *, by_number: bool = True) -> CompiledProblem:
+def pushed(ends: list[float], levels: list[float]) -> CompiledProblem:
     """A unit mass under a force that jumps."""
-    words = np.array([0, len(ends), 0 if by_number else -1])
-    numbers = np.array([*ends, *levels])
-    return CompiledProblem(_pushed, 2, numbers, words, segment_word=2 if by_number else -1)
+    return CompiledProblem(_pushed, 2, np.array([*ends, *levels]), [len(ends)])
 
 
 # Name: problem, start, end, wanted there, the share of it that counts [-], its source.

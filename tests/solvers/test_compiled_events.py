@@ -11,7 +11,6 @@ from drivetrain.errors import InputError
 from drivetrain.solvers.compiled_function import compiled
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events
 from drivetrain.solvers.integrate_compiled import integrate_compiled
-from drivetrain.solvers.records import EITHER, FALLING, GUARD, RISING
 from drivetrain.solvers.solver import DormandPrince54, Rodas4, RungeKutta4
 
 SOLVERS = [Rodas4(1e-8, 1e-10), DormandPrince54(1e-8, 1e-10), RungeKutta4(0.01)]
@@ -30,6 +29,8 @@ def _height(t, x, values, p, w):
 @compiled
 def _bounces(t, x, crossed, p, w):
     x[1] = -p[1] * x[1]
+    if w[0] < 20:
+        p[2 + w[0]] = t
     w[0] += 1
 
 
@@ -39,8 +40,14 @@ def _swings(t, x, dx, p, w):
 
 
 @compiled
-def _both(t, x, values, p, w):
-    values[0], values[1] = x[0], x[0]
+def _side(t, x, values, p, w):
+    values[0] = x[0] * w[1]
+
+
+@compiled
+def _other_side(t, x, crossed, p, w):
+    p[w[0]], p[10 + w[0]] = t, x[0]
+    w[0], w[1] = w[0] + 1, -w[1]
 
 
 # A block on a spring with dry friction: word 0 is how many, then the modes: -1 and 1 sliding that way, 0 sticking.
@@ -63,6 +70,8 @@ def _dry_handler(t, x, crossed, p, w):
     for k in range(w[0]):
         if crossed[k] == 0.0:
             continue
+        p[3 + int(p[2])] = t
+        p[2] += 1.0
         force = -p[0] * x[2 * k]
         if w[1 + k] != 0 and abs(force) <= p[1]:
             x[2 * k + 1], w[1 + k] = 0.0, 0
@@ -111,46 +120,30 @@ def _stiff_spring(t, x, dx, p, w):
 
 
 @pytest.mark.parametrize("solver", SOLVERS, ids=repr)
-def test_fall_ends_on_the_ground(solver: Rodas4) -> None:
-    problem = CompiledProblem(_falls, 2, [9.81, 0.0], events=Events(_height, (FALLING,), (True,), names=("ground",)))
-    found = integrate_compiled(problem, solver, [1.7, 0.3], np.linspace(0.0, 5.0, 501))
-    wanted = (0.3 + math.sqrt(0.3**2 + 2.0 * 9.81 * 1.7)) / 9.81
-    assert abs(found.stopped_at - wanted) < 1e-12 and abs(found.final[0]) < 1e-12
-    assert found.stopped.startswith("ground at 0.62") and found.event_indices.tolist() == [0]
-    np.testing.assert_allclose(found.states[:, 0], 1.7 + 0.3 * found.times - 4.905 * found.times**2, atol=1e-9)
-    assert found.times[-1] <= wanted < found.times[-1] + 0.01
-
-
-@pytest.mark.parametrize("kind", [FALLING, RISING, EITHER])
-@pytest.mark.parametrize("solver", SOLVERS, ids=repr)
-def test_direction(solver: Rodas4, kind: int) -> None:
-    """cos t crosses zero falling at pi/2, rising at 3 pi/2, ...; nothing is found twice."""
-    problem = CompiledProblem(_swings, 2, events=Events(_both, (kind, EITHER)))
+def test_every_crossing_is_found_once(solver: Rodas4) -> None:
+    """cos t changes its side at pi/2, 3 pi/2, ...; nothing is found twice."""
+    problem = CompiledProblem(_swings, 2, np.zeros(20), [0, 1], events=Events(_side, _other_side, ("side",)))
     found = integrate_compiled(problem, solver, [1.0, 0.0], [0.0, 20.0])
-    crossings = math.pi * (np.arange(6) + 0.5)
-    wanted = {FALLING: crossings[0::2], RISING: crossings[1::2], EITHER: crossings}[kind]
-    np.testing.assert_allclose(found.event_times[found.event_indices == 0], wanted, atol=2e-6)
-    np.testing.assert_allclose(found.event_times[found.event_indices == 1], crossings, atol=2e-6)
+    assert found.checkpoint.words[0] == 6
+    np.testing.assert_allclose(found.checkpoint.numbers[:6], math.pi * (np.arange(6) + 0.5), atol=2e-6)
 
 
 def test_event_is_where_the_solution_is_not_where_its_polynomial_is() -> None:
     """With long steps the polynomial errs by 1e-5; the instant found is that of the method, and exactly at zero."""
-    problem = CompiledProblem(_swings, 2, events=Events(_height, (FALLING,), (True,)))
-    found = integrate_compiled(problem, Rodas4(1e-10, 1e-12), [1.0, 0.0], [0.0, 20.0])
-    assert abs(found.stopped_at - math.pi / 2.0) < 1e-9
-    assert abs(found.final[0]) < 1e-15
+    problem = CompiledProblem(_swings, 2, np.zeros(20), [0, 1], events=Events(_side, _other_side, ("side",)))
+    found = integrate_compiled(problem, Rodas4(1e-10, 1e-12), [1.0, 0.0], [0.0, 3.0]).checkpoint.numbers
+    assert abs(found[0] - math.pi / 2.0) < 1e-9
+    assert abs(found[10]) < 1e-15
 
 
 @pytest.mark.parametrize("solver", SOLVERS, ids=repr)
 def test_bouncing_ball_comes_to_rest_and_is_told(solver: Rodas4) -> None:
     """Bounces at t_k = t_0 + 2 v_0/g (e + e^2 + ...) pile up where the ball rests; there time does not pass."""
     fall, rest = math.sqrt(2.0 / 9.81), 0.5
-    problem = CompiledProblem(
-        _falls, 2, [9.81, rest], events=Events(_height, (FALLING,), handler=_bounces, names=("bounce",))
-    )
+    problem = CompiledProblem(_falls, 2, [9.81, rest, *[0.0] * 20], [0], events=Events(_height, _bounces, ("bounce",)))
     found = integrate_compiled(problem, solver, [1.0, 0.0], [0.0, 5.0])
     wanted = fall * (1.0 + 2.0 * np.cumsum(np.concatenate([[0.0], rest ** np.arange(1, 12)])))
-    np.testing.assert_allclose(found.event_times[:12], wanted, atol=1e-11)
+    np.testing.assert_allclose(found.checkpoint.numbers[2:14], wanted, atol=1e-11)
     assert "bounce happens again and again" in found.stopped and found.culprit == 0
     assert abs(found.stopped_at - fall * 3.0) < 1e-6
 
@@ -160,12 +153,14 @@ def test_bouncing_ball_comes_to_rest_and_is_told(solver: Rodas4) -> None:
 def test_dry_friction_stops_after_five_half_swings(solver: Rodas4, joints: int) -> None:
     """J = 1, k = 100, Fc = 1 from 0.103: at -0.003 after pi/2, and there it stays; equal joints stop at one instant."""
     words = np.array([joints] + [-1] * joints)
-    events = Events(_dry_values, (GUARD,) * joints, handler=_dry_handler)
-    problem = CompiledProblem(_dry, 2 * joints, [100.0, 1.0], words, events=events)
+    events = Events(_dry_values, _dry_handler, ("stop",) * joints)
+    problem = CompiledProblem(_dry, 2 * joints, [100.0, 1.0, *[0.0] * 40], words, events=events)
     found = integrate_compiled(problem, solver, [0.103, 0.0] * joints, [0.0, 1.0, math.pi / 2.0 + 1e-6, 60.0, 3600.0])
     assert found.stopped == ""
-    assert len(found.event_times) == 5 * joints
-    np.testing.assert_allclose(np.unique(found.event_times.round(6)), np.arange(1, 6) * math.pi / 10.0, atol=1e-6)
+    numbers = found.checkpoint.numbers
+    assert numbers[2] == 5 * joints
+    instants = np.unique(numbers[3 : 3 + 5 * joints].round(6))
+    np.testing.assert_allclose(instants, np.arange(1, 6) * math.pi / 10.0, atol=1e-6)
     np.testing.assert_allclose(found.final[0::2], -0.003, atol=1e-8)
     assert (found.states[2:, 1::2] == 0.0).all()
     assert (found.states[2:, 0] == found.states[2, 0]).all()  # no creep in an hour, not by one bit
@@ -184,13 +179,6 @@ def test_sign_is_refused_and_named(rtol: float, start: list[float], push: float)
     assert found.work.rates < 5000
     smooth = CompiledProblem(_steep, 2, [100.0, 1.0, push])  # steep is not a jump
     assert integrate_compiled(smooth, Rodas4(rtol, rtol * 1e-3), start, [0.0, 3.0]).stopped == ""
-
-
-def test_door_for_what_is_known_to_jump() -> None:
-    problem = CompiledProblem(_sign, 2, [100.0, 1.0, 0.0], declares_smooth=False)
-    with pytest.raises(InputError, match=r"declares_smooth.*set-valued"):
-        integrate_compiled(problem, Rodas4(), [0.1, 0.0], [0.0, 1.0])
-    assert integrate_compiled(problem, RungeKutta4(0.01), [0.1, 0.0], [0.0, 1.0]).stopped == ""
 
 
 def test_jump_with_time_asks_for_a_breakpoint() -> None:
@@ -244,15 +232,12 @@ def test_stiff_spring_with_long_steps(damping: float) -> None:
 
 def test_descriptions_that_do_not_fit() -> None:
     for wrong in (
-        lambda: Events(_height, ()),
-        lambda: Events(_height, (5,)),
-        lambda: Events(_height, (1,), (True, False)),
-        lambda: Events("height", (1,)),
+        lambda: Events(_height, _bounces, ()),
+        lambda: Events(_height, None, ("ground",)),
+        lambda: Events("height", _bounces, ("ground",)),
         lambda: CompiledProblem(None, 1),
         lambda: CompiledProblem(_falls, 0),
         lambda: CompiledProblem(_falls, 2, words=[1.5]),
-        lambda: CompiledProblem(_falls, 2, segment_word=4),
-        lambda: CompiledProblem(_falls, 2, sparsity=np.eye(3)),
         lambda: CompiledProblem(_falls, 2, names=("a",)),
     ):
         with pytest.raises(InputError):

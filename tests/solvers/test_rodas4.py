@@ -7,14 +7,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from compiled_cases import STIFF, counted, pushed, python_rates, sparsity
+from compiled_cases import STIFF, counted, pushed, python_rates
 from scipy.integrate import solve_ivp
 
 from drivetrain.errors import InputError
 from drivetrain.solvers.compiled_problem import CompiledProblem
 from drivetrain.solvers.integrate import integrate
 from drivetrain.solvers.integrate_compiled import integrate_compiled
-from drivetrain.solvers.linear import column_groups
 from drivetrain.solvers.solver import DormandPrince54, DormandPrince853, Euler, Rodas4, RungeKutta4, SemiImplicitEuler
 from drivetrain.solvers.tableaux import RODAS4 as METHOD
 
@@ -150,22 +149,6 @@ def test_exact_jacobian_gives_the_same_answer_for_less() -> None:
     assert exactly.work.rates < 0.75 * ours.work.rates
 
 
-def test_groups_of_columns() -> None:
-    problem, start, end, _ = STIFF["HIRES"]
-    rng = np.random.default_rng(3)
-    pattern = sparsity(problem, rng.random((4, 8)))
-    assert pattern.sum() == 25  # counted by hand in the equations, with the diagonal
-    starts, columns, row_starts, rows = column_groups(pattern, 8)
-    assert sorted(columns) == list(range(8)) and len(starts) - 1 < 8
-    for a, b in pairwise(starts):
-        taken = [i for j in columns[a:b] for i in rows[row_starts[j] : row_starts[j + 1]]]
-        assert len(taken) == len(set(taken))
-    grouped = CompiledProblem(problem.rates, 8, sparsity=pattern)
-    full, few = (integrate_compiled(p, Rodas4(1e-6, 1e-10), start, [0.0, end]) for p in (problem, grouped))
-    np.testing.assert_allclose(few.final, full.final, rtol=1e-5)
-    assert few.work.rates < full.work.rates
-
-
 def test_resumed_run_is_the_same_to_the_last_bit() -> None:
     problem, start, end, _ = STIFF["Oregonator"]
     times = np.linspace(0.0, end, 50)
@@ -182,15 +165,13 @@ def test_resumed_run_is_the_same_to_the_last_bit() -> None:
 
 def test_pulse_after_a_long_rest() -> None:
     """5 ms of 100 N on 1 kg after 7.3 s of rest; scipy's own methods step over it and report success."""
-    problem = pushed([7.3, 7.305], [0.0, 100.0, 0.0], by_number=False)
+    problem = pushed([7.3, 7.305], [0.0, 100.0, 0.0])
     for method in ("RK45", "DOP853", "LSODA", "BDF", "Radau"):
         missed = solve_ivp(python_rates(problem), (0.0, 10.0), [0.0, 0.0], method=method, rtol=1e-6, atol=1e-9)
         assert missed.success and missed.y[1, -1] == 0.0
-    for by_number in (True, False):
-        told = pushed([7.3, 7.305], [0.0, 100.0, 0.0], by_number=by_number)
-        found = integrate_compiled(told, Rodas4(1e-6), [0.0, 0.0], [0.0, 10.0], breakpoints=[7.3, 7.305])
-        assert abs(found.final[1] - 0.5) < 1e-9
-        assert abs(found.final[0] - (0.5 * 100.0 * 0.005**2 + 0.5 * (10.0 - 7.305))) < 1e-9
+    found = integrate_compiled(problem, Rodas4(1e-6), [0.0, 0.0], [0.0, 10.0], breakpoints=[7.3, 7.305])
+    assert abs(found.final[1] - 0.5) < 1e-9
+    assert abs(found.final[0] - (0.5 * 100.0 * 0.005**2 + 0.5 * (10.0 - 7.305))) < 1e-9
 
 
 @pytest.mark.parametrize("solver", [Rodas4(1e-6), DormandPrince54(1e-6, 1e-9)], ids=repr)

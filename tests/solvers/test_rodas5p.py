@@ -6,10 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from compiled_cases import STIFF, counted, python_rates, sparsity
+from compiled_cases import STIFF, counted, python_rates
 
 from drivetrain.errors import InputError
-from drivetrain.solvers.compiled_problem import CompiledProblem
 from drivetrain.solvers.integrate import integrate
 from drivetrain.solvers.integrate_compiled import integrate_compiled
 from drivetrain.solvers.solver import DormandPrince853, Rodas4, Rodas5P
@@ -134,12 +133,3 @@ def test_tighter_is_better() -> None:
 def test_settings_are_told_by_its_own_name() -> None:
     with pytest.raises(InputError, match=r"Rodas5P\.rtol"):
         Rodas5P(rtol=-1.0)
-
-
-def test_sparsity_changes_no_answer() -> None:
-    problem, start, end, wanted = STIFF["HIRES"]
-    pattern = sparsity(problem, np.random.default_rng(3).random((4, 8)))
-    for given in (pattern, np.ones((8, 8), dtype=bool), None):
-        told = CompiledProblem(problem.rates, 8, sparsity=given)
-        found = integrate_compiled(told, Rodas5P(1e-8, 1e-12), start, [0.0, end])
-        np.testing.assert_allclose(found.final, wanted, rtol=2e-6)

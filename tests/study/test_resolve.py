@@ -12,10 +12,10 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.arm.builtin import builtin_names
-from drivetrain.arm.load import load_arm
+from drivetrain.arm.files.dh_table import read_dh_table
+from drivetrain.arm.files.load import load_arm
 from drivetrain.catalog.schema import GEAR_KINDS
 from drivetrain.errors import InputError
-from drivetrain.study.parts.arm import read_dh_table
 from drivetrain.study.parts.joints import merged_joint
 from drivetrain.study.parts.sheets import shipped_assumptions
 from drivetrain.study.read import load_study

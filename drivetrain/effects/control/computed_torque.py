@@ -5,7 +5,6 @@ Continuous, and as a digital controller runs it: at samples, on measured angles,
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
@@ -14,8 +13,9 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
-from drivetrain.effects.control.loop_gains import MOST_DELAY, missing_current, sampling_faults
+from drivetrain.effects.control.cascade import DELAY, MOST_DELAY, missing_current
 from drivetrain.effects.effect import Effect, Place, Ports, Signal, State, TimeScale
+from drivetrain.effects.fields import positive, ranges
 from drivetrain.effects.laws import command_of, scene_law
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
@@ -66,11 +66,8 @@ class ComputedTorque(Effect):
     torque_constants: tuple[tuple[str, float], ...]
 
     scope = "scene"
+    limits = ranges(frequency=positive("rad/s"))
     compute = _compute
-
-    def __post_init__(self) -> None:
-        if faults := _frequency_faults(self):
-            raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
         added = (s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS)
@@ -84,11 +81,20 @@ class ComputedTorque(Effect):
         out = tuple(Signal(f"{joint}:{signal.name}", signal.unit) for joint in place.joints for signal in added)
         return Ports(needs=(Signal("scene.mass_matrix", "kg m^2"), *own), contributes=out)
 
-    def own(self, place: Place) -> Own:
+    def own(self, place: Place) -> Any:
         return Own(self.frequency**2, 2.0 * self.frequency)
 
     def table(self, place: Place) -> Array:
-        return _table(self, place)
+        known = dict(self.torque_constants)
+        missing = [joint for joint in place.joints if not known.get(joint, 0.0) > 0.0]
+        if missing:
+            name = f"{type(self).__name__}.torque_constants"
+            raise InputError(Fault(name, f"must be positive for {', '.join(missing)}"))
+        rows = zip(place.joints, place.ratios, strict=True)
+        return np.array(
+            [(1.0 / (ratio * known[joint]), 1.0 / ratio, k in place.shafts) for k, (joint, ratio) in enumerate(rows)],
+            dtype=np.float64,
+        )
 
 
 @dataclass
@@ -134,28 +140,20 @@ def _sample(t: Any, h: Any, own: Any, scene: Any) -> None:
 
 
 @dataclass(frozen=True)
-class SampledComputedTorque(Effect):
+class SampledComputedTorque(ComputedTorque):
     """``ComputedTorque`` with samples: angles from the motors' encoders, speeds as their differences over the period.
 
     Attributes:
-        frequency: Of the error's decay, damped critically [rad/s].
-        torque_constants: By joint name [N m/A].
         every: Period [s].
         delay: Samples from measuring to giving out, 0 to 2.
     """
 
-    frequency: float
-    torque_constants: tuple[tuple[str, float], ...]
     every: float = 1e-3
     delay: int = 1
 
-    scope = "scene"
+    limits = ranges(**ComputedTorque.limits, every=positive("s"), delay=DELAY)
     compute = _give_out
     sample = _sample
-
-    def __post_init__(self) -> None:
-        if faults := [*_frequency_faults(self), *sampling_faults(self)]:
-            raise InputError(faults)
 
     @property
     def period(self) -> float:
@@ -179,45 +177,20 @@ class SampledComputedTorque(Effect):
         out = tuple(Signal(f"{joint}:{s.CURRENT_COMMAND.name}", s.CURRENT_COMMAND.unit) for joint in place.joints)
         return Ports(states=states, needs=(Signal("scene.mass_matrix", "kg m^2"), *read), contributes=out)
 
-    def own(self, place: Place) -> SampledOwn:
+    def own(self, place: Place) -> Any:
         rest = np.zeros(MOST_JOINTS)
         return SampledOwn(self.frequency**2, 2.0 * self.frequency, self.every, self.delay, rest)
 
-    def table(self, place: Place) -> Array:
-        return _table(self, place)
-
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        measured = [
-            signals.get(f"{joint}.{s.MEASURED_POSITION.name}", 0.0)
-            - self.every * signals.get(f"{joint}.{s.MOTOR_SPEED.name}", 0.0)
-            for joint in place.joints
-        ]
         at = [replace(place, joint=index, name=joint) for index, joint in enumerate(place.joints)]
+        measured = [
+            s.told(one, signals, s.MEASURED_POSITION) - self.every * s.told(one, signals, s.MOTOR_SPEED) for one in at
+        ]
         asked, none = [missing_current(one, signals) for one in at], [0.0] * len(at)
         return (*measured, *asked * (1 + self.delay), *none * (MOST_DELAY - self.delay))
 
-    def quasi_static(self) -> Effect:
+    def quasi_static(self) -> Effect | None:
         return ComputedTorque(self.frequency, self.torque_constants)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("servo sample", self.every),)
-
-
-def _frequency_faults(controller: Any) -> list[Fault]:
-    if 0.0 < controller.frequency < math.inf:
-        return []
-    return [Fault(f"{type(controller).__name__}.frequency", "must be positive [rad/s]", controller.frequency)]
-
-
-def _table(controller: Any, place: Place) -> Array:
-    """A joint a row: 1/(ratio kt) [A/(N m)], 1/ratio, whether its motor is coupled."""
-    known = dict(controller.torque_constants)
-    missing = [joint for joint in place.joints if not known.get(joint, 0.0) > 0.0]
-    if missing:
-        name = f"{type(controller).__name__}.torque_constants"
-        raise InputError(Fault(name, f"must be positive for {', '.join(missing)}"))
-    rows = zip(place.joints, place.ratios, strict=True)
-    return np.array(
-        [(1.0 / (ratio * known[joint]), 1.0 / ratio, k in place.shafts) for k, (joint, ratio) in enumerate(rows)],
-        dtype=np.float64,
-    )

@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from drivetrain.drive.ranges import Range
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.fields import ranges
 from drivetrain.effects.laws import joint_law
-from drivetrain.errors import Fault, InputError
 
 
 @dataclass
@@ -35,17 +36,11 @@ class Encoder(Effect):
 
     counts: int | None = None
 
+    limits = ranges(counts=Range("must be a whole number from 1", low=1.0, low_included=True))
     compute = _compute
-
-    def __post_init__(self) -> None:
-        if self.counts is not None and (self.counts != int(self.counts) or self.counts < 1):
-            raise InputError(Fault("Encoder.counts", "must be a whole number from 1", self.counts))
 
     def ports(self, place: Place) -> Ports:
         return Ports(needs=(s.MOTOR_POSITION,), provides=(s.MEASURED_POSITION,))
-
-    def own(self, place: Place) -> Own:
-        return Own(self.step)
 
     @property
     def step(self) -> float:

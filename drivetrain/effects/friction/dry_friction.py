@@ -12,9 +12,8 @@ from typing import Any
 from drivetrain.drive.friction import Friction, friction_curve, static_excess
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports
-from drivetrain.effects.field_types import side_faults
+from drivetrain.effects.fields import Side
 from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
-from drivetrain.errors import InputError
 
 
 @dataclass
@@ -56,21 +55,14 @@ class DryFriction(Effect):
     """
 
     friction: Friction
-    side: str = "joint"
+    side: Side = "joint"
 
     compute = _compute
 
-    def __post_init__(self) -> None:
-        faults = side_faults(self)
-        if faults:
-            raise InputError(faults)
-
     def ports(self, place: Place) -> Ports:
         if self.side == "motor":
-            levels = (s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD)
-            return Ports(needs=(s.MOTOR_SPEED, s.MOTOR_SURFACE_SPEED), contributes=levels)
-        levels = (s.JOINT_HOLD_FORWARD, s.JOINT_HOLD_BACKWARD, s.JOINT_SLIDE_FORWARD, s.JOINT_SLIDE_BACKWARD)
-        return Ports(needs=(s.of_side(self.side, place)[0], s.SURFACE_SPEED), contributes=levels)
+            return Ports(needs=(s.MOTOR_SPEED, s.MOTOR_SURFACE_SPEED), contributes=s.MOTOR_BOUNDS)
+        return Ports(needs=(s.of_side(self.side, place)[0], s.SURFACE_SPEED), contributes=s.JOINT_BOUNDS)
 
     def own(self, place: Place) -> Own:
         curve = friction_curve(self.friction)

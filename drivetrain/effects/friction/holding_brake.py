@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,9 +11,10 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.fields import not_negative, positive, ranges
 from drivetrain.effects.laws import table_law
 from drivetrain.effects.tables import interval_of
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault
 
 
 @dataclass
@@ -55,30 +55,19 @@ class HoldingBrake(Effect):
     opening: float = 0.0
     engaged: bool = False
 
+    limits = ranges(
+        holding=positive("N m"), closing=not_negative("s"), opening=not_negative("s"),
+        engages=not_negative("s"), releases=not_negative("s"),
+    )  # fmt: skip
     compute = _compute
 
-    def __post_init__(self) -> None:
-        faults = []
-        if not 0.0 < self.holding < math.inf:
-            faults.append(Fault("HoldingBrake.holding", "must be positive [N m]", self.holding))
-        if self.sliding is not None and not 0.0 <= self.sliding <= self.holding:
-            faults.append(Fault("HoldingBrake.sliding", "must be from 0 to the holding torque [N m]", self.sliding))
-        for name in ("closing", "opening"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                faults.append(Fault(f"HoldingBrake.{name}", "must not be negative [s]", getattr(self, name)))
-        for name in ("engages", "releases"):
-            faults += [
-                Fault(f"HoldingBrake.{name}", "must be instants from 0 on [s]", t)
-                for t in getattr(self, name)
-                if not 0.0 <= t < math.inf
-            ]
-        if faults:
-            raise InputError(faults)
+    def faults(self) -> list[Fault]:
+        if self.sliding is None or 0.0 <= self.sliding <= self.holding:
+            return []
+        return [Fault("HoldingBrake.sliding", "must be from 0 to the holding torque [N m]", self.sliding)]
 
     def ports(self, place: Place) -> Ports:
-        return Ports(
-            contributes=(s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD)
-        )
+        return Ports(contributes=s.MOTOR_BOUNDS)
 
     def own(self, place: Place) -> Own:
         return Own(self.holding, 0.75 * self.holding if self.sliding is None else self.sliding)

@@ -14,10 +14,10 @@ from typing import Any
 
 from drivetrain.drive.thermal.exponentials import first, second
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal, State, TimeScale
-from drivetrain.effects.field_types import side_faults
+from drivetrain.effects.effect import Effect, Place, Ports, Signal, State, TimeScale
+from drivetrain.effects.fields import Side, not_negative, positive, ranges
 from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault
 from drivetrain.jit import law
 
 
@@ -111,40 +111,31 @@ class LuGreFriction(Effect):
     stribeck_speed: float = 0.01
     damping: float = 0.0
     viscous: float = 0.0
-    side: str = "joint"
+    side: Side = "joint"
 
+    limits = ranges(
+        stiffness=positive("N m/rad"), coulomb=positive("N m"), stribeck_speed=positive("rad/s"),
+        damping=not_negative("N m s/rad"), viscous=not_negative("N m s/rad"),
+    )  # fmt: skip
     compute = _compute
     account = _account
 
-    def __post_init__(self) -> None:
-        faults = [
-            Fault(f"LuGreFriction.{name}", "must be positive", getattr(self, name))
-            for name in ("stiffness", "coulomb", "stribeck_speed")
-            if not 0.0 < getattr(self, name) < math.inf
-        ]
-        faults += [
-            Fault(f"LuGreFriction.{name}", "must not be negative [N m s/rad]", getattr(self, name))
-            for name in ("damping", "viscous")
-            if not 0.0 <= getattr(self, name) < math.inf
-        ]
-        if self.static is not None and not self.coulomb <= self.static < math.inf:
-            faults.append(Fault("LuGreFriction.static", "must be at least the coulomb torque [N m]", self.static))
-        faults += side_faults(self)
-        if faults:
-            raise InputError(faults)
+    def faults(self) -> list[Fault]:
+        if self.static is None or self.coulomb <= self.static < math.inf:
+            return []
+        return [Fault("LuGreFriction.static", "must be at least the coulomb torque [N m]", self.static)]
 
     def ports(self, place: Place) -> Ports:
         speed, torque, damping = s.of_side(self.side, place)
-        loss = Signal(f"{self.side}_lugre_power", "W", path="power")
-        energy = Signal(f"{self.side}_bristle_energy", "J", path="energy")
         return Ports(
             states=(State(f"{self.side}_bristle_bend", "rad", 1e-3 * self.coulomb / self.stiffness, path="bend"),),
             needs=(speed, s.MOTOR_SURFACE_SPEED if self.side == "motor" else s.SURFACE_SPEED),
             contributes=(torque, damping),
-            outputs=(Signal(f"{self.side}_lugre_torque", "N m", path="torque"), loss, energy),
-            powers={loss.name: Role.LOSS},
-            stores=(energy.name,),
-        )
+            outputs=(
+                Signal(f"{self.side}_lugre_torque", "N m", path="torque"), s.loss(f"{self.side}_lugre_power"),
+                s.store(f"{self.side}_bristle_energy"),
+            ),
+        )  # fmt: skip
 
     def own(self, place: Place) -> Own:
         static = self.coulomb if self.static is None else self.static
@@ -152,8 +143,7 @@ class LuGreFriction(Effect):
         return Own(side_of(self.side, place), *law)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        name = s.of_side(self.side, place)[0].name
-        speed = signals.get(f"{place.name}.{name}", 0.0)
+        speed = s.told(place, signals, s.of_side(self.side, place)[0])
         if speed == 0.0:
             return (0.0,)
         own = self.own(place)

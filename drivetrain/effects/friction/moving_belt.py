@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
+from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.fields import finite, ranges
 from drivetrain.effects.laws import joint_law
-from drivetrain.errors import Fault, InputError
 
 
 @dataclass
@@ -40,18 +39,9 @@ class MovingBelt(Effect):
 
     speed: float
 
+    limits = ranges(speed=finite("rad/s"))
     compute = _compute
     account = _account
 
-    def __post_init__(self) -> None:
-        if not math.isfinite(self.speed):
-            raise InputError(Fault("MovingBelt.speed", "must be a number [rad/s]", self.speed))
-
     def ports(self, place: Place) -> Ports:
-        work = Signal("belt_power", "W", path="power")
-        return Ports(
-            needs=(s.JOINT_FRICTION,), contributes=(s.SURFACE_SPEED,), outputs=(work,), powers={work.name: Role.SOURCE}
-        )
-
-    def own(self, place: Place) -> Own:
-        return Own(self.speed)
+        return Ports(needs=(s.JOINT_FRICTION,), contributes=(s.SURFACE_SPEED,), outputs=(s.source("belt_power"),))

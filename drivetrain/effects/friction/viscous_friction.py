@@ -7,10 +7,9 @@ from typing import Any
 
 from drivetrain.drive.friction import Friction, friction_curve, sliding_friction, smooth_lack, tanh_slope
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
-from drivetrain.effects.field_types import side_faults
+from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.fields import Side
 from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
-from drivetrain.errors import InputError
 from drivetrain.jit import law
 
 
@@ -62,25 +61,14 @@ class ViscousFriction(Effect):
     """
 
     friction: Friction
-    side: str = "joint"
+    side: Side = "joint"
 
     compute = _compute
     account = _account
 
-    def __post_init__(self) -> None:
-        faults = side_faults(self)
-        if faults:
-            raise InputError(faults)
-
     def ports(self, place: Place) -> Ports:
         speed, torque, damping = s.of_side(self.side, place)
-        loss = Signal(f"{self.side}_viscous_power", "W", path="power")
-        return Ports(
-            needs=(speed,),
-            contributes=(torque, damping),
-            outputs=(loss,),
-            powers={loss.name: Role.LOSS},
-        )
+        return Ports(needs=(speed,), contributes=(torque, damping), outputs=(s.loss(f"{self.side}_viscous_power"),))
 
     def own(self, place: Place) -> Own:
         curve = friction_curve(self.friction)

@@ -8,37 +8,31 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from drivetrain.drive.gear import Gear, Mesh, mesh
+from drivetrain.drive.gear import Gear, mesh
 from drivetrain.drive.gear_loss import DRAG_REFERENCE, drag_torque
-from drivetrain.drive.ranges import TEMPERATURE, range_faults
+from drivetrain.drive.ranges import TEMPERATURE
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.fields import ranges
 from drivetrain.effects.laws import joint_law
-from drivetrain.errors import InputError
 
 CREEP = 1e-9  # [rad/s]: the drag of what is about to turn is that of the slowest turning
 
 
 @dataclass
 class Own:
-    """What it keeps.
+    """What it keeps."""
 
-    Attributes:
-        drag, exponent, cooling, bend, seal, starting: As in ``Mesh``.
-        follows: Whether it is as warm as the housing.
-        temperature: Else [C].
-        torque: That drags while it turns [N m].
-    """
-
+    # as in ``Mesh``
     drag: float
     exponent: float
     cooling: float
     bend: float
     seal: float
     starting: float
-    follows: int
-    temperature: float
-    torque: float = 0.0
+    follows: int  # whether it is as warm as the housing
+    temperature: float  # else [C]
+    torque: float = 0.0  # that drags while it turns [N m]
 
 
 @joint_law(Own)
@@ -73,29 +67,22 @@ class GearDrag(Effect):
     temperature: float = DRAG_REFERENCE
     follows: bool = True
 
+    limits = ranges(temperature=TEMPERATURE)
     compute = _compute
     account = _account
 
     def __post_init__(self) -> None:
-        faults = range_faults("GearDrag", self, {"temperature": TEMPERATURE}, required=("temperature",))
-        if faults:
-            raise InputError(faults)
         mesh(self.gear)  # a loss that is unknown is told
-
-    @property
-    def mesh(self) -> Mesh:
-        """The numbers of its law."""
-        return mesh(self.gear)
 
     def ports(self, place: Place) -> Ports:
         warm = (replace(s.GEAR_TEMPERATURE, default=self.temperature),) if self.follows else ()
         return Ports(
             needs=(s.MOTOR_SPEED, *warm),
-            contributes=(s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD),
+            contributes=s.MOTOR_BOUNDS,
             outputs=(s.GEAR_DRAG_POWER,),
         )
 
     def own(self, place: Place) -> Own:
-        told = self.mesh
+        told = mesh(self.gear)
         law = (told.drag, told.exponent, told.cooling, told.bend, told.seal, told.starting)
         return Own(*law, int(self.follows), self.temperature)

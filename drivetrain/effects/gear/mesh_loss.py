@@ -7,7 +7,7 @@ from typing import Any
 
 from drivetrain.drive.gear import Gear, mesh_factors
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Shape
+from drivetrain.effects.effect import Effect, Place, Ports, Shape, ratio_of
 from drivetrain.effects.laws import joint_law
 
 
@@ -52,4 +52,4 @@ class MeshLoss(Effect):
         return Own(mesh_factors(self.gear).driving - 1.0, self.driven_loss)
 
     def shape(self, place: Place) -> Shape:
-        return Shape(ratio=self.gear.ratio if place.turning[place.joint] else None)
+        return Shape(ratio=ratio_of(place, self.gear))

@@ -10,12 +10,10 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Place, Ports, Role, Signal
-from drivetrain.effects.field_types import side_faults
+from drivetrain.effects.effect import Place, Ports
+from drivetrain.effects.fields import Side
 from drivetrain.effects.laws import flange_of, side_of, table_law
-from drivetrain.effects.over_time import OverTime
-from drivetrain.effects.tables import table_value
-from drivetrain.errors import InputError
+from drivetrain.effects.tables import OverTime, table_value
 
 
 @dataclass
@@ -48,27 +46,15 @@ class GivenTorque(OverTime):
     """
 
     torque: Array
-    side: str = "joint"
+    side: Side = "joint"
 
     follows = "torque"
     compute = _compute
     account = _account
 
-    def __post_init__(self) -> None:
-        faults = side_faults(self)
-        if faults:
-            raise InputError(faults)
-        super().__post_init__()
-
     def ports(self, place: Place) -> Ports:
         speed, torque, _ = s.of_side(self.side, place)
-        power = Signal(f"given_{self.side}_power", "W", path="power")
-        return Ports(
-            needs=(speed,),
-            contributes=(torque,),
-            outputs=(power,),
-            powers={power.name: Role.SOURCE},
-        )
+        return Ports(needs=(speed,), contributes=(torque,), outputs=(s.source(f"given_{self.side}_power"),))
 
     def own(self, place: Place) -> Own:
         return Own(side_of(self.side, place))

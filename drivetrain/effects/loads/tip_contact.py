@@ -8,12 +8,13 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array
 from drivetrain.drive.spring import Spring, answer, mean_touch, touch
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Signal
+from drivetrain.effects.fields import finite, not_negative, positive, ranges
 from drivetrain.effects.laws import scene_law
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault
 from drivetrain.jit import law
 
 _GIVEN = s.TIP_GIVEN[:6]  # place and speed
@@ -94,37 +95,33 @@ class TipContact(Effect):
     damping: float = 0.0
 
     scope = "scene"
+    limits = ranges(
+        point=finite("m"), normal=finite("-"), stiffness=positive("N/m"), damping=not_negative("N s/m"),
+    )  # fmt: skip
     compute = _compute
     account = _account
 
-    def __post_init__(self) -> None:
-        faults: list[Fault] = []
-        for name in ("point", "normal"):
-            try:
-                checked_array(getattr(self, name), (3,), f"TipContact.{name}")
-            except InputError as error:
-                faults.extend(error.faults)
-        if not faults and not np.linalg.norm(self.normal) > 0.0:
+    def faults(self) -> list[Fault]:
+        faults = [
+            Fault(f"TipContact.{name}", "must be three numbers", getattr(self, name))
+            for name in ("point", "normal")
+            if len(getattr(self, name)) != 3
+        ]
+        if not np.linalg.norm(self.normal) > 0.0:
             faults.append(Fault("TipContact.normal", "must point somewhere", self.normal))
-        if not 0.0 < self.stiffness < math.inf:
-            faults.append(Fault("TipContact.stiffness", "must be positive [N/m]", self.stiffness))
-        if not 0.0 <= self.damping < math.inf:
-            faults.append(Fault("TipContact.damping", "must not be negative [N s/m]", self.damping))
-        if faults:
-            raise InputError(faults)
+        return faults
 
     def piecewise(self) -> bool:
         return True
 
     def ports(self, place: Place) -> Ports:
-        loss, energy = Signal("contact_power", "W", path="power"), Signal("contact_spring_energy", "J", path="energy")
         return Ports(
             needs=_GIVEN,
             contributes=_TAKEN,
-            outputs=(Signal("contact_force", "N", path="force"), loss, energy),
-            powers={loss.name: Role.LOSS},
-            stores=(energy.name,),
-        )
+            outputs=(
+                Signal("contact_force", "N", path="force"), s.loss("contact_power"), s.store("contact_spring_energy"),
+            ),
+        )  # fmt: skip
 
     def own(self, place: Place) -> Own:
         normal = np.asarray(self.normal, dtype=np.float64) / np.linalg.norm(self.normal)

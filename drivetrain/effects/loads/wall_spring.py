@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
+from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.fields import finite, not_negative, ranges
 from drivetrain.effects.laws import joint_law
-from drivetrain.errors import Fault, InputError
 
 
 @dataclass
@@ -60,33 +59,18 @@ class WallSpring(Effect):
     rest: float = 0.0
     speed: float = 0.0
 
+    limits = ranges(
+        stiffness=not_negative("N m/rad"), damping=not_negative("N m s/rad"), rest=finite("rad"),
+        speed=finite("rad/s"),
+    )  # fmt: skip
     compute = _compute
     account = _account
 
-    def __post_init__(self) -> None:
-        faults = [
-            Fault(f"WallSpring.{name}", "must not be negative", value)
-            for name, value in (("stiffness", self.stiffness), ("damping", self.damping))
-            if not 0.0 <= value < math.inf
-        ]
-        faults += [
-            Fault(f"WallSpring.{name}", "must be a number", value)
-            for name, value in (("rest", self.rest), ("speed", self.speed))
-            if not math.isfinite(value)
-        ]
-        if faults:
-            raise InputError(faults)
-
     def ports(self, place: Place) -> Ports:
-        energy, loss = Signal("wall_spring_energy", "J", path="energy"), Signal("wall_damping_power", "W", path="loss")
-        work = Signal("wall_power", "W", path="work")
         return Ports(
             needs=(s.POSITION, s.SPEED),
             contributes=(s.JOINT_TORQUE, s.JOINT_DAMPING, s.JOINT_STIFFNESS),
-            outputs=(energy, loss, work),
-            powers={loss.name: Role.LOSS, work.name: Role.SOURCE},
-            stores=(energy.name,),
-        )
-
-    def own(self, place: Place) -> Own:
-        return Own(self.stiffness, self.damping, self.rest, self.speed)
+            outputs=(
+                s.store("wall_spring_energy"), s.loss("wall_damping_power", "loss"), s.source("wall_power", "work"),
+            ),
+        )  # fmt: skip

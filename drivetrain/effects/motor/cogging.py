@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.ranges import Range
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Signal
+from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.fields import finite, ranges
 from drivetrain.effects.laws import table_law
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault
 
 
 @dataclass
@@ -59,35 +61,25 @@ class Cogging(Effect):
     orders: tuple[int, ...]
     phases: tuple[float, ...] = ()
 
+    limits = ranges(
+        amplitudes=finite("N m"), orders=Range("must be whole numbers from 1", low=1.0, low_included=True),
+        phases=finite("rad"),
+    )  # fmt: skip
     compute = _compute
     account = _account
 
-    def __post_init__(self) -> None:
-        faults = []
+    def faults(self) -> list[Fault]:
         count = len(self.amplitudes)
         if not count or len(self.orders) != count or len(self.phases) not in (0, count):
-            faults.append(Fault("Cogging", "needs as many orders (and phases) as amplitudes", self.orders))
-        faults += [
-            Fault("Cogging.amplitudes", "must be finite [N m]", a) for a in self.amplitudes if not math.isfinite(a)
-        ]
-        faults += [
-            Fault("Cogging.orders", "must be whole numbers from 1", k) for k in self.orders if k != int(k) or k < 1
-        ]
-        faults += [Fault("Cogging.phases", "must be finite [rad]", p) for p in self.phases if not math.isfinite(p)]
-        if faults:
-            raise InputError(faults)
+            return [Fault("Cogging", "needs as many orders (and phases) as amplitudes", self.orders)]
+        return []
 
     def ports(self, place: Place) -> Ports:
-        energy = Signal("cogging_energy", "J", path="energy")
         return Ports(
             needs=(s.MOTOR_POSITION, s.MOTOR_SPEED),
             contributes=(s.MOTOR_TORQUE, s.MOTOR_STIFFNESS),
-            outputs=(energy,),
-            stores=(energy.name,),
+            outputs=(s.store("cogging_energy"),),
         )
-
-    def own(self, place: Place) -> Own:
-        return Own()
 
     def table(self, place: Place) -> Array:
         return np.array([self.amplitudes, self.orders, self.phases or (0.0,) * len(self.orders)], dtype=np.float64).T

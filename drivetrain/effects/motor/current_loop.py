@@ -1,10 +1,10 @@
-"""The motor's winding under a continuous current controller, between the limits of current and voltage."""
+"""Controllers of the motor's current, between the limits of current and voltage: continuous, and at samples."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 import numpy as np
@@ -14,49 +14,43 @@ from drivetrain.drive.loops.current_loop_kernel import flows, held_at, loop_step
 from drivetrain.drive.loops.held_step_kernel import held_step, put_matrix
 from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.fields import finite, positive, positive_or_infinite, ranges
 from drivetrain.effects.laws import joint_law
-from drivetrain.effects.motor.motor_current import MotorCurrent
-from drivetrain.errors import Fault, InputError
+from drivetrain.effects.motor.motor_current import MotorCurrent, warm
+from drivetrain.effects.motor.winding import inductance_faults
+from drivetrain.errors import Fault
 from drivetrain.jit import law
 
 
 @dataclass
 class Own:
-    """What it keeps.
+    """What it keeps."""
 
-    Attributes:
-        motor, inductance: As in ``Winding``.
-        proportional, integral: Gains [V/A], [V/(A s)].
-        peak: Of the command [A].
-        forward: Voltage fed forward over the speed [V s/rad].
-        resistance, step: What the matrices are made for [ohm], [s].
-        whole, held: Over a step the end's share of the beginning and of what is held.
-        mean: The mean current's share of what is held.
-        half, half_held: Over half a step as over the whole.
-        asked: Command within its limits [A].
-        speed, position: Of the motor, that the step was guessed at [rad/s], [rad].
-        free: 1 where command and, at the beginning, voltage were between their limits.
-        current, integrated_voltage: States [A], [V].
-    """
-
+    # as in ``Winding``
     motor: Terminals
     inductance: float
+    # gains [V/A], [V/(A s)]
     proportional: float
     integral: float
-    peak: float
-    forward: float
+    peak: float  # of the command [A]
+    forward: float  # voltage fed forward over the speed [V s/rad]
+    # what the matrices are made for [ohm], [s]
     resistance: float = 0.0
     step: float = 0.0
+    # over a step the end's share of the beginning and of what is held
     whole: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
     held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
-    mean: Annotated[Array, 2] = field(default_factory=lambda: np.zeros(2))
+    mean: Annotated[Array, 2] = field(default_factory=lambda: np.zeros(2))  # the mean current's share of what is held
+    # over half a step as over the whole
     half: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
     half_held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
-    asked: float = 0.0
+    asked: float = 0.0  # command within its limits [A]
+    # of the motor, that the step was guessed at [rad/s], [rad]
     speed: float = 0.0
     position: float = 0.0
-    free: float = 0.0
+    free: float = 0.0  # 1 where command and, at the beginning, voltage were between their limits
+    # states [A], [V]
     current: float = 0.0
     current_rate: float = 0.0
     integrated_voltage: float = 0.0
@@ -116,7 +110,7 @@ def _moved(
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, motor, heat = joint.pin, joint.motor, joint.heat
-    resistance, constant = winding_resistance(own.motor, heat.winding), torque_constant(own.motor, heat.housing)
+    resistance, constant = warm(own.motor, heat)
     inductance, kp, ki, volts = own.inductance, own.proportional, own.integral, pin.limit
     own.asked, free = pin.command, 1.0
     if abs(own.asked) > own.peak:
@@ -149,7 +143,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, motor, current = joint.pin, joint.heat, joint.motor, own.current
-    resistance, constant = winding_resistance(own.motor, heat.winding), torque_constant(own.motor, heat.housing)
+    resistance, constant = warm(own.motor, heat)
     square, pin.power = current * current, pin.voltage * current
     if h > 0.0:
         # Once more at the motion that was found: the law has seen a guess of it.
@@ -181,40 +175,25 @@ class CurrentLoop(Effect):
     peak_current: float = math.inf
     fed_forward: float = 1.0
 
+    limits = ranges(
+        bandwidth=positive("rad/s"), peak_current=positive_or_infinite("A"), fed_forward=finite("-"),
+    )  # fmt: skip
     compute = _compute
     account = _account
 
-    def __post_init__(self) -> None:
-        faults = []
-        if not (self.motor.inductance or 0.0) > 0.0:
-            hint = "MotorCurrent is the motor without inductance"
-            faults.append(
-                Fault("CurrentLoop.motor", "has no inductance in its catalogue row [H]", self.motor.key, hint)
-            )
-        if not 0.0 < self.bandwidth < math.inf:
-            faults.append(Fault("CurrentLoop.bandwidth", "must be positive [rad/s]", self.bandwidth))
-        if not self.peak_current > 0.0:
-            faults.append(Fault("CurrentLoop.peak_current", "must be positive [A]", self.peak_current))
-        if not math.isfinite(self.fed_forward):
-            faults.append(Fault("CurrentLoop.fed_forward", "must be a finite number [-]", self.fed_forward))
-        if faults:
-            raise InputError(faults)
+    def faults(self) -> list[Fault]:
+        return inductance_faults(self)
 
     def ports(self, place: Place) -> Ports:
-        rest = self.motor.reference_temperature
         return Ports(
             states=(State(s.CURRENT.name, s.CURRENT.unit, 1e-6), State("integrated_voltage", "V", 1e-6)),
             needs=(
-                s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS,
-                s.MOTOR_SPEED,
-                replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
-                s.VOLTAGE_LIMIT, s.MOTOR_POSITION,
+                s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS, s.MOTOR_SPEED,
+                *s.temperatures(self.motor), s.VOLTAGE_LIMIT, s.MOTOR_POSITION,
             ),
             provides=(s.VOLTAGE,),
             contributes=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
             outputs=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
-            powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
-            stores=(s.MAGNETIC_ENERGY.name,),
         )  # fmt: skip
 
     def own(self, place: Place) -> Own:
@@ -224,14 +203,11 @@ class CurrentLoop(Effect):
         return Own(terminals(self.motor), inductance, kp, ki, self.peak_current, forward)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        asked = signals.get(f"{place.name}.{s.CURRENT_COMMAND.name}", 0.0)
-        current = min(max(asked, -self.peak_current), self.peak_current)
-        speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
-        rest = self.motor.reference_temperature
-        winding = signals.get(f"{place.name}.{s.WINDING_TEMPERATURE.name}", rest)
-        resistance = winding_resistance(self.motor, winding)
-        constant = torque_constant(self.motor, signals.get(f"{place.name}.{s.HOUSING_TEMPERATURE.name}", rest))
-        volts = signals.get(f"{place.name}.{s.VOLTAGE_LIMIT.name}", 0.0) or math.inf  # 0: not known yet
+        current = min(max(s.told(place, signals, s.CURRENT_COMMAND), -self.peak_current), self.peak_current)
+        speed, rest = s.told(place, signals, s.MOTOR_SPEED), self.motor.reference_temperature
+        resistance = winding_resistance(self.motor, s.told(place, signals, s.WINDING_TEMPERATURE, rest))
+        constant = torque_constant(self.motor, s.told(place, signals, s.HOUSING_TEMPERATURE, rest))
+        volts = s.told(place, signals, s.VOLTAGE_LIMIT) or math.inf  # 0: not known yet
         current = min(max(current, (-volts - constant * speed) / resistance), (volts - constant * speed) / resistance)
         return current, resistance * current + (constant - self.fed_forward * self.motor.torque_constant) * speed
 
@@ -241,3 +217,106 @@ class CurrentLoop(Effect):
 
     def quasi_static(self) -> Effect:
         return MotorCurrent(self.motor, self.peak_current)
+
+
+@dataclass
+class SampledOwn:
+    """What it keeps: gains [V/A], [V/A] a sample, peak [A] and rise a sample [A], back-emf fed forward [V s/rad]."""
+
+    proportional: float
+    integral: float
+    peak: float
+    slope: float
+    forward: float
+    sampled_voltage: float = 0.0
+    integrated_voltage: float = 0.0
+    followed_command: float = 0.0
+
+
+@joint_law(SampledOwn)
+def _give_out(t: Any, h: Any, own: Any, joint: Any) -> None:
+    # The supply may have sunk since the sample.
+    joint.pin.voltage = min(max(own.sampled_voltage, -joint.pin.limit), joint.pin.limit)
+
+
+@joint_law(SampledOwn)
+def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin = joint.pin
+    asked = min(max(pin.command, -own.peak), own.peak)
+    # The amplifier lets the command rise no faster than this.
+    own.followed_command += min(max(asked - own.followed_command, -own.slope), own.slope)
+    error = own.followed_command - pin.current
+    grown = own.integrated_voltage + own.integral * error
+    wanted = own.proportional * error + grown + own.forward * joint.motor.speed
+    own.sampled_voltage = min(max(wanted, -pin.limit), pin.limit)
+    # Drawn back by what is asked in vain, so that the integrator does not wind up.
+    own.integrated_voltage = grown + (own.sampled_voltage - wanted) * own.integral / own.proportional
+
+
+@dataclass(frozen=True)
+class SampledCurrentLoop(Effect):
+    """Controls the current of a ``Winding`` at samples, within limits of current, rise and voltage.
+
+    Attributes:
+        motor: Resistance, inductance and torque constant, cold, as the controller knows them.
+        bandwidth: That a continuous loop of these gains would have [rad/s]: kp = L w, ki = R w.
+        every: Period [s].
+        peak_current: To which commands are cut [A].
+        slew: Fastest rise of the command [A/s]; infinite: none.
+        fed_forward: Share of the back-emf that is added to the voltage [-].
+    """
+
+    motor: Motor
+    bandwidth: float
+    every: float = 1e-4
+    peak_current: float = math.inf
+    slew: float = math.inf
+    fed_forward: float = 1.0
+
+    limits = ranges(
+        bandwidth=positive("rad/s"), every=positive("s"), peak_current=positive_or_infinite("A"),
+        slew=positive_or_infinite("A/s"), fed_forward=finite("-"),
+    )  # fmt: skip
+    compute = _give_out
+    sample = _sample
+
+    def faults(self) -> list[Fault]:
+        faults = inductance_faults(self)
+        if not faults and not self.bandwidth * self.every < 2.0:
+            problem = "times the period must stay below 2: a faster loop diverges from sample to sample"
+            faults.append(Fault("SampledCurrentLoop.bandwidth", problem, self.bandwidth * self.every))
+        return faults
+
+    @property
+    def period(self) -> float:
+        return self.every
+
+    def ports(self, place: Place) -> Ports:
+        return Ports(
+            states=(
+                State("sampled_voltage", "V", memory=True),
+                State("integrated_voltage", "V", memory=True),
+                State("followed_command", "A", memory=True),
+            ),
+            needs=(s.CURRENT_COMMAND, s.CURRENT, s.MOTOR_SPEED, s.VOLTAGE_LIMIT),
+            provides=(s.VOLTAGE,),
+        )
+
+    def own(self, place: Place) -> SampledOwn:
+        kp = (self.motor.inductance or math.nan) * self.bandwidth
+        ki = self.motor.resistance * self.bandwidth * self.every
+        return SampledOwn(
+            kp, ki, self.peak_current, self.slew * self.every, self.fed_forward * self.motor.torque_constant
+        )
+
+    def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
+        current, speed = s.told(place, signals, s.CURRENT), s.told(place, signals, s.MOTOR_SPEED)
+        winding = s.told(place, signals, s.WINDING_TEMPERATURE) or self.motor.reference_temperature
+        drop, emf = float(winding_resistance(self.motor, winding)) * current, self.motor.torque_constant * speed
+        return drop + emf, drop + (1.0 - self.fed_forward) * emf, current
+
+    def quasi_static(self) -> Effect:
+        return CurrentLoop(self.motor, self.bandwidth, self.peak_current)
+
+    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
+        return (TimeScale("current sample", self.every),)

@@ -8,9 +8,10 @@ from typing import Any
 
 from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role
+from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.fields import positive_or_infinite, ranges
 from drivetrain.effects.laws import joint_law
-from drivetrain.errors import Fault, InputError
+from drivetrain.jit import law
 
 
 @dataclass
@@ -21,11 +22,16 @@ class Own:
     peak: float
 
 
+@law
+def warm(motor: Any, heat: Any) -> tuple[float, float]:
+    """Resistance [ohm] and torque constant [N m/A] of a motor as warm as it is."""
+    return winding_resistance(motor, heat.winding), torque_constant(motor, heat.housing)
+
+
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, motor = joint.pin, joint.motor
-    resistance = winding_resistance(own.motor, joint.heat.winding)
-    constant = torque_constant(own.motor, joint.heat.housing)
+    resistance, constant = warm(own.motor, joint.heat)
     current, damping, stiffness = pin.command, pin.damping, pin.stiffness
     if abs(current) > own.peak:
         current = own.peak if current > 0.0 else -own.peak
@@ -45,8 +51,9 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat = joint.pin, joint.heat
-    heat.copper_loss = winding_resistance(own.motor, heat.winding) * pin.current * pin.current
-    pin.power = heat.copper_loss + torque_constant(own.motor, heat.housing) * pin.current * joint.motor.speed
+    resistance, constant = warm(own.motor, heat)
+    heat.copper_loss = resistance * pin.current * pin.current
+    pin.power = heat.copper_loss + constant * pin.current * joint.motor.speed
 
 
 @dataclass(frozen=True)
@@ -63,27 +70,19 @@ class MotorCurrent(Effect):
     peak_current: float = math.inf
     voltage: float = math.inf
 
+    limits = ranges(peak_current=positive_or_infinite("A"), voltage=positive_or_infinite("V"))
     compute = _compute
     account = _account
 
-    def __post_init__(self) -> None:
-        limits = (("peak_current", self.peak_current, "A"), ("voltage", self.voltage, "V"))
-        faults = [Fault(f"MotorCurrent.{n}", f"must be positive [{unit}]", v) for n, v, unit in limits if not v > 0.0]
-        if faults:
-            raise InputError(faults)
-
     def ports(self, place: Place) -> Ports:
-        rest = self.motor.reference_temperature
         return Ports(
             needs=(
                 s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS, s.MOTOR_SPEED,
-                replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
-                replace(s.VOLTAGE_LIMIT, default=self.voltage),
+                *s.temperatures(self.motor), replace(s.VOLTAGE_LIMIT, default=self.voltage),
             ),
             provides=(s.CURRENT, s.VOLTAGE),
             contributes=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
             outputs=(s.COPPER_LOSS, s.ELECTRICAL_POWER),
-            powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
         )  # fmt: skip
 
     def own(self, place: Place) -> Own:

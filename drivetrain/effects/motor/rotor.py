@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from drivetrain.effects.effect import NOTHING, Effect, Place, Ports, Shape
-from drivetrain.errors import Fault, InputError
+from drivetrain.effects.fields import not_negative, ranges
+from drivetrain.errors import Fault
 
 
 @dataclass(frozen=True)
@@ -20,8 +21,12 @@ class FullRotor(Effect):
     inertia: float
     ratio: float = 1.0
 
-    def __post_init__(self) -> None:
-        _check(self.inertia, self.ratio)
+    limits = ranges(inertia=not_negative("kg m^2"))
+
+    def faults(self) -> list[Fault]:
+        if 0.0 < abs(self.ratio) < float("inf"):
+            return []
+        return [Fault(f"{type(self).__name__}.ratio", "must not be zero", self.ratio)]
 
     def ports(self, place: Place) -> Ports:
         return NOTHING
@@ -29,37 +34,16 @@ class FullRotor(Effect):
     def shape(self, place: Place) -> Shape:
         return Shape(self.ratio, self.inertia, full=True)
 
-    def quasi_static(self) -> Effect:
+    def quasi_static(self) -> Effect | None:
         return ReflectedRotor(self.inertia, self.ratio)
 
 
 @dataclass(frozen=True)
-class ReflectedRotor(Effect):
-    """A rotor as ``ratio^2`` times its inertia at its own joint, as simulators take it.
-
-    Attributes:
-        inertia: About the motor's axis, gear input included [kg m^2].
-        ratio: Motor angle over joint coordinate [- or rad/m].
-    """
-
-    inertia: float
-    ratio: float = 1.0
-
-    def __post_init__(self) -> None:
-        _check(self.inertia, self.ratio)
-
-    def ports(self, place: Place) -> Ports:
-        return NOTHING
+class ReflectedRotor(FullRotor):
+    """A rotor as ``ratio^2`` times its inertia at its own joint, as simulators take it."""
 
     def shape(self, place: Place) -> Shape:
         return Shape(self.ratio, self.inertia, full=False)
 
-
-def _check(inertia: float, ratio: float) -> None:
-    faults = []
-    if not 0.0 <= inertia < float("inf"):
-        faults.append(Fault("rotor.inertia", "must not be negative [kg m^2]", inertia))
-    if not 0.0 < abs(ratio) < float("inf"):
-        faults.append(Fault("rotor.ratio", "must not be zero", ratio))
-    if faults:
-        raise InputError(faults)
+    def quasi_static(self) -> Effect | None:
+        return None

@@ -9,9 +9,10 @@ from typing import Any
 
 from drivetrain.drive.supply_bus import bus_step
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, Signal, State, TimeScale
+from drivetrain.effects.fields import positive, positive_or_infinite, ranges
 from drivetrain.effects.laws import scene_law
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault
 from drivetrain.jit import law
 
 
@@ -41,12 +42,8 @@ class StiffSupply(Effect):
     modulation: float = 1.0
 
     scope = "scene"
+    limits = ranges(voltage=positive("V"), modulation=positive("-"))
     compute = _stiff
-
-    def __post_init__(self) -> None:
-        faults = _positive("StiffSupply", {"voltage": self.voltage, "modulation": self.modulation})
-        if faults:
-            raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
         return Ports(provides=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints))
@@ -64,35 +61,30 @@ HELD, BELOW, ABOVE, CAPPED, BURNING = range(5)  # by the source, waiting for it,
 
 @dataclass
 class Own:
-    """What it keeps.
+    """What it keeps."""
 
-    Attributes:
-        nominal, capacity, power, threshold, resistance, modulation: Fields of ``SupplyBus``.
-        bus_voltage, bus_voltage_rate: The state [V], [V/s].
-        slope: Of the voltage over the last fixed step [V/s].
-        trial: Mean voltage that the drives are told of a step [V].
-        last, off: That of the try before, and by how much it was too low [V].
-        low, high: Between which it lies [V].
-        mode, margin: What holds the voltage, and how far it is from changing that [V or W].
-        source_power, brake_resistor_power, delivered_power, bus_energy: [W], [J].
-    """
-
-    nominal: float
+    # fields of ``SupplyBus``
+    voltage: float
     capacity: float
     power: float
     threshold: float
     resistance: float
     modulation: float
+    # the state [V], [V/s]
     bus_voltage: float = 0.0
     bus_voltage_rate: float = 0.0
-    slope: float = 0.0
-    trial: float = 0.0
+    slope: float = 0.0  # of the voltage over the last fixed step [V/s]
+    trial: float = 0.0  # mean voltage that the drives are told of a step [V]
+    # that of the try before, and by how much it was too low [V]
     last: float = 0.0
     off: float = 0.0
+    # between which it lies [V]
     low: float = 0.0
     high: float = 0.0
+    # what holds the voltage, and how far it is from changing that [V or W]
     mode: int = HELD
     margin: float = 0.0
+    # [W], [J]
     source_power: float = 0.0
     brake_resistor_power: float = 0.0
     delivered_power: float = 0.0
@@ -103,7 +95,7 @@ class Own:
 def _after(own: Any, drawn: float, h: float) -> tuple[float, float, float]:
     """Voltage after a step in which the drives draw a power; what the source gives, and the resistor burns [W]."""
     half, volts = 0.5 * own.capacity, own.bus_voltage
-    full, most = half * own.nominal * own.nominal, half * own.threshold * own.threshold
+    full, most = half * own.voltage * own.voltage, half * own.threshold * own.threshold
     left = bus_step(half * volts * volts, drawn * h, full, most, own.power * h, h * volts * volts / own.resistance)
     return (math.sqrt(left.energy / half) if left.energy > 0.0 else 0.0), left.fed / h, left.burnt / h
 
@@ -127,30 +119,30 @@ def _settle(t: Any, h: Any, own: Any, scene: Any) -> None:
         drawn += scene.joints[j].pin.power
     own.delivered_power, own.bus_energy = drawn, 0.5 * own.capacity * volts * volts
     if h <= 0.0:
-        most, mode, edge = volts * volts / own.resistance, own.mode, EDGE * own.nominal
+        most, mode, edge = volts * volts / own.resistance, own.mode, EDGE * own.voltage
         own.source_power = own.brake_resistor_power = 0.0
         if mode == HELD:
             own.source_power, own.margin = min(max(drawn, 0.0), own.power), min(drawn + NOTHING, own.power - drawn)
         elif mode == BELOW:
-            own.source_power, own.margin = own.power, own.nominal + edge - volts
+            own.source_power, own.margin = own.power, own.voltage + edge - volts
         elif mode == CAPPED:
             own.brake_resistor_power, own.margin = min(max(-drawn, 0.0), most), min(NOTHING - drawn, most + drawn)
         elif mode == BURNING:
             own.brake_resistor_power, own.margin = most, volts + edge - own.threshold
         else:
-            own.margin = min(volts + edge - own.nominal, own.threshold + edge - volts)
+            own.margin = min(volts + edge - own.voltage, own.threshold + edge - volts)
         surplus = own.source_power - drawn - own.brake_resistor_power
         own.bus_voltage_rate = 0.0
         if mode != HELD and mode != CAPPED:
-            own.bus_voltage_rate = surplus / (own.capacity * max(volts, EDGE * own.nominal))
+            own.bus_voltage_rate = surplus / (own.capacity * max(volts, EDGE * own.voltage))
         return
     end, own.source_power, own.brake_resistor_power = _after(own, drawn, h)
     own.bus_voltage_rate = own.slope = (end - volts) / h
     change, mean = abs(end - volts), 0.5 * (volts + end)
     if change > 0.0:
-        world.longest = min(world.longest, MOST_CHANGE * h * max(volts, MOST_CHANGE * own.nominal) / change)
+        world.longest = min(world.longest, MOST_CHANGE * h * max(volts, MOST_CHANGE * own.voltage) / change)
     # The more voltage the drives are told, the more they take, and the less is left: what was told is bracketed.
-    if abs(mean - own.trial) <= AGREED * own.nominal:
+    if abs(mean - own.trial) <= AGREED * own.voltage:
         return
     world.again = 1
     told, off, before, was = own.trial, mean - own.trial, own.last, own.off
@@ -168,8 +160,8 @@ def _settle(t: Any, h: Any, own: Any, scene: Any) -> None:
 def _accept(t: Any, h: Any, own: Any, scene: Any) -> None:
     drawn, most = own.delivered_power, own.bus_voltage * own.bus_voltage / own.resistance
     if h > 0.0:
-        volts, edge = own.bus_voltage + h * own.bus_voltage_rate, EDGE * own.nominal
-        own.mode = ABOVE if volts > own.nominal + edge else HELD if volts > own.nominal - edge else BELOW
+        volts, edge = own.bus_voltage + h * own.bus_voltage_rate, EDGE * own.voltage
+        own.mode = ABOVE if volts > own.voltage + edge else HELD if volts > own.voltage - edge else BELOW
         if volts > own.threshold - edge:
             own.mode = BURNING if volts > own.threshold + edge else CAPPED
         return
@@ -178,9 +170,9 @@ def _accept(t: Any, h: Any, own: Any, scene: Any) -> None:
         own.mode = BELOW if drawn > 0.5 * own.power else ABOVE
     elif own.mode == CAPPED:
         own.mode = BURNING if -drawn > 0.5 * most else ABOVE
-    elif own.mode == BELOW or (own.mode == ABOVE and own.bus_voltage <= own.nominal):
+    elif own.mode == BELOW or (own.mode == ABOVE and own.bus_voltage <= own.voltage):
         own.mode = BELOW if drawn > own.power else HELD if drawn >= 0.0 else ABOVE
-        own.bus_voltage = own.nominal
+        own.bus_voltage = own.voltage
     else:
         own.mode = BURNING if -drawn > most else CAPPED if drawn <= 0.0 else ABOVE
         own.bus_voltage = own.threshold
@@ -210,41 +202,35 @@ class SupplyBus(Effect):
     modulation: float = 1.0
 
     scope = "scene"
+    limits = ranges(
+        voltage=positive("V"), capacity=positive("F"), modulation=positive("-"),
+        power=positive_or_infinite("W"), resistance=positive_or_infinite("ohm"),
+    )  # fmt: skip
     compute = _bus
     account = _settle
     accept = _accept
 
-    def __post_init__(self) -> None:
-        finite = {"voltage": self.voltage, "capacity": self.capacity, "modulation": self.modulation}
-        faults = _positive("SupplyBus", finite)
-        for name, unit in (("power", "W"), ("resistance", "ohm")):
-            if not getattr(self, name) > 0.0:
-                faults.append(Fault(f"SupplyBus.{name}", f"must be positive [{unit}]", getattr(self, name)))
+    def faults(self) -> list[Fault]:
+        faults = []
         if not self.threshold > self.voltage:
             problem = "must be above the voltage of the source, or the resistor never goes off [V]"
             faults.append(Fault("SupplyBus.threshold", problem, self.threshold))
         if self.threshold < math.inf and not self.resistance < math.inf:
             faults.append(Fault("SupplyBus.resistance", "is needed with a threshold [ohm]", self.resistance))
-        if faults:
-            raise InputError(faults)
+        return faults
 
     def ports(self, place: Place) -> Ports:
         return Ports(
             states=(State("bus_voltage", "V", 1e-3, late=True),),
             needs=tuple(Signal(f"{joint}:{s.ELECTRICAL_POWER.name}", "W", default=0.0) for joint in place.joints),
             provides=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints),
-            outputs=(
-                Signal("source_power", "W"), Signal("brake_resistor_power", "W"), Signal("delivered_power", "W"),
-                Signal("bus_energy", "J"),
-            ),
             # What the drives take counts as their source: here it leaves.
-            powers={"source_power": Role.SOURCE, "brake_resistor_power": Role.LOSS, "delivered_power": Role.LOSS},
-            stores=("bus_energy",),
+            outputs=(
+                s.source("source_power", ""), s.loss("brake_resistor_power", ""), s.loss("delivered_power", ""),
+                s.store("bus_energy", ""),
+            ),
             guard="margin",
         )  # fmt: skip
-
-    def own(self, place: Place) -> Own:
-        return Own(self.voltage, self.capacity, self.power, self.threshold, self.resistance, self.modulation)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         return (self.voltage,)
@@ -254,11 +240,3 @@ class SupplyBus(Effect):
         if self.power < math.inf:
             scales.append(TimeScale("source fills the bus", 0.5 * self.capacity * self.voltage**2 / self.power))
         return tuple(scales)
-
-
-def _positive(kind: str, numbers: Mapping[str, float]) -> list[Fault]:
-    return [
-        Fault(f"{kind}.{name}", "must be positive and finite", value)
-        for name, value in numbers.items()
-        if not 0.0 < value < math.inf
-    ]

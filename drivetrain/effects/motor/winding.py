@@ -4,43 +4,39 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.drive.electrical import current_reach
-from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
+from drivetrain.drive.motor import Motor, Terminals, terminals
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Effect, Place, Ports, Role, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.fields import finite, ranges
 from drivetrain.effects.laws import joint_law
-from drivetrain.errors import Fault, InputError
+from drivetrain.effects.motor.motor_current import warm
+from drivetrain.errors import Fault
 from drivetrain.jit import law
 
 
 @dataclass
 class Own:
-    """What it keeps.
+    """What it keeps."""
 
-    Attributes:
-        motor: Of which resistance and torque constant at temperatures are taken.
-        inductance: [H].
-        current, current_rate: The state [A], [A/s].
-        resistance, step: What the rest is made for [ohm], [s].
-        end, mean: Growth at the end of a step and in its mean [A/V].
-        fade, faded: Means of the fading exponential and of its square [-].
-        middle: Speed in the middle of the last step [rad/s].
-    """
-
-    motor: Terminals
-    inductance: float
+    motor: Terminals  # of which resistance and torque constant at temperatures are taken
+    inductance: float  # [H]
+    # the state [A], [A/s]
     current: float = 0.0
     current_rate: float = 0.0
+    # what the rest is made for [ohm], [s]
     resistance: float = 0.0
     step: float = 0.0
+    # growth at the end of a step and in its mean [A/V]
     end: float = 0.0
     mean: float = 0.0
+    # means of the fading exponential and of its square [-]
     fade: float = 0.0
     faded: float = 0.0
-    middle: float = 0.0
+    middle: float = 0.0  # speed in the middle of the last step [rad/s]
 
 
 @law
@@ -69,8 +65,7 @@ def _now(own: Any, constant: float, speed: float) -> float:
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, motor = joint.pin, joint.heat, joint.motor
-    resistance = winding_resistance(own.motor, heat.winding)
-    constant = torque_constant(own.motor, heat.housing)
+    resistance, constant = warm(own.motor, heat)
     if h == 0.0:
         current = _now(own, constant, motor.speed)
         own.current_rate = (pin.voltage - constant * motor.speed - resistance * current) / own.inductance
@@ -87,8 +82,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, speed = joint.pin, joint.heat, joint.motor.speed
-    resistance = winding_resistance(own.motor, heat.winding)
-    constant = torque_constant(own.motor, heat.housing)
+    resistance, constant = warm(own.motor, heat)
     mean = _now(own, constant, speed)
     square = mean * mean
     if h > 0.0:  # exactly over the step, in which the current nears its end as an exponential
@@ -107,6 +101,14 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin.magnetic_energy = 0.5 * own.inductance * own.current * own.current
 
 
+def inductance_faults(effect: Any) -> list[Fault]:
+    """A motor whose sheet tells no inductance."""
+    if (effect.motor.inductance or 0.0) > 0.0:
+        return []
+    place, hint = f"{type(effect).__name__}.motor", "MotorCurrent is the motor without inductance"
+    return [Fault(place, "has no inductance in its catalogue row [H]", effect.motor.key, hint)]
+
+
 @dataclass(frozen=True)
 class Winding(Effect):
     """Resistance and inductance between the terminals; torque from the current that flows.
@@ -123,39 +125,26 @@ class Winding(Effect):
     motor: Motor
     current: float | None = None
 
+    limits = ranges(current=finite("A"))
     compute = _compute
     account = _account
 
-    def __post_init__(self) -> None:
-        faults = []
-        if not (self.motor.inductance or 0.0) > 0.0:
-            hint = "MotorCurrent is the motor without inductance"
-            faults.append(Fault("Winding.motor", "has no inductance in its catalogue row [H]", self.motor.key, hint))
-        if self.current is not None and not math.isfinite(self.current):
-            faults.append(Fault("Winding.current", "must be a finite number [A]", self.current))
-        if faults:
-            raise InputError(faults)
+    def faults(self) -> list[Fault]:
+        return inductance_faults(self)
 
     def ports(self, place: Place) -> Ports:
-        rest = self.motor.reference_temperature
         return Ports(
             states=(State(s.CURRENT.name, s.CURRENT.unit, 1e-6),),
-            needs=(
-                s.VOLTAGE, s.MOTOR_SPEED, replace(s.WINDING_TEMPERATURE, default=rest),
-                replace(s.HOUSING_TEMPERATURE, default=rest), s.CURRENT,
-            ),
+            needs=(s.VOLTAGE, s.MOTOR_SPEED, *s.temperatures(self.motor), s.CURRENT),
             contributes=(s.MOTOR_TORQUE, s.MOTOR_DAMPING),
             outputs=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
-            powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
-            stores=(s.MAGNETIC_ENERGY.name,),
-        )  # fmt: skip
+        )
 
     def own(self, place: Place) -> Own:
         return Own(terminals(self.motor), self.motor.inductance or math.nan)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        asked = signals.get(f"{place.name}.{s.CURRENT_COMMAND.name}", 0.0)
-        return (asked if self.current is None else self.current,)
+        return (s.told(place, signals, s.CURRENT_COMMAND) if self.current is None else self.current,)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("current follows", (self.motor.inductance or math.nan) / self.motor.resistance),)

@@ -14,12 +14,13 @@ from typing import Annotated, Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.ranges import TEMPERATURE, range_faults
+from drivetrain.drive.ranges import TEMPERATURE, Range
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.fields import positive, ranges
 from drivetrain.effects.laws import joint_law
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault
 from drivetrain.jit import law
 
 SHARE = 0.005  # of the winding's time constant, between two steps
@@ -27,29 +28,24 @@ SHARE = 0.005  # of the winding's time constant, between two steps
 
 @dataclass
 class Own:
-    """What it keeps.
+    """What it keeps."""
 
-    Attributes:
-        period: Between two steps of the temperatures [s].
-        gear_heat: Share of the gear's loss that warms the housing [-].
-        ambient, inner, outer: [C], thermal resistances [K/W].
-        modes, inverse, decay: Of both nodes: rises are modes times what decays [1/s].
-        winding_temperature, housing_temperature: [C].
-        copper, iron, clock: Losses gathered since the last step [J], for so long [s].
-    """
-
-    period: float
-    gear_heat: float
+    period: float  # between two steps of the temperatures [s]
+    gear_heat: float  # share of the gear's loss that warms the housing [-]
+    # [C], thermal resistances [K/W]
     ambient: float
     inner: float
     outer: float
+    # of both nodes: rises are modes times what decays [1/s]
     modes: Annotated[Array, 4]
     inverse: Annotated[Array, 4]
     decay: Annotated[Array, 2]
+    # [C]
     winding_temperature: float = 0.0
     winding_temperature_rate: float = 0.0
     housing_temperature: float = 0.0
     housing_temperature_rate: float = 0.0
+    # losses gathered since the last step [J], for so long [s]
     copper: float = 0.0
     iron: float = 0.0
     clock: float = 0.0
@@ -140,21 +136,19 @@ class WindingHeat(Effect):
     every: float | None = None
     gear_heat: float = 0.0
 
+    limits = ranges(
+        winding=TEMPERATURE, housing=TEMPERATURE, every=positive("s"),
+        gear_heat=Range("must be between 0 and 1 [-]", 0.0, 1.0, low_included=True),
+    )  # fmt: skip
     compute = _compute
     account = _account
     accept = _accept
 
-    def __post_init__(self) -> None:
-        if self.network.winding_capacity is None:
-            hint = "state one, or use mean temperatures only"
-            raise InputError(Fault("WindingHeat.network", "has no winding time constant", None, hint))
-        faults = range_faults("WindingHeat", self, {"winding": TEMPERATURE, "housing": TEMPERATURE})
-        if faults:
-            raise InputError(faults)
-        if not 0.0 <= self.gear_heat <= 1.0:
-            raise InputError(Fault("WindingHeat.gear_heat", "must be between 0 and 1 [-]", self.gear_heat))
-        if self.every is not None and not 0.0 < self.every < math.inf:
-            raise InputError(Fault("WindingHeat.every", "must be positive [s]", self.every))
+    def faults(self) -> list[Fault]:
+        if self.network.winding_capacity is not None:
+            return []
+        hint = "state one, or use mean temperatures only"
+        return [Fault("WindingHeat.network", "has no winding time constant", None, hint)]
 
     def ports(self, place: Place) -> Ports:
         return Ports(

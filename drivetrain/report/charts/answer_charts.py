@@ -45,11 +45,7 @@ def drives_text(drives: dict[str, tuple[str, str]]) -> str:
 
 
 def front_charts(found: Front, chosen: DriveSet | None = None) -> tuple[Chart, ...]:
-    """A chart for every two criteria; a point tells its drives.
-
-    Args:
-        chosen: A set to be marked; None: none.
-    """
+    """A chart for every two criteria; a point tells its drives, the chosen set is marked."""
     names = found.names if len(found.names) > 1 else ("energy" if found.names[0] == "mass" else "mass", found.names[0])
     third = next((name for name in ("utilisation", "energy", "mass") if name not in names[:2]), "")
     shades = _criterion(found.points, third)
@@ -102,11 +98,7 @@ def _short_axis(name: str) -> str:
 
 
 def knee(found: Front) -> int | None:
-    """The set nearest to the best of every criterion at once, each scaled to its span over the front.
-
-    Returns:
-        Its place among the points; None where there are fewer than three sets or a single criterion.
-    """
+    """The place of the set nearest to the best of every criterion, each scaled to its span; None for too few."""
     if len(found.points) < 3 or len(found.names) < 2:
         return None
     values = np.stack([_criterion(found.points, name) for name in found.names], axis=1)

@@ -122,11 +122,7 @@ class Pictures:
         )
 
     def data(self, **beside: Any) -> str:
-        """What the scripts draw as JSON text.
-
-        Args:
-            beside: More data for scripts of the page.
-        """
+        """What the scripts draw, and more data for those of the page, as JSON text."""
         return json_text({"charts": self.charts, **beside}, packed=True)
 
     def end(self, **beside: Any) -> Markup:

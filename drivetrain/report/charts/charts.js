@@ -8,11 +8,12 @@ const page = (function () {
   const setups = []; // what a script does with the data of the page, again when they are others
   let watcher = null;
 
-  const BRIGHT = { "#0072B2": "#4BA6E3", "#009E73": "#2CC79B", "#D55E00": "#FF8B45", "#7f6a3f": "#b59a62" }; // on dark
+  const BRIGHT = { "#0072B2": "#4C86F0", "#009E73": "#2CC79B", "#D55E00": "#FF8B45", "#7f6a3f": "#b59a62" }; // on dark
   const colour = (name) =>
     dark.matches && BRIGHT[name] ? BRIGHT[name] : ["ink", "muted", "faint"].includes(name)
       ? getComputedStyle(document.documentElement).getPropertyValue(name === "faint" ? "--line" : "--" + name).trim()
       : name;
+  const DARK = "#1b2129";
   const ready = library();
   const numbers = (values) => Float64Array.from(values || [], (v) => (v === null ? NaN : v));
 
@@ -159,6 +160,7 @@ const page = (function () {
     root.dataset.drawn = "";
     for (const one of mine) if (near(one.element)) await run(one);
     root.dataset.drawn = "view";
+    performance.mark("view");
     for (const one of mine) watcher.observe(one.element);
     for (const one of mine) {
       await new Promise((next) => (window.requestIdleCallback || setTimeout)(next));
@@ -176,7 +178,12 @@ const page = (function () {
       still.className = "still";
       still.width = canvas.width;
       still.height = canvas.height;
-      still.getContext("2d").drawImage(canvas, 0, 0);
+      const picture = still.getContext("2d");
+      if (dark.matches) { // its inks are for a dark ground
+        picture.fillStyle = DARK;
+        picture.fillRect(0, 0, still.width, still.height);
+      }
+      picture.drawImage(canvas, 0, 0);
       element.append(still);
     }
   });

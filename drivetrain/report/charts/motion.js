@@ -15,8 +15,9 @@ page.setup(function () {
     const joints = motion.joints.map((joint, k) => {
       const series = {};
       for (const name in joint.series) series[name] = page.numbers(joint.series[name]);
-      const range = byId("ratio-" + k), c = page.colour(COLOURS[k % COLOURS.length]);
-      return { ...joint, k, c, series, range, live: { ...series }, spin: page.numbers(joint.ratio.spin), redraws: [] };
+      const range = byId("ratio-" + k);
+      const own = { ...joint, k, series, range, live: { ...series }, spin: page.numbers(joint.ratio.spin), redraws: {} };
+      return Object.defineProperty(own, "c", { get: () => page.colour(COLOURS[k % COLOURS.length]) }); // light or dark
     });
 
     // What a ratio does to one joint; at the ratio judged it gives back the engine's numbers.
@@ -88,7 +89,7 @@ page.setup(function () {
     function changed(joint) {
       recompute(joint);
       readings(joint);
-      for (const redraw of joint.redraws) redraw();
+      for (const redraw of Object.values(joint.redraws)) redraw();
       for (const strip of strips) strip.redraw(joint);
       instant();
     }
@@ -116,13 +117,13 @@ page.setup(function () {
       figure.scatter({ field: "x" }, { field: "y" }, { source: mark, size: 14, marker: "circle_dot", line_color: page.colour("ink"), fill_color: null, line_width: 2 });
       figure.add_tools(new Bokeh.HoverTool({ renderers: [dots], mode: "mouse", limit: 1, tooltips: [
         ["instant", "@t{0.000} s"], ["torque", `@torque{0.0000} ${of}`], ["speed", `@speed{0} ${units.speed}`], ["used of the intermittent limit", "@used{0} %"]] }));
-      joint.redraws.push(() => {
+      joint.redraws.plane = () => {
         source.data = visible(joint);
         areas.forEach((area, i) => (area.data = region(i)));
         const fast = 1.1 * Math.max(...joint.live.speed.map(Math.abs)), strong = 1.1 * Math.max(...joint.live.torque.map(Math.abs));
         figure.x_range.setv({ start: -Math.max(wide, fast), end: Math.max(wide, fast) });
         figure.y_range.setv({ start: -Math.max(high, strong), end: Math.max(high, strong) });
-      });
+      };
       joint.mark = () => (mark.data = { x: [joint.live.speed[sample]], y: [joint.live.torque[sample]] });
       joint.mark();
       return page.show(figure, element, legend);
@@ -151,7 +152,7 @@ page.setup(function () {
         if (!far) figure.add_layout(new Bokeh.Span({ dimension: of ? "width" : "height", location: value, line_color: ink, line_dash: of ? [] : [5, 3], line_width: 1.3 }));
         legend.push([`${name} ${short(value)} ${unit}${far ? ", beyond the picture" : ""}`, far ? "none" : of ? "line" : "dashed", ink, 1, { visible: true }]);
       }
-      joint.redraws.push(() => (source.data = data()));
+      joint.redraws.gear = () => (source.data = data());
       return page.show(figure, element, legend);
     }
 
@@ -255,38 +256,62 @@ page.setup(function () {
     const arm = motion.arm;
     if (arm) page.later(byId("arm"), drawArm);
     function drawArm(element) {
-      const turn = byId("turn"), tilt = byId("tilt"), points = arm.points, count = arm.samples.length;
-      const reach = 1.08 * arm.places.reduce((most, v) => Math.max(most, Math.abs(v)), 1);
+      const turn = byId("turn"), tilt = byId("tilt"), count = arm.samples.length, n = arm.axes.length;
+      // Where link i (-1: the base) has brought a point, or with w = 0 a direction, at pose k.
+      const moved = (k, i, v, w = 1) => {
+        if (i < 0) return v;
+        const m = arm.moved, at = 12 * (k * n + i);
+        return [0, 4, 8].map((r) => (m[at + r] * v[0] + m[at + r + 1] * v[1] + m[at + r + 2] * v[2]) / 1e4 + w * m[at + r + 3]);
+      };
+      const place = (k, i) => moved(k, Math.min(i - 1, n - 1), arm.points[i]);
+      const chain = (k) => arm.points.map((_, i) => place(k, i));
+      let reach = 1;
+      for (let k = 0; k < count; k++) for (const v of chain(k).flat()) reach = Math.max(reach, 1.12 * Math.abs(v));
       const figure = page.frame({ height: 430, x: "", y: "", x_range: [-reach, reach], y_range: [-0.75 * reach, 1.15 * reach], equal: true });
       for (const axis of [figure.below[0], figure.left[0], ...figure.center]) axis.visible = false;
-      figure.match_aspect = true;
-      figure.toolbar_location = null;
+      figure.setv({ match_aspect: true, toolbar_location: null, min_border_left: 0, outline_line_color: null });
       figure.toolbar.tools = [];
       const of = (data) => new Bokeh.ColumnDataSource({ data });
-      const sources = { floor: of({ xs: [], ys: [] }), shadow: of({ x: [], y: [] }), path: of({ x: [], y: [] }), ghosts: of({ xs: [], ys: [] }), axes: of({ xs: [], ys: [], c: [] }), links: of({ x: [], y: [] }), drives: of({ x: [], y: [], size: [], c: [], name: [], mass: [] }), tip: of({ x: [], y: [] }) };
+      const sources = { floor: of({ xs: [], ys: [] }), shadow: of({ x: [], y: [] }), path: of({ x: [], y: [] }), ghosts: of({ xs: [], ys: [] }), axes: of({ xs: [], ys: [], c: [] }), links: of({ xs: [], ys: [], c: [] }), drives: of({ x: [], y: [], size: [], c: [], name: [], mass: [] }), tip: of({ x: [], y: [] }) };
       const X = { field: "x" }, Y = { field: "y" }, ink = page.colour("ink"), faint = page.colour("faint"), muted = page.colour("muted");
       figure.multi_line({ field: "xs" }, { field: "ys" }, { source: sources.floor, line_color: faint, line_width: 0.8 });
       figure.line(X, Y, { source: sources.shadow, line_color: faint, line_width: 7, line_cap: "round", line_join: "round" });
       figure.multi_line({ field: "xs" }, { field: "ys" }, { source: sources.ghosts, line_color: muted, line_alpha: 0.3, line_width: 2, line_join: "round" });
       figure.line(X, Y, { source: sources.path, line_color: "#56B4E9", line_width: 1.5 });
-      figure.line(X, Y, { source: sources.links, line_color: ink, line_width: 8, line_cap: "round", line_join: "round" });
+      figure.patches({ field: "xs" }, { field: "ys" }, { source: sources.links, fill_color: { field: "c" }, line_color: { field: "c" }, line_width: 0.5 });
       figure.multi_line({ field: "xs" }, { field: "ys" }, { source: sources.axes, line_color: { field: "c" }, line_width: 2.5 });
       const drives = figure.scatter(X, Y, { source: sources.drives, size: { field: "size" }, fill_color: { field: "c" }, line_color: "#fff" });
       figure.scatter(X, Y, { source: sources.tip, size: 9, marker: "diamond", fill_color: "#D55E00", line_color: null });
       figure.add_tools(new Bokeh.HoverTool({ renderers: [drives], tooltips: [["joint", "@name"], ["motor and gear", "@mass{0.00} kg"]] }));
       const heaviest = Math.max(...joints.map((joint) => joint.mass), 1e-9);
-      const place = (k, i) => arm.places.slice(3 * (k * points + i), 3 * (k * points + i) + 3);
-      let flat = null;
+      let flat = null, depth = null;
       const put = (list) => ({ x: list.map((q) => q[0]), y: list.map((q) => q[1]) });
       const many = (lists) => ({ xs: lists.map((l) => l.map((q) => q[0])), ys: lists.map((l) => l.map((q) => q[1])) });
-      const chain = (k) => Array.from({ length: points }, (_, i) => place(k, i));
+      // The outward triangles of all links that face the eye, the farthest first, shaded by how they face it.
+      function bodies(k) {
+        const seen = [];
+        for (const { link, corners, faces } of arm.shapes) {
+          const spots = corners.map((v) => { const w = moved(k, link, v); return [...flat(w), depth(w)]; });
+          for (const face of faces) {
+            const [a, b, c] = face.map((i) => spots[i]);
+            const u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]], v = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
+            const facing = u[0] * v[1] - u[1] * v[0];
+            if (facing <= 0) continue;
+            const up = u[2] * v[0] - u[0] * v[2], share = (0.75 * facing + 0.5 * up) / Math.hypot(facing, up, u[1] * v[2] - u[2] * v[1]);
+            seen.push([a[2] + b[2] + c[2], [a[0], b[0], c[0]], [a[1], b[1], c[1]], `hsl(213,14%,${Math.round(38 + 42 * Math.max(share, -0.2))}%)`]);
+          }
+        }
+        seen.sort((a, b) => a[0] - b[0]);
+        return { xs: seen.map((f) => f[1]), ys: seen.map((f) => f[2]), c: seen.map((f) => f[3]) };
+      }
       function turned() {
         const a = (turn.value * Math.PI) / 180, e = (tilt.value * Math.PI) / 180;
         flat = ([x, y, z]) => [y * Math.cos(a) - x * Math.sin(a), z * Math.cos(e) - (x * Math.cos(a) + y * Math.sin(a)) * Math.sin(e)];
+        depth = ([x, y, z]) => (x * Math.cos(a) + y * Math.sin(a)) * Math.cos(e) + z * Math.sin(e);
         const lines = [];
         for (let i = -4; i <= 4; i++) { const v = (i * reach) / 4; lines.push([[v, -reach, 0], [v, reach, 0]], [[-reach, v, 0], [reach, v, 0]]); }
         sources.floor.data = many(lines.map((l) => l.map(flat)));
-        sources.path.data = put(Array.from({ length: count }, (_, k) => flat(place(k, points - 1))));
+        sources.path.data = put(Array.from({ length: count }, (_, k) => flat(place(k, n + 1))));
         sources.ghosts.data = many([0, 1, 2, 3].map((k) => chain(Math.floor((k * (count - 1)) / 4)).map(flat)));
         pose();
       }
@@ -294,10 +319,10 @@ page.setup(function () {
         let k = 0;
         while (k + 1 < count && arm.samples[k + 1] <= sample) k++;
         const now = chain(k);
-        sources.links.data = put(now.map(flat));
+        sources.links.data = bodies(k);
         sources.shadow.data = put(now.map(([x, y]) => flat([x, y, 0])));
-        sources.tip.data = put([flat(now[points - 1])]);
-        const ends = joints.map((_, i) => { const d = arm.axes.slice(3 * (k * (points - 2) + i), 3 * (k * (points - 2) + i) + 3); return [-1, 1].map((s) => flat(now[i + 1].map((v, j) => v + (s * 0.0011 * reach * d[j])))); });
+        sources.tip.data = put([flat(now[n + 1])]);
+        const ends = joints.map((_, i) => { const d = moved(k, i, arm.axes[i], 0); return [-1, 1].map((s) => flat(now[i + 1].map((v, j) => v + s * 0.11 * reach * d[j]))); });
         sources.axes.data = { ...many(ends), c: joints.map((joint) => joint.c) };
         sources.drives.data = { ...put(now.slice(1, -1).map(flat)), size: joints.map((joint) => 8 + 18 * Math.cbrt(joint.mass / heaviest)), c: joints.map((joint) => joint.c), name: joints.map((joint) => joint.name), mass: joints.map((joint) => joint.mass) };
       };

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.shapes import Triangles, box, link_shapes
 from drivetrain.arm.kinematics import link_poses
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import drive_inertia
@@ -22,6 +24,8 @@ from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.mounting import drive_mass
 
+TURNED = 1e4  # of a rotation matrix in the data, whole numbers
+BAR = 0.045  # width of a bar over the arm's length
 SAMPLES = 500  # a series, beside its extremes
 POSES = 160
 SUPPLIES = (0.9, 1.0, 1.1)  # of the study's voltage
@@ -199,7 +203,7 @@ def _ratio(
 
 
 def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | None:
-    """Base, joints and tip [mm] and the joints' axes over the cycle; None without an arm."""
+    """Joints, axes, tip and shapes of the links [mm] at zero, and how each link moved over the cycle; None: no arm."""
     study = evaluation.study
     arm = study.arm
     if arm is None:
@@ -207,20 +211,37 @@ def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | Non
     at = kept[np.unique(np.linspace(0, len(kept) - 1, POSES).astype(int))]
     arm, positions = main_chain(arm, study.cycle.position[at])
     moved = link_poses(arm, positions) @ np.linalg.inv(arm.home)
-    points = np.hstack([arm.joint_points, np.ones((arm.n, 1))])
-    places = np.einsum("nkij,kj->nki", moved, points)[..., :3]
     turns = np.linalg.norm(arm.screws[:, :3], axis=1) > 0.5
     directions = np.where(turns[:, None], arm.screws[:, :3], arm.screws[:, 3:])
-    axes = np.einsum("nkij,kj->nki", moved[..., :3, :3], directions)
-    tip = (moved[:, -1] @ arm.tip)[:, None, :3, 3]
-    chain = np.concatenate([np.zeros_like(tip), places, tip], axis=1)
+    moved[..., :3, 3] *= 1e3
+    moved[..., :3, :3] *= TURNED
+    points = np.vstack([np.zeros(3), arm.joint_points, arm.tip[:3, 3]])
     return {
         "samples": np.searchsorted(kept, at).tolist(),
-        "points": arm.n + 2,
-        "places": np.round(1e3 * chain).astype(int).ravel().tolist(),
-        "axes": np.round(1e2 * axes).astype(int).ravel().tolist(),
-        "slides": (~turns).tolist(),
+        "moved": np.round(moved[..., :3, :]).astype(int).ravel().tolist(),
+        "points": np.round(1e3 * points, 1).tolist(),
+        "axes": np.round(directions, 3).tolist(),
+        "shapes": [
+            {"link": link, "corners": np.round(1e3 * corners).astype(int).tolist(), "faces": faces.tolist()}
+            for link, (corners, faces) in _shapes(arm, points)
+        ],
     }
+
+
+def _shapes(arm: Arm, points: Array) -> list[tuple[int, Triangles]]:
+    """The links' shapes from the arm's file; where it has none a bar from joint to joint."""
+    found = link_shapes(arm)
+    known, width = {link for link, _ in found}, BAR * float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    for link, (start, end) in enumerate(pairwise(points), -1):
+        length = float(np.linalg.norm(end - start))
+        if link not in known and length > 1e-3:
+            along = (end - start) / length
+            across = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+            across /= np.linalg.norm(across)
+            corners, faces = box(np.array([width, width, length]))
+            frame = np.stack([across, np.cross(along, across), along])
+            found.append((link, (corners @ frame + 0.5 * (start + end), faces)))
+    return found
 
 
 FAR = 4.0  # the view ends at this many times the motion's largest value; the region may go on beyond
@@ -240,14 +261,9 @@ def temperatures(joint: JointResult, study: Study) -> dict[str, tuple[float, flo
 def regions(
     joint: JointResult, task: JointTask, study: Study, at: tuple[float, float], supply: float
 ) -> tuple[Array, Array | None]:
-    """What is open for a short time and for ever.
+    """Corners (speed [rad/s], torque [N m]) of what winding and magnets [C] and supply [V] allow for short, for ever.
 
-    Args:
-        at: Winding and magnets [C].
-        supply: Voltage [V].
-
-    Returns:
-        Corners (speed [rad/s], torque [N m]), (M, 2) each; None for the second where the sheet does not say enough.
+    None for the second where the sheet does not say enough.
     """
     motor = joint.drive.motor
     short = operating_region(motor, task.amplifier, supply, *at)
@@ -258,14 +274,7 @@ def regions(
 
 
 def view(joint: JointResult, corners: Array) -> tuple[float, float]:
-    """Half width and half height of the picture: the motion, and the region unless far larger.
-
-    Args:
-        corners: Of what is open for a short time.
-
-    Returns:
-        [rad/s] and [N m].
-    """
+    """Half width [rad/s] and height [N m] of the picture: the motion, and the intermittent region unless far larger."""
     speed = float(np.abs(joint.series.motor_speed).max())
     torque = float(np.abs(joint.series.motor_torque).max())
     (x0, y0), (x1, y1) = corners[:-1].T, corners[1:].T

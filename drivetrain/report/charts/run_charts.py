@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -17,6 +18,8 @@ from drivetrain.simulation.recording import Recording
 from drivetrain.sizing.answers.loops import JointLoops
 
 TURN = 2.0 * math.pi
+ENERGIES = ("kinetic_energy", "potential_energy", "work")
+MOST_EVENTS = 12  # more lines than these hide the curves
 LOWEST, HIGHEST = -60.0, 60.0  # dB drawn
 STORED = ("spring_energy", "magnetic_energy", "kinetic_energy", "potential_energy", "cogging_energy", "bus_energy")
 ROUNDING = 1e-6  # of the largest energy: an audit below it is drawn on this scale
@@ -97,11 +100,7 @@ def _degrees(response: Array) -> Array:
 def run_charts(
     recording: Recording, joints: Sequence[str], limits: Mapping[str, Mapping[str, float]]
 ) -> tuple[tuple[Chart, str], ...]:
-    """What a run recorded, each chart with its caption.
-
-    Args:
-        limits: ``current`` [A] and ``voltage`` [V] by joint; those that are known.
-    """
+    """What a run recorded, each chart with its caption; limits: known ``current`` [A] and ``voltage`` [V] by joint."""
     series = {
         what: {joint: recording[f"{joint}.{what}"] for joint in joints if f"{joint}.{what}" in recording.series}
         for what in ("position", "current", "voltage", "winding_temperature")
@@ -173,6 +172,35 @@ def _over_time(recording: Recording, label: str, y: str, marks: list[Mark], heig
     return Chart(label, "time [s]", y, marks, ends, y_range, rows=rows, height=height, joined="run")
 
 
+def recording_charts(recording: Recording) -> list[Chart]:
+    """All that a recording holds, a chart for each kind of quantity and unit, joints by colour, energies together."""
+    groups: dict[tuple[str, str], dict[str, Array]] = {}
+    for part in ("position", "speed", "torque"):
+        for joint, values in recording.ending(part).items():
+            groups.setdefault((part, recording.unit(f"{joint}.{part}")), {})[joint] = values
+    for name, (unit, values) in recording.series.items():
+        if "." not in name:
+            label = name.replace("_", " ")
+            groups.setdefault(("energy" if name in ENERGIES else label, unit), {})[label] = values
+    charts: list[Chart] = []
+    for (title, unit), found in groups.items():
+        curves = {label: values for label, values in found.items() if np.any(values)}
+        if not curves:
+            continue
+        marks = [Mark("rule", x=[event.time], colour="muted", size=0.6) for event in recording.events[:MOST_EVENTS]]
+        named = any(list(curves) == [one.label for one in chart.marks if one.kind == "line"] for chart in charts)
+        marks += [
+            Mark("line", recording.time, values, label="" if named or len(curves) == 1 else label,
+                 colour=JOINT_COLOURS[i % len(JOINT_COLOURS)])
+            for i, (label, values) in enumerate(curves.items())
+        ]  # fmt: skip
+        charts.append(_over_time(recording, f"{title} over time", f"{title} [{printed_unit(unit)}]", marks, 160))
+    if charts and recording.stopped_by is not None:
+        stopped = f"stopped after {recording.stopped_by.time:.6g} s: {recording.stopped_by.name}"
+        charts[0] = replace(charts[0], title=stopped)
+    return charts
+
+
 def friction_chart(recording: Recording, joints: Sequence[str]) -> Chart:
     """Where friction begins to hold, lets go and turns round."""
     marks = []
@@ -215,14 +243,7 @@ def energy_charts(recording: Recording) -> tuple[Chart, ...]:
 
 
 def worst(row: EffectCost, tip: float) -> tuple[float, ...]:
-    """The largest change of each quantity over all joints.
-
-    Args:
-        tip: What counts as the whole for the tip [m].
-
-    Returns:
-        Signed shares in the order of the pictures [-]; NaN where no joint tells one.
-    """
+    """Largest signed change of each quantity over all joints [-], NaN where none tells one; tip: its whole [m]."""
     columns = zip(*(_shares(change, tip) for change in row.changes.values()), strict=True)
     return tuple(
         max((v for v in column if not math.isnan(v)), key=abs, default=math.nan) for column in map(tuple, columns)
@@ -318,10 +339,6 @@ def auto_charts(found: AutoChoice) -> tuple[Chart, ...]:
 
 
 def told_setting(family: str, setting: float) -> str:
-    """A solver's setting in words.
-
-    Args:
-        setting: Step [s] or tolerance [-].
-    """
+    """A solver's step [s] or tolerance in words."""
     fixed = "step" in family or "RK4" in family
     return f"{1e3 * setting:g}\u00a0m{printed_unit('s')}" if fixed else f"{setting:.0e}".replace("e-0", "e−")

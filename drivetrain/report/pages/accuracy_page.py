@@ -16,7 +16,7 @@ from drivetrain.report.charts.run_charts import (
     told_setting,
     worst,
 )
-from drivetrain.report.json_text import json_text
+from drivetrain.report.json_text import job_data, json_text
 from drivetrain.report.pages.loops_page import bode_section
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS
@@ -25,27 +25,18 @@ from drivetrain.report.words import End, end_of
 from drivetrain.simulation.cost_results import AutoChoice, Change, EffectCosts, RoadsCompared, SolverCosts
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.parts.verdicts import Verdict
-from drivetrain.version import __version__
-
-SCHEMA_VERSION = 1
 
 
 @dataclass(frozen=True, eq=False)
 class AccuracyFound:
-    """All that is told of what accuracy costs.
-
-    Attributes:
-        evaluation: Of the drives.
-        effects, auto, solvers, roads: What was found.
-        current_bandwidth: Of the current loops [rad/s], for the Bode plots.
-    """
+    """All that is told of what accuracy costs."""
 
     evaluation: Evaluation
     effects: EffectCosts
     auto: AutoChoice
     solvers: SolverCosts
     roads: RoadsCompared
-    current_bandwidth: float
+    current_bandwidth: float  # of the current loops [rad/s], for the Bode plots
 
 
 def accuracy_report(found: AccuracyFound) -> str:
@@ -223,19 +214,10 @@ def accuracy_lines(found: AccuracyFound) -> list[str]:
 
 
 def accuracy_json(found: AccuracyFound) -> str:
-    """All of it for machines.
-
-    Returns:
-        JSON with a ``schema_version``; SI units, null where a number is unknown or not finite.
-    """
+    """All of it as JSON text, in SI."""
     effects, auto, solvers = found.effects, found.auto, found.solvers
-    study, proof = found.evaluation.study, found.auto.proof
+    proof = found.auto.proof
     data = {
-        "schema_version": SCHEMA_VERSION,
-        "drivetrain": __version__,
-        "study": study.name,
-        "digest": study.digest,
-        "job": "accuracy",
         "effects": {
             "verdict": str(effects.full.verdict), "seconds": effects.seconds, "solver": effects.solver,
             "counters": dict(effects.counters), "tip_deviation": effects.full.tip_deviation,
@@ -270,7 +252,7 @@ def accuracy_json(found: AccuracyFound) -> str:
             for joint, told in found.roads.joints.items()
         },
     }  # fmt: skip
-    return json_text(data)
+    return json_text(job_data(found.evaluation.study, "accuracy") | data)
 
 
 def _changes(changes: Mapping[str, Change]) -> dict[str, dict[str, float]]:

@@ -19,13 +19,7 @@ _UNKNOWN = "not stated"
 
 @dataclass(frozen=True)
 class Group:
-    """Assumptions of one kind.
-
-    Attributes:
-        title: What they are about.
-        lines: (name, value) pairs.
-        notes: Sentences.
-    """
+    """Assumptions of one kind: names and values, and sentences."""
 
     title: str
     lines: tuple[tuple[str, str], ...]

@@ -31,17 +31,9 @@ KINDS = {"values": "must give numbers by the name of their control", "drives": "
 
 @dataclass(frozen=True)
 class Control:
-    """A number of the task that the page lets change.
-
-    Attributes:
-        name, label, unit: Of the number.
-        now: In the study.
-        low, high: Ends of its slider.
-        vary, payload: What it changes.
-    """
+    """A number of the task that the page lets change, from end to end of its slider."""
 
     name: str
-    label: str
     unit: str
     now: float
     low: float
@@ -51,12 +43,7 @@ class Control:
 
 
 class LivePage:
-    """A study on a page that answers.
-
-    Args:
-        study: Whose task is changed.
-        first: With what the page begins.
-    """
+    """A study on a page that answers, which begins with the first result."""
 
     def __init__(self, study: Study, first: Evaluation | Selection) -> None:
         self.study, self.first = study, first
@@ -80,18 +67,7 @@ class LivePage:
         return report_text(*report_content(self.first), live=live)
 
     def answer(self, asked: Any, *, anew: bool = False) -> dict[str, Any]:
-        """The report of what is asked for.
-
-        Args:
-            asked: ``values`` by the name of their control, ``drives`` (motor, gear) and ``ratios`` by joint.
-            anew: Whether drives are selected, instead of those asked for.
-
-        Returns:
-            ``content`` and ``data`` for the page's scripts, ``told`` in words, ``drives`` with their ratios.
-
-        Raises:
-            InputError: All that is wrong with it.
-        """
+        """The report of what is asked for, for the page's scripts: see ``KINDS``; anew: with drives selected."""
         result = self.result(asked, anew=anew)
         content, data, pictures = report_content(result, briefly=True)
         evaluation, selection = _evaluation(result), result if isinstance(result, Selection) else None
@@ -176,7 +152,7 @@ def _controls(study: Study) -> list[Control]:
             low, high = 0.0, 2.0 * now
         label = f"payload {payload}" if payload else str(vary).replace("_", " ")
         unit = "°C" if vary is Vary.AMBIENT else vary.unit
-        found.append(Control(label, label, unit, now, float(number(low)), float(number(high)), vary, payload))
+        found.append(Control(label, unit, now, float(number(low)), float(number(high)), vary, payload))
     return found
 
 

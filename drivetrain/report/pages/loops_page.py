@@ -9,16 +9,14 @@ from drivetrain.drive.amplifier import from_dc
 from drivetrain.drive.loops.loop_design import MODULUS_MARGIN, LoopDesign, Margins
 from drivetrain.report.charts.chart import captioned
 from drivetrain.report.charts.run_charts import bode_charts, step_chart
-from drivetrain.report.json_text import json_text
+from drivetrain.report.json_text import job_data, json_text
 from drivetrain.report.pages.sheet import Section, SheetTable, sheet
 from drivetrain.report.pages.views import anchor
 from drivetrain.report.quantities import DASH, number
 from drivetrain.sizing.answers.loops import JointLoops, StudyLoops, study_loops
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import Study
-from drivetrain.version import __version__
 
-SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without
 TURN = 2.0 * math.pi
 PER_RPM = TURN / 60.0  # rad/s
 
@@ -46,23 +44,11 @@ def loops_sentence(one: JointLoops) -> str:
 
 
 def loops_json(study: Study, found: StudyLoops) -> str:
-    """The loops as JSON text.
-
-    Returns:
-        JSON with a ``schema_version``; numbers in SI, null where a number is unknown or not finite; the same loops give
-        the same bytes.
-    """
-    data = {
-        "schema_version": SCHEMA_VERSION,
-        "drivetrain": __version__,
-        "study": study.name,
-        "digest": study.digest,
-        "job": "loops",
-        "stable": all(one.stable for one in found.joints) and not found.missing,
-        "joints": {one.joint: _data(one) for one in found.joints},
-        "missing": found.missing,
-    }
-    return json_text(data)
+    """The loops as JSON text, in SI."""
+    joints, stable = {one.joint: _data(one) for one in found.joints}, all(one.stable for one in found.joints)
+    return json_text(
+        job_data(study, "loops", stable=stable and not found.missing, joints=joints, missing=found.missing)
+    )
 
 
 def _limited(one: JointLoops) -> str:
@@ -234,9 +220,7 @@ def _data(one: JointLoops) -> dict[str, Any]:
         "gains": {
             **_cascade(design), "current_gain": one.current_gain, "current_integral": one.current_integral,
         },
-        "timing": {
-            "current_bandwidth": timing.current_bandwidth, "period": timing.period, "delay": timing.delay,
-        },
+        "timing": {name: getattr(timing, name) for name in ("current_bandwidth", "period", "delay")},
         "plant": {
             "torque_constant": axis.torque_constant, "ratio": axis.ratio, "rotor_inertia": axis.rotor_inertia,
             "load_inertia": [one.lightest, axis.load_inertia], "stiffness": axis.stiffness,
@@ -257,31 +241,17 @@ def _filtered(design: LoopDesign) -> dict[str, Any]:
 
 
 def _judged(design: LoopDesign) -> dict[str, Any]:
-    return {
-        "stable": design.stable,
-        "speed_bandwidth": design.speed_bandwidth,
-        "speed_reach": design.speed_reach,
-        "position_reach": design.position_reach,
-        "modulus_margin": design.modulus_margin,
-        "critical_frequency": design.critical_frequency,
-        "damping": design.damping,
-        "anti_resonance": design.anti_resonance,
-        "resonance": design.resonance,
+    names = ("stable", "speed_bandwidth", "speed_reach", "position_reach", "modulus_margin", "critical_frequency",
+             "damping", "anti_resonance", "resonance")  # fmt: skip
+    return {name: getattr(design, name) for name in names} | {
         "speed_margins": {"gain": design.speed_margins.gain, "phase": design.speed_margins.phase},
         "position_margins": {"gain": design.position_margins.gain, "phase": design.position_margins.phase},
         "poles": [[pole.real, pole.imag] for pole in design.poles],
     }
 
 
-TURN = 2.0 * math.pi
-
-
 def bode_section(evaluation: Evaluation, current_bandwidth: float) -> Section:
-    """Loops as fast as current loop, samples and spring let them be, with the load at its heaviest.
-
-    Args:
-        current_bandwidth: Of the current loops [rad/s].
-    """
+    """Loops as fast as current loop [rad/s], samples and spring let them be, with the load at its heaviest."""
     found = study_loops(evaluation, current_bandwidth=current_bandwidth)
     figures = [
         pair for one in found.joints

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from drivetrain.report.best_sets import WORDS, equals_sentence
+from drivetrain.report.best_sets import HEADINGS, WORDS, equals_sentence, set_rows
 from drivetrain.report.pages.sheet import Section, SheetTable
 from drivetrain.report.quantities import number
 from drivetrain.sizing.results import Selection
@@ -28,7 +28,8 @@ def proof_section(selection: Selection) -> Section:
     proven = selection.state is None or selection.proof.startswith("optimal")
     word, css = ("proven", "pass") if proven else ("not proven", "marginal")
     facts = (*_worth(selection), *_choice(selection), *_rules(selection), *_limit(selection))
-    return Section("The optimum and its proof", "proof", word, css, _lead(selection, proven), facts=facts)
+    return Section("The optimum and its proof", "proof", word, css, _lead(selection, proven), facts=facts,
+                   tables=_sets(selection))  # fmt: skip
 
 
 def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
@@ -46,6 +47,20 @@ def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
         "Python `select(study, resume=selection)` goes on from where this search stopped and loses nothing."
     )
     return told, on
+
+
+def _sets(selection: Selection) -> tuple[SheetTable, ...]:
+    """The best sets side by side, where there are several."""
+    weighted = selection.study.objective == "weighted"
+    rows = tuple(
+        (str(row.rank), *((row.objective,) if weighted else ()), row.mass, row.price, row.energy, row.utilisation,
+         "; ".join(row.changes))
+        for row in set_rows(selection)
+    )  # fmt: skip
+    headings = ("set", *((HEADINGS["weighted"],) if weighted else ()), "mass [kg]", "price", "energy a cycle [J]",
+                "highest utilisation", "differs from the first at")  # fmt: skip
+    title = f"The best sets: {len(rows)} that hold every check, best first"
+    return (SheetTable(headings, rows, title, tuple(range(len(headings) - 1))),) if rows else ()
 
 
 def _worth(selection: Selection) -> list[tuple[str, str]]:

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.drive.matching import RatioRange
 from drivetrain.errors import Fault, InputError
 from drivetrain.report.charts.answer_charts import free_ratio_charts, ratio_charts
 from drivetrain.report.charts.chart import captioned
-from drivetrain.report.json_text import json_text
+from drivetrain.report.json_text import job_data, json_text
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS, anchor
 from drivetrain.report.quantities import DASH, number, percent, with_unit
 from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
 from drivetrain.sizing.answers.ratio import ClosedForms, RatioPoint, RatioStudy, RatioWindow
 from drivetrain.study.parts.verdicts import Verdict
-from drivetrain.version import __version__
 
 METHOD = (
     "Motor torque at the ratio G is T/G + rotor inertia · G · acceleration, with the mesh's loss by the direction of "
@@ -34,51 +32,22 @@ METHOD = (
 
 
 def ratio_report(studies: Sequence[RatioStudy]) -> str:
-    """The ratio studies of one task as one page that needs nothing from outside.
-
-    Raises:
-        InputError: No study.
-    """
+    """The ratio studies of one task as one page that needs nothing from outside."""
     if not studies:
         raise InputError(Fault("joints", "none of them moves, so no ratio decides anything"))
     method = Section("How to read this", "method", notes=METHOD)
     return sheet(studies[0].study, "Gear ratios", [_overview(studies), *map(_joint, studies), method])
 
 
-@dataclass(frozen=True)
-class RatioRow:
-    """One window of one joint as texts; a joint without any has one row too.
-
-    Attributes:
-        joint, anchor, motor, gear, own: The joint, its place on the page, its drive and the gear's own ratio.
-        low, high, low_binding, high_binding: Ends of the window, and what fails beyond them.
-        best, used: The ratio of least utilisation, and that utilisation.
-        css: Class of the row.
-    """
-
-    joint: str
-    anchor: str
-    motor: str
-    gear: str
-    own: str
-    low: str
-    high: str
-    low_binding: str
-    high_binding: str
-    best: str
-    used: str
-    css: str
-
-
-def ratio_rows(found: RatioStudy) -> list[RatioRow]:
-    """What a table of ratio studies holds of one joint."""
+def ratio_rows(found: RatioStudy) -> list[tuple[str | Chip, ...]]:
+    """A row for every window of one joint; without any one row too."""
     nothing = RatioWindow(math.nan, math.nan, found.best.binding, found.best.binding)
     return [
-        RatioRow(
-            found.joint, anchor(found.joint), found.motor, found.gear or "ideal gear", number(found.drive.gear.ratio),
-            "no ratio" if window is nothing else number(window.low), number(window.high), window.low_binding or DASH,
-            window.high_binding or DASH, number(found.best.ratio), percent(found.best.utilisation),
-            "fail" if window is nothing else "pass",
+        (
+            found.joint, found.motor, found.gear or "ideal gear", number(found.drive.gear.ratio),
+            Chip("no ratio", "fail") if window is nothing else Chip(number(window.low), "pass"), number(window.high),
+            window.low_binding or DASH, window.high_binding or DASH, number(found.best.ratio),
+            percent(found.best.utilisation),
         )
         for window in found.windows or (nothing,)
     ]  # fmt: skip
@@ -113,11 +82,7 @@ def _overview(studies: Sequence[RatioStudy]) -> Section:
     """One table of all joints."""
     headings = ("joint", "motor", "gear varied", "its ratio", "every check holds from", "to", "ended below by",
                 "ended above by", "least utilisation at", "utilisation there")  # fmt: skip
-    rows = tuple(
-        (row.joint, row.motor, row.gear, row.own, Chip(row.low, row.css), row.high, row.low_binding, row.high_binding,
-         row.best, row.used)
-        for found in studies for row in ratio_rows(found)
-    )  # fmt: skip
+    rows = tuple(row for found in studies for row in ratio_rows(found))
     return Section("Every joint", "joints", tables=(SheetTable(headings, rows, "", (3, 4, 5, 8, 9)),))
 
 
@@ -177,26 +142,11 @@ def _small_percent(share: float) -> str:
     return f"{number(100.0 * share, 2)}\u00a0%" if share >= 1e-4 else "below 0.01\u00a0%"
 
 
-SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without
-
-
 def ratio_json(studies: Sequence[RatioStudy]) -> str:
-    """The ratio studies of one task as JSON text.
-
-    Returns:
-        JSON with a ``schema_version``; numbers in SI, temperatures in degrees Celsius, null where a number is unknown
-        or not finite; the same studies give the same bytes.
-    """
-    data = {
-        "schema_version": SCHEMA_VERSION,
-        "drivetrain": __version__,
-        "study": studies[0].study.name if studies else "",
-        "digest": studies[0].study.digest if studies else "",
-        "job": "ratio",
-        "feasible": all(found.feasible for found in studies),
-        "joints": {found.joint: _joint_data(found) for found in studies},
-    }
-    return json_text(data)
+    """The ratio studies of one task as JSON text, in SI and degrees Celsius."""
+    joints = {found.joint: _joint_data(found) for found in studies}
+    feasible = all(found.feasible for found in studies)
+    return json_text(job_data(studies[0].study, "ratio", feasible=feasible, joints=joints))
 
 
 def _range_data(span: RatioRange | None) -> list[float | None] | None:
@@ -207,13 +157,7 @@ def _joint_data(found: RatioStudy) -> dict[str, Any]:
     forms, match, limits = found.closed_forms, found.closed_forms.load_match, found.limits
     return {
         "drive": {"motor": found.motor, "gear": found.gear, "ratio": found.drive.gear.ratio},
-        "windows": [
-            {
-                "low": window.low, "high": window.high,
-                "low_binding": window.low_binding, "high_binding": window.high_binding,
-            }
-            for window in found.windows
-        ],
+        "windows": [vars(window) for window in found.windows],
         "best": _point_data(found.best),
         "matched_inertia": forms.matching,
         "least_rms_torque": forms.least_rms,
@@ -225,7 +169,7 @@ def _joint_data(found: RatioStudy) -> dict[str, Any]:
             "range": _range_data(match.range),
             "best": match.best,
         },
-        "limits": {name: getattr(limits, name) for name in vars(limits)},
+        "limits": vars(limits),
         "gears": [
             {
                 "gear": gear.key, "ratio": gear.ratio, "utilisation": gear.utilisation,
@@ -233,23 +177,18 @@ def _joint_data(found: RatioStudy) -> dict[str, Any]:
             }
             for gear in found.gears
         ],
-        "reaction": {name: share for name, share in found.reaction.items()},
+        "reaction": dict(found.reaction),
         "not_checked": [check.name for check in found.lacking],
         "notes": list(found.notes),
         "points": [_point_data(point) for point in found.points],
     }  # fmt: skip
 
 
+POINT = ("ratio", "rms_torque", "peak_torque", "motor_speed", "winding_temperature", "utilisation", "binding")
+
+
 def _point_data(point: RatioPoint) -> dict[str, Any]:
-    return {
-        "ratio": point.ratio,
-        "rms_torque": point.rms_torque,
-        "peak_torque": point.peak_torque,
-        "motor_speed": point.motor_speed,
-        "winding_temperature": point.winding_temperature,
-        "utilisation": point.utilisation,
-        "binding": point.binding,
-    }
+    return {name: getattr(point, name) for name in POINT}
 
 
 WORDS = {

@@ -8,16 +8,17 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup
 
-from drivetrain.report.best_sets import HEADINGS, set_rows
+from drivetrain.report.best_sets import HEADINGS
 from drivetrain.report.charts.arm_charts import heat_chart, margin_chart, power_chart
 from drivetrain.report.charts.chart import INSTANTS, JOINT_COLOURS, Chart, Pictures, moving_script
 from drivetrain.report.charts.motion_data import FOLLOWS, SUPPLIES, gear_limits, motion_data
 from drivetrain.report.pages.assumptions import assumption_groups
 from drivetrain.report.pages.proof_section import proof_section, search_table
-from drivetrain.report.pages.sheet import TEMPLATES, Extra, page_text, with_markup
-from drivetrain.report.pages.spread_section import spread_frame
+from drivetrain.report.pages.sheet import TEMPLATES, Extra, SheetTable, page_text, with_markup
+from drivetrain.report.pages.spread_section import spread_section
 from drivetrain.report.pages.views import (
     CSS,
+    CheckRow,
     check_row,
     check_rows,
     joint_card,
@@ -33,9 +34,10 @@ from drivetrain.report.words import (
     OUTSIDE,
     gaps,
     headline,
-    identity,
+    named,
     objective_text,
     overall_sentence,
+    study_facts,
 )
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.checks import factors
@@ -67,19 +69,15 @@ def html_report(
 def report_content(
     result: Evaluation | Selection, *, spread: Spread | None = None, extra: Extra | None = None, briefly: bool = False
 ) -> tuple[dict[str, Any], dict[str, Any], Pictures]:
-    """What the template lays out, the data of the moving pictures, and the other pictures.
-
-    Args:
-        briefly: Without what needs further evaluations.
-    """
+    """What the template lays out, data of the moving pictures, other pictures; briefly: without more evaluations."""
     selection = result if isinstance(result, Selection) else None
     evaluation = result.evaluation if isinstance(result, Selection) else result
     rejected = None if selection is None else selection.rejected
     pictures = Pictures()
     content = _frame(evaluation, selection) | _body(evaluation, selection, rejected, pictures)
     content["groups"] = assumption_groups(evaluation, briefly=briefly)
-    content |= spread_frame(spread, pictures)
-    content["extra"] = [] if extra is None else [with_markup(section, pictures) for section in extra.sections]
+    beside = [*([] if spread is None else [spread_section(spread)]), *([] if extra is None else extra.sections)]
+    content["extra"] = [with_markup(section, pictures) for section in beside]
     data: dict[str, Any] = {"instants": INSTANTS, "motion": motion_data(evaluation)} if evaluation.joints else {}
     if selection is not None and rejected is not None and len(rejected):
         data["rejected"] = rejected_data(selection, rejected)
@@ -88,11 +86,7 @@ def report_content(
 
 
 def report_text(content: dict[str, Any], data: dict[str, Any], pictures: Pictures, live: str = "") -> str:
-    """The page.
-
-    Args:
-        live: Controls of a page that answers (see ``live_page``); empty: none.
-    """
+    """The page, perhaps with the controls of one that answers."""
     script = Markup((TEMPLATES / "page.js").read_text(encoding="utf-8"))
     answers = Markup((TEMPLATES / "live.js").read_text(encoding="utf-8")) if live else ""
     return page_text(
@@ -108,7 +102,7 @@ def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any
     return {
         "kind": "Drive sizing report" if selection is None else "Drive selection report",
         "study": study,
-        "facts": _facts(study),
+        "facts": study_facts(study),
         "verdict": str(verdict),
         "verdict_css": CSS[verdict],
         "headline": headline(evaluation, selection),
@@ -127,26 +121,6 @@ def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any
     }
 
 
-def _facts(study: Study) -> list[str]:
-    """The line under the title."""
-    arm = f"{len(study.joints)} joint{'s' if len(study.joints) > 1 else ''}"
-    return [
-        arm if study.arm is None else f"{study.arm.name}, {arm}",
-        _task(study),
-        f"supply {with_unit(study.supply.voltage, 'V')}",
-        f"ambient {study.ambient:g} °C",
-    ]
-
-
-def _task(study: Study) -> str:
-    """How long what is repeated, of a mix which shares."""
-    cycle = study.cycle
-    if len(cycle.parts) == 1:
-        return f"cycle of {number(cycle.duration)} s"
-    shares = ", ".join(f"{percent(share)} {name}" for share, name in zip(cycle.shares, cycle.part_names, strict=True))
-    return f"mix of {shares}"
-
-
 def _body(
     evaluation: Evaluation, selection: Selection | None, rejected: pd.DataFrame | None, pictures: Pictures
 ) -> dict[str, Any]:
@@ -163,7 +137,7 @@ def _body(
     return {
         "rows": rows,
         "matrix": matrix(evaluation),
-        "unchecked": [row for row in rows if row.css == "unchecked"],
+        "unchecked": _unchecked(rows),
         "joints": joints,
         "shared": [check_row(shared_place(check), check) for check in evaluation.shared],
         "moments": _moments(evaluation),
@@ -172,8 +146,6 @@ def _body(
         "supply_figure": picture(power_chart(evaluation)),
         "heat_figure": picture(heat_chart(evaluation)),
         "rejected": _rejected_words(evaluation, rejected),
-        "sets": [] if selection is None else set_rows(selection),
-        "share_heading": HEADINGS[evaluation.study.objective],
         "is_selection": selection is not None,
         "factored": any(
             factors(evaluation.study.safety)[check.name] != 1.0
@@ -185,8 +157,14 @@ def _body(
         "rejecting_checks": checks,
         "rejected_counts": counts,
         "passed_over": passed_over(evaluation.study.joints),
-        "outside": OUTSIDE,
+        "outside": SheetTable(("not in any verdict above", "what it would take to check it"), OUTSIDE),
     }
+
+
+def _unchecked(rows: list[CheckRow]) -> SheetTable | None:
+    left = [(row.joint, row.name, row.required, row.unit, row.remark or "data missing") for row in rows
+            if row.css == "unchecked"]  # fmt: skip
+    return SheetTable(("joint", "check", "required", "unit", "why"), tuple(left), "", (2,)) if left else None
 
 
 def _moments(evaluation: Evaluation) -> dict[str, str]:
@@ -235,31 +213,25 @@ def _joint(joint: JointResult, evaluation: Evaluation) -> dict[str, Any]:
         "assumptions": joint.drive.assumptions,
         "remarks": joint.remarks,
         "parts": used_rows(joint, study),
-        "motor_name": identity(joint.drive.motor),
-        "gear_name": identity(gear),
-        "names": {},
-        "alternatives": [],
-        "misses": [],
-        "rejected": 0,
+        "tables": [],
     }
 
 
-def _others(selection: Selection, rejected: pd.DataFrame, joint: str) -> dict[str, Any]:
+def _others(selection: Selection, rejected: pd.DataFrame, joint: str) -> dict[str, list[SheetTable]]:
     """What only a selection knows of a joint: who else passes, and who failed by little."""
-    catalog, safety = selection.evaluation.study.catalog, selection.evaluation.study.safety
-    alternatives, misses = _alternatives(selection, joint), nearest_misses(rejected, joint, safety)
-    pairs = [(motor, gear) for motor, gear, _ in alternatives] + [(miss.motor, miss.gear) for miss in misses]
-    names = {motor: identity(catalog.motors.get(motor)) for motor, _ in pairs}
-    return {
-        "alternatives": alternatives,
-        "misses": misses,
-        "names": names | {gear: identity(catalog.gears.get(gear)) for _, gear in pairs},
-        "rejected": int((rejected["joint"] == joint).sum()),
-    }
+    study, found = selection.study, []
+    catalog, worth = study.catalog, HEADINGS[study.objective]
 
+    def pair(motor: str, gear: str) -> tuple[str, str]:
+        known = catalog.motors.get(motor), catalog.gears.get(gear)
+        return named(motor, known[0]), named(gear or "direct drive", known[1])
 
-def _alternatives(selection: Selection, joint: str) -> list[tuple[str, str, str]]:
-    """The next best pairs of a joint that also pass."""
-    return [
-        (motor, gear or "direct drive", number(share)) for motor, gear, share in selection.alternatives.get(joint, ())
-    ]
+    after = tuple((*pair(motor, gear), number(share)) for motor, gear, share in selection.alternatives.get(joint, ()))
+    if after:
+        found.append(SheetTable(("motor", "gear", worth), after, "Runners-up", (2,)))
+    rows = tuple((*pair(*one[:2]), *one[2:]) for one in nearest_misses(rejected, joint, study.safety))
+    if rows:
+        headings = ("motor", "gear", "rejected by", "required", "available", "unit", "utilisation", worth)
+        title = f"Closest of the {(rejected['joint'] == joint).sum()} rejected"
+        found.append(SheetTable(headings, rows, title, (3, 4, 6, 7)))
+    return {"tables": found}

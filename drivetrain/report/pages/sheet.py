@@ -22,91 +22,54 @@ def sheet(study: Study, kind: str, sections: Sequence[Section]) -> str:
     """One answer as one page that needs nothing from outside."""
     pictures = Pictures()
     placed = [with_markup(section, pictures) for section in sections]
-    return page_text(
-        "sheet.html.j2",
-        study=study,
-        kind=kind,
-        sections=placed,
-        pictures=pictures.end(),
-    )
+    return page_text("sheet.html.j2", study=study, kind=kind, sections=placed, pictures=pictures.end())
 
 
 @dataclass(frozen=True)
 class Chip:
-    """A coloured word in a table.
-
-    Attributes:
-        text: The word.
-        css: ``pass``, ``marginal``, ``fail`` or ``unchecked``.
-    """
+    """A coloured word in a table."""
 
     text: str
-    css: str
+    css: str  # pass, marginal, fail or unchecked
 
 
 @dataclass(frozen=True)
 class SheetTable:
-    """A table of texts.
-
-    Attributes:
-        headings: Of the columns.
-        rows: One text or chip a column.
-        title: Above it; empty for none.
-        numeric: Indices of the columns that hold numbers.
-    """
+    """A table of texts."""
 
     headings: tuple[str, ...]
     rows: tuple[tuple[str | Chip, ...], ...]
     title: str = ""
-    numeric: tuple[int, ...] = ()
+    numeric: tuple[int, ...] = ()  # columns that hold numbers
 
 
 @dataclass(frozen=True)
 class Section:
-    """One part of the page.
-
-    Attributes:
-        title, anchor: Its heading, and its place on the page.
-        word, css: A coloured word beside the heading; empty for none.
-        lead: Paragraphs.
-        figures: Pictures, each with its caption.
-        tables: Below them.
-        notes: A list at the end.
-        facts: Names and values, before the pictures.
-    """
+    """One part of the page: heading, paragraphs, facts, pictures, tables, notes."""
 
     title: str
-    anchor: str
-    word: str = ""
+    anchor: str  # its place on the page
+    word: str = ""  # beside the heading, in the colour of
     css: str = ""
     lead: tuple[str, ...] = ()
-    figures: tuple[tuple[Chart | str, str], ...] = ()
+    figures: tuple[tuple[Chart, str], ...] = ()  # with their captions
     tables: tuple[SheetTable, ...] = ()
     notes: tuple[str, ...] = ()
-    facts: tuple[tuple[str, str], ...] = ()
+    facts: tuple[tuple[str, str], ...] = ()  # names and values
 
 
 @dataclass(frozen=True, eq=False)
 class Extra:
-    """What stands in a report beside its usual content.
-
-    Attributes:
-        sections: Of the page.
-        data: Keys of ``result.json``.
-    """
+    """What stands in a report beside its usual content."""
 
     sections: tuple[Section, ...] = ()
-    data: dict[str, Any] = field(default_factory=dict)
+    data: dict[str, Any] = field(default_factory=dict)  # keys of result.json
 
 
 def with_markup(section: Section, pictures: Pictures | None = None) -> dict[str, object]:
     """A section for a template, its charts put among the pictures of the page."""
     shown = {name: getattr(section, name) for name in section.__dataclass_fields__}
-    placed = [
-        (Markup(figure) if isinstance(figure, str) or pictures is None else pictures.add(figure), caption)
-        for figure, caption in section.figures
-    ]
-    return shown | {"figures": placed}
+    return shown | {"figures": [] if pictures is None else [(pictures.add(one), told) for one, told in section.figures]}
 
 
 def page_text(template: str, **content: Any) -> str:

@@ -13,8 +13,7 @@ from drivetrain.report.pages.views import CSS
 from drivetrain.report.quantities import DASH, number, printed_unit, with_unit
 from drivetrain.report.words import common_unit, end_of, required_text
 from drivetrain.simulation.cost_results import Decision
-from drivetrain.simulation.recording import Recording
-from drivetrain.simulation.unaccounted import UNACCOUNTED
+from drivetrain.simulation.recording import UNACCOUNTED, Recording
 from drivetrain.sizing.results import Evaluation
 
 DOUBTS = (UNACCOUNTED, "verify")  # events by which a run says that it is not to be trusted
@@ -23,25 +22,15 @@ MOST_EVENTS = 40  # told in the table; the recording holds them all
 
 @dataclass(frozen=True, eq=False)
 class SimulationFound:
-    """A run and what it decides.
-
-    Attributes:
-        evaluation: Of the drives.
-        recording: Of the run.
-        decision: What it decides; None for an inverse run, or one that was stopped.
-        plan: Printed.
-        effects: What was in, in words.
-        limits: ``current`` [A] and ``voltage`` [V] by joint.
-        current_bandwidth: Of the current loops [rad/s].
-    """
+    """A run and what it decides."""
 
     evaluation: Evaluation
     recording: Recording
-    decision: Decision | None
-    plan: str
-    effects: str
-    limits: Mapping[str, Mapping[str, float]]
-    current_bandwidth: float
+    decision: Decision | None  # None for an inverse run, or one that was stopped
+    plan: str  # printed
+    effects: str  # that were in, in words
+    limits: Mapping[str, Mapping[str, float]]  # current [A] and voltage [V] by joint
+    current_bandwidth: float  # of the current loops [rad/s]
 
 
 def simulation_report(found: SimulationFound) -> str:

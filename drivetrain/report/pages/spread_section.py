@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.report.charts.arm_charts import MOST_BARS, UNITS, tornado_chart
-from drivetrain.report.charts.chart import Pictures
+from drivetrain.report.pages.sheet import Section, SheetTable
 from drivetrain.report.quantities import percent
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.tolerance.monte_carlo import Chance, Robustness
@@ -15,18 +15,16 @@ from drivetrain.study.model import Study
 
 SURE = 0.9999  # of a probability: checks that hold more often are not listed one by one
 MOST_FIGURES = 4
+TORNADO = (
+    "Each value by itself at both ends of its tolerance (twice the standard deviation of a normal one), all others "
+    "nominal; bars end at ten times the limit. Point at an end for the share by which the variance of this utilisation "
+    "would fall, were that number known, counted from arms in which all of them scatter."
+)
 
 
 @dataclass(frozen=True)
 class ChanceRow:
-    """One probability as it stands in the table.
-
-    Attributes:
-        place, check: Joint or supply, and the check; an empty check: all of them.
-        probability, error, interval: Texts.
-        usual: Utilisations that 5, 50 and 95 of 100 arms stay below, as text.
-        share: The probability, for sorting.
-    """
+    """One probability as texts; an empty check: all of them. ``share``: for sorting."""
 
     place: str
     check: str
@@ -37,31 +35,26 @@ class ChanceRow:
     share: float
 
 
-def spread_frame(found: Spread | None, pictures: Pictures) -> dict[str, Any]:
-    """What the page's template asks of the scatter.
-
-    Args:
-        found: Of ``spread``; None where nothing scatters.
-        pictures: Of the page.
-    """
-    if found is None:
-        return {"spread": None}
+def spread_section(found: Spread) -> Section:
+    """What the scatter does, for the report."""
     told = found.robustness
-    figures = [
-        (tornado, pictures.add(tornado_chart(tornado)), max(len(tornado.bars) - MOST_BARS, 0))
-        for tornado in [one for one in found.tornadoes if one.bars][:MOST_FIGURES]
-    ]
-    return {
-        "spread": {
-            "sentence": chance_sentence(told),
-            "choice": "" if found.choice is None else found.choice.proof,
-            "laws": law_lines(told.evaluation.study),
-            "rows": chance_rows(told),
-            "figures": figures,
-            "samples": _grouped(told.samples),
-            "seed": told.seed,
-        }
-    }
+    figures = []
+    for one in [one for one in found.tornadoes if one.bars][:MOST_FIGURES]:
+        left = len(one.bars) - MOST_BARS
+        figures.append((tornado_chart(one), TORNADO + (f" {left} narrower bars are left out." if left > 0 else "")))
+    rows = tuple(
+        (one.place, one.check, one.probability, one.error, one.interval, one.usual) for one in chance_rows(told)
+    )
+    choice = "" if found.choice is None else f" The set {found.choice.proof}."
+    how = (
+        f"{_grouped(told.samples)} arms, seed {told.seed}; each evaluated by all checks with values of its own, motor "
+        "and gear of each joint drawn by themselves, the air and each payload once an arm, nothing correlated beyond "
+        f"that. Limits from data sheets stay as printed. {'; '.join(law_lines(told.evaluation.study))}."
+    )
+    headings = ("where", "check", "holds in", "standard error", "95 % interval",
+                "utilisation that 5 / 50 / 95 % of the arms stay below")  # fmt: skip
+    return Section("What tolerances do", "spread", lead=(f"{chance_sentence(told)}{choice}",), figures=tuple(figures),
+                   tables=(SheetTable(headings, rows, "", (2, 3, 4, 5)),), notes=(how,))  # fmt: skip
 
 
 def chance_sentence(told: Robustness) -> str:

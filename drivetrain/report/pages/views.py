@@ -37,15 +37,9 @@ MOST_SHOWN = 8  # candidates a list; the file rejected.csv holds them all
 
 @dataclass(frozen=True)
 class CheckRow:
-    """One check of one joint as it stands in the table.
+    """One check of one joint, or of the supply, as texts; ``told``: what a check without a verdict tells.
 
-    Attributes:
-        joint: Its name, or ``supply``.
-        name, required, available, unit, utilisation, margin, time, source, remark, verdict: Texts.
-        told: The number that a check without a verdict tells, with its unit; a dash when it tells none.
-        css: Class of the verdict.
-        share: Utilisation as a number for sorting and the bar; -1 when not checked.
-        seconds: Instant for sorting [s]; -1 when it belongs to none.
+    Utilisation and instant [s] stand there as numbers for sorting too, -1 where there is none.
     """
 
     joint: str
@@ -67,18 +61,7 @@ class CheckRow:
 
 @dataclass(frozen=True)
 class JointCard:
-    """One joint in the verdict box and in the navigation.
-
-    Attributes:
-        name, anchor, verdict, css: The joint and its verdict.
-        motor, gear: Keys as printed.
-        motor_name, gear_name: Maker, series and part number, as far as known.
-        sentence: What limits it.
-        lead: The same as a whole sentence.
-        utilisation: Of the binding check, as text.
-        share: The same as a number; 0 when nothing was checked.
-        colour: Of the joint in pictures.
-    """
+    """One joint in the verdict box and in the navigation; ``share``: utilisation of the binding check."""
 
     name: str
     anchor: str
@@ -90,22 +73,13 @@ class JointCard:
     gear_name: str
     sentence: str
     lead: str
-    utilisation: str
     share: float
     colour: str
 
 
 @dataclass(frozen=True)
 class Part:
-    """One catalogue row as used.
-
-    Attributes:
-        title: Maker, series and part number.
-        key: In the catalogue.
-        source: Where the row is from.
-        cells: (name, value, unit, meaning) of every known field.
-        missing: Names of the fields that the sheet leaves empty.
-    """
+    """One catalogue row as used: (name, value, unit, meaning) of every known field, names of the others."""
 
     title: str
     key: str
@@ -180,18 +154,13 @@ def joint_card(joint: JointResult, colour: str = "") -> JointCard:
         identity(joint.drive.gear),
         joint_sentence(joint),
         f"{nearness(joint.binding).capitalize()}: {joint_sentence(joint)}.",
-        percent(None if joint.binding is None else joint.binding.utilisation),
         min(share, 1e9),
         colour,
     )
 
 
 def matrix(evaluation: Evaluation) -> list[tuple[str, list[CheckRow | None]]]:
-    """Check names against joints: one coloured cell each.
-
-    Returns:
-        (check name, one row a joint or None), checks in the order in which the joints list them.
-    """
+    """Checks, in the order in which the joints list them, each with its row for every joint."""
     names: dict[str, None] = {}
     for joint in evaluation.joints.values():
         names |= dict.fromkeys(check.name for check in joint.checks)
@@ -228,11 +197,7 @@ def used_rows(joint: JointResult, study: Study) -> list[Part]:
 
 
 def passed_over(tasks: tuple[JointTask, ...]) -> list[tuple[str, tuple[str, ...]]]:
-    """What the rules of the study filtered out; joints with the same rules together.
-
-    Returns:
-        (joints, what was filtered out of each table).
-    """
+    """What the rules of the study filtered out of each table; joints with the same rules together."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for task in tasks:
         if task.passed_over:
@@ -255,55 +220,10 @@ def _described(column: Column | None) -> tuple[str, str]:
     return ("°C" if column.unit in ("degC", "C") else "" if column.unit == "1" else column.unit), column.meaning
 
 
-@dataclass(frozen=True)
-class RejectedRow:
-    """One rejected candidate, as texts.
-
-    Attributes:
-        motor, gear, check, required, available, unit, utilisation, objective: Texts.
-    """
-
-    motor: str
-    gear: str
-    check: str
-    required: str
-    available: str
-    unit: str
-    utilisation: str
-    objective: str
-
-
-def rejected_row(one: RejectedPair, factor: float = 1.0) -> RejectedRow:
-    """A rejected candidate as texts.
-
-    Args:
-        factor: The safety factor in what is required.
-    """
-    check = Check(
-        "", one.required, one.available, one.unit, one.utilisation, Verdict.FAIL, factor=factor
-    )  # fmt: skip
-    shown = common_unit(check)
-    available = number(float(convert(one.available, one.unit, shown)), digits_near_limit(one.utilisation))
-    return RejectedRow(
-        one.motor,
-        one.gear or "direct drive",
-        one.check,
-        required_text(check, shown),
-        available,
-        printed_unit(shown),
-        percent(one.utilisation),
-        number(one.objective),
-    )
-
-
 def rejected_counts(
     counts: Mapping[tuple[str, str], int], joints: Iterable[str]
 ) -> tuple[list[str], list[tuple[str, int, list[int]]]]:
-    """How many candidates each check rejected at each joint.
-
-    Args:
-        counts: By (joint, check).
-    """
+    """The rejecting checks, and joint by joint how many candidates there were and how many each check rejected."""
     totals: Counter[str] = Counter()
     for (_, check), count in counts.items():
         totals[check] += count
@@ -315,13 +235,19 @@ def rejected_counts(
     return checks, rows
 
 
-def nearest_misses(rejected: pd.DataFrame, joint: str, safety: Safety) -> list[RejectedRow]:
-    """The candidates of a joint that failed by the least."""
-    factor = factors(safety)
+def nearest_misses(rejected: pd.DataFrame, joint: str, safety: Safety) -> list[tuple[str, ...]]:
+    """The candidates of a joint that failed by the least: motor, gear, check, required, limit, unit, used, worth."""
+    factor, rows = factors(safety), list[tuple[str, ...]]()
     own = rejected[rejected["joint"] == joint]
     used = own["utilisation"].to_numpy(dtype=float)
     if len(used) > MOST_SHOWN:
         own = own[used <= np.partition(used, MOST_SHOWN - 1)[MOST_SHOWN - 1]]
-    rows = [RejectedPair(*values) for values in own[list(COLUMNS)].itertuples(index=False, name=None)]
-    rows.sort(key=lambda one: (one.utilisation, one.objective, one.motor, one.gear))
-    return [rejected_row(one, factor.get(one.check, 1.0)) for one in rows[:MOST_SHOWN]]
+    found = [RejectedPair(*values) for values in own[list(COLUMNS)].itertuples(index=False, name=None)]
+    for one in sorted(found, key=lambda one: (one.utilisation, one.objective, one.motor, one.gear))[:MOST_SHOWN]:
+        check = Check("", one.required, one.available, one.unit, one.utilisation, Verdict.FAIL,
+                      factor=factor.get(one.check, 1.0))  # fmt: skip
+        shown = common_unit(check)
+        available = number(float(convert(one.available, one.unit, shown)), digits_near_limit(one.utilisation))
+        rows.append((one.motor, one.gear, one.check, required_text(check, shown), available, printed_unit(shown),
+                     percent(one.utilisation), number(one.objective)))  # fmt: skip
+    return rows

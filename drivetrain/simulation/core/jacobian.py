@@ -38,7 +38,6 @@ from drivetrain.simulation.core.records import (
     world_of,
 )
 from drivetrain.simulation.planning.plan import Plan
-from drivetrain.solvers.linear import column_groups
 
 TIP = tuple(signal.name for signal in named.TIP_TAKEN)
 PROBES = 2  # postures
@@ -256,3 +255,27 @@ def room(sizes: Array, c: int, hangs: Any) -> Mapping[str, Any]:
         "slid": np.zeros(c, dtype=np.int64), "torques": np.zeros(c), "own": np.zeros(c), "groups": groups,
         "members": members, "row_starts": row_starts, "rows": rows,
     }  # fmt: skip
+
+
+def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:
+    """Groups of columns that share no row, so that one difference serves them all."""
+    full = np.asarray(sparsity, dtype=bool)
+    groups: list[list[int]] = []
+    taken: list[Any] = []
+    for j in sorted(range(size), key=lambda j: -int(full[:, j].sum())):
+        fits = [k for k, rows in enumerate(taken) if not (rows & full[:, j]).any()]
+        if not full[:, j].any():
+            continue
+        if fits:
+            groups[fits[0]].append(j)
+            taken[fits[0]] = taken[fits[0]] | full[:, j]
+        else:
+            groups.append([j])
+            taken.append(full[:, j].copy())
+    rows = [np.flatnonzero(full[:, j]) for j in range(size)]
+    return (
+        np.cumsum([0, *(len(group) for group in groups)], dtype=np.int64),
+        np.array([j for group in groups for j in group], dtype=np.int64),
+        np.cumsum([0, *(len(r) for r in rows)], dtype=np.int64),
+        np.concatenate(rows).astype(np.int64),
+    )

@@ -37,25 +37,18 @@ class Bounds:
 
 @dataclass
 class Dry:
-    """Dry friction of a coordinate.
+    """Dry friction of a coordinate."""
 
-    Attributes:
-        joint, motor: Bounds of the joint and, at the joint, of the motor.
-        driving, driven: Loss of the mesh over the torque it transmits [-].
-        active: Whether there is any.
-        mode: 1 slides forward, -1 backward, 0 sticks.
-        load_sign: Of the transmitted torque.
-        given: Whether the mode is not to be changed.
-    """
-
+    # bounds of the joint and, at the joint, of the motor
     joint: Bounds
     motor: Bounds
+    # loss of the mesh over the torque it transmits [-]
     driving: float = 0.0
     driven: float = 0.0
-    active: int = 0
-    mode: int = 0
-    load_sign: int = 1
-    given: int = 0
+    active: int = 0  # whether there is any
+    mode: int = 0  # 1 slides forward, -1 backward, 0 sticks
+    load_sign: int = 1  # of the transmitted torque
+    given: int = 0  # whether the mode is not to be changed
 
 
 @dataclass
@@ -69,68 +62,53 @@ class Tried:
 
 @dataclass
 class Coordinate:
-    """A coordinate of the mechanics: of a joint (or its shaft, where motors are coupled), or of a rotor on a spring.
+    """A coordinate of the mechanics: of a joint (or its shaft, where motors are coupled), or of a rotor on a spring."""
 
-    Attributes:
-        motor, ratio, coupled: Of a joint: its motor's coordinate, motor angle over joint coordinate, whether motors are
-            coupled there.
-        inertia, weight, phase, rotor: Of a scene without an arm: inertia, torque of the weight along x, angle from x,
-            the rotor's share of the inertia.
-        felt, factor, own: Where motors are coupled: the body's coordinate whose turning the motor feels (-1: none), by
-            how much, inertia of reflected rotors at the shaft [kg m^2 or kg].
-        position, speed: States; of a rotor the wind-up of its spring [rad].
-        position_rate, speed_rate: Of these, at an instant.
-        last: Acceleration of the last step [rad/s^2].
-        right: Impulse without friction [N m s].
-        change: Of the speed over a step [rad/s], at an instant the acceleration.
-        relative: Speed over what it slides on [rad/s].
-        surface: Speed of that [rad/s].
-        transmitted: Torque through the mesh without changes of speed [N m].
-        friction: What dry friction takes [N m].
-        margin: How far its mode is from changing.
-        place, guess: Position, and guessed speed of the middle of a step [rad or m, and per s].
-        trial: Speed of the middle at which springs and the tip's surroundings were asked [rad/s].
-        bias, felt_bias: Torque at constant speed, and the part of it that the motor feels [N m or N].
-        sliding: Of the coordinates that slide, the one at this place.
-        before, gave: Mode before a step or an event, and the direction in which it was last seen to give while stuck.
-        loose, found_mode, found_sign, found_given: Of those that let go together the one at this place, and what
-            friction does in the solution that is kept, while others are tried.
-        slow, fast: Between which rates of its spring the answer lies.
-    """
-
+    # of a joint: its motor's coordinate, motor angle over joint coordinate, whether motors are coupled there
     motor: int
     ratio: float
     coupled: int
+    # of a scene without an arm: inertia, torque of the weight along x, angle from x, the rotor's share of the inertia
     inertia: float
     weight: float
     phase: float
     rotor: float
+    # where motors are coupled: the body's coordinate whose turning the motor feels (-1: none), by how much, inertia of
+    # reflected rotors at the shaft [kg m^2 or kg]
     felt: int
     factor: float
     own: float
     dry: Dry
+    # between which rates of its spring the answer lies
     slow: Tried
     fast: Tried
+    # states; of a rotor the wind-up of its spring [rad]
     position: float = 0.0
     speed: float = 0.0
+    # of these, at an instant
     position_rate: float = 0.0
     speed_rate: float = 0.0
-    last: float = 0.0
-    right: float = 0.0
-    change: float = 0.0
-    relative: float = 0.0
-    surface: float = 0.0
-    transmitted: float = 0.0
-    friction: float = 0.0
-    margin: float = 0.0
+    last: float = 0.0  # acceleration of the last step [rad/s^2]
+    right: float = 0.0  # impulse without friction [N m s]
+    change: float = 0.0  # of the speed over a step [rad/s], at an instant the acceleration
+    relative: float = 0.0  # speed over what it slides on [rad/s]
+    surface: float = 0.0  # speed of that [rad/s]
+    transmitted: float = 0.0  # torque through the mesh without changes of speed [N m]
+    friction: float = 0.0  # what dry friction takes [N m]
+    margin: float = 0.0  # how far its mode is from changing
+    # position, and guessed speed of the middle of a step [rad or m, and per s]
     place: float = 0.0
     guess: float = 0.0
-    trial: float = 0.0
+    trial: float = 0.0  # speed of the middle at which springs and the tip's surroundings were asked [rad/s]
+    # torque at constant speed, and the part of it that the motor feels [N m or N]
     bias: float = 0.0
     felt_bias: float = 0.0
-    sliding: int = 0
+    sliding: int = 0  # of the coordinates that slide, the one at this place
+    # mode before a step or an event, and the direction in which it was last seen to give while stuck
     before: int = 0
     gave: int = 0
+    # of those that let go together the one at this place, and what friction does in the solution that is kept, while
+    # others are tried
     loose: int = 0
     found_mode: int = 0
     found_sign: int = 1
@@ -139,20 +117,14 @@ class Coordinate:
 
 @dataclass
 class Pair:
-    """What a coordinate has to do with another.
+    """What a coordinate has to do with another."""
 
-    Attributes:
-        mass, felt: Entry of the mass matrix, and the part of it that the motor feels [kg m^2 or kg].
-        matrix: Inertia with dampers and springs in it.
-        transmitted: Torque through the mesh for a change of speed [N m s].
-        reduced: The system of what slides.
-    """
-
+    # entry of the mass matrix, and the part of it that the motor feels [kg m^2 or kg]
     mass: float = 0.0
     felt: float = 0.0
-    matrix: float = 0.0
-    transmitted: float = 0.0
-    reduced: float = 0.0
+    matrix: float = 0.0  # inertia with dampers and springs in it
+    transmitted: float = 0.0  # torque through the mesh for a change of speed [N m s]
+    reduced: float = 0.0  # the system of what slides
 
 
 @dataclass
@@ -178,16 +150,12 @@ class Guard:
 
 @dataclass
 class State:
-    """Where a state and its rate are among the numbers, and the connector that shows it (-1: none).
-
-    Attributes:
-        last: Its rate over the last step.
-    """
+    """Where a state and its rate are among the numbers, and the connector that shows it (-1: none)."""
 
     value: int
     rate: int
     shown: int
-    last: float = 0.0
+    last: float = 0.0  # its rate over the last step
 
 
 UNDECIDED = 2  # in the place of a mode: the coordinate might as well have held
@@ -228,51 +196,37 @@ AT: Any = namedtuple("AT", SECTIONS)(*range(len(SECTIONS)))  # type: ignore[misc
 
 @dataclass
 class Engine:
-    """What the equations of motion keep for themselves.
+    """What the equations of motion keep for themselves."""
 
-    Attributes:
-        arm, uses_tip, coupled, bodies: Whether there is an arm, whether an effect looks at the tip, whether motors are
-            coupled, coordinates of the bodies then.
-        motion, forces, bodies_law, friction_law, outcomes_law: Addresses of the compiled equations.
-        tip_offset: Of the tip in the last link's frame [m].
-        moving: How many states follow rates.
-        theta: Share of the step at which forces are taken [-].
-        solved: Solutions of the last step; negative: which coordinate jams, below -1000 none fits.
-        undecided: A coordinate that has let go together with others and may as well have held; -1: none.
-        stiff: Whether springs or dampers made the last step's inertia a good deal larger.
-        held: Whether modes of friction are given.
-        unsettled: Steps on which solution and springs never agreed.
-        rates_calls: Evaluations of the rates.
-        late: Whether any state's rate is known only once motion and forces are.
-        logged: Changes of modes so far, of the adaptive engine.
-        tip_place, tip_speed, tip_turning, tip_expected: Of the guess; the force that a solution expects.
-        tip_damping, tip_stiffness: How forces fell when last asked.
-    """
-
+    # whether there is an arm, whether an effect looks at the tip, whether motors are coupled, coordinates of the bodies
+    # then
     arm: int
     uses_tip: int
     coupled: int
     bodies: int
+    # addresses of the compiled equations
     motion: int
     forces: int
     bodies_law: int
     friction_law: int
     outcomes_law: int
-    moving: int
-    tip_offset: Annotated[Array, 3]
-    theta: float
-    solved: int
-    undecided: int
-    stiff: int
-    held: int
-    unsettled: int
-    rates_calls: int
-    late: int
-    logged: int
+    moving: int  # how many states follow rates
+    tip_offset: Annotated[Array, 3]  # of the tip in the last link's frame [m]
+    theta: float  # share of the step at which forces are taken [-]
+    solved: int  # solutions of the last step; negative: which coordinate jams, below -1000 none fits
+    undecided: int  # A coordinate that has let go together with others and may as well have held; -1: none
+    stiff: int  # whether springs or dampers made the last step's inertia a good deal larger
+    held: int  # whether modes of friction are given
+    unsettled: int  # steps on which solution and springs never agreed
+    rates_calls: int  # evaluations of the rates
+    late: int  # whether any state's rate is known only once motion and forces are
+    logged: int  # changes of modes so far, of the adaptive engine
+    # of the guess; the force that a solution expects
     tip_place: Annotated[Array, 3]
     tip_speed: Annotated[Array, 3]
     tip_turning: Annotated[Array, 3]
     tip_expected: Annotated[Array, 3]
+    # how forces fell when last asked
     tip_damping: Annotated[Array, 6]
     tip_stiffness: Annotated[Array, 6]
 
@@ -371,8 +325,22 @@ def guards_of(run: Run) -> Any:
 
 
 @part
-def put_change(log: Any, at: int, t: float, coordinate: int, before: int, after: int) -> None:
-    """Write down a change of a coordinate's mode, as long as there is room."""
+def log_changes(run: Run, t: float, log: Any, logged: int) -> int:
+    """Write down the modes that have changed, as long as there is room; how many changes there are by now."""
+    coordinates, undecided = coordinates_of(run), engine_of(run).undecided
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        if one.dry.mode != one.before:
+            _put_change(log, logged, t, i, one.before, one.dry.mode)
+            logged += 1
+    if undecided >= 0:
+        _put_change(log, logged, t, undecided, 0, UNDECIDED)
+        logged += 1
+    return logged
+
+
+@part
+def _put_change(log: Any, at: int, t: float, coordinate: int, before: int, after: int) -> None:
     if at < len(log):
         change = log[at]
         change.time, change.coordinate, change.before, change.after = t, coordinate, before, after

@@ -36,7 +36,6 @@ from drivetrain.simulation.core.records import (
     AT,
     MODE_CHANGE,
     SECTIONS,
-    UNDECIDED,
     Run,
     call_equations,
     call_law,
@@ -44,11 +43,11 @@ from drivetrain.simulation.core.records import (
     count_of,
     engine_of,
     guards_of,
+    log_changes,
     memory_of,
     numbers_of,
     part,
     parts_of,
-    put_change,
     states_of,
     words_of,
 )
@@ -107,21 +106,6 @@ def _own_states(run: Run, x: Any) -> None:
         x[k] = memory[states[k].value]
 
 
-@part
-def _log(run: Run, t: float) -> None:
-    """Write down the modes that have changed."""
-    coordinates, engine = coordinates_of(run), engine_of(run)
-    log = carray(run[AT.log], count_of(run, AT.log), MODE_CHANGE)
-    for i in range(len(coordinates)):
-        one = coordinates[i]
-        if one.dry.mode != one.before:
-            put_change(log, engine.logged, t, i, one.before, one.dry.mode)
-            engine.logged += 1
-    if engine.undecided >= 0:
-        put_change(log, engine.logged, t, engine.undecided, 0, UNDECIDED)
-        engine.logged += 1
-
-
 def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
     """Force the change of mode that an event stands for, and let the others at rest find theirs."""
     coordinates = coordinates_of(run)
@@ -154,7 +138,8 @@ def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
     _solve(run, t, x)
     engine_of(run).held = 1
     call_equations(run, engine_of(run).outcomes_law, t, 1.0)
-    _log(run, t)
+    log = carray(run[AT.log], count_of(run, AT.log), MODE_CHANGE)
+    engine_of(run).logged = log_changes(run, t, log, engine_of(run).logged)
 
 
 def _account(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
@@ -228,7 +213,7 @@ class AdaptiveStep(Engine):
         start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
         hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
         numbers = _extended(plan, numbers, hangs)
-        problem = _problem(plan, numbers, hangs)
+        problem = _problem(plan, numbers)
         times, breaks = _instants(plan, options, first), _breaks(plan, getattr(self.solver, "rtol", 0.0))
         run = _Run(numbers, problem, _tuned(self.solver, plan), start, times, breaks, self.most_steps)
         return run.looped(plan, options, None if kept is None else _checkpoint(kept, plan, run))
@@ -280,19 +265,16 @@ def _extended(plan: Plan, numbers: Array, hangs: Any) -> Array:
     return np.concatenate([numbers, *(np.ascontiguousarray(values).view(np.float64) for values in sections.values())])
 
 
-def _problem(plan: Plan, numbers: Array, hangs: Any) -> CompiledProblem:
-    c, felt = plan.body.c, hangs.copy()
-    if plan.body.arm is not None:
-        felt[c : 2 * c] = hangs[c : 2 * c].any(axis=0)  # through the inertia every acceleration feels every torque
+def _problem(plan: Plan, numbers: Array) -> CompiledProblem:
     guarded = tuple(one.title for one in plan.instances if one.ports.guard)
     watched = (*plan.coordinates, *guarded)
-    changes = Events(right_side(_values), (at.GUARD,) * len(watched), handler=right_side(_handler), names=watched)
+    changes = Events(right_side(_values), right_side(_handler), watched)
     switches = changes if guarded or _any_dry(plan) else None
     hooks = Hooks(right_side(_account), right_side(_tell), 1 + len(plan.layout.columns), right_side(_opens))
     names = tuple(plan.memory.states)[: plan.memory.moving]
     groups = plan.memory.view(numbers, "sections")["count"][AT.groups]
     return CompiledProblem(
-        right_side(rates), len(names), words=parts_of(numbers), jacobian=right_side(jacobian.jacobian), sparsity=felt,
+        right_side(rates), len(names), words=parts_of(numbers), jacobian=right_side(jacobian.jacobian),
         events=switches, hooks=hooks, names=names, may_jump=True, differences=1 + int(groups),
     )  # fmt: skip
 

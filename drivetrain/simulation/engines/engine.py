@@ -17,42 +17,27 @@ Progress = Callable[[float], bool | None]  # told the share done [-]; False stop
 
 @dataclass(frozen=True, eq=False)
 class RunOptions:
-    """What is wanted of a run.
+    """What is wanted of a run."""
 
-    Attributes:
-        interval: Between two recorded instants [s].
-        progress: Told how far the run has come; None: nobody.
-        resume: What an earlier run kept, by name; None: from the start.
-        start: States at the start that are given, by name [their own units]; all others are in equilibrium.
-    """
-
-    interval: float
-    progress: Progress | None = None
-    resume: dict[str, Any] | None = None
+    interval: float  # between two recorded instants [s]
+    progress: Progress | None = None  # told how far the run has come; None: nobody
+    resume: dict[str, Any] | None = None  # what an earlier run kept, by name; None: from the start
+    # states at the start that are given, by name [their own units]; all others are in equilibrium
     start: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What an engine gives back.
+    """What an engine gives back."""
 
-    Attributes:
-        rows: Time, states, signals, energies at the wanted instants, (N, 1 + states + signals + powers).
-        counters: What it cost, by name [-].
-        events: What happened.
-        stopped_by: What ended the run before its time; None when nothing did.
-        kept: What the run must keep to go on later, by name.
-        series: What is to be recorded instead of rows, by name; empty: the rows.
-        times: Instants of those series [s].
-    """
-
-    rows: Array
-    counters: dict[str, int]
-    events: tuple[Event, ...] = ()
-    stopped_by: Event | None = None
-    kept: dict[str, Any] = field(default_factory=dict)
+    rows: Array  # time, states, signals, energies at the wanted instants, (N, 1 + states + signals + powers)
+    counters: dict[str, int]  # what it cost, by name [-]
+    events: tuple[Event, ...] = ()  # what happened
+    stopped_by: Event | None = None  # what ended the run before its time; None when nothing did
+    kept: dict[str, Any] = field(default_factory=dict)  # what the run must keep to go on later, by name
+    # what is to be recorded instead of rows, by name; empty: the rows
     series: dict[str, Series] = field(default_factory=dict)
-    times: Array | None = None
+    times: Array | None = None  # instants of those series [s]
 
 
 class Engine(ABC):

@@ -33,11 +33,11 @@ from drivetrain.simulation.core.records import (
     calls_of,
     coordinates_of,
     engine_of,
+    log_changes,
     memory_of,
     numbers_of,
     part,
     parts_of,
-    put_change,
     states_of,
     words_of,
     world_of,
@@ -58,44 +58,31 @@ MUCH_SHORTER = 0.8  # of a step: it is parted
 
 @dataclass
 class Clock:
-    """All that a run must keep besides its numbers.
+    """All that a run must keep besides its numbers."""
 
-    Attributes:
-        time, end: Now, and of the run [s].
-        anchor: Where the grid counts from [s].
-        next_row: Instant of the next row [s].
-        step, interval: Of the grid, and between rows [s].
-        in_segment: Steps since the anchor.
-        next_break: Index of the next breakpoint.
-        steps, solves, instants: Counted so far.
-        soft: Whether the next step is to calm a stiff spring.
-        node: Where the grid's present step ends [s].
-        wanted: Longest step that effects stand, which parts it [s].
-        parted: Steps that were shorter than the grid's.
-        rows, events: Filled so far.
-        culprit: What ended the run: a coordinate or state.
-        budget: Steps left before the kernel comes back.
-    """
-
+    # now, and of the run [s]
     time: float
     end: float
-    anchor: float
-    next_row: float
+    anchor: float  # where the grid counts from [s]
+    next_row: float  # instant of the next row [s]
+    # of the grid, and between rows [s]
     step: float
     interval: float
-    in_segment: int
-    next_break: int
+    in_segment: int  # steps since the anchor
+    next_break: int  # index of the next breakpoint
+    # counted so far
     steps: int
     solves: int
     instants: int
-    soft: int
-    node: float
-    wanted: float
-    parted: int
+    soft: int  # whether the next step is to calm a stiff spring
+    node: float  # where the grid's present step ends [s]
+    wanted: float  # longest step that effects stand, which parts it [s]
+    parted: int  # steps that were shorter than the grid's
+    # filled so far
     rows: int
     events: int
-    culprit: int
-    budget: int
+    culprit: int  # what ended the run: a coordinate or state
+    budget: int  # steps left before the kernel comes back
 
 
 CLOCK = record_type(Clock, np.int64)
@@ -153,20 +140,6 @@ def _accept(run: Run, t: float, h: float, theta: float) -> int:
         if not abs(memory[state.value]) < BEYOND:
             bad = k
     return bad
-
-
-@part
-def _log(run: Run, t: float, log: Any, clock: Any) -> None:
-    """Write down the modes that have changed."""
-    coordinates = coordinates_of(run)
-    for i in range(len(coordinates)):
-        one = coordinates[i]
-        if one.dry.mode != one.before:
-            put_change(log, clock.events, t, i, one.before, one.dry.mode)
-            clock.events += 1
-    if engine_of(run).undecided >= 0:
-        put_change(log, clock.events, t, engine_of(run).undecided, 0, UNDECIDED)
-        clock.events += 1
 
 
 @part
@@ -289,7 +262,7 @@ def _advance(
         call_equations(run, engine.outcomes_law, t, h)
         bad = _accept(run, t, h, engine.theta)
         clock.time = to
-        _log(run, to, log, clock)
+        clock.events = log_changes(run, to, log, clock.events)
         if bad >= 0:
             clock.culprit = bad
             return DIVERGED

@@ -29,64 +29,43 @@ PAYLOAD = np.dtype([(name, np.float64) for name in ("time", *BODY_NAMES)])
 
 @dataclass(frozen=True, eq=False)
 class Coupled:
-    """Motors that drive several joints: the coordinates of those joints are the turns of the shafts behind the gears.
+    """Motors that drive several joints, whose coordinates are then the turns of the shafts behind the gears."""
 
-    Attributes:
-        shafts: Joints whose motors are coupled.
-        shaft_turns: C, the first n coordinates a unit of each joint, (n, n).
-        turns: Joints a unit of each of those coordinates, its inverse, (n, n).
-        spread: Coordinates of the bodies (joints, rotors on their own, rotors that follow several joints) a unit of
-            each coordinate, (e, c).
-        felt: Body's coordinate whose turning the motor of each coordinate feels; -1: it turns nothing, (c,).
-        factors: By how much, (c,).
-        own: Inertia of reflected rotors at their shafts [kg m^2 or kg], (c,).
-    """
-
-    shafts: tuple[int, ...]
-    shaft_turns: Array
-    turns: Array
+    shafts: tuple[int, ...]  # joints whose motors are coupled
+    shaft_turns: Array  # C, the first n coordinates a unit of each joint, (n, n)
+    turns: Array  # joints a unit of each of those coordinates, its inverse, (n, n)
+    # coordinates of the bodies (joints, rotors on their own, rotors that follow several joints) a unit of each
+    # coordinate, (e, c)
     spread: Array
+    # body's coordinate whose turning the motor of each coordinate feels; -1: it turns nothing, (c,)
     felt: NDArray[np.int64]
-    factors: Array
-    own: Array
+    factors: Array  # by how much, (c,)
+    own: Array  # inertia of reflected rotors at their shafts [kg m^2 or kg], (c,)
 
 
 @dataclass(frozen=True, eq=False)
 class Mechanics:
-    """The mechanics of a scene.
+    """The mechanics of a scene."""
 
-    Attributes:
-        n, c: Number of joints, and of coordinates: rotors on their own come after the joints.
-        kind: 0 without an arm, 1 with one.
-        ratios: Motor angle over joint coordinate [- or rad/m], (n,).
-        motors: Coordinate that each joint's motor turns with, (n,).
-        links, spinning, bodies: Records LINK, ROTOR and BODY of ``mass_and_bias``; empty without an arm.
-        constant: Inertia, weight, phase, rotor's share of the inertia, (4, c).
-        tip: Frame of the tip in the last link's, (4, 4).
-        arm: With all rotors mounted; None without one.
-        springs: Shapes of the flexible joints, by joint.
-        rotors: Inertia about each motor's axis, at the joint [kg m^2 or kg], (n,).
-        uncoupled: Flexible joints whose rotor does not feel its carrier turn.
-        payloads: Instant [s], and ten numbers of the last link's body from there on, records PAYLOAD, (K,).
-        coupled: How coupled motors turn with the joints; None where each has its own.
-    """
-
+    # number of joints, and of coordinates: rotors on their own come after the joints
     n: int
     c: int
-    kind: int
-    ratios: Array
-    motors: Array
+    kind: int  # 0 without an arm, 1 with one
+    ratios: Array  # motor angle over joint coordinate [- or rad/m], (n,)
+    motors: Array  # coordinate that each joint's motor turns with, (n,)
+    # records LINK, ROTOR and BODY of ``mass_and_bias``; empty without an arm
     links: Any
     spinning: Any
     bodies: Any
-    constant: Array
-    tip: Array
-    arm: Arm | None
-    springs: dict[int, Shape]
-    rotors: Array
-    uncoupled: tuple[int, ...] = ()
+    constant: Array  # inertia, weight, phase, rotor's share of the inertia, (4, c)
+    tip: Array  # frame of the tip in the last link's, (4, 4)
+    arm: Arm | None  # with all rotors mounted; None without one
+    springs: dict[int, Shape]  # shapes of the flexible joints, by joint
+    rotors: Array  # inertia about each motor's axis, at the joint [kg m^2 or kg], (n,)
+    uncoupled: tuple[int, ...] = ()  # flexible joints whose rotor does not feel its carrier turn
+    # instant [s], and ten numbers of the last link's body from there on, records PAYLOAD, (K,)
     payloads: Any = field(default_factory=lambda: np.zeros(0, PAYLOAD))
-    coupled: Coupled | None = None
+    coupled: Coupled | None = None  # how coupled motors turn with the joints; None where each has its own
 
     def coordinates_of(self, motion: Array) -> Array:
         """What the coordinates do in a motion of the joints: shafts stand for joints whose motors are coupled."""
@@ -198,34 +177,38 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
         ]
         arm = with_rotors(arm, mounted, level=RotorLevel.FULL if arm.level is RotorLevel.NONE else arm.level)
     free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
-    model = packed(arm, free)
-    links, reflected = model.links.copy(), np.zeros(arm.n)
-    bound = _coupled(arm, free, motors, ratios)
+    bound, model, frames = _coupled(arm, free, ratios), packed(arm, free), link_frames(arm)
+    c, links, rotors = arm.n + len(free), model.links.copy(), model.rotors.copy()
+    felt, factors, apart, e = np.arange(c), np.ones(c), np.zeros(c), c
     if bound is not None:
-        return _behind_shafts(arm, shapes, ratios, motors, bound)
-    for i, (shape, inertia) in enumerate(zip(shapes, own, strict=True)):
-        at = int(motors[i])
-        if inertia is not None and not shape.full:
-            if shape.flexible:
-                # A stand-in of its own, uncoupled from its carrier.
-                links["rotor_inertia"][at] = inertia * ratios[i] ** 2
+        felt, factors, apart, e = bound.felt, bound.factors, bound.own, len(bound.spread)
+        # Stand-ins come in the order of joints there; here those of rotors on their own come first.
+        listed = sorted({*followers(arm), *free})
+        order = [*range(arm.n), *(arm.n + listed.index(i) for i in (*free, *(i for i in listed if i not in free)))]
+        links[:e], rotors["joint"] = links[order], np.argsort(order)[rotors["joint"]]
+    reflected, uncoupled = np.zeros(arm.n), []
+    for i, (shape, at) in enumerate(zip(shapes, motors, strict=True)):
+        if shape.rotor_inertia is not None and not shape.full:
+            inertia = shape.rotor_inertia * ratios[i] ** 2
+            if bound is not None and i in bound.shafts:
+                apart[i] = inertia
+            elif shape.flexible:  # a stand-in of its own, uncoupled from its carrier
+                links["rotor_inertia"][at] = inertia
+                uncoupled.append(i)
             else:
-                links["rotor_inertia"][at] += inertia * ratios[i] ** 2
-        reflected[i] = links["rotor_inertia"][at]
-    frames = link_frames(arm)
-    tip = np.linalg.solve(frames[-1], arm.tip)
-    c = arm.n + len(free)
-    uncoupled = tuple(i for i in free if own[i] is not None and not shapes[i].full)
-    coupled = ~np.isin(model.rotors["joint"], motors[list(uncoupled)])
-    links, rotors = np.concatenate([links[:c], links[c:][coupled]]), model.rotors[coupled]
+                links["rotor_inertia"][at] += inertia
+        feels = felt[at]
+        reflected[i] = apart[at] + (links["rotor_inertia"][feels] * factors[at] ** 2 if feels >= 0 else 0.0)
+    kept = ~np.isin(rotors["joint"], motors[uncoupled])
+    links, rotors = np.concatenate([links[:e], links[e:][kept]]), rotors[kept]
     bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
     return Mechanics(
-        arm.n, c, 1, ratios, motors, links, rotors, bodies, np.zeros((4, c)), tip, arm,
-        {i: shapes[i] for i in free}, reflected, uncoupled,
+        arm.n, c, 1, ratios, motors, links, rotors, bodies, np.zeros((4, c)), np.linalg.solve(frames[-1], arm.tip),
+        arm, {i: shapes[i] for i in free}, reflected, tuple(uncoupled), coupled=bound,
     )  # fmt: skip
 
 
-def _coupled(arm: Arm, free: tuple[int, ...], motors: Array, ratios: Array) -> Coupled | None:
+def _coupled(arm: Arm, free: tuple[int, ...], ratios: Array) -> Coupled | None:
     """The coordinates of an arm with coupled motors; None where each motor has its own joint."""
     if arm.coupling is None:
         return None
@@ -245,41 +228,6 @@ def _coupled(arm: Arm, free: tuple[int, ...], motors: Array, ratios: Array) -> C
         spread[c + k, i] = factors[i] = ratios[i]
         felt[i] = c + k
     return Coupled(shafts, arm.coupling, np.asarray(turns, dtype=np.float64), spread, felt, factors, np.zeros(c))
-
-
-def _behind_shafts(arm: Arm, shapes: Sequence[Shape], ratios: Array, motors: Array, bound: Coupled) -> Mechanics:
-    """The mechanics of an arm with coupled motors."""
-    free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
-    model, c, e = packed(arm, free), arm.n + len(free), len(bound.spread)
-    # Stand-ins come in the order of joints there; here those of rotors on their own come first.
-    apart = sorted({*followers(arm), *free})
-    order = [*range(arm.n), *(arm.n + apart.index(i) for i in (*free, *(i for i in apart if i not in free)))]
-    links, rotors = np.concatenate([model.links[order], model.links[e:]]), model.rotors.copy()
-    rotors["joint"] = np.argsort(order)[rotors["joint"]]
-    reflected = np.zeros(arm.n)
-    uncoupled = []
-    for i, shape in enumerate(shapes):
-        at = int(motors[i])
-        if shape.rotor_inertia is not None and not shape.full:
-            inertia = shape.rotor_inertia * ratios[i] ** 2
-            if i in bound.shafts:
-                bound.own[i] = inertia
-            elif shape.flexible:
-                links["rotor_inertia"][at] = inertia
-                uncoupled.append(i)
-            else:
-                links["rotor_inertia"][at] += inertia
-        feels = bound.felt[at]
-        reflected[i] = bound.own[at] + (links["rotor_inertia"][feels] * bound.factors[at] ** 2 if feels >= 0 else 0.0)
-    kept = ~np.isin(rotors["joint"], motors[uncoupled])
-    links, rotors = np.concatenate([links[:e], links[e:][kept]]), rotors[kept]
-    frames = link_frames(arm)
-    bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
-    return Mechanics(
-        arm.n, c, 1, ratios, motors, links, rotors, bodies, np.zeros((4, c)),
-        np.linalg.solve(frames[-1], arm.tip), arm, {i: shapes[i] for i in free}, reflected, tuple(uncoupled),
-        coupled=bound,
-    )  # fmt: skip
 
 
 def _payloads(built: Mechanics, time: Array, moments: Array) -> Any:

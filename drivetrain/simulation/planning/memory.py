@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as named
 from drivetrain.effects.connectors import JOINT, WORLD, place_in
-from drivetrain.effects.laws import HEAD, Law, own_type
+from drivetrain.effects.laws import HEAD, own_type
 from drivetrain.errors import Fault, InputError
 from drivetrain.records import fill, record_type
 from drivetrain.simulation.core import equations
@@ -34,26 +34,16 @@ INTEGERS: Any = np.int64
 
 @dataclass(frozen=True, eq=False)
 class Memory:
-    """What the engines work on.
+    """What the engines work on."""
 
-    Attributes:
-        numbers: The block, as it is before the start.
-        places: Of each signal in it, by full name.
-        states: Number of each state, by full name, in the order of the states.
-        powers: Names of the powers that are summed up, in their order.
-        atol: Error that does not matter, one a state [its unit].
-        memory: Whether a state is memory, which no rate changes, one a state; those that are come last.
-        sections: First number and record of each section, by name.
-        kept: First number of parts of the block, how many there are, and which of a record's numbers change.
-    """
-
-    numbers: Array
-    places: dict[str, int]
-    states: dict[str, int]
-    powers: tuple[str, ...]
-    atol: Array
-    memory: NDArray[np.bool_]
-    sections: dict[str, tuple[int, Any, int]]
+    numbers: Array  # the block, as it is before the start
+    places: dict[str, int]  # of each signal in it, by full name
+    states: dict[str, int]  # number of each state, by full name, in the order of the states
+    powers: tuple[str, ...]  # names of the powers that are summed up, in their order
+    atol: Array  # error that does not matter, one a state [its unit]
+    memory: NDArray[np.bool_]  # whether a state is memory, which no rate changes, one a state; those that are come last
+    sections: dict[str, tuple[int, Any, int]]  # first number and record of each section, by name
+    # first number of parts of the block, how many there are, and which of a record's numbers change
     kept: list[tuple[int, int, Any]]
 
     @cached_property
@@ -207,7 +197,7 @@ def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) 
     """Records of all effects, their tables, and where their signals and states lie in them."""
     places, states, owns, tables = _connectors(block, joints), {}, {}, 0
     for group in groups:
-        described = _described(group)
+        described = group.kind.described()
         if described is None:
             continue
         dtype = own_type(described)
@@ -241,12 +231,6 @@ def _field(one: Instance, dtype: Any, path: str) -> int:
     if found is None:
         raise InputError(Fault(one.title, f"keeps nothing of the name {path}", hint="name the field by its path"))
     return found
-
-
-def _described(group: Group) -> type | None:
-    """The dataclass that the laws of a kind of effect are made for."""
-    laws = (group.kind.compute, group.kind.account, group.kind.accept, group.kind.sample)
-    return next((law.described for law in laws if isinstance(law, Law)), None)
 
 
 def _checked(one: Instance) -> Any:
@@ -302,7 +286,7 @@ def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Placed) -> 
     rows: list[list[Any]] = []
     last: Any = None
     for group, period in listed:
-        size = own_type(_described(group)).itemsize // 8  # type: ignore[arg-type]
+        size = own_type(group.kind.described()).itemsize // 8
         for own in (placed.owns[id(one)] for one in group.instances):
             if rows and last == (group, own - size):
                 rows[-1][2] += 1
@@ -317,7 +301,7 @@ def _guards(instances: Sequence[Instance], placed: _Placed) -> Any:
     rows = []
     for one in instances:
         if one.ports.guard:
-            dtype, own = own_type(_described(Group(type(one.effect), (one,)))), placed.owns[id(one)]  # type: ignore[arg-type]
+            dtype, own = own_type(one.effect.described()), placed.owns[id(one)]
             rows.append((own + _field(one, dtype, one.ports.guard), type(one.effect).accept.address, own, 1))  # type: ignore[union-attr]
     return np.array(rows, r.GUARDED)
 

@@ -40,18 +40,12 @@ from drivetrain.simulation.scene import WHOLE, Scene
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """The columns of a run's rows: time, states, signals, energies.
+    """The columns of a run's rows: time, states, signals, energies."""
 
-    Attributes:
-        columns: Names and units of all columns after the time.
-        recorded: Column, the time's being 0, and unit of what is worth recording, by name.
-        stores: Names of all stored energies.
-        flows: Names of the energies that powers have moved, and 1 for what they put in, -1 for what they take.
-    """
-
-    columns: tuple[tuple[str, str], ...]
-    recorded: dict[str, tuple[int, str]]
-    stores: tuple[str, ...]
+    columns: tuple[tuple[str, str], ...]  # names and units of all columns after the time
+    recorded: dict[str, tuple[int, str]]  # column, the time's being 0, and unit of what is worth recording, by name
+    stores: tuple[str, ...]  # names of all stored energies
+    # names of the energies that powers have moved, and 1 for what they put in, -1 for what they take
     flows: tuple[tuple[str, float], ...]
 
     def energies(self, rows: Array) -> tuple[Array, Array, float, float]:
@@ -123,10 +117,7 @@ class Plan:
     @cached_property
     def coordinates(self) -> list[str]:
         """Names of the coordinates: joints, then motors on springs."""
-        names = [*self.scene.joints, *[""] * len(self.body.springs)]
-        for i in self.body.springs:
-            names[self.body.motors[i]] = f"motor of {self.scene.joints[i]}"
-        return names
+        return coordinate_names(self.body, self.scene)
 
     @cached_property
     def inertia(self) -> Array:
@@ -226,12 +217,18 @@ def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Arra
     return pairs["mass"], np.diagonal(pairs["felt"])
 
 
+def coordinate_names(body: Mechanics, scene: Scene) -> list[str]:
+    """Joints, then motors on springs."""
+    names = [*scene.joints, *[""] * len(body.springs)]
+    for i in body.springs:
+        names[body.motors[i]] = f"motor of {scene.joints[i]}"
+    return names
+
+
 def check_inertias(body: Mechanics, whole: Array, scene: Scene) -> None:
     """That every joint and every rotor on its own moves some inertia."""
     left, c = whole.copy(), len(whole)
-    names = [*scene.joints, *[""] * (c - body.n)]
-    for i in body.springs:
-        names[body.motors[i]] = f"motor of {scene.joints[i]}"
+    names = coordinate_names(body, scene)
     # From the last joint to the first: what is left of each when those after it give way.
     for i in range(c - 1, -1, -1):
         if not left[i, i] > max(MASSLESS * whole[i, i], SMALLEST):

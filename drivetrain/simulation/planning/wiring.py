@@ -13,18 +13,12 @@ from drivetrain.errors import Fault, InputError, nearest
 
 @dataclass(frozen=True, eq=False)
 class Instance:
-    """One effect at one place, its ports under full names.
+    """One effect at one place, its ports under full names."""
 
-    Attributes:
-        effect: The effect.
-        place: Where it stands.
-        ports: Its ports, as it names them.
-        states, needs, provides, contributes, outputs: Full names of those, in the order of the ports.
-    """
-
-    effect: Effect
-    place: Place
-    ports: Ports
+    effect: Effect  # the effect
+    place: Place  # where it stands
+    ports: Ports  # its ports, as it names them
+    # full names of those, in the order of the ports
     states: tuple[str, ...]
     needs: tuple[str, ...]
     provides: tuple[str, ...]
@@ -39,36 +33,22 @@ class Instance:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Instances of one kind that one call serves.
+    """Instances of one kind that one call serves."""
 
-    Attributes:
-        kind: Their class.
-        instances: In the order of their joints.
-    """
-
-    kind: type[Effect]
-    instances: tuple[Instance, ...]
+    kind: type[Effect]  # their class
+    instances: tuple[Instance, ...]  # in the order of their joints
 
 
 @dataclass
 class Directory:
-    """Names and units of the signals, and who sets them.
+    """Names and units of the signals, and who sets them."""
 
-    Attributes:
-        units: By full name.
-        givers: Who alone sets it; ``motion and forces`` for the mechanics.
-        adders: Who add to it.
-        defaults: Values of needs that nobody gives.
-        powers: Roles of the powers [W].
-        stores: Stored energies [J].
-    """
-
-    units: dict[str, str] = field(default_factory=dict)
-    givers: dict[str, str] = field(default_factory=dict)
-    adders: dict[str, list[str]] = field(default_factory=dict)
-    defaults: dict[str, float] = field(default_factory=dict)
-    powers: dict[str, Role] = field(default_factory=dict)
-    stores: list[str] = field(default_factory=list)
+    units: dict[str, str] = field(default_factory=dict)  # by full name
+    givers: dict[str, str] = field(default_factory=dict)  # who alone sets it; ``motion and forces`` for the mechanics
+    adders: dict[str, list[str]] = field(default_factory=dict)  # who add to it
+    defaults: dict[str, float] = field(default_factory=dict)  # values of needs that nobody gives
+    powers: dict[str, Role] = field(default_factory=dict)  # roles of the powers [W]
+    stores: list[str] = field(default_factory=list)  # stored energies [J]
 
 
 MECHANICS = "motion and forces"
@@ -185,9 +165,11 @@ def _enter(one: Instance, known: Directory, faults: list[Fault]) -> None:
         if own != signal.unit and not (slides and own == unit_at(signal.unit, False)):
             faults.append(Fault(one.title, f"adds to {name} in {signal.unit}; it is in {own}"))
         known.adders.setdefault(name, []).append(one.title)
-    for told, role in (one.ports.powers or {}).items():
-        known.powers[full_name(told, one.place)] = role
-    known.stores += [full_name(name, one.place) for name in one.ports.stores]
+    for signal, name in zip(one.ports.outputs, one.outputs, strict=True):
+        if signal.role is Role.STORE:
+            known.stores.append(name)
+        elif signal.role is not None:
+            known.powers[name] = signal.role
 
 
 def ordered(instances: Sequence[Instance], *, told: bool = False) -> list[Group]:

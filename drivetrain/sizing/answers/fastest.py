@@ -24,7 +24,7 @@ from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.motion.time_optimal import quickest_squares, times
 from drivetrain.sizing.judge.evaluate import Given, evaluate
 from drivetrain.sizing.results import Evaluation
-from drivetrain.study.model import Study
+from drivetrain.study.model import Study, refuse_moving_base
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
 MOST = 50.0  # times slower or faster than the study: beyond, it is another task
@@ -101,12 +101,13 @@ def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
         the evaluation is that of the slowest one tried, and not feasible.
 
     Raises:
-        InputError: No arm, a joint without a drive, or no move from rest to rest.
+        InputError: No arm, a base that moves, a joint without a drive, or no move from rest to rest.
     """
     cycle = study.cycle
     if study.arm is None:
         hint = "the torques of a load table would change with its pace"
         raise InputError(Fault("arm", "is needed to run a cycle at another pace", hint=hint, file=study.path))
+    refuse_moving_base(study, "another pace of the cycle")
     moves = moves_of(cycle)
     if not moves:
         raise InputError(Fault("cycle", "holds no move from rest to rest", hint="nothing can be made faster"))

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.bodies import with_body
+from drivetrain.arm.bodies import on_moving_base, with_body
 from drivetrain.arm.coupling import shaft_motion, shaft_torques
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arrays import Array
@@ -24,6 +24,7 @@ from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.dynamics.core.packed import link_frames
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
+from drivetrain.motion.base import BASE_JOINTS, base_states
 from drivetrain.sizing.demand.unit_loads import NUMBERS, Along, Riders, fill_rows, go_along
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.model import DriveMass, Study
@@ -94,9 +95,9 @@ def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, 
     arm, loads = emptied(study), _forces if forces_only else _loads
     bare = _with_payloads(study, arm, loads)
     bare = replace(bare, force=bare.force - counterbalance_torques(study, study.cycle.position).T)
-    if arm.linkage is None:
+    if arm.linkage is None and study.base is None:
         return _with_units(study, arm, bare)
-    reference = loads(study, arm)  # a loop carries what a drive weighs to joints elsewhere: differences of whole runs
+    reference = loads(study, arm)  # differences of whole runs: a loop carries what a drive weighs to joints elsewhere
     units = [_units(study, arm, reference, joint, loads) for joint in range(arm.n)]
     return tuple(_of_joint(study, bare, units, joint, not arm.screws[joint, :3].any()) for joint in range(arm.n))
 
@@ -125,18 +126,27 @@ def all_numbers(study: Study, basis: JointBasis, drives: Mapping[int, Drive]) ->
 
 def _loads(study: Study, arm: Arm, chosen: Any = slice(None)) -> Loads:
     """What a motion asks of an arm, at all samples or at some."""
-    cycle = study.cycle
-    q, qd, qdd = cycle.position[chosen], cycle.velocity[chosen], cycle.acceleration[chosen]
-    found = joint_loads(arm, q, qd, qdd)
-    return Loads(found.gear.T, np.swapaxes(found.wrench, 0, 1), _inertia(arm, q), found.carrier_acceleration.T)
+    gear, wrench, carrier = _asked(study, arm, chosen)
+    return Loads(gear.T, np.swapaxes(wrench, 0, 1), _inertia(arm, study.cycle.position[chosen]), carrier.T)
 
 
 def _forces(study: Study, arm: Arm, chosen: Any = slice(None)) -> Loads:
     """The same without wrenches and inertias."""
-    cycle = study.cycle
-    found = joint_loads(arm, cycle.position[chosen], cycle.velocity[chosen], cycle.acceleration[chosen])
-    nothing = np.zeros((*found.gear.T.shape, 0))
-    return Loads(found.gear.T, nothing, nothing, found.carrier_acceleration.T)
+    gear, _, carrier = _asked(study, arm, chosen)
+    nothing = np.zeros((*gear.T.shape, 0))
+    return Loads(gear.T, nothing, nothing, carrier.T)
+
+
+def _asked(study: Study, arm: Arm, chosen: Any) -> tuple[Array, Array, Array]:
+    """Gear torques, wrenches and carriers' accelerations at some samples, those of a base that moves left out."""
+    cycle, still = study.cycle, 0
+    motion = [rows[chosen] for rows in (cycle.position, cycle.velocity, cycle.acceleration)]
+    if study.base is not None:
+        arm, still = on_moving_base(arm), len(BASE_JOINTS)
+        states = base_states(study.base, cycle.time[chosen])
+        motion = [np.hstack(rows) for rows in zip(states, motion, strict=True)]
+    found = joint_loads(arm, *motion)
+    return found.gear[:, still:], found.wrench[:, still:], found.carrier_acceleration[:, still:]
 
 
 def _inertia(arm: Arm, q: Array) -> Array:

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.search.candidates import Candidates
-from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices, with_domain
+from drivetrain.sizing.search.candidates import UNPRICED, Candidates, Domain, Domains, Indices, with_domain
 from drivetrain.study.parts.selection import SelectionOptions, family
 
 FREE = -1  # label of what is no part at all, such as the gear of a direct drive

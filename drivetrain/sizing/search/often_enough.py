@@ -17,11 +17,10 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
-from scipy.special import betaln
 
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.asked import satisfied
-from drivetrain.sizing.search.domains import Domains, Indices, Mask, with_domain
+from drivetrain.sizing.search.candidates import Domains, Indices, Mask, with_domain
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.sizing.tolerance.draws import Pair, drawn
 from drivetrain.sizing.tolerance.monte_carlo import Chance
@@ -145,6 +144,8 @@ def decided(chance: Chance, wanted: float, error: float) -> Decision:
     Reference:
         Ville's inequality for the likelihood ratio mixed over a beta law; Robbins, Ann. Math. Stat. 41 (1970) 1397.
     """
+    from scipy.special import betaln  # takes long to import, and few ask for probabilities
+
     hits, misses = chance.held, chance.samples - chance.held
     mixed = float(betaln(PRIOR + hits, PRIOR + misses) - betaln(PRIOR, PRIOR))
     if mixed - hits * math.log(wanted) - misses * math.log1p(-wanted) < -math.log(error):

@@ -15,9 +15,8 @@ from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.candidates import Candidates, Judged
+from drivetrain.sizing.search.candidates import UNPRICED, Candidates, Domain, Domains, Indices, Judged, Mask
 from drivetrain.sizing.search.common_parts import CommonParts, common_parts
-from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices, Mask
 from drivetrain.study.parts.mounting import mass_counts
 from drivetrain.study.parts.selection import SelectionOptions
 

@@ -12,13 +12,11 @@ from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import Pair, evaluated
 from drivetrain.sizing.judge.missing import missing_words, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
-from drivetrain.sizing.search.advice import advice_on
 from drivetrain.sizing.search.asked import check_asked, check_keys, nothing_to_choose, satisfied, why_nothing
-from drivetrain.sizing.search.branch_and_bound import Tell
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import Problem, problem
-from drivetrain.sizing.search.rejected import Rejected, alternatives, nearest_set
-from drivetrain.sizing.search.tree import Tree
+from drivetrain.sizing.search.rejected import Rejected, advice_on, alternatives, nearest_set
+from drivetrain.sizing.search.tree import Tell, Tree
 from drivetrain.sizing.search.whole_sets import Found
 from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import SelectionOptions

@@ -2,51 +2,30 @@
 
 from __future__ import annotations
 
-import csv
 import inspect
-from math import inf
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
+from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.closures import Closure, LoopLink, with_closures
 from drivetrain.arm.coupling import belts_over, coupled_groups, differential, placed, with_coupling
-from drivetrain.arm.dh import DHRow, JointKind, arm_from_dh
+from drivetrain.arm.files.dh_table import read_dh_table
+from drivetrain.arm.files.load import SUFFIXES, load_arm
 from drivetrain.arm.geared import with_rotors
-from drivetrain.arm.load import SUFFIXES, load_arm
 from drivetrain.arrays import Array, frozen_array
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import nearest
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
 from drivetrain.study.model import Payload
-from drivetrain.study.plausibility import dh_implausible
 from drivetrain.study.schema import CouplingForm, InertiaForm, LoopLinkForm, StudyForm
-from drivetrain.units import quantity, split_header
-from drivetrain.whole_files import read_text
 
 DRIVE_MASS_HINT = (
     "added: the arm's links are bare and the drives' masses come on top; included: the links (of a finished robot) "
     "already hold them; replaced: the links hold drives that `contained` states, which are taken out first"
 )
-
-# Unit and default of each column; "joint" is [rad] or [m] as the row's kind says, "joint/s" its rate.
-COLUMNS: dict[str, tuple[str, float]] = {
-    "a": ("m", 0.0), "alpha": ("rad", 0.0), "d": ("m", 0.0), "theta": ("rad", 0.0), "mass": ("kg", 0.0),
-    "com_x": ("m", 0.0), "com_y": ("m", 0.0), "com_z": ("m", 0.0),
-    "ixx": ("kg m^2", 0.0), "iyy": ("kg m^2", 0.0), "izz": ("kg m^2", 0.0),
-    "ixy": ("kg m^2", 0.0), "ixz": ("kg m^2", 0.0), "iyz": ("kg m^2", 0.0),
-    "lower": ("joint", -inf), "upper": ("joint", inf), "speed_limit": ("joint/s", inf), "offset": ("joint", 0.0),
-}  # fmt: skip
-NEEDED = ("a", "alpha", "d", "mass")
-TEXTS = ("name", "kind")
-# As Corke's Robotics Toolbox names the fields of a link (a vector's parts as columns), capitals or not.
-TOOLBOX = {"m": "mass", "rx": "com_x", "ry": "com_y", "rz": "com_z", "qmin": "lower", "qmax": "upper", "sigma": "kind",
-           "jointtype": "kind"}  # fmt: skip
-OF_DRIVES = ("b", "jm", "g", "tc", "tc+", "tc-")  # friction, rotor and ratio: the study's drives bring their own
-KINDS = {"0": "revolute", "r": "revolute", "1": "prismatic", "p": "prismatic"}
 
 
 def arm_files(form: StudyForm, folder: Path) -> list[Path]:
@@ -248,100 +227,3 @@ def _part(entry: CouplingForm, ledger: Ledger, place: Place) -> Array | None:
         )
         return None
     return belts_over(passes)
-
-
-def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
-    """The arm of a Denavit-Hartenberg table; raises every fault of the file.
-
-    A CSV file with columns ``name``, ``kind`` (revolute or prismatic), ``a [mm]``, ``alpha [deg]``, ``d [mm]``,
-    ``theta [deg]``, ``offset [deg]`` (added to what the joint moves), ``mass [kg]``, ``com_x [mm]`` to ``com_z``,
-    ``ixx [kg m^2]`` to ``iyz``, ``lower [deg]``, ``upper [deg]``, ``speed_limit [deg/s]``; or with those of
-    ``TOOLBOX``. A cell may carry its own unit.
-    """
-    header, lines = _csv(path)
-    names = [_column(column) for column in header]
-    faults: list[Fault] = _header_faults(names, path)
-    rows: list[tuple[int, DHRow]] = []
-    for number, line in lines:
-        cells = {name: (text.strip(), column) for name, column, text in zip(names, header, line, strict=False)}
-        rows.append((number, _row(cells, f"row {number}", path, faults)))
-    if not rows:
-        faults.append(Fault("the file", "holds no joint", file=str(path)))
-    if faults:
-        raise InputError(faults)
-    left = [column for name, column in zip(names, header, strict=True) if name in OF_DRIVES]
-    notes = (
-        [f"{', '.join(left)}: not used, as the drives of the study bring inertia, ratio and friction"] if left else []
-    )
-    return arm_from_dh(
-        [row for _, row in rows], convention=convention,  # type: ignore[arg-type]
-        gravity=STANDARD_GRAVITY if gravity is None else gravity,
-        joint_names=[line[names.index("name")].strip() for _, line in lines] if "name" in names else None,
-        name=path.stem, notes=[*notes, *dh_implausible(rows, path)],
-    )  # fmt: skip
-
-
-def _column(header: str) -> str:
-    """The name of a column without its unit, as it is known here."""
-    name = split_header(header)[0].casefold()
-    return TOOLBOX.get(name, name)
-
-
-def _csv(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Header, and the filled rows with their line numbers."""
-    try:
-        parsed = list(csv.reader(read_text(path).splitlines()))
-    except csv.Error as error:
-        raise InputError(Fault("the file", f"cannot be read: {error}", file=str(path))) from None
-    lines = [(i, line) for i, line in enumerate(parsed, 1) if line and not line[0].startswith("#")]
-    if not lines:
-        raise InputError(Fault("the file", "is empty", file=str(path)))
-    return [column.strip() for column in lines[0][1]], lines[1:]
-
-
-def _header_faults(names: list[str], path: Path) -> list[Fault]:
-    known = [*COLUMNS, *TEXTS, *OF_DRIVES]
-    faults = [
-        Fault(f"column {name}", "is not known", hint=nearest(name, known), file=str(path))
-        for name in names
-        if name not in known
-    ]
-    missing = [name for name in NEEDED if name not in names]
-    return faults + [Fault(f"column {name}", "is missing", file=str(path)) for name in missing]
-
-
-def _row(cells: dict[str, tuple[str, str]], place: str, path: Path, faults: list[Fault]) -> DHRow:
-    stated = cells.get("kind", ("", ""))[0] or "revolute"
-    kind = KINDS.get(stated.casefold(), stated)
-    if kind not in list(JointKind):
-        faults.append(Fault(f"{place}, column kind", "must be revolute or prismatic", stated, file=str(path)))
-    own = {"joint": "m", "joint/s": "m/s"} if kind == "prismatic" else {"joint": "rad", "joint/s": "rad/s"}
-    values: dict[str, float] = {}
-    for name, (unit, default) in COLUMNS.items():
-        values[name] = default
-        text, column = cells.get(name, ("", ""))
-        if text:
-            spelled = f"{text} {split_header(column)[1]}" if _is_bare(text) else text
-            try:
-                values[name] = quantity(spelled, own.get(unit, unit), f"{place}, column {column}", file=str(path))
-            except InputError as error:
-                faults.extend(error.faults)
-    return _dh_row(values, kind)
-
-
-def _dh_row(v: dict[str, float], kind: str) -> DHRow:
-    inertia = [[v["ixx"], v["ixy"], v["ixz"]], [v["ixy"], v["iyy"], v["iyz"]], [v["ixz"], v["iyz"], v["izz"]]]
-    moved = "d" if kind == "prismatic" else "theta"
-    v = {**v, moved: v[moved] + v["offset"]}
-    return DHRow(
-        v["a"], v["alpha"], v["d"], v["theta"], JointKind(kind) if kind in list(JointKind) else JointKind.REVOLUTE,
-        v["mass"], (v["com_x"], v["com_y"], v["com_z"]), inertia, v["lower"], v["upper"], v["speed_limit"],
-    )  # fmt: skip
-
-
-def _is_bare(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

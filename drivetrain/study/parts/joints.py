@@ -178,8 +178,8 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     with ledger.gather((*place, "motor_friction")):
         motor_friction = made(form.motor_friction)
     amplifiers = _amplifiers(around, form, place)
-    if around.arm is not None and around.arm.linkage is not None:
-        _closed_faults(around.arm, index, form, resolve_stop(around, form, place), ledger, place)
+    if around.arm is not None and (around.arm.linkage is not None or around.form.base is not None):
+        _unmarched_faults(around, index, form, place)
     brakes, told = _brakes(around, form, (*place, "brake"))
     if brakes:
         given = () if drive is None else _with_brakes(around, (drive,), brakes)
@@ -219,20 +219,26 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     )
 
 
-def _closed_faults(arm: Arm, index: int, form: JointForm, stop: Stop, ledger: Ledger, place: Place) -> None:
-    """What a joint of an arm with closures must state, as it is not computed there."""
-    assert arm.linkage is not None
-    loops = arm.linkage.loops
-    if loops.inside(loops.driven[index]) and form.output_bearing == "gear" and arm.screws[index, :3].any():
+def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: Place) -> None:
+    """What a joint of an arm with closures or on a moving base must state, as it is not computed there."""
+    arm, ledger, stop = around.arm, around.ledger, resolve_stop(around, form, place)
+    assert arm is not None
+    loops = None if arm.linkage is None else arm.linkage.loops
+    named, falls = ("closures", "with closed loops") if loops else ("a base that moves", "on such a base")
+    bears = form.output_bearing == "gear" and arm.screws[index, :3].any()
+    if loops is not None and loops.inside(loops.driven[index]) and bears:
         problem = f"must be external at {arm.joint_names[index]}: how pins and bearings share the loads in a loop is "
         ledger.fault(
             (*place, "output_bearing"), problem + "not determined, so a gear's bearing cannot be checked there"
         )
+    if loops is None and form.mount.carrier == "base":
+        problem = "must be the link on which it sits, on a base that moves: what it asks at the base is not computed"
+        ledger.fault((*place, "mount", "carrier"), problem, form.mount.carrier, "parent")
     if form.brake and stop.power_off:
-        problem = "must be false with closures: how an arm with closed loops falls until brakes bite is not computed"
+        problem = f"must be false with {named}: how an arm {falls} falls until brakes bite is not computed"
         ledger.fault((*place, "stop", "power_off"), problem)
     if stop.ramp is None:
-        problem = "is missing: with closures a stop is checked along a ramp, not at the limit of a current"
+        problem = f"is missing: with {named} a stop is checked along a ramp, not at the limit of a current"
         ledger.fault((*place, "stop", "ramp"), problem, hint="stop: {ramp: 0.3 s}")
 
 

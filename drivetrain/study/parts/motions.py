@@ -11,11 +11,13 @@ from typing import Any, Literal
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.bodies import moving_base
 from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.arrays import Array
 from drivetrain.errors import InputError, nearest
+from drivetrain.motion.base import AXES, Swing, along, swing_instants, swinging
 from drivetrain.motion.checks import TURNS_BELIEVED
-from drivetrain.motion.duty_cycle import Cycle, Step, build_cycle
+from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle, Step, build_cycle
 from drivetrain.motion.limits import limit_notes
 from drivetrain.motion.mix import build_mix, share_faults
 from drivetrain.motion.motion import LoadTable, Motion
@@ -54,7 +56,8 @@ LONGEST_MOVE = 3600.0  # [s]; sampled every few milliseconds, so more is a slip 
 
 def motion_files(form: StudyForm, folder: Path) -> list[Path]:
     """The files the motions are read from."""
-    names = [motion.file or motion.table for motion in form.motions.values()]
+    base = [] if form.base is None or form.base.motion is None else [form.base.motion]
+    names = [motion.file or motion.table for motion in (*form.motions.values(), *base)]
     return [folder / name for name in names if name is not None]
 
 
@@ -71,7 +74,7 @@ def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions
         if not kind or not _belongs(form, kind, ledger, place):
             continue
         loads = kind == "table" or "arm" not in ledger.document.data
-        motion = _load_table(name, own, ledger) if loads else _motion(name, own, default, arm, ledger)
+        motion = _load_table(name, own, ledger) if loads else _motion(name, own, default, arm, ledger, place)
         if motion is not None:
             motions[name] = motion
     if not set(form.motions) - {DEFAULT}:
@@ -98,6 +101,56 @@ def resolve_cycle(form: StudyForm, motions: Motions, ledger: Ledger) -> Cycle | 
     if cycle is not None:
         ledger.note(note for note in cycle.notes if note.startswith("warning:"))
     return cycle
+
+
+def resolve_base(
+    form: StudyForm, arm: Arm | None, cycle: Cycle | None, ledger: Ledger
+) -> tuple[Motion | None, Cycle | None]:
+    """The motion of the base at the samples of the cycle, and the cycle with as many samples as that needs."""
+    stated = form.base
+    if stated is None:
+        return None, cycle
+    known = len(ledger.faults)
+    if form.arm is None:
+        ledger.fault(("base",), "goes with an arm: load tables already hold what each gear must give")
+    for name in ("closures", "mix"):
+        if getattr(form, name):
+            ledger.fault(("base",), f"does not go with {name}")
+    swings = {axis: Swing(one.amplitude, one.period, one.phase) for axis in AXES if (one := getattr(stated, axis))}
+    motion: Motion | None = None
+    if stated.motion is not None and arm is not None and _kind(stated.motion, ledger, ("base", "motion")):
+        motion = _motion("base", stated.motion, MotionForm(), moving_base(arm), ledger, ("base", "motion"))
+    if arm is None or cycle is None or len(ledger.faults) > known:
+        return None, cycle
+    if motion is None:
+        motion = swinging(swings, swing_instants(swings, cycle.duration))
+    else:
+        length = float(motion.time[-1] - motion.time[0])
+        if abs(length - cycle.duration) > GAP_ALLOWED * cycle.duration:
+            ledger.fault(("base", "motion"), f"lasts {length:.6g} s, but the cycle {cycle.duration:.6g} s", length)
+            return None, cycle
+        motion = replace(motion, time=(motion.time - motion.time[0]) * (cycle.duration / length))
+    if not form.open_cycle:
+        _check_return(motion, swings, cycle.duration, ledger)
+    cycle, motion = along(cycle, motion)
+    told = ", ".join(f"{axis} by {one.amplitude:.4g} {'m' if axis in 'xyz' else 'rad'} in {one.period:g} s"
+                     for axis, one in swings.items())  # fmt: skip
+    ledger.note([f"The base of the arm moves as given{f': {told}' if told else ''}; the drives are judged against the "
+                 "phase in which it then meets the cycle."])  # fmt: skip
+    return swinging(swings, cycle.time) if swings else motion, cycle
+
+
+def _check_return(motion: Motion, swings: dict[str, Swing], duration: float, ledger: Ledger) -> None:
+    """That the base ends a cycle as it begins it; where it stands on the ground does not matter."""
+    gaps = np.abs([motion.position[-1] - motion.position[0], motion.velocity[-1] - motion.velocity[0]])
+    gaps[0, :3] = 0.0
+    for at in np.flatnonzero(gaps.max(axis=0) > GAP_ALLOWED):
+        axis, hint = AXES[at], "or open_cycle: true, for a task done once"
+        if axis in swings:
+            rest = f"the cycle lasts {duration:.6g} s, the period is {swings[axis].period:g} s"
+            hint = f"repetitions or dwells in the cycle, until it lasts whole periods; {rest}"
+        problem = f"{axis} ends the cycle otherwise than it begins it, by {gaps[:, at].max():.4g} [m or rad, or per s]"
+        ledger.fault(("base",), problem, hint=hint)
 
 
 def _mix(form: StudyForm, parts: list[MixForm], motions: Motions, ledger: Ledger) -> Cycle | None:
@@ -196,11 +249,12 @@ def _source(own: MotionForm, ledger: Ledger) -> tuple[Path | StringIO, str]:
     return ledger.document.folder / (own.file or own.table or ""), "file" if own.file else "table"
 
 
-def _motion(name: str, own: MotionForm, default: MotionForm, arm: Arm | None, ledger: Ledger) -> Motion | None:
+def _motion(
+    name: str, own: MotionForm, default: MotionForm, arm: Arm | None, ledger: Ledger, place: Place
+) -> Motion | None:
     """A motion of joints, held against the arm's ranges."""
     if arm is None:
         return None
-    place: Place = ("motions", name)
     motion: Motion | None = None
     if own.waypoints is not None:
         motion = resolve_waypoints(name, over(own, default), arm, ledger, place)

@@ -13,14 +13,14 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_arm, builtin_names
 from drivetrain.arm.coupling import placed, with_coupling
+from drivetrain.arm.files.drives import UrdfCoupling, UrdfDrive
+from drivetrain.arm.files.links import arm_from_model, warn_each
+from drivetrain.arm.files.mjcf import read_mjcf
+from drivetrain.arm.files.model import read_model
+from drivetrain.arm.files.sdf import read_sdf
+from drivetrain.arm.files.xml import read_document
 from drivetrain.arm.geared import with_rotors
-from drivetrain.arm.mjcf import read_mjcf
 from drivetrain.arm.rotors import Rotor
-from drivetrain.arm.sdf import read_sdf
-from drivetrain.arm.urdf.drives import UrdfCoupling, UrdfDrive
-from drivetrain.arm.urdf.model import read_model
-from drivetrain.arm.urdf.read import arm_from_model, warn_each
-from drivetrain.arm.urdf.xml import read_document
 from drivetrain.errors import Fault, InputError, nearest
 
 SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf", ".mjcf")
@@ -64,7 +64,8 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
         model = read_sdf(path) if tag == "sdf" else read_model(path)
     arm, doubtful = arm_from_model(model, tip=tip, gravity=gravity)
     warn_each(doubtful)
-    return _with_stated_couplings(_with_stated_rotors(arm, model.drives), model.couplings)
+    whole = _with_stated_couplings(_with_stated_rotors(arm, model.drives), model.couplings)
+    return replace(whole, file=str(path))
 
 
 def _in_package(address: str) -> Path:

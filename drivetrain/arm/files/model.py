@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drivetrain.arm.checks import checked_inertia
-from drivetrain.arm.urdf.drives import UrdfCoupling, UrdfDrive, read_drives
-from drivetrain.arm.urdf.xml import Reader, read_document
+from drivetrain.arm.files.drives import UrdfCoupling, UrdfDrive, read_drives
+from drivetrain.arm.files.xml import Reader, read_document
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.spatial.inertia import RigidBody

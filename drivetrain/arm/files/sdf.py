@@ -9,9 +9,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drivetrain.arm.checks import checked_inertia
-from drivetrain.arm.urdf.drives import UrdfDrive
-from drivetrain.arm.urdf.model import UrdfJoint, UrdfLink, UrdfModel, check_names
-from drivetrain.arm.urdf.xml import UNLIMITED, Reader, read_document
+from drivetrain.arm.files.drives import UrdfDrive
+from drivetrain.arm.files.model import UrdfJoint, UrdfLink, UrdfModel, check_names
+from drivetrain.arm.files.xml import UNLIMITED, Reader, read_document
 from drivetrain.arrays import Array
 from drivetrain.errors import nearest
 from drivetrain.spatial.inertia import RigidBody

@@ -1,4 +1,4 @@
-"""Arms from URDF files, read by ourselves: meshes are never opened, and what is not used is told.
+"""Arms from URDF files, read by ourselves: meshes are opened only to draw them, and what is not used is told.
 
 Of the tree in a file the chain from a root to a tip is taken, with the bodies that ride on each of its links.
 """
@@ -14,8 +14,8 @@ import numpy as np
 
 from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
 from drivetrain.arm.checks import implausible
-from drivetrain.arm.urdf.drives import UrdfDrive
-from drivetrain.arm.urdf.model import MOVABLE, REFUSED, REVOLUTE, UrdfJoint, UrdfModel, read_model
+from drivetrain.arm.files.drives import UrdfDrive
+from drivetrain.arm.files.model import MOVABLE, REFUSED, REVOLUTE, UrdfJoint, UrdfModel, read_model
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
 from drivetrain.spatial.inertia import RigidBody, combined

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drivetrain.arm.coupling import differential
-from drivetrain.arm.urdf.xml import Reader
+from drivetrain.arm.files.xml import Reader
 from drivetrain.arrays import Array
 from drivetrain.errors import nearest
 

@@ -1,0 +1,1 @@
+"""Arms from files: URDF, xacro, MJCF, SDF, Denavit-Hartenberg tables."""

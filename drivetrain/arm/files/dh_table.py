@@ -1,0 +1,351 @@
+"""Denavit-Hartenberg tables in files: CSV or Excel, JSON, and the models of Corke's Robotics Toolbox (.m, .py)."""
+
+from __future__ import annotations
+
+import ast
+import csv
+import json
+import math
+import re
+from collections.abc import Iterator, Sequence
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
+from drivetrain.arm.checks import LENGTH, farthest, millimetres
+from drivetrain.arm.dh import DHConvention, DHRow, JointKind, arm_from_dh
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.units import quantity, split_header
+from drivetrain.whole_files import read_text
+
+# Unit and default of each column; "joint" is [rad] or [m] as the row's kind says, "joint/s" its rate.
+COLUMNS: dict[str, tuple[str, float]] = {
+    "a": ("m", 0.0), "alpha": ("rad", 0.0), "d": ("m", 0.0), "theta": ("rad", 0.0), "mass": ("kg", 0.0),
+    "com_x": ("m", 0.0), "com_y": ("m", 0.0), "com_z": ("m", 0.0),
+    "ixx": ("kg m^2", 0.0), "iyy": ("kg m^2", 0.0), "izz": ("kg m^2", 0.0),
+    "ixy": ("kg m^2", 0.0), "ixz": ("kg m^2", 0.0), "iyz": ("kg m^2", 0.0),
+    "lower": ("joint", -inf), "upper": ("joint", inf), "speed_limit": ("joint/s", inf), "offset": ("joint", 0.0),
+}  # fmt: skip
+NEEDED = ("a", "alpha", "d", "mass")
+TEXTS = ("name", "kind")
+# As Corke's Robotics Toolbox names the fields of a link (a vector's parts as columns), capitals or not.
+TOOLBOX = {"m": "mass", "rx": "com_x", "ry": "com_y", "rz": "com_z", "qmin": "lower", "qmax": "upper", "sigma": "kind",
+           "jointtype": "kind"}  # fmt: skip
+OF_DRIVES = ("b", "jm", "g", "tc", "tc+", "tc-")  # friction, rotor and ratio: the study's drives bring their own
+KINDS = {"0": "revolute", "r": "revolute", "1": "prismatic", "p": "prismatic"}
+
+
+def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
+    """The arm of a Denavit-Hartenberg table; raises every fault of the file.
+
+    A CSV file with columns ``name``, ``kind`` (revolute or prismatic), ``a [mm]``, ``alpha [deg]``, ``d [mm]``,
+    ``theta [deg]``, ``offset [deg]`` (added to what the joint moves), ``mass [kg]``, ``com_x [mm]`` to ``com_z``,
+    ``ixx [kg m^2]`` to ``iyz``, ``lower [deg]``, ``upper [deg]``, ``speed_limit [deg/s]``; or with those of
+    ``TOOLBOX``. A cell may carry its own unit. Or the same as JSON, a list of links, each by these names; or a model of
+    the Robotics Toolbox, in MATLAB (.m) or Python (.py): read as text, never run, in SI, base and tool left out.
+    """
+    header, lines = _rows(path, convention)
+    names = [_column(column) for column in header]
+    faults: list[Fault] = _header_faults(names, path)
+    rows: list[tuple[int, DHRow]] = []
+    for number, line in lines:
+        cells = {name: (text.strip(), column) for name, column, text in zip(names, header, line, strict=False)}
+        rows.append((number, _row(cells, f"row {number}", path, faults)))
+    if not rows:
+        faults.append(Fault("the file", "holds no joint", file=str(path)))
+    if faults:
+        raise InputError(faults)
+    left = [column for name, column in zip(names, header, strict=True) if name in OF_DRIVES]
+    notes = (
+        [f"{', '.join(left)}: not used, as the drives of the study bring inertia, ratio and friction"] if left else []
+    )
+    return arm_from_dh(
+        [row for _, row in rows], convention=convention,  # type: ignore[arg-type]
+        gravity=STANDARD_GRAVITY if gravity is None else gravity,
+        joint_names=[line[names.index("name")].strip() for _, line in lines] if "name" in names else None,
+        name=path.stem, notes=[*notes, *_implausible(rows, path)],
+    )  # fmt: skip
+
+
+def _column(header: str) -> str:
+    """The name of a column without its unit, as it is known here."""
+    name = split_header(header)[0].casefold()
+    return TOOLBOX.get(name, name)
+
+
+def _rows(path: Path, convention: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Header, and the rows with their line numbers."""
+    suffix = path.suffix.lower()
+    if suffix not in (".json", ".m", ".py"):
+        return _csv(path)
+    links = _json_links(path) if suffix == ".json" else _toolbox_links(path, convention)
+    header = list(dict.fromkeys(name for _, link in links for name in link))
+    return header, [(line, [link.get(name, "") for name in header]) for line, link in links]
+
+
+def _csv(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Header, and the filled rows with their line numbers."""
+    try:
+        parsed = list(csv.reader(read_text(path).splitlines()))
+    except csv.Error as error:
+        raise InputError(Fault("the file", f"cannot be read: {error}", file=str(path))) from None
+    lines = [(i, line) for i, line in enumerate(parsed, 1) if line and not line[0].startswith("#")]
+    if not lines:
+        raise InputError(Fault("the file", "is empty", file=str(path)))
+    return [column.strip() for column in lines[0][1]], lines[1:]
+
+
+Link = dict[str, str]  # a cell by column
+
+
+def _json_links(path: Path) -> list[tuple[int, Link]]:
+    """Of a list of links, which may stand under ``links``; counted from 1."""
+    try:
+        data = json.loads(read_text(path))
+    except (ValueError, RecursionError) as error:
+        raise InputError(Fault("the file", f"cannot be read: {error}", file=str(path))) from None
+    data = data.get("links", data.get("joints")) if isinstance(data, dict) else data
+    if not isinstance(data, list) or not all(isinstance(one, dict) for one in data):
+        hint = 'such as [{"a [mm]": 400, "alpha [deg]": 90, "d": "0 m", "mass [kg]": 3}, ...]'
+        raise InputError(
+            Fault("the file", "must hold a list of links, each with its columns", hint=hint, file=str(path))
+        )
+    return [(i, {str(name): "" if cell is None else str(cell) for name, cell in one.items()})
+            for i, one in enumerate(data, 1)]  # fmt: skip
+
+
+# ---------------------------------------------------------------- Robotics Toolbox
+
+_CLASS = re.compile(r"(Link|DHLink|Revolute|Prismatic|RevoluteDH|PrismaticDH|RevoluteMDH|PrismaticMDH)")
+_VECTOR = ("theta", "d", "a", "alpha", "sigma", "offset")  # of Link([...])
+_TENSOR = ("Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Ixz")
+_FUNCTIONS: dict[str, Any] = {
+    "sin": np.sin, "cos": np.cos, "tan": np.tan, "sqrt": np.sqrt, "deg2rad": np.deg2rad, "radians": np.deg2rad,
+    "diag": lambda x: np.diag(x).ravel(), "array": lambda x: x,
+}  # fmt: skip
+_OPERATIONS: dict[type, Any] = {
+    ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
+    ast.USub: np.negative, ast.UAdd: np.positive,
+}  # fmt: skip
+
+
+def _toolbox_links(path: Path, convention: str) -> list[tuple[int, Link]]:
+    """Of the links that a model makes, in their order."""
+    text = read_text(path)
+    found: list[tuple[int, dict[str, Any]]] = []
+    names: dict[str, Any] = {"pi": math.pi}
+    faults: list[Fault] = []
+    try:
+        steps = list(_python_steps(text) if path.suffix.lower() == ".py" else _matlab_steps(text))
+    except (SyntaxError, ValueError, RecursionError) as error:
+        raise InputError(Fault("the file", f"cannot be read: {error}", file=str(path))) from None
+    for line, target, node in steps:
+        call = node.func if isinstance(node, ast.Call) else None
+        name = getattr(call, "id", getattr(call, "attr", ""))
+        makes = _CLASS.fullmatch(name)
+        try:
+            if makes and isinstance(node, ast.Call):
+                found.append((line, _made_link(name, node, names)))
+            elif isinstance(target, tuple):
+                found[target[0] - 1][1][target[1]] = _value(node, names)
+            elif target:
+                names[target] = _value(node, names)
+        except (ValueError, TypeError, IndexError, KeyError, ArithmeticError) as error:
+            if makes or isinstance(target, tuple):
+                faults.append(Fault(f"line {line}", f"is no link with plain numbers: {error}", file=str(path)))
+    modified = {bool(link.get("mdh")) for _, link in found}
+    told = DHConvention.MODIFIED if True in modified else DHConvention.CLASSIC
+    if found and (len(modified) > 1 or told != convention):
+        faults.append(Fault("convention", f"the model is {told}", convention, file=str(path)))
+    rows = []
+    for line, link in found:
+        try:
+            rows.append((line, _cells(link)))
+        except (ValueError, TypeError) as error:
+            faults.append(Fault(f"line {line}", f"is no link with plain numbers: {error}", file=str(path)))
+    if faults:
+        raise InputError(faults)
+    return rows
+
+
+Step = tuple[int, Any, ast.expr]  # line, what is set (a name, or a link's number and field), and to what
+
+
+def _python_steps(text: str) -> Iterator[Step]:
+    """Names set to values and links made, in the order of the text."""
+    found: list[Any] = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Assign | ast.Call)]
+    for node in sorted(found, key=lambda one: (one.lineno, one.col_offset)):
+        if isinstance(node, ast.Call):
+            yield node.lineno, None, node
+        elif len(node.targets) == 1 and isinstance(node.targets[0], ast.Name):
+            yield node.lineno, node.targets[0].id, node.value
+
+
+def _matlab_steps(text: str) -> Iterator[Step]:
+    """The same of a script."""
+    lines = [re.sub(r"('[^'\n]*')|%.*", r"\1", line) for line in text.splitlines()]
+    statement, first = "", 1
+    for number, line in enumerate(lines, 1):
+        first = first if statement else number
+        part, more, _ = line.partition("...")
+        statement += part + " "
+        if more or statement.count("[") > statement.count("]") or statement.count("(") > statement.count(")"):
+            continue
+        for one in re.split(r";(?![^\[]*\])", statement):
+            yield from _matlab_step(one, first)
+        statement = ""
+
+
+def _matlab_step(text: str, line: int) -> Iterator[Step]:
+    if not (found := re.fullmatch(r"\s*(\w+)\s*(?:[({](\d+)[)}])?\s*(?:\.(\w+))?\s*=\s*([^=].*)", text)):
+        return
+    name, index, field, value = found.groups()
+    listed = re.sub(r"\[[^\]]*\]", lambda one: _listed(one[0]), value).replace("^", "**").strip()
+    try:
+        node = ast.parse(listed, mode="eval").body
+    except SyntaxError:  # structs, handles, transposes: nothing of a link
+        return
+    if isinstance(node, ast.List):  # L = [Link(...) Link(...)]
+        yield from ((line, None, one) for one in node.elts if isinstance(one, ast.Call))
+    yield line, (int(index), field) if index and field else None if index else name, node
+
+
+def _listed(text: str) -> str:
+    """A bracket of MATLAB with commas between its numbers."""
+    spaced = re.sub(r"(?<=[\w.)\]])\s+(?=[-+]?[\w.(])", ", ", text.replace(";", ","))
+    return re.sub(r",(\s*,)+", ",", spaced)
+
+
+def _value(node: ast.AST, names: dict[str, Any]) -> Any:
+    """A number, or a list of numbers as an array."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float | str):
+        return node.value
+    if isinstance(node, ast.Name) and node.id in names:
+        return names[node.id]
+    if isinstance(node, ast.Attribute) and node.attr == "pi":
+        return math.pi
+    if isinstance(node, ast.List | ast.Tuple):
+        return np.array([np.ravel(_value(one, names)) for one in node.elts], dtype=np.float64).ravel()
+    if isinstance(node, ast.UnaryOp) and type(node.op) in _OPERATIONS:
+        return _OPERATIONS[type(node.op)](_value(node.operand, names))
+    if isinstance(node, ast.BinOp) and type(node.op) in _OPERATIONS:
+        return _OPERATIONS[type(node.op)](np.float64(1.0) * _value(node.left, names), _value(node.right, names))
+    if isinstance(node, ast.Call):
+        name = getattr(node.func, "id", getattr(node.func, "attr", ""))
+        if name in _FUNCTIONS and len(node.args) == 1:
+            return _FUNCTIONS[name](_value(node.args[0], names))
+    raise ValueError(f"{ast.unparse(node)} is not known")
+
+
+def _made_link(name: str, call: ast.Call, names: dict[str, Any]) -> dict[str, Any]:
+    """The arguments of a link by name; flags of MATLAB count as names too."""
+    found: dict[str, Any] = {}
+    for keyword in call.keywords:
+        if keyword.arg in (*_VECTOR, "m", "r", "I", "qlim", "Jm", "G", "B", "Tc", "mdh"):
+            found[keyword.arg] = _value(keyword.value, names)
+    given = [(one.value if isinstance(one, ast.Constant) else None, one) for one in call.args]
+    while given:
+        word, node = given.pop(0)
+        if not isinstance(word, str):
+            found |= dict(zip(_VECTOR, np.ravel(_value(node, names)).tolist(), strict=False))
+        elif word in ("modified", "standard", "revolute", "prismatic"):
+            found |= {"mdh": 1} if word == "modified" else {"sigma": 1} if word == "prismatic" else {}
+        elif given:
+            value = given.pop(0)[1]
+            if word in (*_VECTOR, "m", "r", "I", "qlim", "Jm", "G", "B", "Tc"):
+                found[word] = _value(value, names)
+    if name.endswith("MDH"):
+        found["mdh"] = 1
+    if name.startswith("Prismatic") or ("theta" in found and "d" not in found):
+        found["sigma"] = 1
+    return found
+
+
+def _cells(link: dict[str, Any]) -> Link:
+    """The cells of a link, each with its unit."""
+    slides = float(link.get("sigma", 0)) == 1.0
+    own = "m" if slides else "rad"
+    units = {"theta": "rad", "d": "m", "a": "m", "alpha": "rad", "offset": own, "m": "kg"}
+    cells = {"kind": "prismatic" if slides else "revolute"}
+    cells |= {name: f"{float(link.get(name, 0.0))!r} {unit}" for name, unit in units.items()}
+    tensor = np.ravel(link.get("I", np.zeros(6)))
+    if tensor.size == 9:
+        tensor = tensor[[0, 4, 8, 1, 5, 2]]
+    vectors: Sequence[tuple[tuple[str, ...], Any, str]] = (
+        (("rx", "ry", "rz"), np.ravel(link.get("r", np.zeros(3))), "m"),
+        (_TENSOR[: tensor.size], tensor, "kg m^2"),
+        (("qmin", "qmax"), np.ravel(link.get("qlim", [])), own),
+    )
+    for names, values, unit in vectors:
+        if len(values) not in (0, len(names)):
+            raise ValueError(f"{', '.join(names)} must be as many numbers")
+        cells |= {name: f"{value!r} {unit}" for name, value in zip(names, map(float, values), strict=False)}
+    return cells | {name: str(link[name]) for name in ("Jm", "G", "B", "Tc") if name in link}
+
+
+def _header_faults(names: list[str], path: Path) -> list[Fault]:
+    known = [*COLUMNS, *TEXTS, *OF_DRIVES]
+    faults = [
+        Fault(f"column {name}", "is not known", hint=nearest(name, known), file=str(path))
+        for name in names
+        if name not in known
+    ]
+    missing = [name for name in NEEDED if name not in names]
+    return faults + [Fault(f"column {name}", "is missing", file=str(path)) for name in missing]
+
+
+def _row(cells: dict[str, tuple[str, str]], place: str, path: Path, faults: list[Fault]) -> DHRow:
+    stated = cells.get("kind", ("", ""))[0] or "revolute"
+    kind = KINDS.get(stated.casefold(), stated)
+    if kind not in list(JointKind):
+        faults.append(Fault(f"{place}, column kind", "must be revolute or prismatic", stated, file=str(path)))
+    own = {"joint": "m", "joint/s": "m/s"} if kind == "prismatic" else {"joint": "rad", "joint/s": "rad/s"}
+    values: dict[str, float] = {}
+    for name, (unit, default) in COLUMNS.items():
+        values[name] = default
+        text, column = cells.get(name, ("", ""))
+        if text:
+            spelled = f"{text} {split_header(column)[1]}" if _is_bare(text) else text
+            try:
+                values[name] = quantity(spelled, own.get(unit, unit), f"{place}, column {column}", file=str(path))
+            except InputError as error:
+                faults.extend(error.faults)
+    return _dh_row(values, kind)
+
+
+def _dh_row(v: dict[str, float], kind: str) -> DHRow:
+    inertia = [[v["ixx"], v["ixy"], v["ixz"]], [v["ixy"], v["iyy"], v["iyz"]], [v["ixz"], v["iyz"], v["izz"]]]
+    moved = "d" if kind == "prismatic" else "theta"
+    v = {**v, moved: v[moved] + v["offset"]}
+    return DHRow(
+        v["a"], v["alpha"], v["d"], v["theta"], JointKind(kind) if kind in list(JointKind) else JointKind.REVOLUTE,
+        v["mass"], (v["com_x"], v["com_y"], v["com_z"]), inertia, v["lower"], v["upper"], v["speed_limit"],
+    )  # fmt: skip
+
+
+def _is_bare(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _implausible(rows: Sequence[tuple[int, DHRow]], file: Path) -> list[str]:
+    """Lengths of a Denavit-Hartenberg table, by line of the file, that look like millimetres given as metres."""
+    found: list[str] = []
+    reach = sum(math.hypot(row.a, row.d) for _, row in rows)
+    for number, row in rows:
+        com = {f"com_{axis}": value for axis, value in zip("xyz", row.com, strict=True)}
+        lengths = {"a": (row.a, LENGTH), "d": (row.d, LENGTH)} | {
+            name: (value, farthest(reach)) for name, value in com.items()
+        }
+        for name, (value, most) in lengths.items():
+            if abs(value) > most:
+                problem = f"{value:.4g} m is more than {most:.3g} m"
+                fault = Fault(f"column {name}", problem, hint=millimetres(value), file=f"{file}:{number}")
+                found.append(f"warning: {fault}")
+    return found

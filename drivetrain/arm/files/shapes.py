@@ -1,0 +1,127 @@
+"""How the links of a URDF file look: its visual shapes, else those of its collisions; meshes by the package trimesh."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.files.xml import read_document
+from drivetrain.arrays import Array
+from drivetrain.errors import InputError
+from drivetrain.spatial.mesh_file import read_mesh
+from drivetrain.spatial.poses import pose_from_xyz_rpy
+
+CELLS = 9  # along the longest side of a mesh: corners in one cell become one
+ROUND = 2.0 * np.pi * np.arange(12) / 12
+Triangles = tuple[Array, np.ndarray]  # corners [m], (m, 3), and three of them a triangle, seen from outside, (k, 3)
+
+
+def link_shapes(arm: Arm) -> list[tuple[int, Triangles]]:
+    """Shapes in the base frame, all joints at zero, each with the index of the link that carries it, -1 the base.
+
+    Of an arm without a URDF file, and of shapes that cannot be read, there are none.
+    """
+    try:
+        root = read_document(Path(arm.file)) if arm.file else None
+    except InputError:
+        return []
+    if root is None or root.tag != "robot":
+        return []
+    holders = {
+        child.get("link"): joint for joint in root.findall("joint") if (child := joint.find("child")) is not None
+    }
+    found = []
+    for link in root.findall("link"):
+        name, frame = link.get("name", ""), np.eye(4)
+        while name not in arm.link_names and name in holders:  # up to the link that moves
+            parent = holders[name].find("parent")
+            frame = _origin(holders[name]) @ frame
+            name = "" if parent is None else parent.get("link", "")
+        carrier = arm.link_names.index(name) if name in arm.link_names else -1
+        frame = frame if carrier < 0 else arm.link_frame(name) @ frame
+        for kind in ("visual", "collision"):
+            shapes = [(_origin(one), _read(one.find("geometry"), Path(arm.file))) for one in link.findall(kind)]
+            known = [(frame @ origin, shape) for origin, shape in shapes if shape is not None]
+            if known:
+                found += [(carrier, (points @ at[:3, :3].T + at[:3, 3], faces)) for at, (points, faces) in known]
+                break
+    return found
+
+
+def _origin(element: ElementTree.Element) -> Array:
+    at = element.find("origin")
+    return np.eye(4) if at is None else pose_from_xyz_rpy(_numbers(at, "xyz", "0 0 0"), _numbers(at, "rpy", "0 0 0"))
+
+
+def _numbers(element: ElementTree.Element, name: str, default: str) -> Array:
+    return np.array([float(word) for word in element.get(name, default).split()])
+
+
+def _read(geometry: ElementTree.Element | None, file: Path) -> Triangles | None:
+    """One shape in its own frame; None where it cannot be read."""
+    for one in [] if geometry is None else geometry:
+        try:
+            if one.tag == "mesh":
+                path = mesh_path(one.get("filename", ""), file)
+                return None if path is None else _coarse(path, tuple(_numbers(one, "scale", "1 1 1").tolist()))
+            if one.tag == "box":
+                return box(_numbers(one, "size", ""))
+            radius, length = float(one.get("radius", "")), float(one.get("length", "0"))
+        except (ValueError, InputError):
+            return None
+        if one.tag == "cylinder":
+            return _hull(
+                [[radius * np.cos(a), radius * np.sin(a), side] for a in ROUND for side in (-length / 2, length / 2)]
+            )
+        if one.tag == "sphere":
+            tilts = np.arcsin(np.linspace(-1.0, 1.0, 7))
+            return _hull(
+                [
+                    radius * np.array([np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b)])
+                    for a in ROUND
+                    for b in tilts
+                ]
+            )
+    return None
+
+
+def mesh_path(name: str, file: Path) -> Path | None:
+    """The file of a mesh: beside the URDF file, or in the package of that name above it."""
+    if name.startswith("package://"):
+        package, _, rest = name.removeprefix("package://").partition("/")
+        places = [above / part for above in file.resolve().parents for part in (f"{package}/{rest}", rest)]
+    else:
+        places = [file.parent / name.removeprefix("file://")]
+    return next((place for place in places if place.is_file()), None)
+
+
+def box(size: Array) -> Triangles:
+    """A box about its middle."""
+    return _hull(0.5 * np.array(size) * [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+
+
+def _hull(points: object) -> Triangles:
+    """The convex hull, its triangles turned to face outwards."""
+    corners = np.unique(np.round(np.asarray(points, dtype=float), 9), axis=0)
+    hull = ConvexHull(corners)
+    a, b, c = np.moveaxis(corners[hull.simplices], 1, 0)
+    inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    return corners, np.where(inwards[:, None], hull.simplices[:, ::-1], hull.simplices)
+
+
+@lru_cache(maxsize=64)
+def _coarse(path: Path, scale: tuple[float, ...]) -> Triangles:
+    """A mesh with its corners merged cell by cell, which is enough for a picture."""
+    mesh = read_mesh(path, scale=np.array(scale))
+    low = mesh.vertices.min(axis=0)
+    cells = np.floor((mesh.vertices - low) * (CELLS / np.ptp(mesh.vertices, axis=0).max()))
+    _, place, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    points = np.stack([np.bincount(place.ravel(), mesh.vertices[:, k]) for k in range(3)], axis=1) / count[:, None]
+    faces = place.ravel()[mesh.faces]
+    flat = (faces[:, 0] == faces[:, 1]) | (faces[:, 1] == faces[:, 2]) | (faces[:, 2] == faces[:, 0])
+    return points, np.unique(faces[~flat], axis=0)

@@ -1,0 +1,116 @@
+"""What the fields of an effect may hold: of the kinds that their annotations say, in the ranges that it states."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from drivetrain.drive.ranges import Range
+from drivetrain.errors import LARGEST, Fault
+
+Side = Literal["joint", "shaft", "motor"]
+
+
+class OrInfinite(Range):
+    """A range to which infinity belongs, as a limit that is none."""
+
+    def holds(self, value: float) -> bool:
+        return value == math.inf or super().holds(value)
+
+
+def ranges(**named: Range) -> Mapping[str, Range]:
+    """Ranges by the names of fields."""
+    return named
+
+
+def positive(unit: str) -> Range:
+    """Above 0 and finite."""
+    return Range(f"must be positive [{unit}]", low=0.0)
+
+
+def positive_or_infinite(unit: str) -> Range:
+    """Above 0."""
+    return OrInfinite(f"must be positive [{unit}]", low=0.0)
+
+
+def not_negative(unit: str) -> Range:
+    """0 or more, and finite."""
+    return Range(f"must not be negative [{unit}]", low=0.0, low_included=True)
+
+
+def finite(unit: str) -> Range:
+    """Any number."""
+    return Range(f"must be a finite number [{unit}]")
+
+
+def kind_faults(effect: Any) -> list[Fault]:
+    """Fields that are of another kind than their annotation says."""
+    name, hints = type(effect).__name__, _hints(effect.__class__)
+    return [
+        Fault(f"{name}.{field.name}", f"must be {_wanted(hints[field.name])}", getattr(effect, field.name))
+        for field in fields(effect)
+        if not _fits(getattr(effect, field.name), hints[field.name])
+    ]
+
+
+def range_faults(effect: Any) -> list[Fault]:
+    """Fields out of their ranges, numbers that are none or too large, words other than those known."""
+    faults, hints = [], _hints(effect.__class__)
+    for field in fields(effect):
+        place, allowed = f"{type(effect).__name__}.{field.name}", effect.limits.get(field.name)
+        value, hint = getattr(effect, field.name), hints[field.name]
+        if get_origin(hint) is Literal and isinstance(value, str) and value not in get_args(hint):
+            *first, last = get_args(hint)
+            faults.append(Fault(place, f"must be {', '.join(first)} or {last}", value))
+        for one in value if isinstance(value, tuple | list) else (value,):
+            if not isinstance(one, numbers.Real) or isinstance(one, bool):
+                continue
+            if not (math.isinf(one) or abs(float(one)) <= LARGEST):
+                faults.append(Fault(place, f"must be a number, up to {LARGEST:g} where it is finite", one))
+            elif allowed is not None and not allowed.holds(float(one)):
+                faults.append(Fault(place, allowed.words, one))
+    return faults
+
+
+@cache
+def _hints(kind: Any) -> dict[str, Any]:
+    return get_type_hints(kind)
+
+
+_WORDS: dict[Any, str] = {float: "a number", int: "a whole number", str: "a text", NoneType: "None",
+                          bool: "True or False"}  # fmt: skip
+
+
+def _wanted(hint: Any) -> str:
+    """A kind in words."""
+    if _is_union(hint):
+        return " or ".join(_wanted(part) for part in get_args(hint))
+    if get_origin(hint) is Literal:
+        return _WORDS[str]
+    return _WORDS.get(hint) or (hint.__name__ if isinstance(hint, type) else str(hint))
+
+
+def _is_union(hint: Any) -> bool:
+    return get_origin(hint) in (Union, UnionType)
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Whether a value is of a kind; NaN is a number, so that it comes together with what else is out of range."""
+    parts, number = get_args(hint), isinstance(value, numbers.Real) and not isinstance(value, bool)
+    if _is_union(hint):
+        return any(_fits(value, part) for part in parts)
+    if get_origin(hint) is Literal:
+        return isinstance(value, str)
+    if hint is float:
+        return number
+    if hint is int:
+        return number and math.isfinite(value) and value == int(value)
+    if get_origin(hint) is tuple and len({*parts} - {...}) == 1:
+        several = isinstance(value, Iterable) and not isinstance(value, str | dict) and getattr(value, "ndim", 1) != 0
+        return several and all(_fits(one, parts[0]) for one in value)
+    return not isinstance(hint, type) or isinstance(value, hint)

@@ -1,0 +1,182 @@
+"""A joint that gives way: the gear's spring in three pieces with damping, play or none, and the rotor behind it.
+
+The twist is a state of its own, never the difference of two large angles.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.spring import Spring, answer, gear_spring, mean_touch, touch, twist_under
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Effect, Place, Ports, Shape, Signal, ratio_of
+from drivetrain.effects.fields import not_negative, ranges
+from drivetrain.effects.laws import joint_law
+from drivetrain.errors import Fault
+from drivetrain.jit import law
+
+
+@dataclass
+class SpringOwn:
+    """What it keeps: the spring, its damping [N m s/rad]; energy [J], power lost [W]."""
+
+    spring: Spring
+    damping: float
+    energy: float = 0.0
+    power: float = 0.0
+
+
+@joint_law(SpringOwn)
+def _bend(t: Any, h: Any, own: Any, joint: Any) -> None:
+    gear = joint.spring
+    if h > 0.0 and own.spring.bend_1 < math.inf:
+        torque, slope, damping = mean_touch(own.spring, (0.0, 0.0), own.damping, gear.wind_up, gear.speed, h)
+    else:
+        torque, slope, _ = answer(own.spring, gear.wind_up)
+        torque, damping = torque + own.damping * gear.speed, own.damping
+    gear.torque += torque
+    gear.damping += damping
+    gear.stiffness += slope
+
+
+@joint_law(SpringOwn)
+def _account_spring(t: Any, h: Any, own: Any, joint: Any) -> None:
+    gear = joint.spring
+    _, _, own.energy = answer(own.spring, gear.wind_up)
+    own.power = own.damping * gear.speed * gear.speed
+
+
+@dataclass
+class PlayOwn:
+    """What it keeps: as ``SpringOwn``, half of the play [rad]; energy [J], power lost [W], torque [N m]."""
+
+    spring: Spring
+    damping: float
+    half: float
+    energy: float = 0.0
+    power: float = 0.0
+    torque: float = 0.0
+
+
+@law
+def _met(own: Any, gear: Any, h: float, damping: float) -> tuple[float, float, float]:
+    """Torque, slope and damping at an instant, or in the mean over a step."""
+    flanks = -own.half, own.half
+    if h > 0.0:
+        return mean_touch(own.spring, flanks, damping, gear.wind_up, gear.speed, h)
+    return touch(own.spring, flanks, damping, gear.wind_up, gear.speed)
+
+
+@joint_law(PlayOwn)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    gear = joint.spring
+    torque, slope, damping = _met(own, gear, h, own.damping)
+    gear.torque += torque
+    gear.damping += damping
+    gear.stiffness += slope
+
+
+@joint_law(PlayOwn)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    gear = joint.spring
+    own.torque, _, _ = _met(own, gear, h, own.damping)
+    elastic, _, _ = _met(own, gear, h, 0.0)
+    deep = max(abs(gear.wind_up) - own.half, 0.0)
+    _, _, own.energy = answer(own.spring, deep)
+    own.power = (own.torque - elastic) * gear.speed
+
+
+@dataclass(frozen=True)
+class GearSpring(Effect):
+    """A rotor that moves on its own, behind the gear's spring.
+
+    Attributes:
+        gear: Its stiffnesses and the torques between them are taken; with play its backlash, too.
+        damping: Along the spring, or at the flanks in touch [N m s/rad].
+    """
+
+    gear: Gear
+    damping: float = 0.0
+
+    limits = ranges(damping=not_negative("N m s/rad"))
+
+    def __post_init__(self) -> None:
+        gear_spring(self.gear)  # a stiffness that is not told is
+
+    @property
+    def spring(self) -> Spring:
+        """In three pieces."""
+        return gear_spring(self.gear)
+
+    @property
+    @abstractmethod
+    def half(self) -> float:
+        """Of the play [rad]."""
+
+    def shape(self, place: Place) -> Shape:
+        return Shape(ratio=ratio_of(place, self.gear), flexible=True, deflection=self._twist)
+
+    def _twist(self, torque: float) -> float:
+        """Twist under a torque [rad]."""
+        return float(twist_under(self.spring, torque)) + math.copysign(self.half, torque)
+
+
+@dataclass(frozen=True)
+class FlexibleJoint(GearSpring):
+    """The gear's wind-up between rotor and link."""
+
+    compute = _bend
+    account = _account_spring
+
+    @property
+    def half(self) -> float:
+        return 0.0
+
+    def ports(self, place: Place) -> Ports:
+        return Ports(
+            needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
+            contributes=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
+            outputs=(s.store("spring_energy"), s.loss("spring_damping_power")),
+        )
+
+    def piecewise(self) -> bool:
+        return self.spring.bend_1 < math.inf
+
+
+@dataclass(frozen=True)
+class Backlash(GearSpring):
+    """The gear's spring with its play in the middle: between its flanks nothing is carried, at them it never pulls.
+
+    Instead of ``FlexibleJoint``; without play it is the same joint.
+    """
+
+    compute = _compute
+    account = _account
+
+    def faults(self) -> list[Fault]:
+        if self.gear.backlash is not None:
+            return []
+        hint = "state one, or take FlexibleJoint"
+        return [Fault("Backlash.gear", "has no backlash in its catalogue row [rad]", self.gear.key, hint)]
+
+    @property
+    def half(self) -> float:
+        return 0.5 * (self.gear.backlash or 0.0)
+
+    def ports(self, place: Place) -> Ports:
+        return Ports(
+            needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
+            contributes=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
+            outputs=(
+                s.store("flank_energy"),
+                s.loss("flank_damping_power"),
+                Signal("flank_torque", "N m", path="torque"),
+            ),
+        )
+
+    def piecewise(self) -> bool:
+        return True

@@ -1,0 +1,174 @@
+"""One set of drives for a family of arms: several payloads, reaches or tasks, chosen by one search for all of them.
+
+The search is that of the first member. At every node the bounds of each other member rule candidates out too, as what
+one member cannot use the family cannot; a set is taken where every member's evaluation holds.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from drivetrain.errors import Fault, InputError
+from drivetrain.sizing.judge.evaluate import Pair
+from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.search.asked import check_asked, check_keys, satisfied
+from drivetrain.sizing.search.candidates import Domain, Domains, Mask, candidates
+from drivetrain.sizing.search.problem import Problem, problem
+from drivetrain.sizing.search.propagate import Propagation, Ranges
+from drivetrain.sizing.search.tree import EVERY, SMALL, Tree
+from drivetrain.study.model import JointTask, Study
+from drivetrain.study.parts.selection import SelectionOptions
+
+
+@dataclass(frozen=True, eq=False)
+class FamilySelection:
+    """One set of drives for all members of a family.
+
+    Attributes:
+        drives: Keys of (motor, gear) by joint name; empty where no set fits all members.
+        objective: Of the set, for one member [kg, or the unit of the price]; NaN where none fits.
+        evaluations: Of each member with these drives, in their order; empty where none fits.
+        proven: Whether no better set fits all members, or none at all.
+        bound: No set that fits all members has a smaller objective; infinite where none fits.
+        counters: Work done.
+    """
+
+    drives: dict[str, Pair]
+    objective: float
+    evaluations: tuple[Evaluation, ...]
+    proven: bool
+    bound: float
+    counters: dict[str, int]
+
+    def __repr__(self) -> str:
+        if not self.drives:
+            return "FamilySelection(no set fits all members)"
+        told = "optimal" if self.proven else f"not proven, bound {self.bound:.4g}"
+        return f"FamilySelection({self.objective:.4g} for each of {len(self.evaluations)} members, {told})"
+
+
+@dataclass
+class _Others:
+    """Says of sets whether they fit the other members too, where a search asks whether they hold often enough."""
+
+    problems: tuple[Problem, ...]
+    counters: Counter[str] = field(default_factory=Counter)
+
+    def __call__(self, pairs: tuple[int, ...]) -> bool:
+        return all(satisfied(one.evaluation(pairs)) for one in self.problems)
+
+    def without_failing(self, domains: Domains, decided: Mask) -> Domains:
+        """Domains without what the bounds of another member rule out; the same where that is nothing."""
+        found = domains
+        for one in self.problems:
+            full = SMALL if self.counters["nodes of other members"] >= len(self.problems) else EVERY
+            self.counters["nodes of other members"] += 1
+            fresh = [_untested(one, domain) for domain in found]
+            left = Propagation(one, fresh, Ranges.unknown(one.n), math.inf, full, set(), self.counters).run()
+            kept = [np.zeros(0, dtype=np.int64)] * one.n if left is None else [domain.pairs for domain in left]
+            found = tuple(domain.kept(np.isin(domain.pairs, pairs)) for domain, pairs in zip(found, kept, strict=True))
+            if left is None:
+                return found
+        return domains if all(map(np.array_equal, _pairs(found), _pairs(domains))) else found
+
+
+def _pairs(domains: Domains) -> list[Any]:
+    return [domain.pairs for domain in domains]
+
+
+def _untested(one: Problem, domain: Domain) -> Domain:
+    """A domain of which a member's problem knows nothing."""
+    cost = one.share[domain.pairs]
+    return Domain(domain.pairs, cost, np.zeros(len(cost), dtype=np.bool_), float(cost.min()))
+
+
+def select_family(studies: Sequence[Study], *, wanted: SelectionOptions | None = None) -> FamilySelection:
+    """The drives with the smallest objective that fit every one of several studies, the same in all of them.
+
+    Args:
+        studies: Of arms with the same joint names: other payloads (``dt.study.changed``), reaches, motions, supplies.
+            Of the candidates of each joint those count that every study offers.
+        wanted: As of ``select``; None: what the first study says. Mass or price, as each weighs alike in all members.
+
+    Returns:
+        The drives, and their evaluation in each study.
+
+    Raises:
+        InputError: No studies, other joints, other given drives, parts of one key that differ, an objective that
+            differs between members, or what ``select`` refuses.
+
+    Example:
+        ``select_family([changed(study, TaskChange(payload=share)) for share in (0.6, 1.0, 2.0)])``
+    """
+    members = _members(studies)
+    asked = replace(members[0].wanted if wanted is None else wanted, sets=1)
+    check_asked(members[0], asked)
+    if any(weight and name == "energy" for name, weight in asked.weights):
+        raise InputError(Fault("wanted", "must be mass, price or both: energy differs between members"))
+    if asked.holds is not None:
+        raise InputError(Fault("wanted.holds", "is not asked of a family", asked.holds))
+    try:
+        problems = tuple(problem(candidates(one), asked) for one in (replace(m, wanted=asked) for m in members))
+    except KeyError:
+        for one in members:
+            check_keys(one)
+        raise
+    others: Any = _Others(problems[1:])
+    tree = Tree(problems[0], often=others if problems[1:] else None)
+    tree.begin()
+    limit = time.perf_counter() + asked.time_limit
+    tree.run(limit, lambda done, total, text: None)
+    best = [found for found in tree.best if satisfied(problems[0].evaluation(found.pairs))]
+    counters = dict(tree.counters + others.counters)
+    if not best:
+        return FamilySelection({}, math.nan, (), tree.finished, math.inf if tree.finished else tree.bound, counters)
+    pairs = best[0].pairs
+    evaluations = tuple(one.evaluation(pairs) for one in problems)
+    bound = min(tree.bound, best[0].objective)
+    return FamilySelection(
+        problems[0].keys(dict(enumerate(pairs))), best[0].objective, evaluations, tree.finished, bound, counters
+    )
+
+
+def _members(studies: Sequence[Study]) -> list[Study]:
+    """The studies, each with the candidates that all of them offer."""
+    if not isinstance(studies, Sequence) or not studies or not all(isinstance(one, Study) for one in studies):
+        raise InputError(Fault("studies", "must be a list of studies", type(studies).__name__))
+    first, faults = studies[0], []
+    names = [task.name for task in first.joints]
+    for i, one in enumerate(studies):
+        own = [task.name for task in one.joints]
+        if own != names:
+            faults.append(Fault(f"studies[{i}]", f"must have the joints {', '.join(names)}", ", ".join(own)))
+        elif drives := [a.name for a, b in zip(one.joints, first.joints, strict=True) if a.drive != b.drive]:
+            faults.append(Fault(f"studies[{i}]", "gives another drive than the first", ", ".join(drives)))
+    if faults:
+        raise InputError(faults)
+    offered = [_common([one.joints[j] for one in studies]) for j in range(len(names))]
+    members = [
+        replace(one, joints=tuple(replace(t, pairs=pairs) for t, pairs in zip(one.joints, offered, strict=True)))
+        for one in studies
+    ]
+    used = {key for task in members[0].joints for pair in (*task.pairs, task.drive or ("", "")) for key in pair}
+    for i, one in enumerate(members[1:], 1):
+        for table in ("motors", "gears"):
+            rows, own = getattr(first.catalog, table), getattr(one.catalog, table)
+            differ = sorted(key for key in used & {*rows} if key in own and own[key] != rows[key])
+            if differ:
+                faults.append(Fault(f"studies[{i}]", f"holds other {table} under the keys of the first", differ[:5]))
+    if faults:
+        raise InputError(faults)
+    return members
+
+
+def _common(tasks: Sequence[JointTask]) -> tuple[Pair, ...]:
+    """The pairs that all of some joints offer, in the order of the first."""
+    everywhere = set.intersection(*(set(task.pairs) for task in tasks))
+    return tuple(pair for pair in tasks[0].pairs if pair in everywhere)

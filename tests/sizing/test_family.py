@@ -1,0 +1,90 @@
+"""One set of drives for a family of arms: the search against every set judged in every member."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetrain.catalog.read import Catalog
+from drivetrain.errors import InputError
+from drivetrain.sizing.answers.family import select_family
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.search.search import select
+from drivetrain.study.change import TaskChange, changed, slowed
+from drivetrain.study.parts.selection import SelectionOptions
+
+
+def family(make, seed):
+    """A task of two joints, the same faster and hotter, and a longer arm: three members of six pairs a joint."""
+    rng = np.random.default_rng(seed)
+    motors = [
+        replace(make.motor, key=f"m{i}", mass=0.3 + 0.2 * i, peak_current=6.0 * (i + 1) * rng.uniform(0.7, 1.4),
+                nominal_current=4.0 * (i + 1) * rng.uniform(0.5, 1.5)) for i in range(3)
+    ]  # fmt: skip
+    gears = [
+        replace(make.gear, key=f"g{i}", ratio=(60.0, 100.0)[i], mass=rng.uniform(0.3, 0.6),
+                repeated_peak_torque=rng.uniform(20.0, 60.0), average_torque_limit=40.0) for i in range(2)
+    ]  # fmt: skip
+    parts = Catalog({one.key: one for one in motors}, {one.key: one for one in gears})
+    cycle = make.sines(2, samples=31, duration=float(rng.uniform(2.0, 3.5)), size=0.55)
+    pairs = tuple(itertools.product(parts.motors, parts.gears))
+    tasks = tuple(make.task(name, drive=None, pairs=pairs) for name in cycle.joint_names)
+    arm, longer = (make.planar_arm(lengths, [1.3, 0.9]) for lengths in ([0.55, 0.2], [0.3, 0.55]))
+    study = make.study(cycle, arm=arm, joints=tasks, catalog=parts)
+    faster = changed(study, TaskChange(time=float(rng.uniform(0.85, 0.95)), ambient=3.0, voltage=0.9))
+    return [study, faster, replace(study, arm=longer, cycle=slowed(cycle, 1.1))]
+
+
+def brute_force(members):
+    """The least mass of a set that every member's evaluation lets pass, infinite for none."""
+    best = np.inf
+    names = [task.name for task in members[0].joints]
+    for one in itertools.product(*(task.pairs for task in members[0].joints)):
+        drives = dict(zip(names, one, strict=True))
+        found = evaluate(members[0], drives)
+        if found.objective < best and found.feasible and all(evaluate(m, drives).feasible for m in members[1:]):
+            best = found.objective
+    return best
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_is_the_best_of_all_sets_that_fit_all(make, seed):
+    members = family(make, seed)
+    found, best = select_family(members), brute_force(members)
+    assert found.proven
+    if np.isinf(best):
+        assert not found.drives
+        return
+    assert found.objective == pytest.approx(best, rel=1e-9)
+    assert all(one.feasible for one in found.evaluations)
+    assert found.bound == pytest.approx(best, rel=1e-9)
+
+
+def test_some_members_bind_where_the_first_would_not(make):
+    """So that the test above is one."""
+    found = [(select_family(members), select(members[0])) for members in (family(make, k) for k in range(8))]
+    assert sum(bool(one.drives) for one, _ in found) > 1
+    assert any(one.drives and one.objective > alone.objective + 1e-9 for one, alone in found)
+
+
+def test_a_family_of_one_is_a_selection(make):
+    study = family(make, 3)[0]
+    assert select_family([study]).drives == select(study).drives
+
+
+def test_what_is_no_family(make):
+    study = family(make, 1)[0]
+    motor = next(iter(study.catalog.motors))
+    heavier = {**study.catalog.motors, motor: replace(study.catalog.motors[motor], mass=9.0)}
+    other = replace(study, catalog=replace(study.catalog, motors=heavier), joints=study.joints)
+    task = make.study(make.sines(1), joints=(make.task("j1"),))
+    for studies, words in (
+        ([], "a list of studies"), ([study, task], "must have the joints"), ([study, other], "other motors"),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=words):
+            select_family(studies)
+    with pytest.raises(InputError, match="energy differs"):
+        select_family([study], wanted=SelectionOptions((("energy", 1.0),)))
