@@ -215,19 +215,13 @@ class Arm:
 
 @dataclass(frozen=True, eq=False)
 class Loops:
-    """Which joints are where; joints and bodies of the arm count first, then those of the linkages in their order.
+    """Which joints are where; joints and bodies of the arm count first, then those of the linkages in their order."""
 
-    Attributes:
-        paths: Joints of each chain from the base, the arm's own first.
-        owner: Chain that counts each body.
-        driven: Joints with a drive, in the order of the arm that shows them.
-        pins: Two chains, how many joints of each stand before the pin, and its point in the base frame with all joints
-            at zero [m], (3,).
-    """
-
-    paths: tuple[tuple[int, ...], ...]
-    owner: tuple[int, ...]
-    driven: tuple[int, ...]
+    paths: tuple[tuple[int, ...], ...]  # joints of each chain from the base, the arm's own first
+    owner: tuple[int, ...]  # chain that counts each body
+    driven: tuple[int, ...]  # joints with a drive, in the order of the arm that shows them
+    # two chains, how many joints of each stand before the pin, and its point in the base frame with all joints at zero
+    # [m], (3,)
     pins: tuple[tuple[tuple[int, int], tuple[int, int], Array], ...]
 
     @property
@@ -261,15 +255,11 @@ class Loops:
 
 @dataclass(frozen=True, eq=False)
 class Linkage:
-    """The bodies of an arm with loops.
+    """The bodies of an arm with loops."""
 
-    Attributes:
-        chains: Each with all joints from the base; a body has its mass in one of them. Their rotors are the arm's.
-        loops: How they hang together.
-    """
-
+    # each with all joints from the base; a body has its mass in one of them. Their rotors are the arm's.
     chains: tuple[Arm, ...]
-    loops: Loops
+    loops: Loops  # how they hang together
 
     def with_chain(self, index: int, chain: Arm) -> Linkage:
         """Another chain in place of one."""

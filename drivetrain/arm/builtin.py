@@ -33,15 +33,7 @@ def builtin_names() -> tuple[str, ...]:
 
 
 def builtin_arm(name: str, *, tip: str | None = None, gravity: Any = None) -> Arm:
-    """A built-in arm.
-
-    Args:
-        gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: 9.81 along -z; of the planar arms,
-            along -y, as in the book.
-
-    Raises:
-        InputError: No such arm, or no such link.
-    """
+    """A built-in arm; gravity [m/s^2] left out: 9.81 along -z, of the planar arms along -y, as in the book."""
     if name not in _BUILDERS:
         raise InputError(Fault("arm", "no built-in arm of that name; known: " + ", ".join(builtin_names()), name))
     return _BUILDERS[name](tip, gravity)

@@ -51,17 +51,12 @@ class BendingLink:
 
 @dataclass(frozen=True, eq=False)
 class SprungArm:
-    """An arm whose links bend in joints of their own.
+    """An arm whose links bend in joints of their own."""
 
-    Attributes:
-        arm: With ``3 * pieces`` more joints for every link that bends.
-        stiffness: Of the springs in the links [N m/rad], one a joint, infinite at the joints that drives turn, (m,).
-        driven: Index in the new arm of every joint of the old one, integers, (n,).
-    """
-
-    arm: Arm
+    arm: Arm  # with ``3 * pieces`` more joints for every link that bends
+    # of the springs in the links [N m/rad], one a joint, infinite at the joints that drives turn, (m,)
     stiffness: Array
-    driven: tuple[int, ...]
+    driven: tuple[int, ...]  # index in the new arm of every joint of the old one, integers, (n,)
 
     def widened(self, values: Array) -> Array:
         """Positions, speeds or anything else of the driven joints, with zeros for the springs.

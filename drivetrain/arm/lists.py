@@ -22,30 +22,19 @@ UNIT = 1e-12  # a screw is taken as unit within this
 
 
 class BookLists(NamedTuple):
-    """An arm as the book's functions take it.
+    """An arm as the book's functions take it."""
 
-    Attributes:
-        Mlist: Poses of the link frames, each in the one before, then of the tip in the last [m], (n + 1, 4, 4).
-        Glist: Spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6).
-        Slist: Screw axes in the base frame, as columns, (6, n).
-    """
-
-    Mlist: Array
-    Glist: Array
-    Slist: Array
+    Mlist: Array  # poses of the link frames, each in the one before, then of the tip in the last [m], (n + 1, 4, 4)
+    Glist: Array  # spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6)
+    Slist: Array  # screw axes in the base frame, as columns, (6, n)
 
 
 @dataclass(frozen=True, eq=False)
 class BookArm:
-    """The arm of the book's lists.
+    """The arm of the book's lists."""
 
-    Attributes:
-        arm: With unit screws.
-        scale: How far each joint of ``arm`` goes for a unit of the book's theta [-], (n,): the length of its screw.
-    """
-
-    arm: Arm
-    scale: Array
+    arm: Arm  # with unit screws
+    scale: Array  # how far each joint of ``arm`` goes for a unit of the book's theta [-], (n,): the length of its screw
 
 
 def book_lists(arm: Arm) -> BookLists:
@@ -76,18 +65,7 @@ def book_lists(arm: Arm) -> BookLists:
 
 
 def arm_from_lists(poses: Any, inertias: Any, screws: Any, gravity: Any = STANDARD_GRAVITY) -> BookArm:
-    """The arm that the book's lists describe.
-
-    Args:
-        poses: Mlist: of the link frames, each in the one before, then of the tip in the last [m], (n + 1, 4, 4).
-        inertias: Glist: spatial inertias in the link frames, which need not be at the centres of mass [kg m^2, kg m,
-            kg], (n, 6, 6).
-        screws: Slist: screw axes in the base frame, as columns, of any length but zero, (6, n).
-        gravity: Acceleration of free fall in the base frame [m/s^2], (3,).
-
-    Raises:
-        InputError: Wrong shapes, a NaN or infinity, no rotations, inertias that no rigid body has, or zero screws.
-    """
+    """The arm that Mlist, Glist and Slist describe: link frames anywhere, screws of any length but zero."""
     tensors = checked_array(inertias, (None, 6, 6), "Glist")
     n = len(tensors)
     steps = checked_array(poses, (n + 1, 4, 4), "Mlist")

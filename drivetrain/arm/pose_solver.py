@@ -150,14 +150,9 @@ def _axial(turns: Array) -> Array:
 def follow(
     arm: Arm, path: Callable[[Array], PathSamples], length: float, start: Array, *, rotation: bool = True
 ) -> Callable[[Array], JointPath]:
-    """Joint positions along a path, without a change of posture, as a function of distances.
+    """Joint positions along a path of so many metres, in one posture, as a function of distances [m].
 
-    Args:
-        path: Poses and derivatives at distances from 0 to the length [m].
-        start: Positions at the start of the path [rad or m], (n,).
-
-    Raises:
-        PathLostError: Where the path leaves the reach or comes to a singular pose; here, or of distances asked for.
+    Raises PathLostError where the path leaves the reach or comes to a singular pose; here, or of distances asked for.
     """
     from scipy.interpolate import BPoly  # takes long to import, and few studies follow paths
 

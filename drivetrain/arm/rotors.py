@@ -69,23 +69,14 @@ class Rotor:
 
 @dataclass(frozen=True, eq=False)
 class MountedRotor(Rotor):
-    """A rotor on an arm, every default settled; ``with_rotors`` makes these.
+    """A rotor on an arm, every default settled; ``with_rotors`` makes these."""
 
-    Attributes:
-        ratio: As of Rotor [- or rad/m].
-        inertia: Tensor about the centre of mass in the rotor frame [kg m^2], (3, 3).
-        mass: [kg].
-        home: Frame at the centre of mass, base frame, all joints zero, (4, 4).
-        screw: Spin axis, base frame, all joints zero, (6,).
-        carrier: Index of the link that holds the stator; -1 is the base.
-    """
-
-    ratio: float
-    inertia: Array
-    mass: float
-    home: Array
-    screw: Array
-    carrier: int
+    ratio: float  # as of Rotor [- or rad/m]
+    inertia: Array  # tensor about the centre of mass in the rotor frame [kg m^2], (3, 3)
+    mass: float  # [kg]
+    home: Array  # frame at the centre of mass, base frame, all joints zero, (4, 4)
+    screw: Array  # spin axis, base frame, all joints zero, (6,)
+    carrier: int  # index of the link that holds the stator; -1 is the base
 
     def __post_init__(self) -> None:
         # with_rotors makes these from what Rotor has checked; to check again would cost more than to mount.

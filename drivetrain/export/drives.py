@@ -30,51 +30,35 @@ from drivetrain.study.parts.mounting import loaded_arm
 
 @dataclass(frozen=True, eq=False)
 class DriveData:
-    """One drive in numbers that hold at its shaft: the joint, or where motors are coupled what the gear turns.
+    """One drive in numbers that hold at its shaft: the joint, or where motors are coupled what the gear turns."""
 
-    Attributes:
-        joint: Its name.
-        ratio: Rotor angle over that of the shaft [-], or over its travel [rad/m].
-        rotor_inertia: Of rotor and gear input [kg m^2].
-        constant, resistance, inductance: Of the warm motor [N m/A], [ohm], [H]; 0 where nobody knows the last.
-        cold_resistance: At the motor's reference temperature [ohm].
-        volts, current: Largest at the terminals [V], [A]; infinite where nobody states the second.
-        effort, speed: Largest of the shaft: by current, the motor's torque and the gear's repeated peak; by voltage and
-            the largest speeds of motor and gear [N m or N], [rad/s or m/s].
-        continuous: Largest for ever [N m or N]; NaN where nobody knows.
-        coulomb, viscous: Friction of joint and motor, the gear's drag at the mean speed of the cycle among it
-            [N m or N], [N m s/rad or N s/m].
-        thermal: From winding to housing: resistance [K/W], capacity [J/K], coefficient of copper [1/K] at the reference
-            temperature [C] of the resistance, and the housing's temperature [C]; None where nobody knows.
-    """
-
-    joint: str
-    ratio: float
-    rotor_inertia: float
+    joint: str  # its name
+    ratio: float  # rotor angle over that of the shaft [-], or over its travel [rad/m]
+    rotor_inertia: float  # of rotor and gear input [kg m^2]
+    # of the warm motor [N m/A], [ohm], [H]; 0 where nobody knows the last
     constant: float
     resistance: float
-    cold_resistance: float
+    cold_resistance: float  # at the motor's reference temperature [ohm]
     inductance: float
+    # largest at the terminals [V], [A]; infinite where nobody states the second
     volts: float
     current: float
+    # largest of the shaft: by current, the motor's torque and the gear's repeated peak; by voltage and the largest
+    # speeds of motor and gear [N m or N], [rad/s or m/s]
     effort: float
     speed: float
-    continuous: float
+    continuous: float  # largest for ever [N m or N]; NaN where nobody knows
+    # friction of joint and motor, the gear's drag at the mean speed of the cycle among it [N m or N], [N m s/rad or N
+    # s/m]
     coulomb: float
     viscous: float
+    # from winding to housing: resistance [K/W], capacity [J/K], coefficient of copper [1/K] at the reference
+    # temperature [C] of the resistance, and the housing's temperature [C]; None where nobody knows
     thermal: tuple[float, float, float, float, float] | None
 
 
 def exported(evaluation: Evaluation, payload: str | None = None) -> tuple[Arm, list[DriveData]]:
-    """The arm with its drives and a payload, rotors at the level ``reflected``, and what is known of the drives.
-
-    Args:
-        evaluation: Of a set of drives.
-        payload: That the tip carries, by its name in the study; None: nothing.
-
-    Raises:
-        InputError: A study without an arm, an unknown payload.
-    """
+    """The arm with its drives and a payload, rotors at the level ``reflected``, and what is known of the drives."""
     study = evaluation.study
     if study.arm is None:
         raise InputError(Fault("arm", "is needed: a load table has nothing to export", hint="give the study an arm"))

@@ -21,21 +21,13 @@ ANALOGUE_VOLTS = 10.0
 
 @dataclass(frozen=True)
 class CurrentScale:
-    """The numbers in which one joint's current is written.
+    """The numbers in which one joint's current is written."""
 
-    Attributes:
-        unit: Of the numbers.
-        amperes: DC-equivalent current of one unit [A].
-        most: Largest magnitude that can be written; infinite: any.
-        whole: Whether they are whole numbers.
-        base: What the scale rests on, in words, with numbers.
-    """
-
-    unit: str
-    amperes: float
-    most: float
-    whole: bool
-    base: str
+    unit: str  # of the numbers
+    amperes: float  # DC-equivalent current of one unit [A]
+    most: float  # largest magnitude that can be written; infinite: any
+    whole: bool  # whether they are whole numbers
+    base: str  # what the scale rests on, in words, with numbers
 
 
 def current_scales(
@@ -131,20 +123,7 @@ def _per_mille(joint: JointResult, basis: str, full: float | None) -> CurrentSca
 
 
 def in_scale(current: Array, scale: CurrentScale, joint: str, time: Array) -> Array:
-    """Currents in the numbers of a scale.
-
-    Args:
-        current: DC equivalent [A], (N,).
-        scale: Of the joint.
-        joint: Its name.
-        time: Of the samples [s], (N,).
-
-    Returns:
-        (N,); whole numbers where the scale has such.
-
-    Raises:
-        InputError: More than the scale can say, with the instant of the worst.
-    """
+    """Currents, DC equivalent [A], in the numbers of a scale; raises where it cannot say them."""
     numbers = current / scale.amperes
     numbers = np.rint(numbers) if scale.whole else numbers
     at = int(np.argmax(np.abs(numbers)))

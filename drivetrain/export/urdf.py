@@ -38,17 +38,11 @@ from drivetrain.version import __version__
 
 @dataclass(frozen=True, eq=False)
 class UrdfJointData:
-    """What a URDF says of the joints that an arm does not hold; None: nothing known, which URDF writes as no limit.
+    """What a URDF says of the joints that an arm does not hold; None: nothing known, which URDF writes as no limit."""
 
-    Attributes:
-        effort: Largest torque or force [N m or N], (n,).
-        damping: Viscous friction [N m s/rad or N s/m], (n,).
-        friction: Coulomb friction [N m or N], (n,).
-    """
-
-    effort: Any = None
-    damping: Any = None
-    friction: Any = None
+    effort: Any = None  # largest torque or force [N m or N], (n,)
+    damping: Any = None  # viscous friction [N m s/rad or N s/m], (n,)
+    friction: Any = None  # Coulomb friction [N m or N], (n,)
 
 
 NO_DATA = UrdfJointData()

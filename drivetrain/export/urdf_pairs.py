@@ -16,34 +16,22 @@ SAME = 1e-12  # on products of printed numbers
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """Two joints whose motors work together.
+    """Two joints whose motors work together."""
 
-    Attributes:
-        kind: ros_control's name for the transmission.
-        joints: Indices in the order of ros_control's roles, which is that of the motors too.
-        reductions: Of the joints [-].
-        factors: By which the gears' ratios are multiplied, so that the motors turn as they do in the arm [-].
-    """
-
-    kind: str
-    joints: tuple[int, int]
-    reductions: tuple[float, float]
+    kind: str  # ros_control's name for the transmission
+    joints: tuple[int, int]  # indices in the order of ros_control's roles, which is that of the motors too
+    reductions: tuple[float, float]  # of the joints [-]
+    # by which the gears' ratios are multiplied, so that the motors turn as they do in the arm [-]
     factors: tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
 class WrittenCouplings:
-    """An arm's coupling as far as URDF can say it.
+    """An arm's coupling as far as URDF can say it."""
 
-    Attributes:
-        pairs: Of two motors and two joints each.
-        factors: By which each gear's ratio is multiplied [-], (n,).
-        lost: Groups of joints whose coupling URDF has no words for.
-    """
-
-    pairs: tuple[Pair, ...]
-    factors: Array
-    lost: tuple[tuple[int, ...], ...]
+    pairs: tuple[Pair, ...]  # of two motors and two joints each
+    factors: Array  # by which each gear's ratio is multiplied [-], (n,)
+    lost: tuple[tuple[int, ...], ...]  # groups of joints whose coupling URDF has no words for
 
 
 def written_couplings(arm: Arm) -> WrittenCouplings:

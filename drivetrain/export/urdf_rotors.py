@@ -27,32 +27,21 @@ WHOLE = "drivetrain.at_level(arm, RotorLevel.REFLECTED) leaves of them what URDF
 
 @dataclass(frozen=True, eq=False)
 class RotorTags:
-    """What the file says of one joint's rotor.
+    """What the file says of one joint's rotor."""
 
-    Attributes:
-        ratio: Rotor turns a turn of the joint, about the joint's own axis [-], or rotor angle over travel [rad/m].
-        inertia: About the spin axis [kg m^2]; None: the file does not say.
-    """
-
-    ratio: float
-    inertia: float | None
+    ratio: float  # rotor turns a turn of the joint, about the joint's own axis [-], or rotor angle over travel [rad/m]
+    inertia: float | None  # about the spin axis [kg m^2]; None: the file does not say
 
 
 @dataclass(frozen=True, eq=False)
 class WrittenBodies:
-    """The links as written, and the rotors beside them.
+    """The links as written, and the rotors beside them."""
 
-    Attributes:
-        links: Of each link, in its home frame [kg, m, kg m^2], (n,).
-        tags: Of each joint; None: direct drive, or coupled in a way that URDF has no words for, (n,).
-        pairs: Joints whose motors work together.
-        notes: What URDF does not hold, and what moved into the links.
-    """
-
-    links: tuple[RigidBody, ...]
+    links: tuple[RigidBody, ...]  # of each link, in its home frame [kg, m, kg m^2], (n,)
+    # of each joint; None: direct drive, or coupled in a way that URDF has no words for, (n,)
     tags: tuple[RotorTags | None, ...]
-    pairs: tuple[Pair, ...]
-    notes: tuple[str, ...]
+    pairs: tuple[Pair, ...]  # joints whose motors work together
+    notes: tuple[str, ...]  # what URDF does not hold, and what moved into the links
 
 
 def written_bodies(arm: Arm) -> WrittenBodies:

@@ -14,49 +14,29 @@ TIME = ("time", "t")
 
 
 class Kind(NamedTuple):
-    """A quantity that a table may hold for each joint.
+    """A quantity that a table may hold for each joint."""
 
-    Attributes:
-        name: What to call it.
-        prefixes: Of the columns, before the joint's name; an empty one lets the bare name stand for it.
-        units: SI units it may have.
-        needed: Whether every joint must have it.
-    """
-
-    name: str
-    prefixes: tuple[str, ...]
-    units: tuple[str, ...]
-    needed: bool
+    name: str  # what to call it
+    prefixes: tuple[str, ...]  # of the columns, before the joint's name; an empty one lets the bare name stand for it
+    units: tuple[str, ...]  # SI units it may have
+    needed: bool  # whether every joint must have it
 
 
 class Found(NamedTuple):
-    """A column in SI.
+    """A column in SI."""
 
-    Attributes:
-        column: As in the file.
-        values: In SI, (N,).
-        unit: The SI unit.
-    """
-
-    column: Column
-    values: Array
-    unit: str
+    column: Column  # as in the file
+    values: Array  # in SI, (N,)
+    unit: str  # the SI unit
 
 
 class Assigned(NamedTuple):
-    """What a table holds.
+    """What a table holds."""
 
-    Attributes:
-        time: [s].
-        found: By kind and joint.
-        faults: Units, missing and doubled columns, misspelt names.
-        notes: Columns passed over.
-    """
-
-    time: Found | None
-    found: dict[tuple[str, str], Found]
-    faults: list[Fault]
-    notes: list[str]
+    time: Found | None  # [s]
+    found: dict[tuple[str, str], Found]  # by kind and joint
+    faults: list[Fault]  # units, missing and doubled columns, misspelt names
+    notes: list[str]  # columns passed over
 
 
 def assigned_columns(table: Table, joint_names: tuple[str, ...], kinds: tuple[Kind, ...]) -> Assigned:

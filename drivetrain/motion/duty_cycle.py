@@ -205,32 +205,12 @@ def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False) -> Cycle:
 
 
 def sample_weights(time: Array) -> Array:
-    """Weights that turn values at the samples into their integral (trapezoidal rule).
-
-    Args:
-        time: Never decreasing [s], (N,); two samples at one instant share its sides between them.
-
-    Returns:
-        Weights [s], (N,), their sum the length of the period.
-    """
+    """Weights [s] that turn values at the samples into their integral (trapezoidal rule); instants may come twice."""
     half = 0.5 * np.diff(time)
     weights = np.zeros(len(time))
     weights[:-1] += half
     weights[1:] += half
     return weights
-
-
-def periodic_mean(values: Array, time: Array) -> Array:
-    """Mean over the period of values given at its samples.
-
-    Args:
-        values: Any unit, (N, ...).
-        time: Never decreasing [s], (N,), of more than zero length.
-
-    Returns:
-        The mean, one axis less; an array also where that is a single number.
-    """
-    return np.asarray(np.tensordot(sample_weights(time), values, axes=1) / (time[-1] - time[0]))
 
 
 def _fixed(array: Array) -> Array:

@@ -33,17 +33,11 @@ class PathLimits(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """How far along the move one is, from 0 at rest to 1 at rest.
+    """How far along the move one is, from 0 at rest to 1 at rest."""
 
-    Attributes:
-        knots: Where polynomials meet [s], (p + 1,), from 0.
-        coefficients: Of ascending powers of the time since the piece began, (p, 6).
-        peak: Largest rates; infinite jerk where the acceleration steps.
-    """
-
-    knots: Array
-    coefficients: Array
-    peak: PathLimits
+    knots: Array  # where polynomials meet [s], (p + 1,), from 0
+    coefficients: Array  # of ascending powers of the time since the piece began, (p, 6)
+    peak: PathLimits  # largest rates; infinite jerk where the acceleration steps
 
     @property
     def duration(self) -> float:
@@ -51,28 +45,14 @@ class Law:
         return float(self.knots[-1])
 
     def stretched(self, duration: float) -> Law:
-        """The same form over another time.
-
-        Args:
-            duration: Wanted [s].
-
-        Returns:
-            The law, its rates changed by powers of the ratio.
-        """
+        """The same form over another time [s], its rates changed by powers of the ratio."""
         slower = self.duration / duration
         powers = slower ** np.arange(6.0)
         peak = PathLimits(self.peak.speed * slower, self.peak.acceleration * slower**2, self.peak.jerk * slower**3)
         return Law(self.knots / slower, self.coefficients * powers, peak)
 
     def sampled(self, sample_time: float) -> Array:
-        """Samples of every piece, both ends of each included.
-
-        Args:
-            sample_time: Largest distance between samples [s].
-
-        Returns:
-            Columns time [s], s, its first and its second derivative, (N, 4).
-        """
+        """Time [s], s and two derivatives, at most a sample time [s] apart, both ends of each piece in, (N, 4)."""
         smooth = math.isfinite(self.peak.jerk)
         blocks: list[Array] = []
         for start, end, row in zip(self.knots[:-1], self.knots[1:], self.coefficients, strict=True):
@@ -92,27 +72,10 @@ class Profile(Protocol):
     """A family of laws."""
 
     def over(self, duration: float) -> Law:
-        """The usual member that takes this long.
-
-        Args:
-            duration: [s].
-
-        Returns:
-            The law.
-        """
+        """The usual member that takes this long [s]; raises InputError where shares of it are out of range."""
 
     def fastest(self, limits: PathLimits) -> Law:
-        """The quickest member within the limits.
-
-        Args:
-            limits: Largest rates of s(t).
-
-        Returns:
-            The law.
-
-        Raises:
-            InputError: A limit that this family needs is missing, or one that it cannot hold is given.
-        """
+        """The quickest member within the limits; raises InputError for one that is missing or cannot be held."""
 
 
 def _chain(lengths: list[float], accelerations: list[float], jerks: list[float], peak: PathLimits) -> Law:
@@ -144,7 +107,7 @@ def _check_shares(shares: dict[str, float]) -> None:
 
 
 @dataclass(frozen=True)
-class Trapezoid:
+class Trapezoid(Profile):
     """Constant acceleration, constant speed, constant deceleration; acceleration steps.
 
     Attributes:
@@ -155,33 +118,11 @@ class Trapezoid:
     ramp_share: float = 1.0 / 3.0
 
     def over(self, duration: float) -> Law:
-        """The member with the ramp share given.
-
-        Args:
-            duration: [s].
-
-        Returns:
-            The law.
-
-        Raises:
-            InputError: The ramp share is not above 0 and at most 0.5.
-        """
         _check_shares({"ramp share": self.ramp_share})
         ramp = self.ramp_share * duration
         return self._law(ramp, duration - 2.0 * ramp)
 
     def fastest(self, limits: PathLimits) -> Law:
-        """The quickest member: full acceleration, and full speed if it is reached.
-
-        Args:
-            limits: Of speed and acceleration; a jerk limit cannot be held.
-
-        Returns:
-            The law.
-
-        Raises:
-            InputError: No acceleration limit, or a jerk limit.
-        """
         if math.isfinite(limits.jerk):
             hint = "take an s-curve, or leave the jerk limit out"
             raise InputError(Fault("profile", "a trapezoid cannot hold a jerk limit", None, hint))
@@ -199,34 +140,15 @@ class Trapezoid:
 
 
 @dataclass(frozen=True)
-class Quintic:
+class Quintic(Profile):
     """One polynomial of degree five, with zero acceleration at both ends."""
 
     def over(self, duration: float) -> Law:
-        """The quintic; there is only one.
-
-        Args:
-            duration: [s].
-
-        Returns:
-            The law.
-        """
         peak = PathLimits(QUINTIC_SPEED / duration, QUINTIC_ACCELERATION / duration**2, QUINTIC_JERK / duration**3)
         row = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0]) / duration ** np.arange(6.0)
         return Law(np.array([0.0, duration]), row[np.newaxis], peak)
 
     def fastest(self, limits: PathLimits) -> Law:
-        """The quintic that just holds the limit that binds.
-
-        Args:
-            limits: At least one finite.
-
-        Returns:
-            The law.
-
-        Raises:
-            InputError: No limit at all.
-        """
         needed = (
             QUINTIC_SPEED / limits.speed,
             math.sqrt(QUINTIC_ACCELERATION / limits.acceleration),
@@ -238,7 +160,7 @@ class Quintic:
 
 
 @dataclass(frozen=True)
-class SCurve:
+class SCurve(Profile):
     """Seven pieces of constant jerk; acceleration is continuous and flat at its top.
 
     Attributes:
@@ -250,33 +172,11 @@ class SCurve:
     jerk_share: float = 1.0 / 3.0
 
     def over(self, duration: float) -> Law:
-        """The member with the shares given.
-
-        Args:
-            duration: [s].
-
-        Returns:
-            The law.
-
-        Raises:
-            InputError: A share is not above 0 and at most 0.5.
-        """
         _check_shares({"ramp share": self.ramp_share, "jerk share": self.jerk_share})
         ramp = self.ramp_share * duration
         return self._law(self.jerk_share * ramp, ramp, duration - 2.0 * ramp)
 
     def fastest(self, limits: PathLimits) -> Law:
-        """The quickest member: as much jerk, acceleration and speed as can be reached.
-
-        Args:
-            limits: Of speed, acceleration and jerk; the jerk must be limited.
-
-        Returns:
-            The law.
-
-        Raises:
-            InputError: No jerk limit.
-        """
         speed, acceleration, jerk = limits
         if not math.isfinite(jerk):
             hint = "without one the quickest profile is a trapezoid"

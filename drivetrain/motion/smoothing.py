@@ -54,11 +54,10 @@ class Smoothing(Protocol):
 
 
 @dataclass(frozen=True)
-class Parabolas:
+class Parabolas(Smoothing):
     """The parabola through each sample and its two neighbours: no smoothing, and no ringing at corners."""
 
     def derivatives(self, time: Array, values: Array) -> Derivatives:
-        """Slope and curvature of the parabolas."""
         _check_count(time, 3)
         step = np.diff(time)
         slope = np.diff(values) / step
@@ -73,12 +72,11 @@ class Parabolas:
 
     @property
     def description(self) -> str:
-        """What was done, for the report."""
         return "parabolas through three neighbouring samples, no smoothing"
 
 
 @dataclass(frozen=True)
-class SmoothingSpline:
+class SmoothingSpline(Smoothing):
     """The spline most likely to have been read with this much noise.
 
     A quintic spline on equal knots, its third differences held small by as much as makes the readings most likely:
@@ -86,21 +84,18 @@ class SmoothingSpline:
     against FITPACK's adaptive knots, which follow the counts at times: peaks 130 % too high once in forty, where this
     one stays within 5 %.
 
-    Attributes:
-        resolution: Step between neighbouring readings, or the noise's standard deviation times 3.46 [the values'
-            unit]; None: taken from the samples.
-        jitter: Standard deviation of the instants that were written down [s]: noise that grows with the speed.
-
     Reference: P. Eilers and B. Marx, Flexible smoothing with B-splines and penalties, Statistical Science 11 (1996);
         the deviation: G. Wahba, Bayesian confidence intervals for the cross-validated smoothing spline, J. R. Statist.
         Soc. B 45 (1983).
     """
 
+    # step between neighbouring readings, or the noise's standard deviation times 3.46 [the values' unit]; None: taken
+    # from the samples
     resolution: float | None = None
+    # standard deviation of the instants that were written down [s]: noise that grows with the speed
     jitter: float = 0.0
 
     def derivatives(self, time: Array, values: Array) -> Derivatives:
-        """Derivatives of the spline."""
         return Derivatives(*self.fitted(time, values).rates[1:])
 
     def fitted(self, time: Array, values: Array) -> Fitted:
@@ -122,22 +117,16 @@ class SmoothingSpline:
 
     @property
     def description(self) -> str:
-        """What was done, for the report."""
         size = "found in the samples" if self.resolution is None else f"{self.resolution:.3g}"
         clock = f", instants uncertain by {1e3 * self.jitter:.2g} ms" if self.jitter else ""
         return f"smoothing spline for a resolution of {size} [rad or m, per s for speeds]{clock}"
 
 
 class Fitted(NamedTuple):
-    """What a way to differentiate found at the samples.
+    """What a way to differentiate found at the samples."""
 
-    Attributes:
-        rates: Position, speed, acceleration, (3, N).
-        covariance: Of the three, at each sample, (N, 3, 3).
-    """
-
-    rates: Array
-    covariance: Array
+    rates: Array  # position, speed, acceleration, (3, N)
+    covariance: Array  # of the three, at each sample, (N, 3, 3)
 
 
 def _likeliest(time: Array, values: Array, noise: Array) -> Fitted:
@@ -236,19 +225,13 @@ def _rms(values: Array) -> float:
 
 
 @dataclass(frozen=True)
-class SavitzkyGolay:
-    """Polynomials fitted to a moving window, for those who know their window; uniform sampling only.
+class SavitzkyGolay(Smoothing):
+    """Polynomials fitted to a moving window, for those who know their window; uniform sampling only."""
 
-    Attributes:
-        window: Length [s].
-        order: Degree of the polynomials.
-    """
-
-    window: float
-    order: int = 5
+    window: float  # length [s]
+    order: int = 5  # degree of the polynomials
 
     def derivatives(self, time: Array, values: Array) -> Derivatives:
-        """Derivatives of the fitted polynomials."""
         from scipy.signal import savgol_filter
 
         step = float(np.median(np.diff(time)))
@@ -263,7 +246,6 @@ class SavitzkyGolay:
 
     @property
     def description(self) -> str:
-        """What was done, for the report."""
         return f"Savitzky-Golay filter of degree {self.order} over {self.window:.4g} s"
 
 

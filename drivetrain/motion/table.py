@@ -21,36 +21,22 @@ FAULTS_A_COLUMN = 5  # shown before "and so on": a column of text would else lis
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """One column.
+    """One column."""
 
-    Attributes:
-        header: As written.
-        name: Without the unit.
-        unit: From the brackets; empty when there are none.
-        values: In that unit, (N,); NaN where a cell could not be read.
-    """
-
-    header: str
-    name: str
-    unit: str
-    values: Array
+    header: str  # as written
+    name: str  # without the unit
+    unit: str  # from the brackets; empty when there are none
+    values: Array  # in that unit, (N,); NaN where a cell could not be read
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A file read so far as it could be.
+    """A file read so far as it could be."""
 
-    Attributes:
-        file: Its path.
-        columns: In their order.
-        rows: Line number in the file of every row of values, (N,).
-        faults: Cells and headers that could not be read.
-    """
-
-    file: str
-    columns: tuple[Column, ...]
-    rows: tuple[int, ...]
-    faults: tuple[Fault, ...]
+    file: str  # its path
+    columns: tuple[Column, ...]  # in their order
+    rows: tuple[int, ...]  # line number in the file of every row of values, (N,)
+    faults: tuple[Fault, ...]  # cells and headers that could not be read
 
 
 def read_table(source: str | Path | StringIO) -> Table:

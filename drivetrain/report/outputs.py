@@ -8,6 +8,7 @@ from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.pages.sheet import Extra
 from drivetrain.report.rejected import rejected_text
 from drivetrain.report.result_json import result_json
+from drivetrain.report.words import both
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation, Selection
@@ -33,11 +34,10 @@ def write_outputs(
     Raises:
         InputError: The folder cannot be made or written to.
     """
-    evaluation = result.evaluation if isinstance(result, Selection) else result
     texts = {
         "report.html": html_report(result, spread=spread, extra=extra),
         "result.json": result_json(result, spread=spread, extra=extra, folder=Path(out_dir)),
-        "currents.csv": currents_csv(evaluation),
+        "currents.csv": currents_csv(both(result)[0]),
     }
     if isinstance(result, Selection):
         texts["rejected.csv"] = rejected_text(result.rejected)

@@ -12,7 +12,7 @@ from drivetrain.report.json_text import drives_data, job_data, json_text
 from drivetrain.report.pages.sheet import Extra
 from drivetrain.report.pages.spread_section import spread_data
 from drivetrain.report.rejected import counted
-from drivetrain.report.words import heat_model, identity
+from drivetrain.report.words import both, heat_model, identity
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.missing import gaps, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection
@@ -37,8 +37,7 @@ def result_json(
 
 def result_data(result: Evaluation | Selection, *, folder: Path | None = None) -> dict[str, Any]:
     """An evaluation or a selection as plain data."""
-    selection = result if isinstance(result, Selection) else None
-    evaluation = result.evaluation if isinstance(result, Selection) else result
+    evaluation, selection = both(result)
     study = evaluation.study
     data = job_data(study, "size" if selection is None else "select") | {
         "study_file": _study_file(study.path, folder),

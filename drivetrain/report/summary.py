@@ -13,7 +13,7 @@ from drivetrain.report.charts.chart import MUTED
 from drivetrain.report.charts.figures import COLOURS
 from drivetrain.report.charts.plotting import draw, house_style
 from drivetrain.report.quantities import percent
-from drivetrain.report.words import gaps, headline, named, objective_text, overall_sentence, study_facts
+from drivetrain.report.words import both, gaps, headline, named, objective_text, overall_sentence, study_facts
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.version import __version__
 
@@ -24,8 +24,7 @@ WRAP = 105  # letters
 
 def summary_pdf(result: Evaluation | Selection) -> bytes:
     """The page as a PDF; the same result gives the same bytes."""
-    selection = result if isinstance(result, Selection) else None
-    evaluation = result.evaluation if isinstance(result, Selection) else result
+    evaluation, selection = both(result)
     study, joints = evaluation.study, list(evaluation.joints.values())
     with house_style("summary"):
         figure = Figure(figsize=PAGE, facecolor="white")

@@ -14,6 +14,7 @@ from rich.text import Text
 from drivetrain.report.best_sets import equals_sentence, set_lines
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
 from drivetrain.report.words import (
+    both,
     common_unit,
     digits_near_limit,
     gaps,
@@ -97,8 +98,7 @@ def _largest(joint: JointResult, names: tuple[str, ...]) -> float | None:
 
 def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     """What stands under the table: the verdict in words, the objective, how sure the choice is, what would fix it."""
-    selection = result if isinstance(result, Selection) else None
-    evaluation = result.evaluation if isinstance(result, Selection) else result
+    evaluation, selection = both(result)
     lines = [
         Text.assemble((str(result.verdict), STYLES[result.verdict]), "  ", headline(evaluation, selection)),
         Text(overall_sentence(evaluation)),

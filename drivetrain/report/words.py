@@ -132,6 +132,11 @@ def identity(record: Motor | Gear | Brake | None) -> str:
     return " ".join(name for i, name in enumerate(names) if name and not names[i + 1 :].count(name))
 
 
+def both(result: Evaluation | Selection) -> tuple[Evaluation, Selection | None]:
+    """The evaluation of a result, and the selection if it is one."""
+    return (result.evaluation, result) if isinstance(result, Selection) else (result, None)
+
+
 def named(key: str, record: Motor | Gear | None) -> str:
     """A part by its key and what its maker calls it."""
     name = identity(record)

@@ -20,18 +20,13 @@ _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
 
 @dataclass(frozen=True)
 class Section:
-    """What the cross-section of a beam resists; z runs along the beam.
+    """What the cross-section of a beam resists; z runs along the beam."""
 
-    Attributes:
-        bending_x, bending_y: Against bending about x and about y, E I [N m^2].
-        torsion: Against twisting about z, G J [N m^2].
-        axial: Against stretching, E A [N].
-    """
-
+    # against bending about x and about y, E I [N m^2]
     bending_x: float
     bending_y: float
-    torsion: float
-    axial: float
+    torsion: float  # against twisting about z, G J [N m^2]
+    axial: float  # against stretching, E A [N]
 
     def __post_init__(self) -> None:
         units = {"bending_x": "N m^2", "bending_y": "N m^2", "torsion": "N m^2", "axial": "N"}
@@ -142,21 +137,9 @@ def _moduli(place: str, youngs: Any, shear: Any) -> dict[str, tuple[Any, str]]:
 
 
 def beam_compliance(section: Section, length: float) -> Array:
-    """What the free end of a clamped beam does under a wrench on it: bending, twisting and stretching, no shear.
+    """The matrix from a wrench on the free end of a clamped beam to its (rotation, displacement), axes of the section.
 
-    Args:
-        section: The same all along.
-        length: [m].
-
-    Returns:
-        The matrix that takes a wrench on the end (moment [N m], force [N]) to its (rotation [rad], displacement [m]),
-        (6, 6), symmetric; about the end, axes of the section, z along the beam.
-
-    Raises:
-        InputError: A length that is not positive.
-
-    Reference:
-        Euler and Bernoulli's cantilever: f L^3/(3 E I), f L^2/(2 E I), m L/(E I), and m L/(G J), f L/(E A).
+    Euler and Bernoulli's cantilever: f L^3/(3 E I), f L^2/(2 E I), m L/(E I), and m L/(G J), f L/(E A); no shear.
     """
     checked_number(length, "length", "m", above=0.0)
     result = np.diag([

@@ -27,17 +27,11 @@ Wrench = Callable[[float, Array, Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class FreeMotion:
-    """What a body did.
+    """What a body did."""
 
-    Attributes:
-        time: [s], (N,).
-        poses: Of the body's frame in space, translation [m], (N, 4, 4).
-        twists: Of the body's frame, in that frame, (angular [rad/s], linear [m/s]), (N, 6).
-    """
-
-    time: Array
-    poses: Array
-    twists: Array
+    time: Array  # [s], (N,)
+    poses: Array  # of the body's frame in space, translation [m], (N, 4, 4)
+    twists: Array  # of the body's frame, in that frame, (angular [rad/s], linear [m/s]), (N, 6)
 
 
 def free_motion(inertia: Any, pose_s_b: Any, twist: Any, time: Any, *, wrench: Wrench | None = None) -> FreeMotion:

@@ -204,15 +204,9 @@ def ellipsoid(mass: float, a: float, b: float, c: float) -> RigidBody:
 def triangle_excess(inertia: Any) -> float:
     """By how much the largest principal moment passes the sum of the two others, as a share of their total.
 
-    No distribution of mass has a positive value. The same number, with the opposite sign, is the smallest eigenvalue
-    of ``0.5 trace(I) E - I`` over half the trace: the second moment of the mass along the thinnest direction. A test
-    of the diagonal entries alone misses a third of the impossible tensors.
-
-    Excess [-]; 0 for a flat plate, -1/3 for a ball and for a point mass (zero tensor), infinite when the moments
-    sum to nothing or less.
-
-    Reference: Wensing, Kim and Slotine, Linear matrix inequalities for physically consistent inertial parameter
-        identification, IEEE Robotics and Automation Letters 3 (2018) 60-67.
+    No distribution of mass has a positive value; 0 of a flat plate, -1/3 of a ball and of a point mass. The smallest
+    eigenvalue of ``0.5 trace(I) E - I`` over half the trace, the other way round: Wensing, Kim and Slotine, Linear
+    matrix inequalities for physically consistent inertial parameter identification, IEEE RA-L 3 (2018) 60-67.
     """
     tensor = checked_array(inertia, (3, 3), "inertia")
     if not tensor.any():

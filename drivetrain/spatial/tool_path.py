@@ -35,16 +35,12 @@ class PathSamples(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A line or an arc from pose to pose.
+    """A line or an arc from pose to pose."""
 
-    Attributes:
-        start, end: Poses [m], (4, 4).
-        via: A point of the arc [m], (3,); None: a line.
-    """
-
+    # poses [m], (4, 4)
     start: Array
     end: Array
-    via: Array | None = None
+    via: Array | None = None  # a point of the arc [m], (3,); None: a line
 
     @cached_property
     def _arc(self) -> tuple[Array, Array, Array, float]:
@@ -101,14 +97,10 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class ToolPath:
-    """Pieces one after another, without a stop.
+    """Pieces one after another, without a stop."""
 
-    Attributes:
-        pieces: Each begins where the one before ends.
-        blends: How far from each corner between two its rounding begins and ends [m], one fewer than pieces.
-    """
-
-    pieces: tuple[Piece, ...]
+    pieces: tuple[Piece, ...]  # each begins where the one before ends
+    # how far from each corner between two its rounding begins and ends [m], one fewer than pieces
     blends: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 
 from drivetrain.arrays import Array, batch, checked_array
 from drivetrain.errors import Fault, InputError
-from drivetrain.spatial.poses import adjoint, inverse_pose
 from drivetrain.spatial.rotations import skew
 
 
@@ -76,23 +75,3 @@ def like(rows: Array, given: Any) -> Array:
     ``rows``, or its only row.
     """
     return rows if np.ndim(given) == 2 else np.asarray(rows[0])
-
-
-def transform_twist(pose_a_b: Any, twist: Any) -> Array:
-    """A twist given in frame b, as seen in frame a.
-
-    The twist in a, (6,).
-
-    Reference: Modern Robotics, definition 3.20.
-    """
-    return np.asarray(adjoint(pose_a_b) @ checked_array(twist, (6,), "twist"))
-
-
-def transform_wrench(pose_a_b: Any, wrench: Any) -> Array:
-    """A wrench given in frame b, as seen in frame a: the moment is then about the origin of a.
-
-    The wrench in a, (6,); its power with any twist is what it was.
-
-    Reference: Modern Robotics, equation 3.98.
-    """
-    return np.asarray(adjoint(inverse_pose(pose_a_b)).T @ checked_array(wrench, (6,), "wrench"))

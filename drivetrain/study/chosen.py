@@ -8,24 +8,17 @@ from pathlib import Path
 
 import yaml
 
-from drivetrain.arm.files.load import SUFFIXES
 from drivetrain.errors import Fault, InputError
-from drivetrain.study.document import compose_document, read_document
-from drivetrain.study.parts.sheets import SHIPPED_CATALOG
+from drivetrain.study.document import Place, compose_document, read_document
+from drivetrain.study.written import file_places
 
 Edit = tuple[int, int, str]  # from, to, and what stands there instead
 
 
 def with_drives(path: str | Path, target: Path, drives: Mapping[str, Mapping[str, str]]) -> str:
-    """The text of a study with drives named; names of other files start from the folder of the target.
+    """The text of a study with its drives named; names of other files start from the folder of the target.
 
-    Args:
-        path: The study's file.
-        target: Where the text will stand.
-        drives: By joint what is named there: ``motor`` and ``gear`` ("": none), ``brake``, ``amplifier``.
-
-    Raises:
-        InputError: No study; joints that are written with anchors.
+    ``drives``: by joint what is named there, ``motor`` and ``gear`` ("": none), ``brake``, ``amplifier``.
     """
     document = read_document(path)
     text, root = compose_document(document)
@@ -39,29 +32,18 @@ def _paths(root: yaml.MappingNode, old: Path, new: Path) -> Iterator[Edit]:
     """Names of files, started from another folder."""
     if old.resolve() == new.resolve():
         return
-    for node in _file_nodes(_entries(root)):
+    data = yaml.SafeLoader("").construct_document(root)
+    for node in (_node_at(root, place) for place in file_places(data)):
         name = node.value
         if not Path(name).is_absolute():
             moved = Path(os.path.relpath(old / name, new)).as_posix()
             yield node.start_mark.index, node.end_mark.index, _scalar(moved)
 
 
-def _file_nodes(study: dict[str, yaml.Node]) -> Iterator[yaml.Node]:
-    arm = study.get("arm")
-    inner = _entries(arm)
-    if isinstance(arm, yaml.ScalarNode):
-        inner = {"source": arm}
-    yield from (inner[name] for name in ("source", "dh") if name in inner and _is_file(name, inner[name]))
-    base = _entries(study.get("base")).get("motion")
-    for motion in (*_entries(study.get("motions")).values(), base):
-        yield from (node for name, node in _entries(motion).items() if name in ("file", "table"))
-    catalogs = study.get("catalogs")
-    listed = catalogs.value if isinstance(catalogs, yaml.SequenceNode) else [catalogs] if catalogs else []
-    yield from (node for node in listed if node.value != SHIPPED_CATALOG)
-
-
-def _is_file(name: str, node: yaml.Node) -> bool:
-    return name == "dh" or Path(node.value).suffix.lower() in SUFFIXES
+def _node_at(node: yaml.Node, place: Place) -> yaml.Node:
+    for name in place:
+        node = node.value[name] if isinstance(name, int) else _entries(node)[name]
+    return node
 
 
 def _joints(root: yaml.MappingNode, drives: Mapping[str, Mapping[str, str]], file: str) -> Iterator[Edit]:

@@ -26,19 +26,12 @@ _MERGE_KEY = "tag:yaml.org,2002:merge"
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """One YAML file, read.
+    """One YAML file, read."""
 
-    Attributes:
-        path: As given by the caller.
-        content: Its bytes.
-        data: Nested dictionaries, lists, texts and numbers; keys are texts.
-        lines: Line of each entry, from 1, by place.
-    """
-
-    path: Path
-    content: bytes
-    data: dict[str, Any]
-    lines: dict[Place, int]
+    path: Path  # as given by the caller
+    content: bytes  # its bytes
+    data: dict[str, Any]  # nested dictionaries, lists, texts and numbers; keys are texts
+    lines: dict[Place, int]  # line of each entry, from 1, by place
 
     @property
     def folder(self) -> Path:

@@ -154,19 +154,12 @@ def _cut(data: dict[str, Any], place: Place) -> None:
 
 @dataclass(eq=False)
 class Ledger:
-    """Faults and notes of one study, gathered until all of it has been looked at.
+    """Faults and notes of one study, gathered until all of it has been looked at."""
 
-    Attributes:
-        document: The study file.
-        faults: Found so far.
-        faulty: Places of the faults in the study file.
-        notes: Warnings and remarks, in the order found, each once.
-    """
-
-    document: Document
-    faults: list[Fault] = field(default_factory=list)
-    faulty: Places = field(default_factory=Places)
-    notes: list[str] = field(default_factory=list)
+    document: Document  # the study file
+    faults: list[Fault] = field(default_factory=list)  # found so far
+    faulty: Places = field(default_factory=Places)  # places of the faults in the study file
+    notes: list[str] = field(default_factory=list)  # warnings and remarks, in the order found, each once
 
     def fault(self, place: Place, problem: str, value: object = None, hint: str = "") -> None:
         """Notes down a fault of the study file, unless it can only be the consequence of one already known."""

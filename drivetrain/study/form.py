@@ -98,12 +98,9 @@ def _as_written(hint: Any, unit: str) -> Any:
 
 @dataclass(frozen=True)
 class AsForm:
-    """Says of a field that its dataclass is read by its form.
+    """Says of a field that its dataclass is read by its form."""
 
-    Attributes:
-        without, needed: As of ``form_of``.
-    """
-
+    # as of ``form_of``
     without: tuple[str, ...] = ()
     needed: tuple[str, ...] = ()
 

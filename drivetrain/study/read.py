@@ -16,16 +16,16 @@ from drivetrain.study.document import Document, parsed_document, read_document
 from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.form import form_of, given, made, over
 from drivetrain.study.model import DriveMass, Payload, Prices, Study
-from drivetrain.study.parts.arm import arm_files, resolve_arm, resolve_closures, resolve_coupling, resolve_payloads
+from drivetrain.study.parts.arm import resolve_arm, resolve_closures, resolve_coupling, resolve_payloads
 from drivetrain.study.parts.joints import Surroundings, check_gas_springs, resolve_joints
-from drivetrain.study.parts.motions import motion_files, resolve_base, resolve_cycle, resolve_motions
+from drivetrain.study.parts.motions import resolve_base, resolve_cycle, resolve_motions
 from drivetrain.study.parts.mounting import with_counterbalances
 from drivetrain.study.parts.selection import TERMS, SelectionOptions, TradeOffs
 from drivetrain.study.parts.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
 from drivetrain.study.parts.simulation import AddedEffect, Control, Simulation, drive_fields, known_effects
 from drivetrain.study.plausibility import note_implausible
 from drivetrain.study.schema import DEFAULT, SCHEMA_VERSION, StudyForm
-from drivetrain.study.written import python_document
+from drivetrain.study.written import entry_at, file_places, python_document
 
 LARGEST_GAIN = 2.0  # of bandwidth times period: a faster loop diverges from sample to sample
 T = TypeVar("T")
@@ -119,8 +119,9 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
 
 def named_files(form: StudyForm, document: Document) -> list[Path]:
     """The files and folders a study names."""
-    folder = document.folder
-    return [*arm_files(form, folder), *motion_files(form, folder), *catalog_folders(form, folder)]
+    places = [place for place in file_places(document.data) if place[0] != "catalogs"]
+    named = [document.folder / entry_at(document.data, place) for place in places]
+    return [*named, *catalog_folders(form, document.folder)]
 
 
 def resolve_wanted(form: StudyForm, names: Sequence[str], ledger: Ledger) -> SelectionOptions:

@@ -5,19 +5,20 @@ from __future__ import annotations
 import copy
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
-from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.files.load import SUFFIXES
 from drivetrain.errors import Fault, InputError
-from drivetrain.study.document import Document
+from drivetrain.study.document import Document, Place
 from drivetrain.units import PURE, SI
 
 VERSION = "schema_version"  # which is told by itself, not measured
@@ -71,28 +72,32 @@ def _with_units(value: Any) -> Any:
     return [_with_units(one) for one in value] if isinstance(value, list) else value
 
 
+def file_places(data: Mapping[str, Any]) -> Iterator[Place]:
+    """Where the data of a study name files and folders, the shipped catalogue left out."""
+    arm, catalogs = data.get("arm"), data.get("catalogs")
+    named = {(): arm} if isinstance(arm, str) else {(name,): arm.get(name) for name in ("source", "dh")} if arm else {}
+    yield from (
+        ("arm", *at) for at, name in named.items() if name and (at == ("dh",) or Path(name).suffix.lower() in SUFFIXES)
+    )
+    motions: dict[Place, Any] = {("motions", name): one for name, one in data["motions"].items()}
+    motions["base", "motion"] = (data.get("base") or {}).get("motion")
+    for place, motion in motions.items():
+        yield from ((*place, name) for name in ("file", "table") if motion and name in motion)
+    listed = [((), catalogs)] if isinstance(catalogs, str) else [((i,), name) for i, name in enumerate(catalogs or ())]
+    yield from (("catalogs", *at) for at, name in listed if name != SHIPPED)
+
+
+def entry_at(data: Any, place: Place) -> Any:
+    """What stands at a place."""
+    return reduce(getitem, place, data)
+
+
 def _relocate(data: dict[str, Any], folder: Path, place: Path) -> None:
     """Names of files, from those of the study's folder to those of another."""
-
-    def moved(name: Any) -> Any:
-        named = isinstance(name, str) and name != SHIPPED
-        return os.path.relpath(folder / name, place) if named and not Path(name).is_absolute() else name
-
-    arm = data.get("arm")
-    if isinstance(arm, str) and arm not in builtin_names() and Path(arm).suffix.lower() in SUFFIXES:
-        data["arm"] = moved(arm)
-    elif isinstance(arm, dict):
-        for name in ("source", "dh"):
-            if arm.get(name) not in (None, *builtin_names()):
-                arm[name] = moved(arm[name])
-    base = data.get("base") or {}
-    for motion in (*data["motions"].values(), base.get("motion") or {}):
-        for name in ("file", "table"):
-            if name in motion:
-                motion[name] = moved(motion[name])
-    catalogs = data.get("catalogs")
-    if catalogs is not None:
-        data["catalogs"] = [moved(name) for name in (catalogs if isinstance(catalogs, list) else [catalogs])]
+    for at in file_places(data):
+        name = entry_at(data, at)
+        if not Path(name).is_absolute():
+            entry_at(data, at[:-1])[at[-1]] = os.path.relpath(folder / name, place)
 
 
 class _Dumper(yaml.SafeDumper):

@@ -4,13 +4,17 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.motion.duty_cycle import Step, build_cycle, periodic_mean, sample_weights
+from drivetrain.motion.duty_cycle import Step, build_cycle, sample_weights
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.motion.profiles import Quintic, Trapezoid
 from drivetrain.motion.waypoints import waypoint_motion
 
 GO = waypoint_motion("go", ("a",), [[0.0], [1.0]], profile=Trapezoid(), durations=[1.0], sample_time=0.1)
 BACK = waypoint_motion("back", ("a",), [[1.0], [0.0]], profile=Quintic(), durations=[2.0], sample_time=0.1)
+
+
+def periodic_mean(values, time):
+    return np.tensordot(sample_weights(time), values, axes=1) / (time[-1] - time[0])
 
 
 def table(speed, torque, acceleration=((0.0,), (0.0,))):

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from drivetrain.motion.checks import limit_notes
 from drivetrain.motion.duty_cycle import Step, build_cycle
-from drivetrain.motion.limits import limit_notes
 from drivetrain.motion.profiles import Trapezoid
 from drivetrain.motion.waypoints import waypoint_motion
 

@@ -10,7 +10,15 @@ from drivetrain.spatial.inertia import RigidBody, cuboid
 from drivetrain.spatial.poses import adjoint, exp_pose, inverse_pose, pose
 from drivetrain.spatial.rigid_body import body_acceleration, body_wrench, kinetic_energy, momentum
 from drivetrain.spatial.rotations import exp_rotation
-from drivetrain.spatial.wrenches import bracket, dual_bracket, lie_bracket, transform_twist, transform_wrench
+from drivetrain.spatial.wrenches import bracket, dual_bracket, lie_bracket
+
+
+def transform_twist(a_b, twist):
+    return adjoint(a_b) @ twist
+
+
+def transform_wrench(a_b, wrench):
+    return adjoint(inverse_pose(a_b)).T @ wrench
 
 
 def cloud(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, RigidBody]:

@@ -29,19 +29,12 @@ JOINTS, ACTUATORS = ("joint1", "joint2"), ("actuator1", "actuator2")
 
 @dataclass(frozen=True, eq=False)
 class UrdfCoupling:
-    """Two joints that two motors drive together.
+    """Two joints that two motors drive together."""
 
-    Attributes:
-        joints: Their names; the first has the drive of the first motor.
-        matrix: Turns of the shafts behind the gears a turn of each joint [-], (2, 2).
-        ratios: Of the gears [-], (2,).
-        actuators: The motors' elements, in the order of the joints.
-    """
-
-    joints: tuple[str, str]
-    matrix: Array
-    ratios: tuple[float, float]
-    actuators: tuple[ElementTree.Element, ElementTree.Element]
+    joints: tuple[str, str]  # their names; the first has the drive of the first motor
+    matrix: Array  # turns of the shafts behind the gears a turn of each joint [-], (2, 2)
+    ratios: tuple[float, float]  # of the gears [-], (2,)
+    actuators: tuple[ElementTree.Element, ElementTree.Element]  # the motors' elements, in the order of the joints
 
 
 def read_coupling(reader: Reader, transmission: ElementTree.Element, kind: str) -> UrdfCoupling | None:
@@ -101,19 +94,12 @@ def checked_reduction(reader: Reader, text: str, place: str) -> float:
 
 @dataclass(frozen=True)
 class UrdfDrive:
-    """What a file says of one joint's drive; None where it is silent.
+    """What a file says of one joint's drive; None where it is silent."""
 
-    Attributes:
-        damping: Viscous friction at the joint [N m s/rad or N s/m].
-        friction: Coulomb friction at the joint [N m or N].
-        ratio: Rotor turns a turn of the joint, signed [-], or rotor angle over travel [rad/m].
-        rotor_inertia: About the spin axis, at the rotor [kg m^2].
-    """
-
-    damping: float | None = None
-    friction: float | None = None
-    ratio: float | None = None
-    rotor_inertia: float | None = None
+    damping: float | None = None  # viscous friction at the joint [N m s/rad or N s/m]
+    friction: float | None = None  # Coulomb friction at the joint [N m or N]
+    ratio: float | None = None  # rotor turns a turn of the joint, signed [-], or rotor angle over travel [rad/m]
+    rotor_inertia: float | None = None  # about the spin axis, at the rotor [kg m^2]
 
 
 def read_drives(

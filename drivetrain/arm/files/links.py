@@ -132,27 +132,16 @@ def _doubts(model: UrdfModel, chain: Chain) -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """A chain chosen from a tree, everything in the root's frame with all joints at zero.
+    """A chain chosen from a tree, everything in the root's frame with all joints at zero."""
 
-    Attributes:
-        tip: Name of the tip link.
-        joints: The movable joints from root to tip, in order, (n,).
-        frames: Of those joints, (n, 4, 4); translation [m].
-        bodies: That ride on each moving link, its own first, n lists [kg, m, kg m^2].
-        riders: Names of the links with a place in ``bodies``, n lists.
-        tip_pose: Of the tip link, (4, 4); translation [m].
-        locked: Names of movable joints off the chain, held at zero.
-        beyond: Links behind the tip that weigh something, and their masses [kg].
-    """
-
-    tip: str
-    joints: tuple[UrdfJoint, ...]
-    frames: tuple[Array, ...]
-    bodies: tuple[list[RigidBody], ...]
-    riders: tuple[list[str], ...]
-    tip_pose: Array
-    locked: tuple[str, ...]
-    beyond: dict[str, float]
+    tip: str  # name of the tip link
+    joints: tuple[UrdfJoint, ...]  # the movable joints from root to tip, in order, (n,)
+    frames: tuple[Array, ...]  # of those joints, (n, 4, 4); translation [m]
+    bodies: tuple[list[RigidBody], ...]  # that ride on each moving link, its own first, n lists [kg, m, kg m^2]
+    riders: tuple[list[str], ...]  # names of the links with a place in ``bodies``, n lists
+    tip_pose: Array  # of the tip link, (4, 4); translation [m]
+    locked: tuple[str, ...]  # names of movable joints off the chain, held at zero
+    beyond: dict[str, float]  # links behind the tip that weigh something, and their masses [kg]
 
 
 def choose_chain(model: UrdfModel, root: str | None, tip: str | None) -> Chain:

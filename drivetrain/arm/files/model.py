@@ -25,44 +25,30 @@ KINDS = (*MOVABLE, "fixed", *REFUSED)
 
 @dataclass(frozen=True, eq=False)
 class UrdfLink:
-    """One link as written.
+    """One link as written."""
 
-    Attributes:
-        name: Of the link.
-        body: Its mass [kg], centre of mass [m] and inertia [kg m^2] in the link's frame; None: no ``inertial``.
-    """
-
-    name: str
+    name: str  # of the link
+    # its mass [kg], centre of mass [m] and inertia [kg m^2] in the link's frame; None: no ``inertial``
     body: RigidBody | None
 
 
 @dataclass(frozen=True, eq=False)
 class UrdfJoint:
-    """One joint as written.
+    """One joint as written."""
 
-    Attributes:
-        name: Of the joint.
-        kind: revolute, continuous, prismatic, fixed, floating or planar.
-        parent, child: Links it joins.
-        origin: Frame of joint and child in the parent's frame, joint at zero, (4, 4); translation [m].
-        axis: Unit direction in the joint's frame [-], (3,).
-        lower, upper: Position limits [rad or m].
-        speed_limit: [rad/s or m/s].
-        mimics: Joint that it is said to follow; empty: none.
-        unsaid: What the file leaves open, in words; empty: nothing.
-    """
-
-    name: str
-    kind: str
+    name: str  # of the joint
+    kind: str  # revolute, continuous, prismatic, fixed, floating or planar
+    # links it joins
     parent: str
     child: str
-    origin: Array
-    axis: Array
+    origin: Array  # frame of joint and child in the parent's frame, joint at zero, (4, 4); translation [m]
+    axis: Array  # unit direction in the joint's frame [-], (3,)
+    # position limits [rad or m]
     lower: float
     upper: float
-    speed_limit: float
-    mimics: str
-    unsaid: str
+    speed_limit: float  # [rad/s or m/s]
+    mimics: str  # joint that it is said to follow; empty: none
+    unsaid: str  # what the file leaves open, in words; empty: nothing
 
     @property
     def movable(self) -> bool:
@@ -72,25 +58,15 @@ class UrdfJoint:
 
 @dataclass(frozen=True, eq=False)
 class UrdfModel:
-    """All that was read from one file.
+    """All that was read from one file."""
 
-    Attributes:
-        name: Of the robot.
-        file: Path of the file.
-        links: By name, as in the file.
-        joints: By name, as in the file.
-        drives: What the file says of each movable joint's friction and drive, by joint name.
-        couplings: Pairs of joints whose motors work together.
-        notes: What was ignored, in words.
-    """
-
-    name: str
-    file: str
-    links: dict[str, UrdfLink]
-    joints: dict[str, UrdfJoint]
-    drives: dict[str, UrdfDrive]
-    couplings: tuple[UrdfCoupling, ...]
-    notes: tuple[str, ...]
+    name: str  # of the robot
+    file: str  # path of the file
+    links: dict[str, UrdfLink]  # by name, as in the file
+    joints: dict[str, UrdfJoint]  # by name, as in the file
+    drives: dict[str, UrdfDrive]  # what the file says of each movable joint's friction and drive, by joint name
+    couplings: tuple[UrdfCoupling, ...]  # pairs of joints whose motors work together
+    notes: tuple[str, ...]  # what was ignored, in words
 
 
 def read_model(path: Path) -> UrdfModel:

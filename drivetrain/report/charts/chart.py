@@ -38,67 +38,40 @@ INSTANTS = (
 class Mark:
     """One thing drawn in a chart.
 
-    Attributes:
-        kind: ``line``; ``step``, which keeps a value until the next; ``points``; ``area``, a filled polygon; ``bars``,
-            from ``x`` to ``to`` in the rows ``y``; ``span``, a shaded stretch from ``x`` to ``to`` of the whole height,
-            or from ``y`` to ``to`` of the whole width; ``rule``, a line at ``x`` or at ``y`` across everything;
-            ``text``.
-        x, y: Where, in the units of the axes; (N,) each.
-        to: Other ends.
-        label: In the legend; of a rule or a text what stands at it.
-        colour: ``#rrggbb``, or ``ink``, ``muted`` or ``faint``, which follow a dark page.
-        colours: One a point; empty: ``colour``.
-        size: Of points or lines [px]; of bars the share of a row.
-        dash: Whether the line is dashed.
-        alpha: Opacity.
-        marker: Of points, in Bokeh's names.
-        tips: What is told where the pointer is, one text a point.
+    A step keeps a value until the next; an area is a filled polygon; bars go from ``x`` to ``to`` in the rows ``y``; a
+    span shades all from ``x``, or ``y``, to ``to``; a rule is a line at ``x``, or ``y``, across everything.
     """
 
     kind: Literal["line", "step", "points", "area", "bars", "span", "rule", "text"]
-    x: Any = ()
+    x: Any = ()  # in the units of the axes, (N,)
     y: Any = ()
     to: Any = ()
-    label: str = ""
-    colour: str = BLUE
-    colours: Sequence[str] = ()
-    size: float = 1.5
+    label: str = ""  # in the legend; of a rule or a text what stands at it
+    colour: str = BLUE  # or ink, muted, faint, which follow a dark page
+    colours: Sequence[str] = ()  # one a point
+    size: float = 1.5  # of points or lines [px], of bars the share of a row
     dash: bool = False
     alpha: float = 1.0
-    marker: str = "circle"
-    tips: Sequence[str] = ()
+    marker: str = "circle"  # in Bokeh's names
+    tips: Sequence[str] = ()  # told where the pointer is, one a point
 
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """A picture with two axes.
+    """A picture with two axes."""
 
-    Attributes:
-        label: What it shows, for those who do not see it.
-        x, y: Labels of the axes, with units.
-        marks: Drawn in this order.
-        x_range, y_range: Ends of the axes; empty: what is drawn.
-        log_x, log_y: Whether an axis is logarithmic.
-        rows: Names of rows 0, 1, ... from the top in place of numbers on the vertical axis.
-        height: [px].
-        title: Above it.
-        joined: Charts of the same word show the same stretch of their horizontal axes.
-        equal: Whether both axes have one scale.
-    """
-
-    label: str
-    x: str
+    label: str  # what it shows, for those who do not see it
+    x: str  # label of the axis, with its unit
     y: str
-    marks: Sequence[Mark]
-    x_range: Sequence[float] = ()
+    marks: Sequence[Mark]  # drawn in this order
+    x_range: Sequence[float] = ()  # empty: what is drawn
     y_range: Sequence[float] = ()
     log_x: bool = False
     log_y: bool = False
-    rows: Sequence[str] = ()
-    height: int = 320
+    rows: Sequence[str] = ()  # names of rows 0, 1, ... from the top, in place of numbers on the vertical axis
+    height: int = 320  # px
     title: str = ""
-    joined: str = ""
-    equal: bool = False
+    joined: str = ""  # charts of the same word show the same stretch of their horizontal axes
 
 
 def captioned(charts: Sequence[Chart], caption: str) -> tuple[tuple[Chart, str], ...]:

@@ -34,7 +34,7 @@ const page = (function () {
       height: spec.height || 320, sizing_mode: "stretch_width", title: spec.title || null,
       tools: "pan,wheel_zoom,box_zoom,reset,save", toolbar_location: "above", active_drag: null,
       x_axis_type: spec.log_x ? "log" : "linear", y_axis_type: spec.log_y ? "log" : "linear",
-      x_range: range(spec.x_range), y_range: range(rows ? [rows - 0.5, -0.5] : spec.y_range), match_aspect: !!spec.equal,
+      x_range: range(spec.x_range), y_range: range(rows ? [rows - 0.5, -0.5] : spec.y_range),
       background_fill_color: null, border_fill_color: null, outline_line_color: colour("faint"),
     });
     if (spec.joined) join(figure.x_range, (ranges[spec.joined] ||= []));

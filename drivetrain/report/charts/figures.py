@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 from matplotlib.ticker import MaxNLocator
 
-from drivetrain.report.charts.chart import BLUE, GREEN, MUTED, ORANGE, VERMILLION
+from drivetrain.arrays import Array
+from drivetrain.report.charts.chart import BLUE, GREEN, INSTANTS, ORANGE, VERMILLION, Chart, Mark
 from drivetrain.report.charts.motion_data import regions, temperatures, view
-from drivetrain.report.charts.plotting import TIME_COLOURS, house_style, png_bytes
+from drivetrain.report.charts.plotting import draw, house_style, png_bytes
 from drivetrain.report.quantities import convert, percent, printed_unit, shown_unit
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
@@ -29,7 +28,8 @@ def overview_png(evaluation: Evaluation) -> bytes:
         figure = Figure(figsize=(3.5 * columns, 2.95 * rows + 0.35))
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes, joint in zip(grid.flat, joints, strict=False):
-            unit = _motor_plane(axes, joint, tasks[joint.name], evaluation.study)
+            draw(_motor_plane(joint, tasks[joint.name], evaluation.study), axes)
+            axes.xaxis.set_major_locator(MaxNLocator(5))
             axes.set_title(f"{joint.name}\n", fontsize=9)
             drive = joint.motor + (f" + {joint.gear}" if joint.gear else "")
             axes.annotate(
@@ -40,8 +40,6 @@ def overview_png(evaluation: Evaluation) -> bytes:
                 f"{joint.verdict}{binding}", (1, 1), xycoords="axes fraction", xytext=(0, 17),
                 textcoords="offset points", ha="right", fontsize=8, weight="bold", color=COLOURS[joint.verdict],
             )  # fmt: skip
-            axes.set_xlabel("motor speed [rpm]")
-            axes.set_ylabel(f"motor torque [{printed_unit(unit)}]")
         for axes in grid.flat[len(joints) :]:
             axes.set_visible(False)
         marks = [
@@ -54,22 +52,32 @@ def overview_png(evaluation: Evaluation) -> bytes:
         return png_bytes(figure)
 
 
-def _motor_plane(axes: Axes, joint: JointResult, task: JointTask, study: Study) -> str:
-    """Regions and samples of one joint; the unit of the torque axis."""
+def _motor_plane(joint: JointResult, task: JointTask, study: Study) -> Chart:
+    """Regions and samples of one joint."""
     series, at = joint.series, temperatures(joint, study)
     hot, cold = (regions(joint, task, study, at[name], study.supply.voltage) for name in ("hot", "cold"))
-    right, top = view(joint, hot[0])
+    wide, top = view(joint, hot[0])
     unit = shown_unit(top, "N m")
-    axes.set_xlim(-float(convert(right, "rad/s", "rpm")), float(convert(right, "rad/s", "rpm")))
-    axes.set_ylim(-float(convert(top, "N m", unit)), float(convert(top, "N m", unit)))
+
+    def speed(values: object) -> Array:
+        return convert(values, "rad/s", "rpm")
+
+    def torque(values: object) -> Array:
+        return convert(values, "N m", unit)
+
+    marks = []
     for warm, outline, colour, opacity in zip(hot, cold, (BLUE, GREEN), (0.12, 0.24), strict=True):
-        for corners, face, dash in ((warm, (colour, opacity), "-"), (outline, "none", "--")):
+        if warm is not None:
+            marks.append(Mark("area", speed(warm[:, 0]), torque(warm[:, 1]), colour=colour, alpha=opacity))
+        for corners, dash in ((warm, False), (outline, True)):
             if corners is not None:
-                points = np.stack([convert(corners[:, 0], "rad/s", "rpm"), convert(corners[:, 1], "N m", unit)], axis=1)
-                axes.add_patch(Polygon(points, facecolor=face, edgecolor=colour, linestyle=dash, linewidth=1.0))
-    axes.axhline(0, color=MUTED, linewidth=0.7, zorder=2)
-    axes.axvline(0, color=MUTED, linewidth=0.7, zorder=2)
-    speed, torque = convert(series.motor_speed, "rad/s", "rpm"), convert(series.motor_torque, "N m", unit)
-    axes.scatter(speed, torque, c=series.time, s=6, cmap=TIME_COLOURS, linewidths=0, zorder=4)
-    axes.xaxis.set_major_locator(MaxNLocator(5))
-    return unit
+                marks.append(
+                    Mark("line", speed(corners[:, 0]), torque(corners[:, 1]), colour=colour, size=1.0, dash=dash)
+                )
+    marks += [Mark("rule", y=[0.0], colour="muted", size=0.7), Mark("rule", x=[0.0], colour="muted", size=0.7)]
+    instants = np.interp(series.time, series.time[[0, -1]], [0, len(INSTANTS) - 1]).astype(int)
+    marks.append(Mark("points", speed(series.motor_speed), torque(series.motor_torque), size=3,
+                      colours=[INSTANTS[k] for k in instants]))  # fmt: skip
+    right, high = float(speed(wide)), float(torque(top))
+    return Chart(joint.name, "motor speed [rpm]", f"motor torque [{printed_unit(unit)}]", marks, (-right, right),
+                 (-high, high))  # fmt: skip

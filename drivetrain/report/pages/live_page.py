@@ -12,7 +12,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.report.pages.report_page import report_content, report_text
 from drivetrain.report.pages.sheet import page_text
 from drivetrain.report.quantities import number
-from drivetrain.report.words import headline, overall_sentence
+from drivetrain.report.words import both, headline, overall_sentence
 from drivetrain.sizing.answers.trade_offs import usual_span
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair, given_drives
@@ -52,7 +52,7 @@ class LivePage:
 
     def page(self) -> str:
         """The whole page."""
-        evaluation = _evaluation(self.first)
+        evaluation, _ = both(self.first)
         tasks = {task.name: task for task in self.study.joints}
         catalog, lists, joints = self.study.catalog, dict[Any, int](), []
         for name, (motor, gear, ratio) in _drives(evaluation).items():
@@ -70,7 +70,7 @@ class LivePage:
         """The report of what is asked for, for the page's scripts: see ``KINDS``; anew: with drives selected."""
         result = self.result(asked, anew=anew)
         content, data, pictures = report_content(result, briefly=True)
-        evaluation, selection = _evaluation(result), result if isinstance(result, Selection) else None
+        evaluation, selection = both(result)
         return {
             "content": page_text("report.html.j2", **content),
             "data": {"charts": pictures.charts, **data},
@@ -176,10 +176,6 @@ def _read(asked: Any) -> tuple[dict[str, float], dict[str, Pair], dict[str, floa
             faults.append(Fault(f"drives.{joint}", "must be the keys of a motor and a gear", pair))
     pairs = {joint: (pair[0], pair[1]) for joint, pair in parts["drives"].items()} if not faults else {}
     return parts["values"], pairs, parts["ratios"], faults
-
-
-def _evaluation(result: Evaluation | Selection) -> Evaluation:
-    return result.evaluation if isinstance(result, Selection) else result
 
 
 def _drives(evaluation: Evaluation) -> dict[str, tuple[str, str, float]]:

@@ -32,6 +32,7 @@ from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.rejected import SHARES, counted, rejected_data
 from drivetrain.report.words import (
     OUTSIDE,
+    both,
     gaps,
     headline,
     named,
@@ -70,8 +71,7 @@ def report_content(
     result: Evaluation | Selection, *, spread: Spread | None = None, extra: Extra | None = None, briefly: bool = False
 ) -> tuple[dict[str, Any], dict[str, Any], Pictures]:
     """What the template lays out, data of the moving pictures, other pictures; briefly: without more evaluations."""
-    selection = result if isinstance(result, Selection) else None
-    evaluation = result.evaluation if isinstance(result, Selection) else result
+    evaluation, selection = both(result)
     rejected = None if selection is None else selection.rejected
     pictures = Pictures()
     content = _frame(evaluation, selection) | _body(evaluation, selection, rejected, pictures)

@@ -28,14 +28,6 @@ DRIVE_MASS_HINT = (
 )
 
 
-def arm_files(form: StudyForm, folder: Path) -> list[Path]:
-    """The files an arm is read from."""
-    if form.arm is None or form.arm.from_screws is not None:
-        return []
-    name = form.arm.dh or form.arm.source or ""
-    return [] if name in builtin_names() else [folder / name]
-
-
 def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
     """The arm of a study; None without one, or when it cannot be read."""
     if form.arm is None:

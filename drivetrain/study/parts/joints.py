@@ -37,25 +37,17 @@ _CONTAINED = "write contained: {mass: 0 kg} where the links hold no drive"
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What a joint is resolved against.
+    """What a joint is resolved against."""
 
-    Attributes:
-        form: The study file.
-        arm: None without one.
-        catalog: The rows.
-        ledger: Takes faults and notes.
-        found: Rules that were applied before, with the pairs they leave.
-        braked: Motors with a brake, by key: those that joints may be driven by.
-        staged: Gears with stages behind them, likewise.
-    """
-
-    form: StudyForm
-    arm: Arm | None
-    catalog: Catalog
-    ledger: Ledger
+    form: StudyForm  # the study file
+    arm: Arm | None  # none without one
+    catalog: Catalog  # the rows
+    ledger: Ledger  # takes faults and notes
+    # rules that were applied before, with the pairs they leave
     found: list[tuple[CandidatesForm, Found]] = field(default_factory=list)
+    # motors with a brake, by key: those that joints may be driven by
     braked: dict[str, Motor] = field(default_factory=dict)
-    staged: dict[str, Gear] = field(default_factory=dict)
+    staged: dict[str, Gear] = field(default_factory=dict)  # gears with stages behind them, likewise
 
 
 def resolve_joints(around: Surroundings, names: Sequence[str]) -> tuple[JointTask, ...]:

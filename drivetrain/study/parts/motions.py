@@ -16,15 +16,13 @@ from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.arrays import Array
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.base import AXES, Swing, along, swing_instants, swinging
-from drivetrain.motion.checks import TURNS_BELIEVED
+from drivetrain.motion.checks import TURNS_BELIEVED, limit_notes
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle, Step, build_cycle
-from drivetrain.motion.limits import limit_notes
 from drivetrain.motion.mix import build_mix, share_faults
-from drivetrain.motion.motion import LoadTable, Motion
+from drivetrain.motion.motion import LoadTable, Motion, sampled
 from drivetrain.motion.profiles import PROFILES
 from drivetrain.motion.read import read_load_table, read_motion
 from drivetrain.motion.smoothing import Parabolas, SavitzkyGolay, Smoothing
-from drivetrain.motion.straight_lines import sampled
 from drivetrain.motion.waypoints import MotionLimits, waypoint_motion
 from drivetrain.spatial.poses import pose
 from drivetrain.spatial.rotations import exp_rotation, rotation_from_rpy, unit
@@ -52,13 +50,6 @@ LIMITS = {
 }  # of a revolute and of a prismatic joint
 MOVES: tuple[Literal["joints", "to", "line", "circle"], ...] = ("joints", "to", "line", "circle")
 LONGEST_MOVE = 3600.0  # [s]; sampled every few milliseconds, so more is a slip of units
-
-
-def motion_files(form: StudyForm, folder: Path) -> list[Path]:
-    """The files the motions are read from."""
-    base = [] if form.base is None or form.base.motion is None else [form.base.motion]
-    names = [motion.file or motion.table for motion in (*form.motions.values(), *base)]
-    return [folder / name for name in names if name is not None]
 
 
 def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions:
