@@ -11,8 +11,8 @@ import pinocchio as pin
 from inverse_dynamics import along_z
 
 from drivetrain.drive.drive import Drive
-from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.verdicts import checks_of
 from drivetrain.sizing.search.candidates import Candidates
 from drivetrain.sizing.search.problem import problem

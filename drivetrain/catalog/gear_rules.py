@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from drivetrain.catalog.findings import LIMIT, Finding, error, slip, warning
 from drivetrain.catalog.table import Cell, Row
-from drivetrain.drive.gear_loss import DRAG_REFERENCE, DRAG_TEMPERATURES
+from drivetrain.drive.gear import DRAG_REFERENCE, DRAG_TEMPERATURES
 
 Values = Mapping[str, float]
 

@@ -189,6 +189,7 @@ GEAR_COLUMNS = (
     _number("bearing_pitch_diameter", "m", 1e-3, 3.0, "Of the rollers or balls of the output bearing."),
     _number("bearing_offset", "m", 1e-4, 1.0, "From the output flange back to the centre of the output bearing."),
     _number("tilting_stiffness", "N m/rad", 1.0, 1e10, "Of the output bearing, an average value.", lint_only=True),
+    _number("max_temperature", "degC", 20.0, 300.0, "Of the housing, for the sake of grease and seals."),
     _number("size", "1", 0.1, 1e4, "The maker's size number."),
     _number("pitch_diameter", "m", 1e-3, 2.0, "Of the toothing."),
     _number("diameter", "m", 1e-3, 2.0, "Outer diameter."),

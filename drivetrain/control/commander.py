@@ -11,11 +11,10 @@ from numba import carray, types
 
 from drivetrain.arm.coupling import shaft_torques
 from drivetrain.arrays import Array, checked_number
-from drivetrain.control.laws import TARGETS, Arm, Axis, command
-from drivetrain.drive.amplifier import available_voltage, judges_overload
+from drivetrain.control.laws import TARGETS, Arm, Axis, Balances, command
+from drivetrain.drive.amplifier import available_voltage, judges_overload, overload_room
 from drivetrain.drive.drive import shaft_friction
 from drivetrain.drive.gear import complete
-from drivetrain.drive.overload import overload_room
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
 from drivetrain.dynamics.core.blocks import JOINT_ALONE
 from drivetrain.dynamics.core.packed import Packed, packed
@@ -62,11 +61,11 @@ def _tick(run: Any) -> None:
 class Commander:
     """The currents of all joints, tick by tick: ``commander(q, qd, qdd)``.
 
-    Feed-forward of the arm with its drives and payload, frictions and losses by direction of motion; limits by voltage
-    (inductance counted), peak current and torque, the amplifier's I2t, and a running winding temperature, which lets
-    the current fade over the last 10 K below its limit. Friction follows the wanted speed and fades below one hundredth
-    of the fastest one of the cycle, so noise about rest does not make it jump from one direction to the other. Where
-    more is wanted than there is, ``wanted`` keeps what was.
+    Feed-forward of the arm with its drives, counterbalances and payload, frictions and losses by direction of motion;
+    limits by voltage (inductance counted), peak current and torque, the amplifier's I2t, and a running winding
+    temperature, which lets the current fade over the last 10 K below its limit. Friction follows the wanted speed and
+    fades below one hundredth of the fastest one of the cycle, so noise about rest does not make it jump from one
+    direction to the other. Where more is wanted than there is, ``wanted`` keeps what was.
 
     Args:
         study_or_evaluation: A study whose joints have drives, or the evaluation of a set of them.
@@ -76,8 +75,9 @@ class Commander:
         payload: That the tip carries, by its name in the study; None: nothing.
 
     Raises:
-        InputError: A study without an arm, a joint without a drive, or one of which torque or heat lack data; an
-            unknown payload; a rate or bandwidth that is not positive.
+        InputError: A study without an arm, a joint without a drive, or one of which torque or heat lack data, or with
+            more than three counterbalances or one that follows a table; an unknown payload; a rate or bandwidth that
+            is not positive.
     """
 
     def __init__(
@@ -104,9 +104,9 @@ class Commander:
             if not joint.torque_known
         ]
         faults += [
-            Fault(f"joints.{task.name}.counterbalances", "are not among what a commander knows yet")
+            Fault(f"joints.{task.name}.counterbalances", "may be at most three, without a table of angles")
             for task in study.joints
-            if task.counterbalances
+            if len(task.counterbalances) > 3 or any(one.angles for one in task.counterbalances)
         ]
         if faults:
             raise InputError(faults)
@@ -245,8 +245,9 @@ def _axis(study: Study, task: JointTask, joint: JointResult, step: float, bandwi
     heat.winding_temperature = heat.housing_temperature = study.ambient
     fastest = float(np.abs(joint.series.speed).max())
     return Axis(
-        motor, complete(drive.gear), amplifier, drive.joint_friction, shaft_friction(drive), heat,
-        travel=task.travel_per_turn or 1.0, gear_temperature=float(study.drag_temperature(study.ambient)), volts=volts,
+        motor, complete(drive.gear), amplifier, drive.joint_friction, shaft_friction(drive),
+        Balances(*task.counterbalances), heat, travel=task.travel_per_turn or 1.0,
+        gear_temperature=float(study.drag_temperature(study.ambient)), volts=volts,
         most=min(peaks, default=2.0 * volts / motor.resistance), heats=float(heats),
         overloads=float(judges_overload(amplifier)), fade=FADE, slow=SLOW * (fastest or 1.0), bandwidth=bandwidth,
         step=step,

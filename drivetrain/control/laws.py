@@ -11,18 +11,29 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.drive.amplifier import Amplifier
+from drivetrain.drive.amplifier import Amplifier, overload_after, overload_allows
+from drivetrain.drive.counterbalance import Counterbalance, lever_torque
 from drivetrain.drive.friction import Friction, friction_at, friction_curve
-from drivetrain.drive.gear import Gear, mesh_of, mesh_torque
-from drivetrain.drive.gear_loss import drag_torque, gear_loss_power
+from drivetrain.drive.gear import Gear, drag_torque, gear_loss_power, mesh_of, mesh_torque
 from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
-from drivetrain.drive.overload import overload_after, overload_allows
 from drivetrain.dynamics.core.recursion import back, outwards
 from drivetrain.effects.motor.winding_heat import Own, warmed
 from drivetrain.jit import law
 from drivetrain.records import known, known_or
 
 TARGETS = ("position", "speed", "acceleration", "measured_position", "measured_speed")
+
+
+NO_BALANCE = Counterbalance(angles=(0.0, 1.0), torques=(0.0, 0.0))
+
+
+@dataclass
+class Balances:
+    """Counterbalances of a joint: springs on levers, gas springs, torques that stay the same."""
+
+    first: Counterbalance = NO_BALANCE
+    second: Counterbalance = NO_BALANCE
+    third: Counterbalance = NO_BALANCE
 
 
 @dataclass
@@ -36,6 +47,7 @@ class Axis:
     # friction at the gear's output and at the motor
     joint: Friction
     shaft: Friction
+    balances: Balances
     heat: Own  # winding and housing, with their temperatures
     travel: float  # of the joint a radian of the gear's output [m/rad], 1 where it turns
     gear_temperature: float  # at which its drag is taken [C]
@@ -51,8 +63,9 @@ class Axis:
     # in this tick, before and after the limits [A]
     wanted: float = 0.0
     current: float = 0.0
-    overload: float = 0.0  # of the amplifier, see ``drive/overload.py``
+    overload: float = 0.0  # of the amplifier, see ``drive/amplifier.py``
     acceleration: float = 0.0  # of the joint with what its errors ask [rad/s^2 or m/s^2]
+    helped: float = 0.0  # torque of its counterbalances on the link [N m]
 
 
 class Arm(NamedTuple):
@@ -95,6 +108,7 @@ def command(arm: Any, axes: Any, targets: Any, size: Any) -> None:
     for i in range(n):
         pull = axes[i].bandwidth
         axes[i].acceleration = acceleration[i] + pull * (pull * (position[i] - at[i]) + 2.0 * (speed[i] - moving[i]))
+        axes[i].helped = balanced(axes[i].balances, position[i])
     for j in range(wide):
         joint = arm.joints[j]
         q, qd, qdd = 0.0, 0.0, 0.0
@@ -111,12 +125,19 @@ def command(arm: Any, axes: Any, targets: Any, size: Any) -> None:
             asked = 0.0
             for j in range(wide):
                 asked += arm.spread[j][k] * arm.joints[j].torque[0]
-            load += arm.unmixed[i][k] * (arm.joints[k].torque[0] - arm.joints[k].rotor[0])
-            whole += arm.unmixed[i][k] * asked
+            load += arm.unmixed[i][k] * (arm.joints[k].torque[0] - arm.joints[k].rotor[0] - axes[k].helped)
+            whole += arm.unmixed[i][k] * (asked - axes[k].helped)
             planned += arm.turns[i][k] * speed[k]
             measured += arm.turns[i][k] * moving[k]
         axis = axes[i]
         drive(axis, load * axis.travel, whole * axis.travel, planned / axis.travel, measured / axis.travel)
+
+
+@law
+def balanced(balances: Any, angle: Any) -> Any:
+    """What all counterbalances of a joint do to its link [N m]."""
+    torque = lever_torque(balances.first, angle) + lever_torque(balances.second, angle)
+    return torque + lever_torque(balances.third, angle)
 
 
 @law

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from drivetrain.drive.drive import Drive as Drive
     from drivetrain.drive.drive import book_current as book_current
     from drivetrain.drive.drive import motor_torque as motor_torque
-    from drivetrain.drive.electrical import exact_current_step as exact_current_step
     from drivetrain.drive.friction import Friction as Friction
     from drivetrain.drive.friction import book_curves as book_curves
     from drivetrain.drive.friction import breakaway_torque as breakaway_torque
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
     from drivetrain.drive.loops.servo_axis import ServoTiming as ServoTiming
     from drivetrain.drive.matching import inertia_matching_ratio as inertia_matching_ratio
     from drivetrain.drive.motor import Motor as Motor
+    from drivetrain.drive.motor import exact_current_step as exact_current_step
     from drivetrain.drive.motor import no_load_speed as no_load_speed
     from drivetrain.drive.motor import stall_torque as stall_torque
     from drivetrain.drive.motor import terminal_voltage as terminal_voltage

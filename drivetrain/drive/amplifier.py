@@ -13,12 +13,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.jit import law
+from drivetrain.jit import kernel, law
+from drivetrain.records import known
 from drivetrain.units import Capacitance, Current, Duration, Efficiency, Power, Resistance, Voltage
 
 Values = TypeVar("Values", float, Array)
@@ -58,6 +61,7 @@ class Amplifier:
         peak_time: For which it gives the peak current from its continuous one on [s].
         thermal_time_constant: Of its first-order overload model, where it has that instead [s].
         min_voltage, max_voltage: Of the supply [V].
+        price: Of its row; what is stated by its limits alone is not bought and costs nothing.
         key, source: Of its row in the catalogue; empty: the study states its limits.
     """
 
@@ -71,11 +75,16 @@ class Amplifier:
     thermal_time_constant: Duration | None = None
     min_voltage: Voltage | None = None
     max_voltage: Voltage | None = None
+    price: float | None = None
     key: str = ""
     source: str = ""
 
     def __post_init__(self) -> None:
-        ranges = dict.fromkeys(_LIMITS, POSITIVE) | {"modulation": EFFICIENCY, "standby_power": NOT_NEGATIVE}
+        ranges = dict.fromkeys(_LIMITS, POSITIVE) | {
+            "modulation": EFFICIENCY,
+            "standby_power": NOT_NEGATIVE,
+            "price": NOT_NEGATIVE,
+        }
         faults = range_faults("amplifier", self, ranges, required=("modulation",))
         if faults:
             raise InputError(faults)
@@ -185,7 +194,7 @@ def limits_of(sheet: AmplifierSheet) -> Amplifier:
     return Amplifier(
         sheet.peak_current, sheet.continuous_current, modulation, sheet.logic_power, peak_time=sheet.peak_time,
         thermal_time_constant=sheet.thermal_time_constant, min_voltage=sheet.min_voltage,
-        max_voltage=sheet.max_voltage, key=sheet.key, source=sheet.source,
+        max_voltage=sheet.max_voltage, price=sheet.price, key=sheet.key, source=sheet.source,
     )  # fmt: skip
 
 
@@ -283,3 +292,171 @@ def _dc_amperes(basis: CurrentBasis | str) -> float:
     except ValueError:
         names = [str(known) for known in CurrentBasis]
         raise InputError(Fault("current basis", "must be dc, rms or peak", basis, nearest(str(basis), names))) from None
+
+
+# How long an amplifier bears more than its continuous current: i2t with a peak time, or one time constant.
+#
+# Both are periodic steady states: the answer holds for a cycle that repeats for ever.
+
+
+def overload(sheet: AmplifierSheet, current: Array, time: Array) -> float | None:
+    """The largest share of its overload that an amplifier uses up in a cycle; above 1 it trips or folds back.
+
+    With a peak time the integral of I^2 - I_c^2, never below zero, is held against (I_p^2 - I_c^2) t_p; with a time
+    constant the first-order mean of I^2 against I_c^2. The current is constant from each sample to the next.
+
+    Reference:
+        The i2t monitor of servo drives: E' = I^2 - I_c^2 and theta' = (I^2/I_c^2 - theta)/tau.
+    """
+    if sheet.continuous_current is None:
+        return None
+    lacks = sheet.thermal_time_constant is None and (sheet.peak_current is None or sheet.peak_time is None)
+    step = np.append(np.diff(np.asarray(time, dtype=np.float64)), 0.0)
+    return None if lacks else float(overload_share(sheet, np.asarray(current, dtype=np.float64), 1.0, step))
+
+
+@law
+def overload_room(amplifier: Any) -> Any:
+    """Where the overload trips: 1 of the first-order model, else ((I_p/I_c)^2 - 1) t_p [s]."""
+    if known(amplifier.thermal_time_constant):
+        return 1.0
+    return ((amplifier.peak_current / amplifier.continuous_current) ** 2 - 1.0) * amplifier.peak_time
+
+
+@law
+def overload_after(amplifier: Any, held: Any, square: Any, step: Any) -> Any:
+    """The overload after a step [s] of a current whose square over the continuous one's is told; - or [s]."""
+    constant = amplifier.thermal_time_constant
+    if known(constant):
+        left = math.exp(-step / constant)
+        return left * held + (1.0 - left) * square
+    grown = held + (square - 1.0) * step
+    return 0.5 * (grown + abs(grown))  # never below zero
+
+
+@law
+def overload_allows(amplifier: Any, held: Any, step: Any) -> Any:
+    """Squared current over the continuous one's that just fills the overload in a step [s]; 1 where it is full."""
+    constant = amplifier.thermal_time_constant
+    if known(constant):
+        left = math.exp(-step / constant)
+        return (1.0 - left * held) / (1.0 - left)
+    return 1.0 + (overload_room(amplifier) - held) / step
+
+
+@law
+def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
+    """``overload`` of a current that is a series times a scale [A], each sample for its step [s]."""
+    steady, constant, total, length = amplifier.continuous_current, amplifier.thermal_time_constant, 0.0, 0.0
+    most, held = 0.0, 0.0
+    for t in range(len(step)):
+        total += (series[t] * scale / steady) ** 2 * step[t]
+        length += step[t]
+    if known(constant):  # of the affine map of a round, the state that it leaves as it was
+        for t in range(len(step)):
+            held = overload_after(amplifier, held, (series[t] * scale / steady) ** 2, step[t])
+        held = held / -math.expm1(-length / constant)
+        most = held
+        for t in range(len(step)):
+            held = overload_after(amplifier, held, (series[t] * scale / steady) ** 2, step[t])
+            most = max(most, held)
+        return most
+    if total > length * (1.0 + 1e-12):
+        return math.inf
+    room = overload_room(amplifier)
+    for _ in range(2):  # from empty; what is left at the end of the first round is that of every round after it
+        for t in range(len(step)):
+            held = overload_after(amplifier, held, (series[t] * scale / steady) ** 2, step[t])
+            most = max(most, held)
+    if most == 0.0:
+        return 0.0
+    return most / room if room > 0.0 else math.inf
+
+
+def peak_duration(sheet: AmplifierSheet, current: float) -> float | None:
+    """How long an amplifier gives a current, from rest.
+
+    Reference:
+        tau ln(r^2/(r^2 - 1)), r = I/I_c, or (I_p^2 - I_c^2) t_p/(I^2 - I_c^2).
+    """
+    if sheet.continuous_current is None:
+        return None
+    square = (current / sheet.continuous_current) ** 2
+    if square <= 1.0:
+        return math.inf
+    if sheet.thermal_time_constant is not None:
+        return sheet.thermal_time_constant * math.log(square / (square - 1.0))
+    if sheet.peak_current is None or sheet.peak_time is None:
+        return None
+    return ((sheet.peak_current / sheet.continuous_current) ** 2 - 1.0) * sheet.peak_time / (square - 1.0)
+
+
+# The bus behind all amplifiers: what drives feed back lifts its voltage until a brake resistor burns the rest.
+
+
+ROUNDS = 1000  # of the cycle, until its bus comes back to where it was
+GROWN = 1e-9  # of the energy: a round that adds less comes back
+
+
+class BusStep(NamedTuple):
+    """After a step.
+
+    Attributes:
+        energy: In the capacitor [J].
+        fed, burnt: What the source gave and the resistor took [J].
+    """
+
+    energy: float
+    fed: float
+    burnt: float
+
+
+@law
+def bus_step(energy: Any, drawn: Any, full: Any, most: Any, feedable: Any, burnable: Any) -> Any:
+    """Energy of a bus after a step: the source fills it up, the resistor cuts off what is above its start [J]."""
+    left = energy - drawn
+    fed = min(max(full - left, 0.0), feedable)
+    burnt = min(max(left + fed - most, 0.0), burnable)
+    return BusStep(left + fed - burnt, fed, burnt)
+
+
+class BusPeak(NamedTuple):
+    """Of a cycle that repeats for ever.
+
+    Attributes:
+        voltage: Highest [V]; infinite where every round leaves more than it found.
+        sample: After which it is reached.
+        burnt: Mean power of the resistor [W].
+    """
+
+    voltage: float
+    sample: int
+    burnt: float
+
+
+@kernel
+def bus_peak(
+    voltage: float, capacity: float, threshold: float, resistance: float, time: Array, power: Array
+) -> BusPeak:
+    """Highest voltage of a bus behind a source that can give any power and takes nothing back.
+
+    V2 = sqrt(V1^2 + 2 E/C) with all that was fed back since the bus was last at V1; power is straight between samples.
+    """
+    full, most = 0.5 * capacity * voltage * voltage, 0.5 * capacity * threshold * threshold
+    energy, highest, sample, burnt, before = full, full, 0, 0.0, full
+    for _ in range(ROUNDS):
+        before, burnt = energy, 0.0
+        for t in range(len(power) - 1):
+            step = time[t + 1] - time[t]
+            burnable = step * threshold * threshold / resistance if threshold < math.inf else 0.0
+            after = bus_step(energy, 0.5 * (power[t] + power[t + 1]) * step, full, max(most, full), math.inf, burnable)
+            energy = after.energy
+            burnt += after.burnt
+            if energy > highest:
+                highest, sample = energy, t + 1
+        if energy - before <= GROWN * energy:
+            break
+    if energy - before > GROWN * energy:
+        highest = math.inf
+    length = time[-1] - time[0]
+    return BusPeak(math.sqrt(2.0 * highest / capacity), sample, burnt / length if length > 0.0 else 0.0)

@@ -17,8 +17,15 @@ from drivetrain.drive.friction import (
     friction_curve,
     friction_torque,
 )
-from drivetrain.drive.gear import Gear, mesh, mesh_loss_coefficient, mesh_torque
-from drivetrain.drive.gear_loss import DRAG_REFERENCE, drag_torque, mesh_loss_power
+from drivetrain.drive.gear import (
+    DRAG_REFERENCE,
+    Gear,
+    drag_torque,
+    mesh,
+    mesh_loss_coefficient,
+    mesh_loss_power,
+    mesh_torque,
+)
 from drivetrain.drive.motor import (
     Motor,
     current,

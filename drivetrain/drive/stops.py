@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.drive.friction import direction, sliding_friction
-from drivetrain.drive.gear_loss import turning_drag
+from drivetrain.drive.gear import turning_drag
 from drivetrain.jit import law
 from drivetrain.records import known, known_or
 

@@ -15,8 +15,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import drive_inertia, shaft_friction
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear import complete, mesh_of
-from drivetrain.drive.gear_loss import drag_torque
+from drivetrain.drive.gear import complete, drag_torque, mesh_of
 from drivetrain.drive.motor import copper_coefficient, torque_constant, winding_resistance
 from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.errors import Fault, InputError, nearest

@@ -27,7 +27,10 @@ LOSSES: dict[str, tuple[str, ...]] = {
         "braking, in which voltage allows more than the lines", _MESH, _STATIC, _FLEXIBLE,
         "coupled motors: each counts at its own joint",
     ),
-    "c": ("other payloads and drives than those it was written for", _FLEXIBLE),
+    "c": (
+        "other payloads and drives than those it was written for", "springs and backlash of the gears",
+        "counterbalances that follow a table", "a base that moves",
+    ),
 }  # fmt: skip
 """By the name of the format."""
 

@@ -29,7 +29,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.identification.consistency import nearest_consistent
 from drivetrain.identification.least_squares import Problem, base_parameters, problem_of
 from drivetrain.motion.recording import MeasuredMotion
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.study.model import Study, refuse_moving_base
 from drivetrain.study.parts.mounting import loaded_arm
 

@@ -262,8 +262,10 @@ def objective_text(evaluation: Evaluation, selection: Selection | None = None) -
 
 def _nothing_known(evaluation: Evaluation) -> bool:
     """Whether no drive at all has a known share of the objective; what a search adds to put equals in order is none."""
-    share = {"mass": drive_mass, "price": drive_price}.get(evaluation.study.objective)
-    return share is not None and all(share(joint.drive) is None for joint in evaluation.joints.values())
+    every, objective = evaluation.joints.values(), evaluation.study.objective
+    if objective == "price":
+        return all(drive_price(joint.drive, joint.amplifier) is None for joint in every)
+    return objective == "mass" and all(drive_mass(joint.drive) is None for joint in every)
 
 
 def safety_lines(study: Study) -> list[tuple[str, str]]:

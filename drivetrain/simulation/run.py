@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
+from drivetrain.effects.motor.supply_bus import SupplyBus
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.engine import Engine, Outcome, Progress, RunOptions
@@ -26,6 +28,8 @@ from drivetrain.solvers.solver import Solver, check_positive
 DEFAULT_INTERVAL = 0.01  # s
 EQUILIBRIUM = "equilibrium"
 MOST_ROWS = 1e8
+BUS, SINKS, BUS_OFF = "scene.bus_voltage", 0.99, 1e-3  # of the nominal voltage: a source that is too weak; an error
+MOST_CHECKED = 1e6  # steps
 BEYOND = 1e30  # no number of an arm; its square is still one
 
 
@@ -57,7 +61,9 @@ def simulate(
         raise InputError(Fault("interval", problem, interval, "record less often"))
     kept = None if resume is None else dict(resume.kept)
     outcome = engine.run(ready, RunOptions(interval, progress, kept, given))
-    return _recording(ready, engine, outcome, kept or {}, given)
+    recording = _recording(ready, engine, outcome, kept or {}, given)
+    told = _bus_event(ready, engine, recording, given) if resume is None else ()
+    return replace(recording, events=(*recording.events, *told)) if told else recording
 
 
 def engine_of(solver: Engine | Solver | None) -> Engine:
@@ -103,6 +109,31 @@ def _recording(
     events.sort(key=lambda event: event.time)
     kept = {**outcome.kept, "balance": np.array(balance)}
     return Recording(rows[:, 0], series, outcome.counters, tuple(events), stopped, about, kept)
+
+
+def _bus_event(plan: Plan, engine: Engine, recording: Recording, given: Mapping[str, float]) -> tuple[Event, ...]:
+    """Where the source cannot hold the bus, what its voltage is off by, found at half the step, and the step it needs.
+
+    A bus that sinks limits every drive behind it, and what these draw then decides when it sinks.
+    """
+    volts = [one.effect.voltage for one in plan.instances if isinstance(one.effect, SupplyBus)]
+    if not volts or not isinstance(engine, FixedStep) or recording.stopped_by is not None:
+        return ()
+    if plan.scene.duration > MOST_CHECKED * engine.step:
+        return ()
+    found, nominal = recording[BUS], volts[0]
+    if found.min() >= SINKS * nominal:
+        return ()
+    finer = engine.finer().run(plan, RunOptions(1e-3 * engine.step, start=given)).rows  # every node
+    apart = np.abs(np.interp(recording.time, finer[:, 0], finer[:, plan.layout.recorded[BUS][0]]) - found)
+    off = float(apart.max()) / nominal / (1.0 - 0.5**2)  # its error falls with the square of the step
+    if off <= BUS_OFF:
+        return ()
+    detail = (
+        f"the bus sinks to {found.min():.3g} V and its voltage is off by {100.0 * off:.2g} %: "
+        f"a step of {0.9 * engine.step * math.sqrt(BUS_OFF / off):.2g} s would hold {100.0 * BUS_OFF:g} %"
+    )
+    return (Event(float(recording.time[int(np.argmax(apart))]), "bus", detail),)
 
 
 def _limits(plan: Plan, rows: Array) -> tuple[Event, ...]:

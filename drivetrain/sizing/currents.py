@@ -12,8 +12,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import CurrentBasis, available_voltage, from_dc
 from drivetrain.drive.drive import drive_inertia, loss_speed, resting, shaft_friction
 from drivetrain.drive.friction import friction_torque
-from drivetrain.drive.gear import complete, mesh_of, mesh_slope, mesh_torque
-from drivetrain.drive.gear_loss import drag_torque
+from drivetrain.drive.gear import complete, drag_torque, mesh_of, mesh_slope, mesh_torque
 from drivetrain.drive.motor import winding_resistance
 from drivetrain.errors import Fault, InputError
 from drivetrain.records import as_record

@@ -15,7 +15,7 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear_loss import DRAG_REFERENCE
+from drivetrain.drive.gear import DRAG_REFERENCE
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
@@ -164,6 +164,7 @@ class JointTask:
         rules: By which the pairs were found, as the study file states them; None where it states none.
         output_bearing: What carries the joint across its axis: the ``gear``'s output bearing or an ``external`` one.
         gear_heat: Share of the gear's loss that warms the motor's housing; 0: the gear is mounted elsewhere.
+        amplifier_heat: The same of its amplifier's loss; 0: that is mounted elsewhere.
         load_inertia: Without an arm, what the gear turns, whose acceleration is already in the table's torque [kg m^2];
             None: not stated.
         stop: Its emergency stop, the current DC equivalent.
@@ -195,6 +196,7 @@ class JointTask:
     brakes: tuple[Brake, ...] = ()
     amplifiers: tuple[Amplifier, ...] = ()
     counterbalances: tuple[Counterbalance, ...] = ()
+    amplifier_heat: float = 0.0
 
     def __repr__(self) -> str:
         driven = f"{self.drive[0]} with {self.drive[1] or 'no gear'}" if self.drive else f"{len(self.pairs)} pairs"

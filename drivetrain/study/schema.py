@@ -323,7 +323,7 @@ class ContainedForm(Form):
     mount: MountEntry = Field(default_factory=Mount)
 
 
-class AmplifierForm(form_of(Amplifier, without=("key", "source"))):  # type: ignore[misc]
+class AmplifierForm(form_of(Amplifier, without=("price", "key", "source"))):  # type: ignore[misc]
     """Limits of an amplifier; current_basis says whether its ampere is dc, rms or peak of a sine."""
 
     current_basis: CurrentBasis | None = None
@@ -377,6 +377,9 @@ class JointForm(Form):
         default=None, description="prismatic joints: travel per turn of the gear"
     )
     housing_to_ambient: f.ThermalResistance | None = Field(default=None, description="of the real mounting")
+    amplifier_heat: f.Share = Field(
+        default=0.0, description="of the amplifier's loss, that warms the motor's housing; 0 %: it is mounted elsewhere"
+    )
     gear_heat: f.Share | None = Field(
         default=None, description="share of the gear's loss that warms the motor's housing; default: the study's"
     )

@@ -137,6 +137,7 @@ joints:
   #     - {{type: belt, ratio: 2.5, efficiency: 96 %, diameter: 100 mm, tooth_force: 30 N, teeth_in_mesh: 6}}
   #   counterbalances: # by the joint's angle alone: spring or gas_force on levers, torque, or angles and torques
   #     - {{stiffness: 8 N/mm, free_length: 150 mm, lever_carrier: 200 mm, lever_link: 80 mm, dead_centre: 90 deg}}
+  #   amplifier_heat: 100 % # the amplifier sits in the joint and warms the motor's housing
   #   gear_heat: 0 % # the gear does not sit on the motor's housing, which its loss then does not warm
   #   output_bearing: external # the joint has a bearing of its own; else the gear's must bear what loads it across
 

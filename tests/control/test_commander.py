@@ -17,15 +17,20 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.control.c_code import write_c
 from drivetrain.control.commander import SLOW, Commander
 from drivetrain.control.symbols import Tape
-from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.amplifier import Amplifier, Supply, peak_duration
+from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.overload import peak_duration
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.read import load_study
 
 ROUGH = Friction(coulomb=0.4, coulomb_negative=0.5, viscous=0.3, static=0.7, stribeck_speed=0.2)
+SPRING = Counterbalance(stiffness=8e3, free_length=0.15, lever_carrier=0.2, lever_link=0.08, dead_centre=0.4)
+GAS = Counterbalance(gas_force=300.0, extended_length=0.35, stroke=0.2, progression=1.5, exponent=1.2,
+                     lever_carrier=0.25, lever_link=0.09, dead_centre=-1.0)  # fmt: skip
+TABLE = Counterbalance(angles=(-1.0, 1.0), torques=(-3.0, 3.0))
+BALANCES = {"j1": (SPRING, Counterbalance(torque=-2.0)), "j3": (GAS,)}
 WIDE = Amplifier(peak_current=200.0, continuous_current=100.0)
 
 
@@ -36,7 +41,7 @@ def lossy(make, *, amplifier: Amplifier = WIDE, coupled: bool = False, **changes
     group = ("j2", "j3") if coupled else ()
     tasks = tuple(
         make.task(name, friction=ROUGH, motor_friction=Friction(0.01, viscous=1e-5), amplifier=amplifier,
-                  coupled=group if name in group else ())
+                  coupled=group if name in group else (), counterbalances=BALANCES.get(name, ()))
         for name in names
     )  # fmt: skip
     arm = with_coupling(arm, placed(belts_over([1.0]), (1, 2), 3)) if coupled else arm
@@ -246,6 +251,14 @@ def test_commanders_that_are_none(make) -> None:
         (lambda: Commander(found, bandwidth=-1.0), "bandwidth"),
         (lambda: Commander(found, payload="prat"), "part"),
         (lambda: Commander("ur5"), "study"),
+        (
+            lambda: Commander(
+                evaluate(
+                    replace(lossy(make), joints=(make.task("j1", counterbalances=(TABLE,)), *lossy(make).joints[1:]))
+                )
+            ),
+            "without a table",
+        ),
         (lambda: Commander(replace(lossy(make), joints=(make.task(drive=None), *lossy(make).joints[1:]))), "no drive"),
     ):
         with pytest.raises(InputError, match=told):

@@ -9,7 +9,7 @@ import pytest
 
 from drivetrain.catalog.read import read_catalog
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.gear_family import fitted_family, ideal_family
+from drivetrain.drive.matching import fitted_family, ideal_family
 from drivetrain.errors import InputError
 
 

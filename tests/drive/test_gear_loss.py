@@ -10,8 +10,18 @@ import numpy as np
 import pytest
 
 from drivetrain.catalog.read import read_catalog
-from drivetrain.drive.gear import Gear, mesh, mesh_of, mesh_torque, resting_interval, standstill_interval, unknown_loss
-from drivetrain.drive.gear_loss import back_driving_torque, drag_torque, gear_loss_power
+from drivetrain.drive.gear import (
+    Gear,
+    back_driving_torque,
+    drag_torque,
+    gear_loss_power,
+    mesh,
+    mesh_of,
+    mesh_torque,
+    resting_interval,
+    standstill_interval,
+    unknown_loss,
+)
 from drivetrain.errors import InputError
 from drivetrain.jit import kernel
 from drivetrain.records import as_record

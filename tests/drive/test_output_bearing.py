@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from drivetrain.catalog.read import read_catalog
-from drivetrain.drive.gear import Gear
-from drivetrain.drive.output_bearing import bearing_arm, bearing_life, equivalent_load, moment_square, static_load
+from drivetrain.drive.gear import Gear, bearing_arm, bearing_life, equivalent_load, moment_square, static_load
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from drivetrain.drive.amplifier import AmplifierSheet
-from drivetrain.drive.overload import overload, peak_duration
+from drivetrain.drive.amplifier import AmplifierSheet, overload, peak_duration
 
 TIMED = AmplifierSheet("A", continuous_current=5.0, peak_current=10.0, peak_time=3.0)
 FIRST_ORDER = AmplifierSheet("A", continuous_current=5.0, peak_current=10.0, thermal_time_constant=3.5)

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from drivetrain.drive.electrical import exact_current_step
-from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor import Motor, exact_current_step
 from drivetrain.effects.control.cascade import CascadeLoop, SampledCascade
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.encoder import Encoder

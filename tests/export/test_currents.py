@@ -30,6 +30,13 @@ def ur5():
     return evaluate(study, drives)
 
 
+@pytest.fixture(scope="module")
+def wide(ur5):
+    """The same behind amplifiers of 100 A."""
+    joints = tuple(replace(task, amplifier=replace(task.amplifier, peak_current=100.0)) for task in ur5.study.joints)
+    return evaluate(replace(ur5.study, joints=joints), ur5.drives)
+
+
 def amperes_of(unit: str) -> float:
     """DC-equivalent amperes of one ampere of a phase, from equal copper loss of two and three windings."""
     return {"dc": 1.0, "rms": np.sqrt(3.0 / 2.0), "peak": np.sqrt(3.0) / 2.0}[unit]
@@ -61,7 +68,7 @@ def read_csv(path: Path) -> dict[str, np.ndarray]:
 
 
 def read_yaml(path: Path) -> dict[str, np.ndarray]:
-    message = yaml.safe_load(path.read_text())
+    message = yaml.load(path.read_text(), yaml.CSafeLoader)
     assert set(message) == {"joint_names", "points"}
     points = message["points"]
     assert all(set(p) == {"time_from_start", "positions", "velocities", "effort"} for p in points)
@@ -99,9 +106,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("scale", "basis", "full"), CASES)
-def test_currents_come_back(ur5, tmp_path: Path, scale: str, basis: str | None, full: float | None) -> None:
-    joints = tuple(replace(task, amplifier=replace(task.amplifier, peak_current=100.0)) for task in ur5.study.joints)
-    wide = evaluate(replace(ur5.study, joints=joints), {n: (j.motor, j.gear) for n, j in ur5.joints.items()})
+def test_currents_come_back(wide, tmp_path: Path, scale: str, basis: str | None, full: float | None) -> None:
     scales = current_scales(wide, scale, basis=basis, full_scale=full)
     for suffix in (".csv", ".h", ".yaml"):
         path = write_currents(wide, tmp_path / f"currents{suffix}", scales)

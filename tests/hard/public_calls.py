@@ -12,10 +12,9 @@ import drivetrain as dt
 from drivetrain import modern_robotics as book
 from drivetrain.arm.dh import DHConvention, DHRow
 from drivetrain.drive.amplifier import Amplifier, Supply
-from drivetrain.drive.electrical import exact_current_step
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor import Motor, exact_current_step
 from drivetrain.drive.thermal.heat import periodic_temperature, temperature_of_current, thermal_network
 from drivetrain.drive.thermal.warm_up import warm_up
 from drivetrain.motion.profiles import Quintic, SCurve, Trapezoid

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from hard_case import Figure, hard_case
 
-from drivetrain.drive.electrical import exact_current_step
-from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor import Motor, exact_current_step
 from drivetrain.errors import InputError
 
 MOTOR = Motor("typical", resistance=0.299, torque_constant=0.0302, inductance=8.2e-5)

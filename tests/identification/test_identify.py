@@ -15,7 +15,7 @@ from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.regressor import torque_parameters, torque_regressor
 from drivetrain.identification.consistency import consistent, nearest_consistent, pseudo_inertias, ten_parameters
 from drivetrain.identification.least_squares import base_parameters
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.study.parts.mounting import loaded_arm
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -12,7 +12,7 @@ from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.tolerance.draws import THERMAL, Draws, Pair
 from drivetrain.study.model import JointTask, Study
 

@@ -21,7 +21,7 @@ from drivetrain.drive.stages import Stage, chained, with_stages
 from drivetrain.motion.mix import build_mix
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
 from drivetrain.study.parts.candidates import with_brakes
@@ -113,8 +113,10 @@ def with_bearing(row, rng):
     row = replace(
         row, bearing_dynamic_rating=float(rng.choice([600.0, 3e4])), bearing_pitch_diameter=0.05,
         bearing_static_rating=float(rng.choice([100.0, 2e4])), bearing_offset=float(rng.uniform(0.0, 0.03)),
+        max_temperature=float(rng.uniform(40.0, 120.0)),
     )  # fmt: skip
-    ratings = ("bearing_dynamic_rating", "bearing_static_rating", "bearing_pitch_diameter", "bearing_offset")
+    ratings = ("bearing_dynamic_rating", "bearing_static_rating", "bearing_pitch_diameter", "bearing_offset",
+               "max_temperature")  # fmt: skip
     return blanked(rng, row, ratings, 0.1)
 
 

@@ -10,12 +10,13 @@ import pytest
 from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog
-from drivetrain.drive.amplifier import Amplifier, AmplifierSheet, best_of, limits_of
-from drivetrain.drive.overload import overload
+from drivetrain.drive.amplifier import Amplifier, AmplifierSheet, best_of, limits_of, overload
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.search.front import pareto_front
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import Study
+from drivetrain.study.parts.selection import SelectionOptions
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
 
@@ -70,46 +71,105 @@ def test_overload_is_that_of_the_current_over_the_cycle(make, model):
     assert checks_of(evaluate(factor))[OVERLOAD].verdict is Verdict.FAIL
 
 
-def test_selection_with_amplifiers_is_brute_force(make):
-    """Every pair and every amplifier of two joints, each judged by itself."""
-    rng, chosen = np.random.default_rng(4), set()
-    for seed in range(5):
-        motors = {
-            f"m{i}": replace(make.motor, key=f"m{i}", mass=float(m), torque_constant=float(k), nominal_current=9.0)
-            for i, (m, k) in enumerate(zip(rng.uniform(0.3, 0.9, 3), rng.uniform(0.03, 0.09, 3), strict=True))
-        }
-        gears = {
-            f"g{i}": replace(make.gear, key=f"g{i}", ratio=r, mass=0.3 + 0.1 * i) for i, r in enumerate((30.0, 70.0))
-        }
-        some = tuple(
+OBJECTIVES = (
+    (("mass", 1.0),), (("price", 1.0),), (("price", 1.0), ("energy", 5.0)), (("mass", 100.0), ("price", 1.0)),
+)  # fmt: skip
+
+
+def two_joints(make, rng, weights) -> Study:
+    """Motors, gears and amplifiers of random strength and price; of some amplifiers nobody tells it."""
+    motors = {
+        f"m{i}": replace(
+            make.motor, key=f"m{i}", mass=float(m), torque_constant=float(k), nominal_current=9.0,
+            price=float(rng.uniform(50.0, 200.0)),
+        )
+        for i, (m, k) in enumerate(zip(rng.uniform(0.3, 0.9, 3), rng.uniform(0.03, 0.09, 3), strict=True))
+    }  # fmt: skip
+    gears = {
+        f"g{i}": replace(make.gear, key=f"g{i}", ratio=r, mass=0.3 + 0.1 * i, price=float(rng.uniform(40.0, 150.0)))
+        for i, r in enumerate((30.0, 70.0))
+    }
+    some = sorted(
+        (
             amplifier(
-                f"a{i}",
-                float(rng.uniform(1.0, 9.0)),
-                float(rng.uniform(3.0, 20.0)),
-                peak_time=float(rng.uniform(0.05, 1.0)),
+                f"a{i}", float(rng.uniform(1.0, 9.0)), float(rng.uniform(3.0, 20.0)),
+                peak_time=float(rng.uniform(0.05, 1.0)), price=float(rng.uniform(20.0, 400.0)),
             )
             for i in range(3)
-        )
-        pairs, cycle = tuple(itertools.product(motors, gears)), make.sines(2, samples=31, duration=3.0, size=0.5)
-        task = {"drive": None, "pairs": pairs, "amplifier": best_of(some), "amplifiers": some}
-        study = make.study(
-            cycle, arm=make.planar_arm([0.35, 0.3], [0.6, 0.5]), catalog=Catalog(motors, gears),
-            joints=tuple(make.task(name, **task) for name in cycle.joint_names),
-        )  # fmt: skip
-        best, names = np.inf, cycle.joint_names
-        for taken in itertools.product(some, repeat=2):
-            tasks = tuple(
-                replace(one, amplifier=own, amplifiers=()) for one, own in zip(study.joints, taken, strict=True)
-            )
-            best = min([best, *(one.objective for one in feasible_sets(replace(study, joints=tasks)))])
+        ),
+        key=lambda one: one.price,
+    )  # fmt: skip
+    if rng.random() < 0.3:
+        some[2] = replace(some[2], price=None)
+    pairs, cycle = tuple(itertools.product(motors, gears)), make.sines(2, samples=31, duration=3.0, size=0.5)
+    task = {"drive": None, "pairs": pairs, "amplifier": best_of(some), "amplifiers": tuple(some)}
+    study = make.study(
+        cycle, arm=make.planar_arm([0.35, 0.3], [0.6, 0.5]), catalog=Catalog(motors, gears),
+        joints=tuple(make.task(name, **task) for name in cycle.joint_names),
+    )  # fmt: skip
+    return replace(study, wanted=SelectionOptions(weights))
+
+
+def every_set(study):
+    """Every pair and every amplifier of all joints, each judged by itself: price, energy, mass and whether it holds."""
+    names = study.cycle.joint_names
+    for taken in itertools.product(study.joints[0].amplifiers, repeat=len(names)):
+        tasks = tuple(replace(one, amplifier=own, amplifiers=()) for one, own in zip(study.joints, taken, strict=True))
+        fixed = replace(study, joints=tasks)  # one for all drives: its motion is prepared once
+        motors, gears = study.catalog.motors, study.catalog.gears
+        for one in feasible_sets(fixed):
+            parts = [(motors[joint.motor], gears[joint.gear]) for joint in one.joints.values()]
+            prices = [[motor.price, gear.price, own.price] for (motor, gear), own in zip(parts, taken, strict=True)]
+            yield one.criteria | {"price": np.sum(np.array(prices, dtype=float))}
+
+
+@pytest.mark.parametrize("weights", OBJECTIVES, ids=lambda weights: "+".join(name for name, _ in weights))
+def test_selection_with_amplifiers_is_brute_force(make, weights):
+    rng, chosen = np.random.default_rng(4), set()
+    for seed in range(5):
+        study = two_joints(make, rng, weights)
+        sums = [sum(weight * found[name] for name, weight in weights) for found in every_set(study)]
+        best = np.nanmin([np.inf, *sums])
         found = select(study)
         assert "disagreements" not in found.counters, seed
         assert found.feasible == np.isfinite(best)
         if found.feasible:
             assert found.objective == pytest.approx(best, rel=1e-9)
             chosen |= {joint.amplifier.key for joint in found.evaluation.joints.values()}
-            assert all(fallen.joint in names for fallen in found.fallen)
+            assert all(fallen.joint in study.cycle.joint_names for fallen in found.fallen)
     assert len(chosen) > 1
+
+
+def test_the_front_knows_what_amplifiers_cost(make):
+    for seed in range(4):
+        study = two_joints(make, np.random.default_rng((seed, 2)), (("mass", 1.0),))
+        every = [(found["mass"], found["price"]) for found in every_set(study) if np.isfinite(found["price"])]
+        best = {
+            one
+            for one in every
+            if not any(other[0] <= one[0] and other[1] <= one[1] and other != one for other in every)
+        }
+        front = pareto_front(study, ("mass", "price"))
+        assert front.complete and "disagreements" not in front.counters
+        found = sorted((one.criteria["mass"], one.criteria["price"]) for one in front.points)
+        np.testing.assert_allclose(found, sorted({(round(m, 9), round(p, 9)) for m, p in best}), rtol=1e-8)
+
+
+def test_amplifiers_without_a_price_are_told(make):
+    study = two_joints(make, np.random.default_rng(1), (("price", 1.0),))
+    silent = tuple(replace(own, price=None) for own in study.joints[0].amplifiers)
+    unpriced = replace(study, joints=tuple(replace(task, amplifiers=silent) for task in study.joints))
+    nothing = select(unpriced)
+    assert "none of the 6 candidates of j1 and j2 has a known price" in nothing.proof
+    assert "fill the column price: 3 of 3 amplifiers have none, such as a" in " ".join(nothing.advice)
+    given = replace(
+        study,
+        joints=tuple(
+            replace(task, amplifier=replace(best_of(silent), key="own"), amplifiers=()) for task in study.joints
+        ),
+    )
+    left = select(given)
+    assert left.feasible and "price of j1, j2 not known" in " ".join(left.notes) and np.isfinite(left.objective)
 
 
 STUDY = """

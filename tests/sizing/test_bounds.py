@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.evaluate import evaluate_joint
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import RejectedPair
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem

@@ -18,7 +18,7 @@ from drivetrain.sizing.answers.why_not import why_not
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.demand import joint_demand, workload
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange
 from drivetrain.study.model import Mount, Study

@@ -121,6 +121,7 @@ SHRUNK = {
     "motor peak current": ("motor", "peak_current", 1e-5),
     "motor RMS current": ("motor", "nominal_current", 1e-5),
     "winding temperature": ("motor", "max_winding_temperature", 25.01),
+    "gear temperature": ("gear", "max_temperature", 25.01),
     "amplifier peak current": ("amplifier", "peak_current", 1e-5),
     "amplifier continuous current": ("amplifier", "continuous_current", 1e-5),
     "motor voltage": ("supply", "voltage", 1e-3),
@@ -150,7 +151,7 @@ def swinging(make):
     arm = replace(arm, gravity=np.array([0.5, 3.0, -9.2]))
     gear = replace(
         make.gear, momentary_torque=2000.0, momentary_waves=1e6, stiffness_1=1e4, ratcheting_torque=2000.0,
-        buckling_torque=2000.0, **ROLLERS,
+        buckling_torque=2000.0, max_temperature=110.0, **ROLLERS,
     )  # fmt: skip
     study = make.study(
         make.sines(2, size=0.8), arm=arm, safety=Safety(life=3.6e6, inertia_ratio=1e6),

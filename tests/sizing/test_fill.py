@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.fill import INPUT_INERTIA_SHARE, FilledParts
+from drivetrain.sizing.judge.parts import INPUT_INERTIA_SHARE, FilledParts
 from drivetrain.study.model import GearAssumption
 from drivetrain.study.parts.mounting import drive_body, drive_mass
 

@@ -8,15 +8,18 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, root
 
 from drivetrain.catalog.read import Catalog, read_catalog
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.shipped import shipped
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.parts import FilledParts
+from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
 
 PAIRS = {
@@ -163,3 +166,117 @@ def test_a_planetary_gear_loses_its_idle_torque_beside_the_mesh(make, ratio):
     asked = next(check for check in evaluate(study).joints["j1"].checks if check.name == "motor peak torque")
     friction = make.motor.coulomb_friction or 0.0
     assert asked.required == pytest.approx(50.0 / (10.0 * 0.97) + 0.64 + friction, rel=0.02)
+
+
+# One housing: gear, brake, amplifier and winding warm each other
+
+
+def in_one_housing(make, load, ambient, **changes):
+    """A joint to and fro, its gear, its brake's coil and its amplifier in the motor's housing by stated shares."""
+    brake = Brake("b", "motor", static_torque=2.0, power=4.0, inertia=0.0, mass=0.1)
+    motor = replace(
+        make.motor, key="m1", no_load_current=None, no_load_speed=None, coulomb_friction=0.01, viscous_friction=2e-5,
+        brake=brake,
+    )  # fmt: skip
+    gear = replace(
+        make.gear, efficiency=None, mesh_efficiency=0.85, drag_torque=0.03, drag_speed=200.0, drag_speed_exponent=0.6,
+        drag_temperature_1=0.0436, drag_temperature_2=0.00037, seal_drag_torque=0.005, max_temperature=60.0,
+    )  # fmt: skip
+    time = np.linspace(0.0, 2.0, 401)
+    rate = np.pi * time
+    amplifier = replace(make.task().amplifier, on_resistance=0.08, standby_power=2.0)
+    joint = make.task(amplifier=amplifier, **{"gear_heat": 0.6, "amplifier_heat": 0.7, **changes})
+    cycle = make.table_cycle(time, load * (1.0 + np.cos(rate)), 4.0 * np.sin(rate), 4.0 * np.pi * np.cos(rate))
+    catalog = Catalog({"m1": motor}, {"g1": gear})
+    return make.study(cycle, catalog=catalog, joints=(joint,), ambient=ambient)
+
+
+def periodic_by_ode(study):
+    """Winding and housing over a cycle that repeats, from the heat balance alone; the start by a root of the period."""
+    motor, gear, task = study.catalog.motors["m1"], study.catalog.gears["g1"], study.joints[0]
+    time, speed = study.cycle.time, study.cycle.velocity[:, 0]
+    load, turns = study.cycle.torque[:, 0], gear.ratio * speed
+    way, mu = np.sign(np.round(speed, 12)), 1.0 / 0.85 - 1.0
+    drag = gear.drag_torque * (np.abs(turns) / gear.drag_speed) ** gear.drag_speed_exponent
+    rubs = motor.coulomb_friction * way + motor.viscous_friction * turns
+    inertia = (motor.rotor_inertia + gear.inertia) * gear.ratio * study.cycle.acceleration[:, 0]
+    taken = drag * factor(gear, min(20.0, study.ambient))  # torque is checked with the drag at 20 C, or in colder air
+    torque = (load + mu * np.abs(load) * way) / gear.ratio + way * (taken + gear.seal_drag_torque) + rubs + inertia
+    meshed = mu * np.abs(load * speed) + gear.seal_drag_torque * np.abs(turns)
+    dragged, rubbed = drag * np.abs(turns), rubs * turns
+    winding, housing = 20.0 / 1.0, 800.0 / 4.0  # time constants over resistances
+    weak = motor.torque_constant * (1.0 + motor.magnet_coefficient * (motor.max_winding_temperature - 25.0))
+
+    def rates(t, state):
+        tau, mesh, dragging, rub = (np.interp(t, time, row) for row in (torque, meshed, dragged, rubbed))
+        warm, case = state
+        constant = motor.torque_constant * (1.0 + motor.magnet_coefficient * (case - 25.0))
+        copper = motor.resistance * (1.0 + 0.0039 * (warm - 25.0)) * (tau / constant) ** 2
+        bridge = task.amplifier.standby_power + 2.0 * task.amplifier.on_resistance * (tau / weak) ** 2
+        lost = task.gear_heat * (mesh + dragging * factor(gear, case)) + task.amplifier_heat * bridge + rub + 4.0
+        inwards = (warm - case) / 1.0
+        return [(copper - inwards) / winding, (inwards + lost - (case - study.ambient) / 4.0) / housing]
+
+    def period(start):
+        return solve_ivp(rates, (0.0, 2.0), start, rtol=1e-8, atol=1e-8, max_step=0.01)
+
+    start = root(lambda x: period(x).y[:, -1] - x, [study.ambient + 40.0] * 2, tol=1e-6).x
+    found = period(start)
+    return found.y[0].max(), np.trapezoid(found.y[1], found.t) / 2.0
+
+
+def figures_of(study):
+    drive = FilledParts(study).drive(study.joints[0], "m1", "g1")
+    return operation(study, 0, workload(study).at(0, {}).fixed, drive).figures
+
+
+@pytest.mark.parametrize(("load", "ambient"), [(9.0, 25.0), (10.0, 30.0), (9.0, 45.0)])
+def test_one_housing_against_an_ode_of_the_repeated_cycle(make, load, ambient):
+    """Warmer than 40 C, where the drag's law ends: to what straight lines of losses between samples make of it."""
+    study = in_one_housing(make, load, ambient)
+    figures = figures_of(study)
+    peak, housing = periodic_by_ode(study)
+    assert housing > 41.0
+    close = 1e-3 * (peak - ambient)
+    assert figures.winding_temperature == pytest.approx(peak, abs=close)
+    assert figures.housing_temperature == figures.gear_temperature == pytest.approx(housing, abs=close)
+
+
+def test_a_gear_that_stays_cool_is_taken_a_little_cooler_than_it_is(make):
+    """Its drag is found with the copper loss of a cold winding, so it is never less than the real one; by a kelvin."""
+    study = in_one_housing(make, 1.0, -20.0)
+    figures = figures_of(study)
+    peak, housing = periodic_by_ode(study)
+    assert housing < 35.0
+    assert 0.1 < figures.winding_temperature - peak < 1.0
+    assert 0.1 < figures.housing_temperature - housing < 1.0
+
+
+def test_what_sits_elsewhere_warms_nothing(make):
+    plain = in_one_housing(make, 9.0, 25.0)
+    lost = {}
+    for name in ("gear_heat", "amplifier_heat"):
+        apart = in_one_housing(make, 9.0, 25.0, **{name: 0.0})
+        was, now = (periodic_by_ode(one)[1] for one in (plain, apart))
+        checks = {check.name: check for check in evaluate(apart).joints["j1"].checks}
+        lost[name] = checks["gear temperature"], was - now
+        assert was - now > 2.0
+    assert lost["gear_heat"][0].required is None and "another housing" in lost["gear_heat"][0].remark
+    assert lost["amplifier_heat"][0].required == pytest.approx(periodic_by_ode(apart)[1], abs=0.05)
+
+
+def test_a_gear_may_not_be_warmer_than_its_sheet_says(make):
+    """The rise over ambient against the sheet's; nothing is asked of a direct drive, nor where the sheet is silent."""
+    study = in_one_housing(make, 9.0, 25.0)
+    told = {check.name: check for check in evaluate(study).joints["j1"].checks}["gear temperature"]
+    assert told.available == 60.0 and told.utilisation == pytest.approx((told.required - 25.0) / 35.0)
+    hot = {check.name: check for check in evaluate(replace(study, ambient=45.0)).joints["j1"].checks}
+    assert hot["gear temperature"].verdict is Verdict.FAIL
+    stated = replace(study, gear_temperature=55.0)
+    assert {c.name: c.required for c in evaluate(stated).joints["j1"].checks}["gear temperature"] == 55.0
+    gears = {"g1": replace(study.catalog.gears["g1"], max_temperature=None)}
+    silent = evaluate(replace(study, catalog=replace(study.catalog, gears=gears))).joints["j1"].checks
+    assert next(c for c in silent if c.name == "gear temperature").verdict is Verdict.NOT_CHECKED
+    assert "gear temperature" not in {c.name for c in evaluate(study, {"j1": ("m1", "")}).joints["j1"].checks}
+    shipped_gears = read_catalog().gears.values()
+    assert {row.max_temperature for row in shipped_gears if row.key.startswith("beckhoff")} == {90.0}

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from drivetrain.catalog.read import Catalog
-from drivetrain.drive.amplifier import Amplifier, Supply
-from drivetrain.drive.supply_bus import bus_peak
+from drivetrain.drive.amplifier import Amplifier, Supply, bus_peak
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select

@@ -40,7 +40,7 @@ def close_loop(
     """The rows of a loop closed between two frames."""
     links, frames = np.zeros(len(screws) + 1, LINK), np.empty(2, FRAME)
     for sample in range(len(q)):
-        _move_links(screws, q[sample], qd[sample], links)
+        move_links(screws, q[sample], qd[sample], links)
         for end in range(2):
             _move_frame(links[ends[end]], homes[end], frames[end])
         for k in range(len(rows)):
@@ -54,7 +54,7 @@ def move_frame(screws: Array, home: Array, end: int, q: Array, qd: Array, frames
     n = len(screws)
     links = np.zeros(n + 1, LINK)
     for sample in range(len(q)):
-        _move_links(screws, q[sample], qd[sample], links)
+        move_links(screws, q[sample], qd[sample], links)
         _move_frame(links[end], home, frames[sample])
         x = vector(frames[sample].place)
         for j in range(n):
@@ -66,7 +66,7 @@ def move_frame(screws: Array, home: Array, end: int, q: Array, qd: Array, frames
 
 
 @exact
-def _move_links(screws: Array, q: Array, qd: Array, links: Any) -> None:
+def move_links(screws: Array, q: Array, qd: Array, links: Any) -> None:
     """Displacement, twist and drift of all links; the last record is the base's."""
     for j in range(3):
         links[len(q)].rotation[j, j] = 1.0

@@ -1,6 +1,6 @@
 """Drag of a gear at its input: over speed and temperature while it turns, the starting torque at rest.
 
-It adds bounds of set-valued friction, as ``DryFriction`` does; the law is that of ``drive/gear_loss.py``.
+It adds bounds of set-valued friction, as ``DryFriction`` does; the law is that of ``drive/gear.py``.
 """
 
 from __future__ import annotations
@@ -8,8 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from drivetrain.drive.gear import Gear, mesh
-from drivetrain.drive.gear_loss import DRAG_REFERENCE, drag_torque
+from drivetrain.drive.gear import DRAG_REFERENCE, Gear, drag_torque, mesh
 from drivetrain.drive.ranges import TEMPERATURE
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from drivetrain.drive.supply_bus import bus_step
+from drivetrain.drive.amplifier import bus_step
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Signal, State, TimeScale
 from drivetrain.effects.fields import positive, positive_or_infinite, ranges

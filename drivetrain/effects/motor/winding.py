@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from drivetrain.drive.electrical import current_reach
-from drivetrain.drive.motor import Motor, Terminals, terminals
+from drivetrain.drive.motor import Motor, Terminals, current_reach, terminals
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.fields import finite, ranges

@@ -148,8 +148,10 @@ def _heat(evaluation: Evaluation) -> Group:
 
 def _gear_heat(study: Study, joint: JointResult) -> str:
     """What the gear loses, where that goes, and at which temperature its drag counts elsewhere."""
-    share = next(task.gear_heat for task in study.joints if task.name == joint.name)
-    told = f"loses {number(joint.gear_loss or 0.0)} W, {percent(share)} of it into the motor's housing"
+    task = next(task for task in study.joints if task.name == joint.name)
+    told = f"loses {number(joint.gear_loss or 0.0)} W, {percent(task.gear_heat)} of it into the motor's housing"
+    if task.amplifier_heat:
+        told += f", beside {percent(task.amplifier_heat)} of the amplifier's loss,"
     if joint.housing_temperature is not None:
         told += f" of {number(joint.housing_temperature)} °C"
     if not joint.drive.gear.drag_temperature_1:

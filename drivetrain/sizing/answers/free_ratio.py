@@ -19,16 +19,15 @@ from scipy.optimize import minimize_scalar
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear, average_torque, torque_exponent
-from drivetrain.drive.gear_family import GearFamily, fitted_family, ideal_family
-from drivetrain.drive.matching import ratio_of_least_rms
+from drivetrain.drive.matching import GearFamily, fitted_family, ideal_family, ratio_of_least_rms
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import continuous_current
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.answers.ratio import partners, rms_torque, terms_of
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.judge.evaluate import Pair
-from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.missing import torque_lacks
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.vary import Setup, Worst, edges, worst_of
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import FreeRatio, Study

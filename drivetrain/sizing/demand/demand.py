@@ -10,11 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
 from drivetrain.motion.duty_cycle import Cycle, Indices
-from drivetrain.sizing.demand.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
+from drivetrain.sizing.demand.load_basis import (
+    JointBasis,
+    all_numbers,
+    counterbalance_torques,
+    drive_numbers,
+    load_basis,
+)
 from drivetrain.sizing.demand.stops import StopBasis, stop_basis
 from drivetrain.study.model import Study
 from drivetrain.study.parts.mounting import seat
@@ -175,8 +180,8 @@ class Workload:
         basis = self.basis[joint]
         others = {index: drive for index, drive in drives.items() if index != joint}
         numbers = all_numbers(self.study, basis, others)
-        sums = _sums(basis, numbers, 0, len(numbers), _bare(basis))
-        return JointWork(self, joint, _Sums(*sums, self.static(joint, numbers)), numbers)
+        bare = _Sums(basis.bare.force, basis.bare.wrench.reshape(-1), basis.bare.inertia)
+        return JointWork(self, joint, _summed(bare, basis, numbers, slice(None)), numbers)
 
     def static(self, joint: int, numbers: Array) -> Array | None:
         """What holds a joint still at each position with all drives' numbers [N m or N], (N,); None: nobody asks."""
@@ -203,14 +208,12 @@ def at_rest(study: Study) -> Study:
     return replace(study, cycle=replace(study.cycle, velocity=still, acceleration=still))
 
 
-@dataclass(frozen=True, eq=False)
-class _Sums:
-    """What is asked of a joint in its own coordinate: force (N,), wrench (6 N,), inertia (N,), static force (N,)."""
+class _Sums(NamedTuple):
+    """What is asked of a joint in its own coordinate: force (N,), wrench (6 N,), inertia (N,)."""
 
     force: Array
     wrench: Array
     inertia: Array
-    static: Array | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,13 +246,10 @@ class JointWork:
         """What the task asks of the joint's own drive."""
         if not self.own_load or self.others is None:
             return self.fixed
-        basis = self.work.basis[self.joint]
-        at = NUMBERS * basis.drives.index(self.joint)
-        numbers = self.numbers.copy()
-        numbers[at : at + NUMBERS] = drive_numbers(self.work.study, self.joint, drive)
-        others = (self.others.force, self.others.wrench, self.others.inertia)
-        sums = _sums(basis, numbers, at, at + NUMBERS, others)
-        return self._demand(_Sums(*sums, self.work.static(self.joint, numbers)), numbers)
+        basis, numbers = self.work.basis[self.joint], self.numbers.copy()
+        own = basis.rows(self.joint)
+        numbers[own] = drive_numbers(self.work.study, self.joint, drive)
+        return self._demand(_summed(self.others, basis, numbers, own), numbers)
 
     def _demand(self, sums: _Sums | None, numbers: Array) -> JointDemand:
         """At the gear's output, from sums in the joint's own coordinate."""
@@ -259,7 +259,7 @@ class JointWork:
         if sums is None:
             nothing = np.zeros_like(speed)
             given = nothing if cycle.torque is None else cycle.torque[:, self.joint]
-            given = given - counterbalance_torque(task.counterbalances, position)
+            given = given - counterbalance_torques(self.work.study, cycle.position)[:, self.joint]
             told = None if task.load_inertia is None else np.full_like(speed, task.load_inertia)
             static = given if told is None else given - told * acceleration
             return JointDemand(
@@ -269,11 +269,11 @@ class JointWork:
             )  # fmt: skip
         basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
         carrier = self._carrier(self.work.basis, cycle.acceleration)
-        across = sums.wrench.reshape(-1, 6) if basis.told else None
+        across, held = sums.wrench.reshape(-1, 6) if basis.told else None, self.work.static(self.joint, numbers)
         return JointDemand(
             cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
             sums.force * travel, task.friction, cycle.payload, across, sums.inertia * travel**2, cycle,
-            self._arm_stop(numbers), sums.static * travel if sums.static is not None and task.brakes else None,
+            self._arm_stop(numbers), held * travel if held is not None and task.brakes else None,
         )  # fmt: skip
 
     def _carrier(self, basis: tuple[JointBasis, ...], acceleration: Array) -> Array:
@@ -323,18 +323,7 @@ def _column(study: Study, motion: Array, joint: int) -> Array:
     return np.asarray(motion[:, joint] if coupling is None else motion @ coupling[joint])
 
 
-def _bare(basis: JointBasis) -> tuple[Array, Array, Array]:
-    return basis.bare.force, basis.bare.wrench.reshape(-1), basis.bare.inertia
-
-
-def _sums(
-    basis: JointBasis, numbers: Array, first: int, last: int, start: tuple[Array, Array, Array]
-) -> tuple[Array, Array, Array]:
-    """A start and the weighted rows of the basis from first to last."""
-    some = numbers[first:last]
-    force, wrench, inertia = start
-    return (
-        force + some @ basis.force[first:last],
-        wrench + some @ basis.wrench[first:last],
-        inertia + some @ basis.inertia[first:last],
-    )
+def _summed(start: _Sums, basis: JointBasis, numbers: Array, rows: slice) -> _Sums:
+    """A start and some weighted rows of the basis."""
+    added = (basis.force, basis.wrench, basis.inertia)
+    return _Sums(*(one + numbers[rows] @ row[rows] for one, row in zip(start, added, strict=True)))

@@ -8,7 +8,7 @@ as for a search. Where motors are coupled, "joint" means the shaft behind the ge
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -82,6 +82,11 @@ class JointBasis:
     wrench: Array
     inertia: Array
 
+    def rows(self, drive: int) -> slice:
+        """Of one of the drives."""
+        at = NUMBERS * self.drives.index(drive)
+        return slice(at, at + NUMBERS)
+
     @cached_property
     def magnitude(self) -> Array:
         """Of ``force``."""
@@ -92,14 +97,17 @@ def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, 
     """The basis of every joint; with ``forces_only`` wrenches and inertias are rows of no width."""
     if study.arm is None:
         return ()
-    arm, loads = emptied(study), _forces if forces_only else _loads
-    bare = _with_payloads(study, arm, loads)
-    bare = replace(bare, force=bare.force - counterbalance_torques(study, study.cycle.position).T)
+    arm = emptied(study)
+    bare = _with_payloads(study, arm, forces_only)
+    joints = [_empty_rows(study, bare, joint) for joint in range(arm.n)]
     if arm.linkage is None and study.base is None:
-        return _with_units(study, arm, bare)
-    reference = loads(study, arm)  # differences of whole runs: a loop carries what a drive weighs to joints elsewhere
-    units = [_units(study, arm, reference, joint, loads) for joint in range(arm.n)]
-    return tuple(_of_joint(study, bare, units, joint, not arm.screws[joint, :3].any()) for joint in range(arm.n))
+        _fill_going_along(study, arm, joints)
+    else:
+        _fill_by_runs(study, arm, joints, forces_only)
+    for joint, basis in enumerate(joints):
+        if joint in basis.drives:  # the load's inertia leaves the joint's own rotor out
+            basis.inertia[basis.rows(joint)][3:] = 0.0
+    return tuple(replace(one, wrench=one.wrench.reshape(len(one.wrench), 6 * one.wrench.shape[1])) for one in joints)
 
 
 def counterbalance_torques(study: Study, position: Array) -> Array:
@@ -124,17 +132,13 @@ def all_numbers(study: Study, basis: JointBasis, drives: Mapping[int, Drive]) ->
     return np.concatenate(rows) if rows else np.zeros(0)
 
 
-def _loads(study: Study, arm: Arm, chosen: Any = slice(None)) -> Loads:
-    """What a motion asks of an arm, at all samples or at some."""
+def _loads(study: Study, arm: Arm, forces_only: bool, chosen: Any = slice(None)) -> Loads:
+    """What a motion asks of an arm, at all samples or at some; wrenches and inertias may be left out."""
     gear, wrench, carrier = _asked(study, arm, chosen)
+    if forces_only:
+        nothing = np.zeros((*gear.T.shape, 0))
+        return Loads(gear.T, nothing, nothing, carrier.T)
     return Loads(gear.T, np.swapaxes(wrench, 0, 1), _inertia(arm, study.cycle.position[chosen]), carrier.T)
-
-
-def _forces(study: Study, arm: Arm, chosen: Any = slice(None)) -> Loads:
-    """The same without wrenches and inertias."""
-    gear, _, carrier = _asked(study, arm, chosen)
-    nothing = np.zeros((*gear.T.shape, 0))
-    return Loads(gear.T, nothing, nothing, carrier.T)
 
 
 def _asked(study: Study, arm: Arm, chosen: Any) -> tuple[Array, Array, Array]:
@@ -160,48 +164,20 @@ def _inertia(arm: Arm, q: Array) -> Array:
     return np.array([inverse_dynamics(floating, q, rest, unit) @ unit[0] for unit in units])
 
 
-def _with_payloads(study: Study, arm: Arm, loads: Callable[..., Loads]) -> Loads:
-    """What the task asks without drives, each sample with what it carries."""
-    samples, names = len(study.cycle.time), ("force", "wrench", "inertia", "carrier_acceleration")
-    parts: dict[str, list[Array]] = {name: [] for name in names}
-    order = []
-    for payload in np.unique(study.cycle.payload):
-        chosen = np.flatnonzero(study.cycle.payload == payload)
-        order.append(chosen)
-        part = loads(study, carrying(study, arm, int(payload)), chosen)
-        for name in names:
-            parts[name].append(getattr(part, name))
-    back = np.empty(samples, dtype=np.int64)
-    back[np.concatenate(order)] = np.arange(samples)
-    return Loads(*(np.concatenate(parts[name], axis=1)[:, back] for name in names))
-
-
-def _units(study: Study, arm: Arm, reference: Loads, joint: int, loads: Callable[..., Loads]) -> list[Loads]:
-    """What one unit of each number of one joint's drive adds to all joints."""
-    mount = study.joints[joint].mount
-    link, point = carrier_link(arm, joint, mount), mount_point(arm, joint, mount)
-    axis = joint_axis(arm, seat(joint, mount))
-    across = np.eye(3) - np.outer(axis, axis)
-
-    def with_rotor(ratio: float) -> Loads:
-        """With a rotor of unit inertia."""
-        own = seated_rotor(arm, joint, mount, ratio, 1.0)
-        return loads(study, with_rotors(arm, [own if index == joint else None for index in range(arm.n)]))
-
-    forward, backward = with_rotor(1.0), with_rotor(-1.0)
-    spinning = [
-        _difference(_scaled_sum(forward, backward, 0.5), reference),
-        _scaled_sum(forward, _negative(backward), 0.5),
-    ]
-    nothing = _difference(reference, reference)
-    if link < 0 or study.drive_mass is DriveMass.INCLUDED:
-        return [nothing, nothing, nothing, *spinning]
-    # A body of mass 1 with no inertia, with one across its axis, and with one all round: differences are the units.
-    point_mass = loads(study, with_body(arm, link, 1.0, point, np.zeros((3, 3))))
-    rod = loads(study, with_body(arm, link, 1.0, point, across))
-    ball = loads(study, with_body(arm, link, 1.0, point, np.eye(3)))
-    moved = [_difference(point_mass, reference), _difference(rod, point_mass), _difference(ball, rod)]
-    return [*moved, *spinning]
+def _with_payloads(study: Study, arm: Arm, forces_only: bool) -> Loads:
+    """What the task asks without drives, each sample with what it carries, and counterbalances' help."""
+    carried, parts = study.cycle.payload, []
+    for payload in np.unique(carried):
+        chosen = np.flatnonzero(carried == payload)
+        parts.append((chosen, _loads(study, carrying(study, arm, int(payload)), forces_only, chosen)))
+    whole = []
+    for name in ("force", "wrench", "inertia", "carrier_acceleration"):
+        row = getattr(parts[0][1], name)
+        whole.append(np.empty((arm.n, len(carried), *row.shape[2:])))
+        for chosen, part in parts:
+            whole[-1][:, chosen] = getattr(part, name)
+    bare = Loads(*whole)
+    return replace(bare, force=bare.force - counterbalance_torques(study, study.cycle.position).T)
 
 
 def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
@@ -219,43 +195,48 @@ def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
     return tuple(sorted({*range(joint + 1, len(names)), *own, *others}))
 
 
-def _of_joint(study: Study, bare: Loads, units: list[list[Loads]], joint: int, slides: bool) -> JointBasis:
-    drives = loading_drives(study, joint)
-    rows = [unit for k in drives for unit in units[k]]
-
-    def stacked(name: str) -> Array:
-        """One row a number."""
-        values = [getattr(unit, name)[joint].reshape(-1) for unit in rows]
-        return np.stack(values) if values else np.zeros((0, getattr(bare, name)[joint].size))
-
+def _empty_rows(study: Study, bare: Loads, joint: int) -> JointBasis:
+    """One joint with rows for the drives that load it, to be filled; those of wrenches (rows, N, 6)."""
+    assert study.arm is not None
+    drives, slides = loading_drives(study, joint), not study.arm.screws[joint, :3].any()
     own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
-    inertia = stacked("inertia")
-    if joint in drives:  # the load's inertia leaves the joint's own rotor out
-        at = NUMBERS * drives.index(joint)
-        inertia[at + 3 : at + NUMBERS] = 0.0
     told = not (slides or study.joints[joint].coupled or np.isnan(own.wrench).any())
-    return JointBasis(own, slides, told, drives, stacked("force"), stacked("wrench"), inertia)
+    full, rows = bare.inertia.shape[-1], NUMBERS * len(drives)
+    force, wrench, inertia = (np.zeros((rows, *shape)) for shape in (own.force.shape, (full, 6), (full,)))
+    return JointBasis(own, slides, told, drives, force, wrench, inertia)
 
 
-def _difference(first: Loads, second: Loads) -> Loads:
-    return _scaled_sum(first, _negative(second), 1.0)
+# Of the arm, of rotors of inertia 1 and ratio 1 and -1, and of bodies of mass 1 on the drive's link: a point, one with
+# an inertia across its axis, one with the same all round.
+_OF_RUNS = np.array([
+    [-1.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, -1.0, 1.0, 0.0], [0.0, 0.0, 0.0, 0.0, -1.0, 1.0],
+    [-1.0, 0.5, 0.5, 0.0, 0.0, 0.0], [0.0, 0.5, -0.5, 0.0, 0.0, 0.0],
+])  # fmt: skip
 
 
-def _negative(loads: Loads) -> Loads:
-    return replace(loads, force=-loads.force, wrench=-loads.wrench, inertia=-loads.inertia)
+def _fill_by_runs(study: Study, arm: Arm, joints: Sequence[JointBasis], forces_only: bool) -> None:
+    """What a unit of each number adds, as differences of whole runs, for loops and bases that move."""
+    for k, task in enumerate(study.joints):
+        link, point, axis = (
+            carrier_link(arm, k, task.mount), mount_point(arm, k, task.mount), joint_axis(arm, seat(k, task.mount)),
+        )  # fmt: skip
+        rotors = [seated_rotor(arm, k, task.mount, ratio, 1.0) for ratio in (1.0, -1.0)]
+        arms = [arm, *(with_rotors(arm, [own if i == k else None for i in range(arm.n)]) for own in rotors)]
+        weighs = link >= 0 and study.drive_mass is not DriveMass.INCLUDED
+        for inertia in (np.zeros((3, 3)), np.eye(3) - np.outer(axis, axis), np.eye(3)) if weighs else ():
+            arms.append(with_body(arm, link, 1.0, point, inertia))
+        runs = [_loads(study, one, forces_only) for one in arms]
+        for name in ("force", "wrench", "inertia"):
+            units = np.tensordot(_OF_RUNS[:, : len(runs)], [getattr(one, name) for one in runs], 1)
+            units[: 0 if weighs else 3] = 0.0
+            for joint, basis in enumerate(joints):
+                if k in basis.drives:
+                    rows = getattr(basis, name)[basis.rows(k)]
+                    rows[:] = units[:, joint].reshape(rows.shape)
 
 
-def _scaled_sum(first: Loads, second: Loads, scale: float) -> Loads:
-    return replace(
-        first,
-        force=scale * (first.force + second.force),
-        wrench=scale * (first.wrench + second.wrench),
-        inertia=scale * (first.inertia + second.inertia),
-    )
-
-
-def _with_units(study: Study, arm: Arm, bare: Loads) -> tuple[JointBasis, ...]:
-    """Every joint with what a unit of each number of the drives that load it adds."""
+def _fill_going_along(study: Study, arm: Arm, joints: Sequence[JointBasis]) -> None:
+    """The same of an open chain, in one pass over the motion."""
     cycle, n, samples = study.cycle, arm.n, len(study.cycle.time)
     mounts = [task.mount for task in study.joints]
     axes = [joint_axis(arm, i) for i in range(n)]
@@ -268,16 +249,6 @@ def _with_units(study: Study, arm: Arm, bare: Loads) -> tuple[JointBasis, ...]:
     frames = link_frames(arm)[1:, :3]
     frames[:, :, :3] = [frame_along(axis) for axis in axes]
     turns = np.eye(n) if arm.coupling is None else np.array(np.linalg.inv(arm.coupling).T)  # a row a shaft
-    full, joints = bare.inertia.shape[-1], []
-    for joint in range(n):
-        drives = loading_drives(study, joint)
-        force, wrench, inertia = (
-            np.zeros((NUMBERS * len(drives), *shape)) for shape in ((samples,), (full, 6), (full,))
-        )
-        own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
-        slides = not arm.screws[joint, :3].any()
-        told = not (slides or study.joints[joint].coupled)
-        joints.append(JointBasis(own, slides, told, drives, force, wrench, inertia))
     for first in range(0, samples, AT_ONCE):
         part = slice(first, first + AT_ONCE)
         motion = [np.array(row[part]) for row in (cycle.position, cycle.velocity, cycle.acceleration)]
@@ -285,10 +256,6 @@ def _with_units(study: Study, arm: Arm, bare: Loads) -> tuple[JointBasis, ...]:
         along = Along(*(np.zeros((n, *rows, len(motion[0]))) for rows in ((6,), (12,), (NUMBERS, 6), (6,))))
         go_along(np.array(arm.screws), frames, np.array(arm.gravity), riders, *motion, *shafts, along)
         for joint, basis in enumerate(joints):
-            rows = (basis.force, basis.wrench, basis.inertia)
-            for at, drive in enumerate(basis.drives):
-                of = slice(NUMBERS * at, NUMBERS * (at + 1))
-                fill_rows(along, riders, joint, drive, turns[joint], first, *(row[of] for row in rows))
-                if joint == drive:  # the load's inertia leaves the joint's own rotor out
-                    basis.inertia[of][3:] = 0.0
-    return tuple(replace(one, wrench=one.wrench.reshape(len(one.wrench), 6 * full)) for one in joints)
+            for drive in basis.drives:
+                rows = (row[basis.rows(drive)] for row in (basis.force, basis.wrench, basis.inertia))
+                fill_rows(along, riders, joint, drive, turns[joint], first, *rows)

@@ -120,7 +120,7 @@ class Traces(NamedTuple):
         drag: Of the gear, at its input [N m].
         powers: For the drag.
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
-        friction_loss: Power lost at the motor's shaft and in a brake's coil [W].
+        friction_loss: Power lost in the motor's housing at its shaft, in a brake's coil and in an amplifier [W].
         mesh_loss, drag_loss: In mesh and seals, and of the drag as at 20 C [W].
         stop: Torque at the gear's output where a stop at a current limit begins [N m].
         power: Electrical, and the least, where nobody asks for them [W], (2, N).

@@ -12,8 +12,7 @@ import numpy as np
 from drivetrain.drive.amplifier import Amplifier, available_voltage, judges_overload, rates_supply
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear import Gear, complete
-from drivetrain.drive.gear_loss import DRAG_REFERENCE
+from drivetrain.drive.gear import DRAG_REFERENCE, Gear, complete
 from drivetrain.drive.motor import Motor
 from drivetrain.jit import law
 from drivetrain.records import UNKNOWN, as_record, as_records, record_type
@@ -42,7 +41,7 @@ class Setting:
         counted: 1 where they are stated, else 0.
         gear_temperature: At which the gear's drag is taken, but for its own heat [C].
         settles: 1 where the gear's heat is that of a gear as warm as its housing, 0: of that temperature.
-        gear_heat: Share of the gear's loss that warms the motor's housing.
+        gear_heat, amplifier_heat: Share of the gear's and of the amplifier's loss that warms the motor's housing.
         cold_start: Of gear and motor when the machine starts cold [C].
         cold: 1 where the study asks for a cold start, else 0.
         brake: 1 where a brake must hold the joint, else 0.
@@ -80,6 +79,7 @@ class Setting:
     supply: float = 0.0
     listed: float = 0.0
     overload: float = 0.0
+    amplifier_heat: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -137,6 +137,7 @@ class Figures:
         cold_torque, cold_current, cold_voltage: The same of a cold start [N m], [A], [V].
         gear_loss: Mean power that the gear makes into heat, as warm as it settles [W].
         housing_temperature: Mean, or of the one node that a sheet knows [C].
+        gear_temperature: The same where the gear shares that housing, or the study's [C].
         energy, mean_power: Electrical, over a cycle [J], [W].
         holding_torque: At the motor's shaft, that holds the worst position still without help of the mesh [N m].
         stopping_energy: That the brake turns into heat in a stop from the largest speed [J].
@@ -179,6 +180,7 @@ class Figures:
     cold_voltage: float = UNKNOWN
     gear_loss: float = UNKNOWN
     housing_temperature: float = UNKNOWN
+    gear_temperature: float = UNKNOWN
     energy: float = UNKNOWN
     mean_power: float = UNKNOWN
     holding_torque: float = UNKNOWN
@@ -233,7 +235,7 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         task.gear_heat, study.cold_start, float(study.cold_start is not None),
         float(bool(task.brakes)), 0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
         1.0 - study.stiffness.scatter, study.supply.voltage, float(rates_supply(task.amplifier)),
-        float(judges_overload(task.amplifier)),
+        float(judges_overload(task.amplifier)), task.amplifier_heat,
     )  # fmt: skip
 
 

@@ -43,6 +43,7 @@ class Requirement:
         essential: Whether a drive for which it cannot be made is not chosen, and its evaluation proves nothing.
         asked: Number that is 0 where a drive is not asked this.
         wish: Whether it is told only where it is asked.
+        of_gear: Whether a drive without a gear is not asked; as all of stage GEAR.
         scale: From SI to the unit.
         instant: Series whose largest magnitude is its instant (``operation.Operation``); empty: it has none.
         words: Source and remark, where ``words.printed`` does not say enough.
@@ -63,6 +64,7 @@ class Requirement:
     instant: str = ""
     asked: str = "one"
     wish: bool = False
+    of_gear: bool = False
     words: Callable[[Any, Any], words.Words] = words.printed
     formula: str = ""
 
@@ -232,6 +234,11 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         formula="hottest winding of the cycle repeated without end; utilisation of the rise over ambient",
     ),
     Requirement(
+        "gear temperature", "C", "figures.gear_temperature", "gear.max_temperature", HEAT,
+        "maximum housing temperature", origin="setting.ambient", of_gear=True, words=words.gear_temperature,
+        formula="mean of the housing that gear and motor share; utilisation of the rise over ambient",
+    ),
+    Requirement(
         "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,
         "continuous current", "safety.rms", words=words.amplifier_lasting,
         formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
@@ -326,7 +333,7 @@ def _table(checks: tuple[Requirement, ...]) -> Any:
     names = ("required", "factor", "limit", "origin", "stage", "rise", "geared", "peak", "essential", "asked")
     rows = [
         (place[one.required], place[one.factor], place[one.limit], place[one.origin], one.stage, one.origin != "zero",
-         one.stage == GEAR, one.peak, one.essential, place[one.asked])
+         one.of_gear or one.stage == GEAR, one.peak, one.essential, place[one.asked])
         for one in checks
     ]  # fmt: skip
     return np.array(rows, dtype=np.dtype((np.record, [(name, np.int64) for name in names])))

@@ -12,12 +12,12 @@ from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.gear import HOLDING, mesh_of
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.demand.demand import Workload, workload
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.arm_stops import stop_checks
 from drivetrain.sizing.judge.missing import massless
 from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.judge.operation import Operation, operation
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.stiffness import arm_checks
-from drivetrain.sizing.judge.stop_checks import stop_checks
 from drivetrain.sizing.judge.verdicts import checks_of, placed, supply_checks
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study

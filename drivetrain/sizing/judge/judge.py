@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.drive.amplifier import conduction_loss, standstill_current
+from drivetrain.drive.amplifier import conduction_loss, overload_share, standstill_current
 from drivetrain.drive.brake import holding_torque, stopping_energy
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import (
@@ -21,26 +21,29 @@ from drivetrain.drive.friction import (
     sliding_friction,
     static_excess,
 )
-from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, onward, permitted_peaks, unknown_loss, wear
-from drivetrain.drive.gear_loss import (
+from drivetrain.drive.gear import (
     DRAG_TEMPERATURES,
-    drag_factor,
-    grown_drag,
-    mesh_loss_power,
-    settled_temperature,
-    speed_power,
-)
-from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
-from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
-from drivetrain.drive.output_bearing import (
     ROLLER_EXPONENT,
     bearing_arm,
     bearing_life,
+    drag_factor,
     equivalent_load,
+    grown_drag,
+    life_of,
+    mesh_loss_power,
+    mesh_of,
+    mesh_torque,
     moment_square,
+    onward,
+    permitted_peaks,
+    settled_temperature,
+    speed_power,
     static_load,
+    unknown_loss,
+    wear,
 )
-from drivetrain.drive.overload import overload_share
+from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
+from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
 from drivetrain.drive.stops import braked, braking_push, jam_torque, overshoot, stiff_spring, stop_rotor, struck
 from drivetrain.drive.thermal.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
 from drivetrain.jit import FAST, kernel, law
@@ -134,6 +137,7 @@ def judge_all(
             figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
             figures.winding_temperature += unknown
             figures.gear_loss += unknown
+            figures.gear_temperature += unknown
             found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
         lacking[i] = first_lacking(case, row, checks, YES)
         for k in range(len(checks) if i < len(used) else 0):
@@ -548,6 +552,7 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
     figures.winding_temperature, figures.hottest_time, figures.hottest_part = np.nan, np.nan, 0.0
     figures.heat_converged, figures.magnet_temperature, losses.housing_at[0] = 1.0, ambient, ambient
     figures.housing_temperature, figures.gear_loss, share = np.nan, np.nan, case.setting.gear_heat
+    figures.gear_temperature = case.setting.gear_temperature if case.setting.settles == 0.0 else np.nan
     shaft_losses(case, motion, traces)
     if known(nodes.inner + nodes.outer):
         periods, parts = motion.periods, traces.parts
@@ -570,6 +575,8 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
         figures.housing_temperature = heat.housing
+        if case.setting.settles != 0.0 and share > 0.0:
+            figures.gear_temperature = heat.housing if heat.peak < np.inf else np.inf
         if heat.peak < np.inf:
             figures.magnet_temperature = heat.magnets
             return
@@ -578,14 +585,23 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
 
 @law(fastmath=FAST)
 def shaft_losses(case: Any, motion: Any, traces: Any) -> None:
-    """The power of friction at the motor's shaft and a brake's coil, of mesh with seals, and of drag as at 20 C [W]."""
+    """The power of friction at the motor's shaft, a brake's coil and an amplifier in that housing, of mesh with seals,
+    and of drag as at 20 C [W].
+
+    The amplifier's current is that of magnets as hot as the winding may be, the safe side of those that are colder.
+    """
     shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.friction_loss
     coil, reference = known_or(case.motor.brake.power, 0.0), 1.0 / drag_factor(mesh, case.setting.gear_temperature)
     excess_series(shaft, mesh.ratio, motion.speed, traces.shaft_excess)
+    share, hot = case.setting.amplifier_heat, known_or(case.motor.max_winding_temperature, case.setting.ambient)
+    coil += share * known_or(case.amplifier.standby_power, 0.0)
+    constant = torque_constant(case.motor, hot)
+    bridge = share * conduction_loss(known_or(case.amplifier.on_resistance, 0.0), 1.0 / constant)
     for t in range(len(loss)):
         speed = mesh.ratio * motion.speed[t]
         seal = mesh.seal * abs(speed) * (traces.drag[t] != 0.0)
-        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + coil
+        lost = bridge * traces.torque[t + 1] * traces.torque[t + 1]
+        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + coil + lost
         traces.mesh_loss[t] = mesh_loss_power(mesh, traces.load[t], motion.speed[t]) + seal
         traces.drag_loss[t] = (traces.drag[t] * speed - seal) * reference
 

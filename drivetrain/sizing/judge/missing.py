@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear, unknown_loss
@@ -15,6 +16,7 @@ from drivetrain.drive.motor import Motor
 from drivetrain.drive.motor_limits import continuous_current, short_time_torque
 from drivetrain.records import as_record, known
 from drivetrain.sizing.judge.checks import CHECKS
+from drivetrain.sizing.judge.objectives import amplifier_price
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.mounting import drive_mass, mass_counts
@@ -139,7 +141,7 @@ def massless(study: Study, results: Mapping[str, JointResult]) -> tuple[str, ...
     return tuple(name for name in unknown if mass_counts(study, joints[name]))
 
 
-def row_of(study: Study, part: Motor | Gear | Brake) -> str:
+def row_of(study: Study, part: Motor | Gear | Brake | Amplifier) -> str:
     """Where a sheet stands."""
     row = _ROW.match(part.source)
     if row is not None:
@@ -191,17 +193,19 @@ def lacking_parts(drive: Drive, column: str) -> tuple[Motor | Gear | Brake, ...]
     return tuple(part for part in parts if getattr(part, column) is None)
 
 
-def cells_to_fill(study: Study, pairs: Iterable[tuple[str, str]], column: str) -> str:
+def cells_to_fill(
+    study: Study, pairs: Iterable[tuple[str, str]], column: str, amplifiers: Iterable[Amplifier] = ()
+) -> str:
     """How many rows of the catalogue lack a number that counts."""
     motors, gears = (list(dict.fromkeys(keys)) for keys in zip(*pairs, strict=True))
-    rows: list[tuple[str, list[Motor | Gear]]] = [
+    rows: list[tuple[str, list[Motor | Gear | Amplifier]]] = [
         ("motors", [study.catalog.motors[key] for key in motors]),
         ("gears", [study.catalog.gears[key] for key in gears if key]),
+        ("amplifiers", list(amplifiers)),
     ]
     told = []
-    weightless = column == "mass"  # an ideal gear weighs nothing where nobody says
     for kind, parts in rows:
-        bare = [part for part in parts if getattr(part, column) is None and not (weightless and part.kind == "ideal")]
+        bare = [part for part in parts if getattr(part, column) is None and not (column == "mass" and _ideal(part))]
         if bare:
             first = f"{bare[0].key} ({row_of(study, bare[0])})"
             told.append(f"{len(bare)} of {len(parts)} {kind} have none, such as {first}")
@@ -219,8 +223,10 @@ def uncounted(evaluation: Evaluation) -> tuple[str, ...]:
             unknown = [joint.name for joint in joints if not joint.torque_known]
             mend = "the motor's torque cannot be computed"
         else:
-            unknown = [joint.name for joint in joints if lacking_parts(joint.drive, term)]
-            mend = cells_to_fill(study, [(joint.motor, joint.gear) for joint in joints], term) if unknown else ""
+            unpriced = [one for one in joints if term == "price" and amplifier_price(one.amplifier) is None]
+            unknown = [one.name for one in joints if lacking_parts(one.drive, term) or one in unpriced]
+            pairs, amplifiers = [(one.motor, one.gear) for one in joints], [one.amplifier for one in unpriced]
+            mend = cells_to_fill(study, pairs, term, amplifiers) if unknown else ""
         if unknown:
             found.append(f"{term} of {', '.join(unknown)} not known ({mend})")
     return tuple(found)
@@ -232,5 +238,10 @@ def _gap(
     return Gap(joint.name, _kind(part), part.key, row_of(study, part), columns, checks)
 
 
-def _kind(part: Motor | Gear | Brake) -> str:
+def _ideal(part: Motor | Gear | Amplifier) -> bool:
+    """Of a gear that weighs nothing where nobody says."""
+    return isinstance(part, Gear) and part.kind == "ideal"
+
+
+def _kind(part: Motor | Gear | Brake | Amplifier) -> str:
     return type(part).__name__.lower()

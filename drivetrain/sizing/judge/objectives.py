@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
+from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive
 from drivetrain.sizing.results import JointResult
 from drivetrain.study.model import Study
@@ -16,10 +17,15 @@ TERMS = ("mass", "price", "energy")
 """What an objective may be made of; a set's ``utilisation`` is told beside them."""
 
 
-def drive_price(drive: Drive) -> float | None:
-    """Price of motor and gear together; a direct drive's gear costs nothing."""
-    gear = 0.0 if drive.gear.key == "" else drive.gear.price
-    return None if drive.motor.price is None or gear is None else drive.motor.price + gear
+def drive_price(drive: Drive, amplifier: Amplifier) -> float | None:
+    """Price of motor with its brake, gear and amplifier; none of a direct drive's gear."""
+    gear, own = 0.0 if drive.gear.key == "" else drive.gear.price, amplifier_price(amplifier)
+    return None if drive.motor.price is None or gear is None or own is None else drive.motor.price + gear + own
+
+
+def amplifier_price(amplifier: Amplifier) -> float | None:
+    """Of one of the catalogue; what a study states by its limits alone is not bought."""
+    return amplifier.price if amplifier.key else 0.0
 
 
 def criteria(study: Study, joints: Mapping[str, JointResult], shared: Iterable[Check]) -> dict[str, float]:
@@ -30,7 +36,7 @@ def criteria(study: Study, joints: Mapping[str, JointResult], shared: Iterable[C
     without = [None] * (len(study.joints) - len(results))  # joints that have no drive at all
     return {
         "mass": _sum([*(drive_mass(result.drive) for result in results), *without]),
-        "price": _sum([*(drive_price(result.drive) for result in results), *without]),
+        "price": _sum([*(drive_price(result.drive, result.amplifier) for result in results), *without]),
         "energy": _sum([*(_energy(study, result) for result in results), *without]),
         "utilisation": max(used, default=math.nan),
     }

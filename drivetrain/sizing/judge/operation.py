@@ -11,9 +11,9 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia, rotor_torque
+from drivetrain.drive.gear import moment_square
 from drivetrain.drive.motor import terminal_voltage, torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import SourcedValue, continuous_current
-from drivetrain.drive.output_bearing import moment_square
 from drivetrain.drive.thermal.heat import ThermalNetwork, thermal_network
 from drivetrain.records import as_numbers, columns
 from drivetrain.sizing.demand.demand import JointDemand

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear import NO_GEAR, Gear
-from drivetrain.drive.motor import Motor
+from drivetrain.drive.gear import HOLDING, NO_GEAR, Gear
+from drivetrain.drive.motor import Motor, no_load_friction
 from drivetrain.records import as_records
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.cases import gear_records, motor_records, paired
-from drivetrain.sizing.judge.fill import FilledParts
-from drivetrain.study.model import DriveMass, Study
+from drivetrain.study.model import DriveMass, JointTask, MotorAssumption, Study
 from drivetrain.study.parts.mounting import cylinder_inertia
 
 
@@ -114,3 +114,143 @@ def _body(part: Motor | Gear) -> tuple[float, float, float]:
 
 def _column(values: list[float | None]) -> Array:
     return np.array(values, dtype=np.float64)  # None becomes NaN
+
+
+# A drive from two catalogue rows, with the study's assumptions where the sheets are silent.
+
+
+# Inertia at the input over that of a solid cylinder of the gear's mass and diameter: 95th percentile of the rows of
+# the source catalogues that print it (560 planetary, 24 koaxdrive, 118 strain wave); RV as strain wave.
+INPUT_INERTIA_SHARE = {"planetary": 0.03, "spur": 0.03, "koaxdrive": 0.004, "strain_wave": 0.085, "rv": 0.085}
+_ROUND_DENSITY = 5200.0 * 3.141592653589793 / 4.0  # kg/m^3 of a cylinder as long as wide, over its diameter cubed
+
+
+class FilledParts:
+    """The catalogue rows of a study, unknown data filled where it states an assumption; each row filled once.
+
+    Attributes:
+        study: Its catalogue and its assumptions.
+    """
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
+        self._motors: dict[str, tuple[Motor, tuple[str, ...]]] = {}
+        self._gears: dict[str, tuple[Gear, tuple[str, ...]]] = {"": (NO_GEAR, ())}
+
+    def drive(self, task: JointTask, motor: str, gear: str) -> Drive:
+        """The drive of one motor and one gear at one joint."""
+        row, wheel = self.motor(motor), self.gear(gear)
+        motor_words, gear_words = self._motors[motor][1], self._gears[gear][1]
+        words = [*motor_words, *gear_words]
+        if task.motor_friction is None and no_load_friction(row) is None:
+            reason = "a frameless motor has no bearings; " if row.frameless else ""
+            words.append(f"motor {motor}: {reason}no-load friction is not in the catalogue row and not counted")
+        if row.brake.key:
+            words.append(_with_brake(row.brake))
+        if task.housing_to_ambient is not None and _lumped(row):
+            words.append(_mounted(row, task.housing_to_ambient, self.study))
+        return Drive(row, wheel, task.friction, task.motor_friction, tuple(words))
+
+    def motor(self, key: str) -> Motor:
+        """One motor."""
+        if key not in self._motors:
+            self._motors[key] = _filled_motor(self.study.catalog.motors[key], self.study)
+        return self._motors[key][0]
+
+    def gear(self, key: str) -> Gear:
+        """One gear."""
+        if key not in self._gears:
+            self._gears[key] = _filled_gear(self.study.catalog.gears[key], self.study)
+        return self._gears[key][0]
+
+    def filled(self, gear: Gear) -> Gear:
+        """A gear that stands in no catalogue."""
+        return _filled_gear(gear, self.study)[0]
+
+
+def _with_brake(brake: Brake) -> str:
+    """What a brake adds to its motor."""
+    mass = "mass unknown" if brake.mass is None else f"{brake.mass:g} kg"
+    added = f"{mass}, {brake.inertia:g} kg m^2, {brake.power:g} W while it is open"
+    return f"brake {brake.key}: {added} count with its motor"
+
+
+def _lumped(motor: Motor) -> bool:
+    """Whether a sheet tells the way of the heat by one number from winding to ambient alone."""
+    parts = (motor.resistance_winding_housing, motor.resistance_housing_ambient)
+    return motor.resistance_winding_ambient is not None and parts == (None, None)
+
+
+def _mounted(motor: Motor, mounting: float, study: Study) -> str:
+    """What is taken for the way of the heat where a study states the mounting and a sheet only the whole."""
+    whole, assumption = motor.resistance_winding_ambient, _assumption(motor, study)
+    told = f"motor {motor.key}: one thermal resistance in the catalogue row, {whole:g} K/W from winding to ambient"
+    if assumption is None or assumption.winding_share is None:
+        return f"{told}; the larger of that and the stated {mounting:g} K/W is taken for all of it"
+    return f"{told}; {100 * assumption.winding_share:g} % of it assumed between winding and housing"
+
+
+def _assumption(motor: Motor, study: Study) -> MotorAssumption | None:
+    return study.motor_assumptions.get("frameless" if motor.frameless else motor.kind)
+
+
+def _filled_motor(motor: Motor, study: Study) -> tuple[Motor, tuple[str, ...]]:
+    """The row, and what was assumed."""
+    assumption = _assumption(motor, study)
+    if assumption is None:
+        return motor, ()
+    words: list[str] = []
+    changes: dict[str, float] = {}
+    named = (
+        ("max_winding_temperature", "winding limit", "°C"),
+        ("winding_time_constant", "winding time constant", "s"),
+        ("housing_time_constant", "housing time constant", "s"),
+    )
+    for field, name, unit in named:
+        value = getattr(assumption, field)
+        if value is not None and getattr(motor, field) is None:
+            changes[field] = value
+            words.append(_words(f"motor {motor.key}: {name} {value:g} {unit} assumed", assumption.source))
+    if assumption.winding_share is not None and _lumped(motor):
+        changes["winding_share"] = assumption.winding_share  # told where a mounting is stated
+    return (replace(motor, **changes) if changes else motor), tuple(words)  # type: ignore[arg-type]
+
+
+def _filled_gear(gear: Gear, study: Study) -> tuple[Gear, tuple[str, ...]]:
+    """The row, and what was assumed."""
+    words: list[str] = []
+    changes: dict[str, float] = {"holding": HOLDING[study.holding]} if study.holding != "lossless" else {}
+    assumption = study.gear_assumptions.get(gear.kind)
+    if assumption is not None:
+        apart = gear.mesh_efficiency is not None or gear.drag_torque is not None
+        for field, name in (("efficiency", "efficiency"), ("backdriving_efficiency", "back-driving efficiency")):
+            value = getattr(assumption, field)
+            if value is not None and getattr(gear, field) is None and not apart:
+                changes[field] = value
+                words.append(_words(f"gear {gear.key}: {name} {100 * value:g} % assumed", assumption.source))
+        share = assumption.no_load_torque_share
+        if share is not None and gear.no_load_torque is None and not apart and gear.continuous_torque is not None:
+            changes["no_load_torque"] = share * gear.continuous_torque / abs(gear.ratio)
+            text = f"gear {gear.key}: no-load running torque {100 * share:g} % of rated torque over ratio assumed"
+            words.append(_words(text, assumption.source))
+    if gear.mesh_efficiency is not None and gear.loss_basis:
+        words.append(f"gear {gear.key}: mesh efficiency {100 * gear.mesh_efficiency:g} % and drag: {gear.loss_basis}")
+    inertia = _input_inertia(gear)
+    if inertia is not None:
+        changes["inertia"] = inertia + gear.stage_inertia
+        text = f"gear {gear.key}: input inertia {inertia:.2g} kg m^2 assumed"
+        share = INPUT_INERTIA_SHARE[gear.kind]
+        words.append(_words(text, f"{share:g} of a solid cylinder's, high among gears of its kind"))
+    return (replace(gear, **changes) if changes else gear), tuple(words)  # type: ignore[arg-type]
+
+
+def _input_inertia(gear: Gear) -> float | None:
+    """A high estimate of an input inertia that the sheet does not print; None when it does, or nothing is known."""
+    if gear.inertia is not None or gear.mass is None or gear.kind not in INPUT_INERTIA_SHARE:
+        return None
+    squared = (gear.mass / _ROUND_DENSITY) ** (2.0 / 3.0) if gear.diameter is None else gear.diameter**2
+    return INPUT_INERTIA_SHARE[gear.kind] * gear.mass * squared / 8.0
+
+
+def _words(text: str, source: str) -> str:
+    return f"{text} ({source})" if source else text

@@ -19,7 +19,7 @@ from drivetrain.drive.matching import scaled_gear
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.change import TaskChange
 from drivetrain.study.model import Study

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.amplifier import Supply
-from drivetrain.drive.supply_bus import BusPeak, bus_peak
+from drivetrain.drive.amplifier import BusPeak, Supply, bus_peak
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.records import known
 from drivetrain.sizing.judge.checks import CHECKS, GEAR, SUPPLY_CHECKS, TORQUE, Requirement
@@ -22,7 +21,7 @@ from drivetrain.study.parts.verdicts import Check, Verdict
 
 def checks_of(op: Operation) -> tuple[Check, ...]:
     """Every check of one drive; those of the gear only where there is one, wishes only where they are stated."""
-    rows = [row for row in CHECKS if not (row.stage == GEAR and op.direct)]
+    rows = [row for row in CHECKS if not ((row.of_gear or row.stage == GEAR) and op.direct)]
     return tuple(told(op, row) for row in rows if not row.wish or op.number(row.asked) != 0.0)
 
 

@@ -10,8 +10,7 @@ import numpy as np
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import friction_curve
-from drivetrain.drive.gear import Gear, mesh_of, torque_exponent
-from drivetrain.drive.gear_loss import drag_factor
+from drivetrain.drive.gear import Gear, drag_factor, mesh_of, torque_exponent
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.stops import braked, braking_limit, braking_push, overshoot, stiff_spring, stop_rotor, struck
 from drivetrain.drive.thermal.heat import rms_rule_validity
@@ -449,6 +448,19 @@ def winding(op: Any, row: Any) -> Words:
     source = f"winding limit {limit:g} °C of {sheet_name(op.drive.motor)}" + (f" less {margin:g} K" if margin else "")
     ripple = op.network is not None and op.network.winding_capacity is not None
     return Words(source, "" if ripple else "mean over the cycle: the winding time constant is unknown")
+
+
+def gear_temperature(op: Any, row: Any) -> Words:
+    """Of the housing that the gear shares with its motor, or as the study states it."""
+    said, found = printed(op, row), op.number(row.required)
+    if op.study.gear_temperature is not None:
+        return said._replace(remark=said.remark or "as the study states it")
+    if op.task.gear_heat == 0.0:
+        return Words("", "the gear is in another housing than its motor: its temperature is not computed", silent=True)
+    if math.isinf(found):
+        return said._replace(remark="thermal runaway")
+    lack = "" if known(found) else "the motor's thermal resistances are not in the catalogue row"
+    return said._replace(remark="; ".join(filter(None, (said.remark, lack))))
 
 
 def sheet_name(part: Motor | Gear | Brake | Amplifier) -> str:

@@ -92,6 +92,7 @@ def lacking_of(study: Study, name: str) -> dict[str, tuple[int, int]]:
     for task in study.joints:
         pairs = _pairs(task)
         lacks = sum(any(getattr(row, name) is None for row in _rows(study, *pair)) for pair in pairs)
+        lacks = len(pairs) if _unpriced(task, name) else lacks
         found[task.name] = (lacks, len(pairs))
     return found
 
@@ -103,7 +104,7 @@ def words_of(study: Study, name: str) -> str:
         return ""
     joints = ", ".join(f"{count} at {joint}" for joint, count in bare.items())
     parts = []
-    for kind, keys in zip(("motors", "gears"), _keys(study, name, bare), strict=True):
+    for kind, keys in zip(("motors", "gears", "amplifiers"), _keys(study, name, bare), strict=True):
         if keys:
             some = ", ".join(sorted(keys)[:MOST_NAMED]) + (", ..." if len(keys) > MOST_NAMED else "")
             parts.append(f"{len(keys)} {kind} ({some})")
@@ -121,6 +122,11 @@ def unknown_terms(study: Study) -> list[Fault]:
     return found
 
 
+def _unpriced(task: JointTask, name: str) -> bool:
+    """Whether prices count and no amplifier that a joint may take has one."""
+    return name == "price" and bool(task.amplifiers) and all(one.price is None for one in task.amplifiers)
+
+
 def _pairs(task: JointTask) -> tuple[tuple[str, str], ...]:
     return tuple(task.pairs) if task.drive is None else (task.drive,)
 
@@ -132,16 +138,19 @@ def _rows(study: Study, motor: str, gear: str) -> list[Motor | Gear]:
     return rows + ([catalog.gears[gear]] if gear in catalog.gears else [])
 
 
-def _keys(study: Study, name: str, joints: dict[str, int]) -> tuple[set[str], set[str]]:
-    """Motors and gears without a value among the candidates of some joints."""
+def _keys(study: Study, name: str, joints: dict[str, int]) -> tuple[set[str], set[str], set[str]]:
+    """Motors, gears and amplifiers without a value among the candidates of some joints."""
     motors: set[str] = set()
     gears: set[str] = set()
+    amplifiers: set[str] = set()
     for task in study.joints:
+        if task.name in joints and _unpriced(task, name):
+            amplifiers |= {one.key for one in task.amplifiers}
         for motor, gear in _pairs(task) if task.name in joints else ():
             for keys, key, rows in ((motors, motor, study.catalog.motors), (gears, gear, study.catalog.gears)):
                 if key in rows and getattr(rows[key], name) is None:
                     keys.add(key)
-    return motors, gears
+    return motors, gears, amplifiers
 
 
 # Joints without a candidate
@@ -176,7 +185,8 @@ def _reason(problem: Problem, joint: int) -> tuple[str, str]:
     for term, values in (("mass", offered.mass), ("price", offered.price)):
         if np.isnan(values[pairs]).any() and (term == "mass" or weight_of(problem.wanted, term)):
             terms.append(term)
-            cells.append(cells_to_fill(offered.study, [offered.keys(pair) for pair in pairs], term))
+            some = task.amplifiers if _unpriced(task, term) else ()
+            cells.append(cells_to_fill(offered.study, [offered.keys(pair) for pair in pairs], term, some))
     return f"none of the {len(pairs)} candidates of {{}} has a known {' and '.join(terms)}", "; ".join(cells)
 
 

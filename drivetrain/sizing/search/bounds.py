@@ -25,10 +25,18 @@ from drivetrain.drive.friction import (
     friction_torque,
     sliding_friction,
 )
-from drivetrain.drive.gear import life_of, mesh_of, mesh_slope, mesh_torque, wear
-from drivetrain.drive.gear_loss import drag_factor, mesh_loss_power
+from drivetrain.drive.gear import (
+    bearing_arm,
+    drag_factor,
+    life_of,
+    mesh_loss_power,
+    mesh_of,
+    mesh_slope,
+    mesh_torque,
+    static_load,
+    wear,
+)
 from drivetrain.drive.motor import torque_constant, winding_resistance
-from drivetrain.drive.output_bearing import bearing_arm, static_load
 from drivetrain.drive.stops import braked, braking_push, stiff_spring, stop_rotor
 from drivetrain.drive.thermal.periodic_heat import thermal_nodes
 from drivetrain.jit import FAST, kernel, law

@@ -36,6 +36,7 @@ from drivetrain.sizing.demand.series import (
 from drivetrain.sizing.judge.cases import paired, put_amplifier, rests_on_gear
 from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.judge import judge_cases
+from drivetrain.sizing.judge.objectives import amplifier_price
 from drivetrain.sizing.judge.parts import Parts, parts_of
 from drivetrain.sizing.search.bounds import WIDER, Brake, Offer, bound_candidates, open_span, span_of
 from drivetrain.study.model import JointTask, Study
@@ -128,6 +129,7 @@ class Judged:
     used: Array  # largest utilisation, (K,)
     binding: Indices  # its check, -1 for none, (K,)
     lacking: Indices  # first essential check that could not be made, else -1, (K,)
+    price: Array  # of the amplifier above that of the joint's cheapest, infinite where it is unknown, (K,)
     checks: Array  # every check's utilisation, NaN where it is not made, (K, checks); (0, 0) where nobody asked
 
 
@@ -276,20 +278,41 @@ class JointOffer:
                 cases, as_numbers(cases), TABLE, work, self.amounts(own[rows]), until, quick, power, checks, used,
                 binding, lacking,
             )  # fmt: skip
-            return Judged(cases, used, binding, lacking, checks)
+            return Judged(cases, used, binding, lacking, np.zeros(count), checks)
 
         every = np.arange(len(parts))
         if not self.task.amplifiers or len(power):  # what is drawn does not depend on them
             return judged(every, None)
-        found = judged(every, self.task.amplifiers[0])
-        for amplifier in self.task.amplifiers[1:]:
+        found, dearer = judged(every, self.task.amplifiers[0]), self.dearer
+        found.price[:] = dearer[0]
+        for amplifier, more in zip(self.task.amplifiers[1:], dearer[1:], strict=True):
             left = np.flatnonzero(found.used > 1.0)
             if len(left):
                 again = judged(left, amplifier)
                 better = np.flatnonzero(again.used < found.used[left])
+                found.price[left[better]] = more
                 for name in ("cases", "used", "binding", "lacking", *(["checks"] if all_checks else [])):
                     getattr(found, name)[left[better]] = getattr(again, name)[better]
         return found
+
+    @property
+    def dearer(self) -> Array:
+        """What each amplifier costs above the cheapest, infinite where nobody says, (A,)."""
+        prices = np.array([math.inf if one.price is None else one.price for one in self.task.amplifiers])
+        return prices - min(prices.min(), np.finfo(float).max)
+
+    def dearer_of_rest(self) -> list[tuple[float, Amplifier | None]]:
+        """Of each amplifier what it, or any that is tried after it, costs at least above the cheapest."""
+        some = self.task.amplifiers
+        least = np.minimum.accumulate(self.dearer[::-1])[::-1] if some else np.zeros(0)
+        return [(float(one), own) for one, own in zip(least, some, strict=True) if one < math.inf] or [(0.0, None)]
+
+    def take(self, amplifier: Amplifier | None) -> None:
+        """An amplifier for the bounds; None: one that allows what any of the joint's allows."""
+        if self.task.amplifiers:
+            put_amplifier(self.records.plain, amplifier or self.task.amplifier, self.task)
+            if amplifier is None:  # it allows most, and so brakes hardest: another may brake less
+                self.records.plain["setting"]["stop_current"] = math.nan
 
     def _few(self, low: Array, high: Array) -> Indices:
         """In each stretch of the cycle the samples that ask most: of acceleration, and of torque at least."""
@@ -318,7 +341,7 @@ class Candidates:
     numbers: Array  # through which each pair loads joints, the units of ``drive_numbers``, (P, NUMBERS)
     ratio: Array  # of each pair's gear, (P,)
     mass: Array  # of each pair [kg], NaN where unknown, (P,)
-    price: Array
+    price: Array  # the same, the cheapest of the joint's amplifiers in it
     joints: tuple[JointOffer, ...]  # one a joint
     power_known: bool  # whether every given drive's power is known, as far as it is to be held against the supply
 
@@ -363,8 +386,15 @@ def candidates(study: Study, work: Workload | None = None) -> Candidates:
     ratio = np.array([gear.ratio for gear in parts.gears])[pairs[:, 1]]
     return Candidates(
         study, work, parts.motor_keys, parts.gear_keys, first, pairs, numbers, ratio, np.concatenate(parts.mass),
-        np.concatenate(parts.price), joints, bool(known),
+        np.concatenate(list(map(_with_amplifier, study.joints, parts.price))), joints, bool(known),
     )  # fmt: skip
+
+
+def _with_amplifier(task: JointTask, price: Array) -> Array:
+    """Prices of pairs with that of the cheapest amplifier; one that is given and has none is left out of the sum."""
+    if not task.amplifiers:
+        return price + (amplifier_price(task.amplifier) or 0.0)
+    return price + min((one.price for one in task.amplifiers if one.price is not None), default=math.nan)
 
 
 def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[Indices, Array]) -> JointOffer:
@@ -412,8 +442,6 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     plain = paired(
         study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((min(len(shafts), 1), 2), dtype=np.int64)
     )
-    if study.joints[joint].amplifiers:  # the bounds' one allows most, and so brakes hardest: another may brake less
-        plain["setting"]["stop_current"] = math.nan
     case, friction, (sheets, direct) = plain.copy(), study.joints[joint].friction, gears
     records = Offer(
         plain, case, as_numbers(case), parts.motor_rows, shafts, sheets, direct, *every, offered.load.torque,
@@ -423,10 +451,12 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
         span_of(offered.motion, friction, own.torque, share, brake),
     )  # fmt: skip
     given = study.joints[joint].drive is not None
-    return JointOffer(
+    offer = JointOffer(
         joint, demand, offered, tuple(others), rows, heavy, heavy_rows, held, held_rows, stops, stop_rows, braking,
         brake_rows, few, records, given, study.joints[joint],
     )  # fmt: skip
+    offer.take(None)
+    return offer
 
 
 def _brakes(work: Work, rows: Added) -> tuple[Brake, Array, Array]:

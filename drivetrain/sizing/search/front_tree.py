@@ -23,7 +23,7 @@ from drivetrain.arrays import Array
 from drivetrain.jit import kernel
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.search.bounds import BELOW
-from drivetrain.sizing.search.candidates import Domain, Mask, Pairs
+from drivetrain.sizing.search.candidates import Domain, Indices, Mask, Pairs
 from drivetrain.sizing.search.problem import ROUNDING
 from drivetrain.sizing.search.tree import BranchAndBound, Node, Tell, halves, split
 from drivetrain.sizing.search.whole_sets import arm_use, supply_limited, supply_use
@@ -331,7 +331,7 @@ class FrontTree(BranchAndBound[Part]):
             cost = domain.cost.copy()
             if wide == 0.0:
                 slope[joint] = 0.0
-                cost[:, USED], cost[:, ENERGY] = problem.judged(joint, domain.pairs, low)
+                self._judge(cost, joint, domain.pairs, low)
                 domains[joint] = replace(domain, cost=cost).kept(np.isfinite(cost[:, USED]))
             else:
                 offers[joint].interval(low, high)
@@ -351,6 +351,11 @@ class FrontTree(BranchAndBound[Part]):
             if not len(domains[joint]):
                 return None
         return Part(tuple(domains), width, slope, part.bound, part.used)
+
+    def _judge(self, cost: Array, joint: int, pairs: Indices, numbers: Array) -> None:
+        """Fill the costs of candidates beside chosen drives."""
+        cost[:, USED], cost[:, ENERGY], dearer = self.problem.judged(joint, pairs, numbers)
+        cost[:, PRICE] = np.nan_to_num(self.problem.candidates.price[pairs]) + dearer
 
     def _weighed(self, part: Part) -> list[Array]:
         """Weighted costs of candidates, each with what it answers for at other joints, (K, W) a joint."""
@@ -406,7 +411,7 @@ class FrontTree(BranchAndBound[Part]):
                 if not len(left):
                     return
                 domain, own, exact = left, numbers[left.pairs], left.cost.copy()
-                exact[:, USED], exact[:, ENERGY] = problem.judged(joint, left.pairs, after)
+                self._judge(exact, joint, left.pairs, after)
                 self.counters["candidates judged"] += len(left)
             costs = spent + exact
             costs[:, USED] = np.maximum(spent[USED], exact[:, USED])
@@ -490,7 +495,7 @@ class FrontTree(BranchAndBound[Part]):
             for joint in range(problem.n - 1, -1, -1):
                 domain, beside = root.domains[joint], problem.candidates.numbers_of(chosen)
                 cost = domain.cost.copy()
-                cost[:, USED], cost[:, ENERGY] = problem.judged(joint, domain.pairs, beside)
+                self._judge(cost, joint, domain.pairs, beside)
                 fits = np.asarray(cost[:, USED] < height)
                 if self.often is not None:
                     lead = tuple(chosen.get(k, 0) for k in range(problem.n))

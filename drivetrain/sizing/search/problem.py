@@ -15,7 +15,7 @@ from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.candidates import UNPRICED, Candidates, Domain, Domains, Indices, Judged, Mask
+from drivetrain.sizing.search.candidates import UNPRICED, Candidates, Domain, Domains, Indices, Mask
 from drivetrain.sizing.search.common_parts import CommonParts, common_parts
 from drivetrain.study.parts.mounting import mass_counts
 from drivetrain.study.parts.selection import SelectionOptions
@@ -41,6 +41,7 @@ class Problem:
     wanted: SelectionOptions  # what is minimised and must be respected
     share: Array  # what each pair adds to the objective whatever it does, (P,)
     energy: float  # what one joule a cycle adds
+    price: float  # what one unit of price adds
     step: float  # objectives, and energies [J], that round to the same multiple of it are equal
     joules: float
     loads: Mask  # whether the drive of joint k changes what is asked of joint j, (j, k)
@@ -93,10 +94,20 @@ class Problem:
         """
         offer, cost = self.candidates.joints[joint], domain.cost.copy()
         offer.interval(low, high)
-        count, used, _, _ = offer.bounded(
-            domain.pairs, self.share, cost, domain.exact, until=1.0 + ROUNDING, energies=self.energy != 0.0,
-            weight=self.energy, room=limit, full=full,
-        )  # fmt: skip
+        used, left, count = np.zeros(len(domain)), np.arange(len(domain)), 0
+        for more, amplifier in offer.dearer_of_rest() if self.price else ((0.0, None),):
+            offer.take(amplifier)
+            base, least = self.share + self.price * more, cost[left]
+            least = np.maximum(least, base[domain.pairs[left]]) if more and not self.energy else least
+            looked, used[left], _, _ = offer.bounded(
+                domain.pairs[left], base, least, domain.exact[left], until=1.0 + ROUNDING,
+                energies=self.energy != 0.0, weight=self.energy, room=limit, full=full,
+            )  # fmt: skip
+            cost[left], count = least, count + looked
+            left = left[used[left] > 1.0 + ROUNDING]
+            if not len(left):
+                break
+        offer.take(None)
         return (used <= 1.0 + ROUNDING) & (cost < limit), cost, count
 
     def slopes(self, joint: int, line: Array) -> Array:
@@ -105,10 +116,11 @@ class Problem:
         found[list(offer.others)] = (offer.rows.torque @ (line * offer.work.motion.weight)).reshape(-1, NUMBERS)
         return found
 
-    def judged(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array]:
+    def judged(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array, Array]:
         """Candidates of one joint beside chosen drives; pairs: (K,); numbers: of all joints' drives, (n, NUMBERS).
 
-        Largest utilisation, infinite where one is not feasible, and energy a cycle [J], (K,).
+        Largest utilisation, infinite where one is not feasible, energy a cycle [J], and what the amplifier costs above
+        the cheapest, (K,).
         """
         key = joint, numbers[self.loads[joint]].tobytes()
         if key not in self._judged and sum(map(len, self._judged.values())) > REMEMBERED:
@@ -117,17 +129,24 @@ class Problem:
         new = np.array([pair for pair in pairs.tolist() if pair not in known], dtype=np.int64)
         for some in np.array_split(new, range(AT_ONCE, len(new), AT_ONCE)) if len(new) else ():
             found = self.candidates.judge(joint, some, numbers, until=1.0, quick=not offer.given)
-            figures = np.column_stack(_used_and_energy(found, offer.given))
+            feasible = (found.used <= 1.0) & (offer.given | (found.lacking < 0))
+            if self.price:
+                feasible &= np.isfinite(found.price)
+            used, energy = np.where(feasible, found.used, math.inf), np.nan_to_num(found.cases["figures"]["energy"])
+            figures = np.column_stack([used, energy, np.where(feasible & (self.price != 0.0), found.price, 0.0)])
             known.update(zip(some.tolist(), figures.tolist(), strict=True))
-        used, energy = np.array([known[pair] for pair in pairs.tolist()]).reshape(-1, 2).T
-        return used, energy
+        used, energy, price = np.array([known[pair] for pair in pairs.tolist()]).reshape(-1, 3).T
+        return used, energy, price
 
-    def with_power(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array, Array]:
-        """The same with their electrical power, and the least [W], (K, 2, N)."""
-        offer, power = self.candidates.joints[joint], np.zeros((len(pairs), 2, len(self.candidates.study.cycle.time)))
-        quick = not offer.given and len(pairs) > 1
-        found = self.candidates.judge(joint, pairs, numbers, until=1.0, quick=quick, power=power)
-        return *_used_and_energy(found, offer.given), power
+    def cost(self, pairs: Indices, energy: Array, price: Array) -> Array:
+        """What pairs add to the objective, of their energy and of their amplifiers above the cheapest, (K,)."""
+        return np.asarray(self.share[pairs] + self.energy * energy + self.price * price)
+
+    def power_of(self, joint: int, pairs: Indices, numbers: Array) -> Array:
+        """Electrical power of candidates that are feasible, and the least [W], (K, 2, N); amplifiers change none."""
+        power = np.zeros((len(pairs), 2, len(self.candidates.study.cycle.time)))
+        self.candidates.judge(joint, pairs, numbers, until=math.inf, quick=False, power=power)
+        return power
 
     def power(self, pairs: Sequence[int]) -> Array:
         """Electrical power of all drives of a set that is feasible at every joint, and the least [W], (2, N)."""
@@ -145,12 +164,6 @@ class Problem:
         """Keys of (motor, gear) by joint name."""
         joints = self.candidates.study.joints
         return {joints[joint].name: self.candidates.keys(pair) for joint, pair in sorted(pairs.items())}
-
-
-def _used_and_energy(found: Judged, given: bool) -> tuple[Array, Array]:
-    """Of candidates judged: utilisation, infinite where one is not feasible, and energy a cycle [J]."""
-    feasible = (found.used <= 1.0) & (given | (found.lacking < 0))
-    return np.where(feasible, found.used, math.inf), np.nan_to_num(found.cases["figures"]["energy"])
 
 
 @kernel
@@ -184,8 +197,8 @@ def problem(offered: Candidates, wanted: SelectionOptions) -> Problem:
     for joint, offer in enumerate(offered.joints):
         loads[joint, list(offer.others)] = True
     return Problem(
-        offered, wanted, share, energy, EQUAL * (abs(size) or 1.0), EQUAL * (work or 1.0), loads, tuple(known),
-        tuple(unknown), _reach(offered), common_parts(offered, wanted),
+        offered, wanted, share, energy, weight_of(wanted, "price"), EQUAL * (abs(size) or 1.0), EQUAL * (work or 1.0),
+        loads, tuple(known), tuple(unknown), _reach(offered), common_parts(offered, wanted),
     )  # fmt: skip
 
 

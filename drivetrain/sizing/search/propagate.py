@@ -115,15 +115,13 @@ class Propagation:
             best = int(np.argmin(cost))
             if exact[best]:
                 break
-            pair = domain.pairs[best]
-            used, energy = problem.judged(joint, domain.pairs[best : best + 1], self.ranges.low)
+            pairs = domain.pairs[best : best + 1]
+            used, energy, price = problem.judged(joint, pairs, self.ranges.low)
             self.counters["candidates judged"] += 1
-            cost[best], exact[best] = problem.share[pair], True
-            if problem.energy:
-                cost[best] += problem.energy * energy[0]
+            cost[best], exact[best] = problem.cost(pairs, energy, price)[0], True
             if used[0] == math.inf:
                 cost[best] = math.inf
-                self.suspects.add(int(pair))
+                self.suspects.add(int(pairs[0]))
         return replace(domain, cost=cost, exact=exact).below(math.inf)
 
     def _new_range(self, joint: int) -> bool:

@@ -18,10 +18,10 @@ import pandas as pd
 from drivetrain.arrays import Array
 from drivetrain.records import as_numbers
 from drivetrain.sizing.demand.changed_work import WorkFamily
+from drivetrain.sizing.judge.arm_stops import asks_stops
 from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.missing import gaps, missing_words
 from drivetrain.sizing.judge.objectives import weight_of
-from drivetrain.sizing.judge.stop_checks import asks_stops
 from drivetrain.sizing.judge.vary import Vary, first_edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation, RejectedPair
 from drivetrain.sizing.search.asked import satisfied

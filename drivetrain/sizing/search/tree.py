@@ -280,7 +280,7 @@ class Tree(BranchAndBound[Bounded]):
             return None
         self.counters["nodes made"] += 1
         ranges = Ranges.unknown(problem.n) if above is None else above.ranges.copied()
-        ordered = [domain.in_order() for domain in left] if problem.energy else list(left)
+        ordered = [domain.in_order() for domain in left] if problem.energy or problem.price else list(left)
         stiff, kept = without_soft(problem, tuple(ordered), limit)
         if stiff >= limit:
             return None

@@ -18,11 +18,11 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.friction import friction_torque
 from drivetrain.drive.spring import Spring, gear_spring, twist_under
+from drivetrain.sizing.judge.arm_stops import asks_stops, stop_checks
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
 from drivetrain.sizing.judge.evaluate import evaluated
-from drivetrain.sizing.judge.fill import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.stiffness import arm_checks, joint_travels, tip_deviation, tip_levers, unsprung
-from drivetrain.sizing.judge.stop_checks import asks_stops, stop_checks
 from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
 from drivetrain.sizing.search.bounds import power_ends
 from drivetrain.sizing.search.candidates import UNPRICED, Candidates, Domain, Domains, Mask, Pairs
@@ -80,12 +80,12 @@ def feasible_sets(problem: Problem, domains: Domains, ranges: Ranges, limit: flo
             return
         spent = sum(after.costs) + least[joint]
         pairs = domains[joint].below(limit - spent).pairs
-        if limited:
-            used, energy, power = problem.with_power(joint, pairs, after.numbers)
-        else:
-            (used, energy), power = problem.judged(joint, pairs, after.numbers), np.zeros(len(pairs))
-        cost = problem.share[pairs] + problem.energy * energy
-        for at in np.flatnonzero(np.isfinite(used) & (cost + spent < limit)):
+        used, energy, price = problem.judged(joint, pairs, after.numbers)
+        cost = problem.cost(pairs, energy, price)
+        kept = np.isfinite(used) & (cost + spent < limit)
+        pairs, used, energy, cost = pairs[kept], used[kept], energy[kept], cost[kept]
+        power = problem.power_of(joint, pairs, after.numbers) if limited else np.zeros(len(pairs))
+        for at in range(len(pairs)):
             pair, numbers = int(pairs[at]), after.numbers.copy()
             numbers[joint] = problem.candidates.numbers[pair]
             one = _Chosen(

@@ -18,8 +18,8 @@ from drivetrain.sizing.demand.stops import stop_basis
 from drivetrain.sizing.judge.cases import cases_of
 from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS, table
 from drivetrain.sizing.judge.evaluate import evaluated, given_drives
-from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.judge import judge_cases
+from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.verdicts import supply_figures
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.tolerance.draws import CONSTANT, DRAG, EFFICIENCY, FRICTION, RESISTANCE, THERMAL, Draws, Pair

@@ -202,6 +202,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         output_bearing=form.output_bearing if chain is None else "external",
         stop=resolve_stop(around, form, place),
         gear_heat=around.form.gear_heat if form.gear_heat is None else form.gear_heat,
+        amplifier_heat=form.amplifier_heat,
         coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
         rules=form.candidates,
         free_ratio=resolve_free_ratio(form.free_ratio, around.catalog, ledger, (*place, "free_ratio")),
