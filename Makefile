@@ -13,7 +13,7 @@ LOCKED ?=
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 INSTALL_LOCKED := $(INSTALL) --require-hashes --requirement .ci/lock.txt && $(INSTALL) --no-deps --no-build-isolation --editable .
 
-.PHONY: demo test shuffled lowest audit fuzz lock check bench page-check gallery docs clean
+.PHONY: demo test shuffled lowest audit fuzz mutants lock check bench page-check gallery docs clean
 
 demo: $(VENV)/.installed
 	$(BIN)/drivetrain demo
@@ -37,6 +37,15 @@ fuzz: $(VENV)/.test-installed # an hour in total: seven readers
 	$(INSTALL) atheris
 	for reader in study urdf mjcf sdf motion recording catalogue; do \
 		$(BIN)/python tests/hard/fuzz_readers.py $$reader $(SECONDS_EACH); done
+
+EACH ?= 6
+mutants: $(VENV)/.test-installed # EACH of every file with laws; hours, and it goes on where it was stopped
+	mkdir -p build
+	test -f build/plain.json || $(BIN)/python tests/hard/mutants.py map build/plain.json
+	test -f build/compiled.json || $(BIN)/python tests/hard/mutants.py map-compiled build/compiled.json
+	$(BIN)/python tests/hard/mutants.py try build/plain.json $(EACH) 0
+	$(BIN)/python tests/hard/mutants.py try build/compiled.json $(EACH) 0
+	$(BIN)/python tests/hard/mutants.py rate build/plain.json build/compiled.json
 
 lock: $(VENV)/bin/python
 	$(BIN)/python .ci/lock.py > .ci/lock.new

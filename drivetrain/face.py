@@ -113,11 +113,14 @@ def misused(function: Callable[..., Any], args: tuple[Any, ...], named: dict[str
         hints = get_type_hints(function)
     except NameError:  # a name that is only imported for type checkers
         return []
-    single = {name: value for name, value in given.items() if signature.parameters[name].kind not in (2, 4)}
+    spread = {name for name in given if signature.parameters[name].kind is inspect.Parameter.VAR_POSITIONAL}
+    named_all = {name for name in given if signature.parameters[name].kind is inspect.Parameter.VAR_KEYWORD}
     return [
         Fault(f"{called}({name}=)", f"must be {_described(hints[name])}", _kind(value))
-        for name, value in single.items()
-        if name in hints and not _is(value, hints[name])
+        for name, values in given.items()
+        if name in hints and name not in named_all
+        for value in (values if name in spread else (values,))
+        if not _is(value, hints[name])
     ]
 
 

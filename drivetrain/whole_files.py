@@ -16,6 +16,7 @@ from typing import IO, Any
 
 from drivetrain.errors import Fault, InputError, plain
 
+DISK = (errno.ENOSPC, errno.EDQUOT, errno.EIO)  # no fault of the path that the user gave
 WORKBOOKS = (".xlsx", ".xlsm")
 LIST, PART = ".drivetrain-files.json", ".part"
 LARGEST_TEXT = 256 << 20  # bytes: a day of six joints at 100 Hz is 0.5 GB as text, and nobody sizes with that
@@ -94,6 +95,7 @@ def write_files(out_dir: str | Path, texts: Mapping[str, str]) -> dict[str, Path
 
     Raises:
         InputError: The folder cannot be made or written to.
+        OSError: The disk is full or fails.
     """
     folder, waiting = Path(out_dir), dict[str, Path]()
     try:
@@ -105,11 +107,18 @@ def write_files(out_dir: str | Path, texts: Mapping[str, str]) -> dict[str, Path
         waiting = {}  # the list holds them now
         _finish(folder)
     except OSError as error:
-        raise InputError(Fault("output folder", f"cannot be written: {error.strerror}", str(out_dir))) from None
+        raise refusal(error, "output folder", out_dir) from None
     finally:
         for beside in waiting.values():
             beside.unlink(missing_ok=True)
     return {name: folder / name for name in texts}
+
+
+def refusal(error: OSError, what: str, place: str | Path) -> Exception:
+    """What to raise where a place cannot be written: the user's fault, unless the disk itself has no room or fails."""
+    if error.errno in DISK:
+        return OSError(error.errno, error.strerror, str(place))
+    return InputError(Fault(what, f"cannot be written: {error.strerror}", str(place)))
 
 
 def _finish(folder: Path) -> None:

@@ -42,8 +42,9 @@ def test_a_failure_while_writing_leaves_the_old_files(
         return real(place, text)
 
     monkeypatch.setattr(whole_files, "_written_beside", breaks)
-    with pytest.raises(InputError, match="No space left"):
+    with pytest.raises(OSError, match="No space left") as caught:  # code 3 of a command: no input is to blame
         write_files(tmp_path, {name: "new" for name in old})
+    assert caught.value.filename == str(tmp_path)
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == old
 
 

@@ -28,7 +28,9 @@ def test_every_public_callable_takes_or_refuses_any_value(value: Any) -> None:
     for name in CALLABLE:
         called = getattr(dt, name)
         needed = [one for one in inspect.signature(called).parameters.values() if one.default is one.empty]
-        args = [value for one in needed if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
+        args = [
+            value for one in needed if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD, one.VAR_POSITIONAL)
+        ]
         named = {one.name: value for one in needed if one.kind is one.KEYWORD_ONLY}
         try:
             called(*args, **named)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from drivetrain.errors import Fault, InputError
-from drivetrain.whole_files import write_whole
+from drivetrain.whole_files import refusal, write_whole
 
 
 def write_text(path: str | Path, text: str) -> Path:
@@ -13,10 +12,11 @@ def write_text(path: str | Path, text: str) -> Path:
 
     Raises:
         InputError: It cannot be written there.
+        OSError: The disk is full or fails.
     """
     place = Path(path)
     try:
         write_whole(place, text)
     except OSError as error:
-        raise InputError(Fault("path", f"cannot be written: {error.strerror}", str(place))) from None
+        raise refusal(error, "path", place) from None
     return place
