@@ -126,7 +126,7 @@ MANY = {  # what is asked, and every word that must be told, all of one run
     ("sweep", "none.yaml", "--workers", "-1", "--out", "in_the_way"): ("does not exist", "0 or more", "a folder"),
     ("init", "in_the_way/x.yaml", "--arm", "ur6"): ("in_the_way is a file", "'ur5'?"),
     ("catalog", "import", "none", "in_the_way"): ("in_the_way",),
-    ("catalog", "lint", "in_the_way"): ("is no folder", "motors.csv"),
+    ("catalog", "lint", "in_the_way"): ("holds no catalogue table", "motors.csv"),
 }  # fmt: skip
 
 

@@ -113,7 +113,7 @@ def with_bearing(row, rng):
     row = replace(
         row, bearing_dynamic_rating=float(rng.choice([600.0, 3e4])), bearing_pitch_diameter=0.05,
         bearing_static_rating=float(rng.choice([100.0, 2e4])), bearing_offset=float(rng.uniform(0.0, 0.03)),
-        max_temperature=float(rng.uniform(40.0, 120.0)),
+        max_temperature=float(rng.uniform(60.0, 140.0)),
     )  # fmt: skip
     ratings = ("bearing_dynamic_rating", "bearing_static_rating", "bearing_pitch_diameter", "bearing_offset",
                "max_temperature")  # fmt: skip

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from drivetrain.control.commander import Commander
 from drivetrain.drive.counterbalance import Counterbalance, counterbalance_torque
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError
@@ -144,11 +143,6 @@ def test_a_table_is_relieved_too(make):
     cycle = make.table_cycle(time, 10.0 + 0.0 * time, np.sin(np.pi * time), np.pi * np.cos(np.pi * time))
     study = make.study(cycle, joints=(make.task("j1", counterbalances=(Counterbalance(torque=4.0),)),))
     np.testing.assert_allclose(evaluate(study).joints["j1"].series.gear_torque, 6.0, atol=1e-12)
-
-
-def test_a_commander_refuses_what_it_does_not_know(make):
-    with pytest.raises(InputError, match="counterbalances"):
-        Commander(balanced(make, SPRING))
 
 
 STUDY = """

@@ -96,9 +96,9 @@ class _Block:
 @cache
 def changing_numbers(described: type) -> list[bool]:
     """Which numbers of a dataclass's record change: those with a default; a dataclass in it tells of its own."""
-    hints, found = get_type_hints(described), []
-    for field in fields(described):
-        inner = record_type(described, INTEGERS)[field.name]
+    hints, record, found = get_type_hints(described), record_type(described, INTEGERS), []
+    for field in (one for one in fields(described) if one.name in record.names):
+        inner = record[field.name]
         if is_dataclass(hints[field.name]):
             found += changing_numbers(hints[field.name])  # type: ignore[arg-type]
         else:
