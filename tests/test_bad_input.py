@@ -207,7 +207,8 @@ def test_what_cannot_be_is_an_answer_with_a_reason(run: Run, tmp_path: Path, kin
 def test_ctrl_c_ends_with_one_line_and_leaves_nothing(run: Run, tmp_path: Path) -> None:
     """A real signal to a real process, while it searches."""
     code = (
-        "import os, signal, sys\n"
+        "import signal, sys\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background jobs ignore it
         "from drivetrain.sizing.search import search\n"
         "def slow(*_, **__):\n    print('searching', flush=True)\n    import time; time.sleep(30)\n"
         "search.select = slow\n"
