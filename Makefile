@@ -86,7 +86,7 @@ $(VENV)/.test-installed: $(VENV)/bin/python pyproject.toml
 $(LOWEST)/.installed: pyproject.toml .ci/lowest.txt Makefile
 	$(PYTHON) -m venv $(LOWEST)
 	$(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check --constraint .ci/lowest.txt \
-		--editable . pytest pytest-xdist hypothesis sympy mpmath
+		--editable ".[excel]" pytest pytest-xdist hypothesis sympy mpmath
 	@touch $@
 
 docs: $(VENV)/.installed
