@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -120,7 +121,8 @@ def test_results_of_another_sweep_are_not_mixed_in(file: Path, serial: Path) -> 
 def test_a_worker_that_dies_takes_nothing_with_it(file: Path, serial: Path, tmp_path: Path) -> None:
     """Real processes; the one that dies is killed while it works."""
     killed: list[int] = []
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
+    quiet: dict[str, Any] = {"dashboard_address": "127.0.0.1:0", "scheduler_kwargs": {"dashboard": False}}
+    with LocalCluster(n_workers=2, threads_per_worker=1, silence_logs=50, **quiet) as cluster:
 
         def kill(done: int, of: int, text: str) -> None:
             if done == 1:
