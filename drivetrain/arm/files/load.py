@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,13 +17,12 @@ from drivetrain.arm.files.links import arm_from_model, warn_each
 from drivetrain.arm.files.mjcf import read_mjcf
 from drivetrain.arm.files.model import read_model
 from drivetrain.arm.files.sdf import read_sdf
-from drivetrain.arm.files.xml import read_document
+from drivetrain.arm.files.xml import PACKAGE, package_file, read_document
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
 from drivetrain.errors import Fault, InputError, nearest
 
 SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf", ".mjcf")
-PACKAGE = "package://"
 
 
 def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None) -> Arm:
@@ -70,12 +68,9 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
 
 def _in_package(address: str) -> Path:
     """The file of a ROS package."""
-    name, _, rest = address.removeprefix(PACKAGE).partition("/")
-    roots = [Path(one) for one in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if one]
-    roots += [Path(one) / "share" for one in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if one]
-    places = [root / name / rest for root in roots] + [root / rest for root in roots if root.name == name]
-    found = next((place for place in places if place.is_file()), None)
+    found = package_file(address)
     if found is None:
+        name = address.removeprefix(PACKAGE).partition("/")[0]
         hint = "ROS_PACKAGE_PATH or AMENT_PREFIX_PATH name the folders that hold packages"
         raise InputError(Fault("arm", f"no package {name} with that file", address, hint))
     return found

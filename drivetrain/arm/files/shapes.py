@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.files.xml import read_document
+from drivetrain.arm.files.xml import PACKAGE, package_file, read_document
 from drivetrain.arrays import Array
 from drivetrain.errors import InputError
 from drivetrain.spatial.mesh_file import read_mesh
@@ -91,13 +91,11 @@ def _read(geometry: ElementTree.Element | None, file: Path) -> Triangles | None:
 
 
 def mesh_path(name: str, file: Path) -> Path | None:
-    """The file of a mesh: beside the URDF file, or in the package of that name above it."""
-    if name.startswith("package://"):
-        package, _, rest = name.removeprefix("package://").partition("/")
-        places = [above / part for above in file.resolve().parents for part in (f"{package}/{rest}", rest)]
-    else:
-        places = [file.parent / name.removeprefix("file://")]
-    return next((place for place in places if place.is_file()), None)
+    """The file of a mesh: beside the URDF file, or in its package."""
+    if name.startswith(PACKAGE):
+        return package_file(name, file)
+    place = file.parent / name.removeprefix("file://")
+    return place if place.is_file() else None
 
 
 def box(size: Array) -> Triangles:

@@ -24,6 +24,7 @@ LONGEST_WAIT = 60.0  # s, however busy the machine is: the process itself stops 
 TRUSTED = "DRIVETRAIN_TRUST_XACRO"  # set: xacro files may run anything
 REFUSALS = ("is not evaluated", "is not below", "is not allowed")
 TRUST = f"for a file you trust: drivetrain --trust-xacro, or {TRUSTED}=1 in the environment"
+PACKAGE = "package://"
 ROOTS = ("robot", "sdf", "mujoco")
 UNLIMITED = sys.float_info.max  # how files say "no limit" where a number must stand: most readers know no "inf"
 
@@ -83,8 +84,22 @@ def _roots(path: Path) -> list[Path]:
     """The folders whose files a xacro file may include: its own, its package, and those of ROS_PACKAGE_PATH."""
     own = path.resolve().parent
     package = next((one for one in (own, *own.parents) if (one / "package.xml").is_file()), own)
-    stated = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-    return [package, *(Path(one) for one in stated if one)]
+    return [package, *_stated("ROS_PACKAGE_PATH")]
+
+
+def _stated(variable: str) -> list[Path]:
+    """The folders that a variable of the environment lists."""
+    return [Path(one) for one in os.environ.get(variable, "").split(os.pathsep) if one]
+
+
+def package_file(address: str, beside: Path | None = None) -> Path | None:
+    """The file of a ROS package: in a package of that name above another file, or where ROS looks; None: nowhere."""
+    name, _, rest = address.removeprefix(PACKAGE).partition("/")
+    above = () if beside is None else beside.resolve().parents
+    roots = [*_stated("ROS_PACKAGE_PATH"), *(one / "share" for one in _stated("AMENT_PREFIX_PATH"))]
+    places = [folder / part for folder in above for part in (f"{name}/{rest}", rest)]
+    places += [root / name / rest for root in roots] + [root / rest for root in roots if root.name == name]
+    return next((place for place in places if place.is_file()), None)
 
 
 def _trusted(path: Path) -> bytes:
