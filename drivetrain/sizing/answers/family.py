@@ -22,7 +22,7 @@ from drivetrain.sizing.search.asked import check_asked, check_keys, satisfied
 from drivetrain.sizing.search.candidates import Domain, Domains, Mask, candidates
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.propagate import Propagation, Ranges
-from drivetrain.sizing.search.tree import EVERY, SMALL, Tree
+from drivetrain.sizing.search.tree import EVERY, SMALL, Tree, searched
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.selection import SelectionOptions
 
@@ -123,18 +123,14 @@ def select_family(studies: Sequence[Study], *, wanted: SelectionOptions | None =
     others: Any = _Others(problems[1:])
     tree = Tree(problems[0], often=others if problems[1:] else None)
     tree.begin()
-    limit = time.perf_counter() + asked.time_limit
-    tree.run(limit, lambda done, total, text: None)
-    best = [found for found in tree.best if satisfied(problems[0].evaluation(found.pairs))]
+    tree, first = searched(tree, time.perf_counter() + asked.time_limit, lambda *_: None)
     counters = dict(tree.counters + others.counters)
-    if not best:
+    if not tree.best:
         return FamilySelection({}, math.nan, (), tree.finished, math.inf if tree.finished else tree.bound, counters)
-    pairs = best[0].pairs
-    evaluations = tuple(one.evaluation(pairs) for one in problems)
-    bound = min(tree.bound, best[0].objective)
-    return FamilySelection(
-        problems[0].keys(dict(enumerate(pairs))), best[0].objective, evaluations, tree.finished, bound, counters
-    )
+    best = tree.best[0]
+    evaluations = (first[best.pairs], *(one.evaluation(best.pairs) for one in problems[1:]))
+    drives, bound = problems[0].keys(dict(enumerate(best.pairs))), min(tree.bound, best.objective)
+    return FamilySelection(drives, best.objective, evaluations, tree.finished, bound, counters)
 
 
 def _members(studies: Sequence[Study]) -> list[Study]:
