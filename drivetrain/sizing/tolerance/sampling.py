@@ -151,7 +151,10 @@ def judged(ready: Candidate, draws: Draws, *, threads: int = 1) -> Iterator[Samp
     threads = max(min(threads, len(parts)), 1)
     most = np.abs(draws.payload - 1.0).max(axis=0)
     life = ready.study.safety.life is not None
-    spare = [tuple(_peaks_kept(*one, most, life) for one in zip(ready.works, ready.cases)) for _ in range(threads)]
+    spare = [
+        tuple(_peaks_kept(*one, most, life) for one in zip(ready.works, ready.cases, strict=True))
+        for _ in range(threads)
+    ]
 
     def one(part: slice) -> Samples:
         works = spare.pop()
