@@ -85,7 +85,8 @@ def test_words_of_a_family(make):
     assert told[:2] == [f"{joint}: {motor} with {gear}" for joint, (motor, gear) in found.drives.items()]
     for name, one, line in zip(names, found.evaluations, told[2:5], strict=True):
         used = [check.utilisation or 0.0 for joint in one.joints.values() for check in joint.checks]
-        assert line.startswith(f"{name}: {one.verdict}") and float(line.split()[-2]) == pytest.approx(100 * max(used), abs=0.5)
+        assert line.startswith(f"{name}: {one.verdict}")
+        assert float(line.split()[-2]) == pytest.approx(100 * max(used), abs=0.5)
     assert "proven" in told[-1] and f"{found.objective:.4g} kg" in told[-1]
 
 
