@@ -5,7 +5,7 @@ A part that a dataclass describes already is ``Entry`` of it; only what a file s
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, model_validator
@@ -451,6 +451,13 @@ def _arm(value: Any) -> Any:
 
 class StudyForm(Form):
     """A study: an arm or load tables, the repeated task, the electrics, and what may drive each joint."""
+
+    stand_ins: ClassVar[dict[str, Any]] = {
+        "schema_version": 1,
+        "motions": {},
+        "supply": {"voltage": "1 V"},
+        "joints": {},
+    }
 
     schema_version: Literal[1]
     name: f.Name | None = None
