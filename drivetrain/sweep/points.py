@@ -110,8 +110,8 @@ class Sweep:
         for index, chosen in enumerate(itertools.islice(itertools.product(*self.values), first, last), first):
             entries = tuple(zip(self.places, chosen, strict=False))
             scaled = zip(self.names[len(self.places) :], chosen[len(self.places) :], strict=True)
-            change = TaskChange(**{name.removeprefix("scale."): float(value) for name, value in scaled})
-            yield Point(index, entries, change, tuple(_text(value) for value in chosen))
+            factors: dict[str, Any] = {name.removeprefix("scale."): float(value) for name, value in scaled}
+            yield Point(index, entries, TaskChange(**factors), tuple(_text(value) for value in chosen))
 
     def digest(self) -> str:
         """What results depend on besides the files that the study names: two sweeps with the same one are one."""
