@@ -8,10 +8,10 @@ each; its bodies are in ``arm.linkage``. How the others follow, and what the dri
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from drivetrain.arm.checks import Faults, checked_inertia
 from drivetrain.arrays import Array, checked_array, frozen_array
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.spatial.poses import pose
+from drivetrain.units import Mass, Name, Vector
 
 BASE = "base"
 
@@ -33,18 +34,18 @@ class LoopLink:
         axis: Direction of the joint's axis, or of its travel [-], (3,); made unit length.
         point: Of the axis [m], (3,).
         mass: [kg].
-        com: Centre of mass [m], (3,).
+        com: Centre of mass [m], (3,); None: the joint's point.
         inertia: About it, axes of the base [kg m^2], (3, 3).
         slides: Whether the joint is prismatic.
         driven: Whether it has a drive.
         lower, upper, speed_limit: Of the joint [rad or m, and per s]; infinite where unknown.
     """
 
-    joint: str
-    axis: Array
-    point: Array
-    mass: float = 0.0
-    com: Array | None = None
+    joint: Name
+    axis: Annotated[Array, Vector("")]
+    point: Annotated[Array, Vector("m")]
+    mass: Mass = 0.0
+    com: Annotated[Array, Vector("m")] | None = None
     inertia: Array | None = None
     slides: bool = False
     driven: bool = False
@@ -91,9 +92,9 @@ class Closure:
         links: From the start on.
     """
 
-    start: str
-    end: str
-    point: Array
+    start: Name
+    end: Name
+    point: Annotated[Array, Vector("m")]
     links: tuple[LoopLink, ...] = ()
 
     def __post_init__(self) -> None:
@@ -160,6 +161,40 @@ def with_closures(arm: Arm, closures: Sequence[Closure], passive: Sequence[str] 
         faults.add("passive", "leaves no joint with a drive", list(passive))
     faults.raise_any()
     return _shown(arm, Linkage(tuple(chains), replace(loops, pins=tuple(pins))))
+
+
+def with_second_motors(arm: Arm, joints: Collection[int]) -> Arm:
+    """The arm with a row more behind each of some joints: a second motor, which takes half of the joint's load.
+
+    Both rows have the motion of the joint. The second one's link weighs nothing; its drive sits where the first's does.
+    """
+    paths, owner, chains = [tuple(range(arm.n))], [0] * arm.n, [arm]
+    driven, shared = list[int](), list[tuple[int, int]]()
+    for joint in range(arm.n):
+        driven.append(joint)
+        if joint in joints:
+            shared.append((len(driven) - 1, len(driven)))
+            driven.append(len(owner))
+            paths.append((*range(joint), len(owner)))
+            owner.append(len(chains))
+            chains.append(_second(arm, joint))
+    return _shown(arm, Linkage(tuple(chains), Loops(tuple(paths), tuple(owner), tuple(driven), (), tuple(shared))))
+
+
+def second_motor(joint: str) -> str:
+    """Name of the second motor on the axis of a joint."""
+    return f"{joint}_motor_2"
+
+
+def _second(arm: Arm, joint: int) -> Arm:
+    """An arm up to one of its joints, without masses."""
+    to, name = slice(0, joint + 1), second_motor(arm.joint_names[joint])
+    return Arm.from_screws(
+        arm.home[to], arm.screws[to], np.zeros(joint + 1), np.zeros((joint + 1, 3, 3)), gravity=arm.gravity,
+        joint_points=arm.joint_points[to], joint_names=[*arm.joint_names[:joint], name],
+        link_names=[*arm.link_names[:joint], name], lower=arm.lower[to], upper=arm.upper[to],
+        speed_limits=arm.speed_limits[to], check_inertias=False,
+    )  # fmt: skip
 
 
 def _chain(carrier: Arm, count: int, closure: Closure) -> Arm:
