@@ -26,13 +26,13 @@ class PhysicsWarning(UserWarning):
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing wrong with the input, told so that it can be mended.
+    """One thing wrong with the input, told so that it can be fixed.
 
     Attributes:
         place: Where it stands: a path such as ``joints.elbow.gear`` or ``row 12, column Kt [mNm/A]``.
         problem: What is wrong and what is allowed, in words, with units.
         value: What was found there, as the user wrote it.
-        hint: The mend, such as the nearest known name.
+        hint: The fix, such as the nearest known name.
         file: The file it stands in, if any.
     """
 
@@ -45,8 +45,8 @@ class Fault:
     def __str__(self) -> str:
         where = f"{self.file}: {_cut(self.place)}" if self.file else _cut(self.place, 10 * _LONGEST)
         found = "" if self.value is None else f" (found {self.shown})"
-        mend = f"; {_cut(self.hint, 10 * _LONGEST)}" if self.hint else ""
-        return plain(f"{where}: {_cut(self.problem, 10 * _LONGEST)}{found}{mend}")
+        fix = f"; {_cut(self.hint, 10 * _LONGEST)}" if self.hint else ""
+        return plain(f"{where}: {_cut(self.problem, 10 * _LONGEST)}{found}{fix}")
 
     @property
     def shown(self) -> str:

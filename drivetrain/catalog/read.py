@@ -34,7 +34,7 @@ class Catalog:
     Attributes:
         motors, gears: By key, in file order.
         pairs: Published combinations: gear keys by motor key.
-        notes: Doubts and where the rows are from, for the report.
+        notes: Warnings and where the rows are from, for the report.
         brakes, amplifiers: By key, in file order.
         prices: In file order; a part may have several, or stand in no other table.
     """

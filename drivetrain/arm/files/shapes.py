@@ -7,7 +7,6 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.files.xml import PACKAGE, package_file, read_document
@@ -18,7 +17,8 @@ from drivetrain.spatial.poses import pose_from_xyz_rpy
 from drivetrain.whole_files import is_there
 
 CELLS = 9  # along the longest side of a mesh: corners in one cell become one
-ROUND = 2.0 * np.pi * np.arange(12) / 12
+ROUND = np.exp(2j * np.pi * np.arange(12) / 12)  # corners of a circle about z, as x + iy
+CORNERS = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])  # those of a square
 Triangles = tuple[Array, np.ndarray]  # corners [m], (m, 3), and three of them a triangle, seen from outside, (k, 3)
 
 
@@ -76,18 +76,10 @@ def _read(geometry: ElementTree.Element | None, file: Path) -> Triangles | None:
         except (ValueError, InputError):
             return None
         if one.tag == "cylinder":
-            return _hull(
-                [[radius * np.cos(a), radius * np.sin(a), side] for a in ROUND for side in (-length / 2, length / 2)]
-            )
+            return _stacked([(radius * ROUND, side) for side in (-length / 2, length / 2)])
         if one.tag == "sphere":
-            tilts = np.arcsin(np.linspace(-1.0, 1.0, 7))
-            return _hull(
-                [
-                    radius * np.array([np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b)])
-                    for a in ROUND
-                    for b in tilts
-                ]
-            )
+            tilts = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 7)
+            return _stacked([(radius * np.cos(a) * ROUND, radius * np.sin(a)) for a in tilts])
     return None
 
 
@@ -101,16 +93,19 @@ def mesh_path(name: str, file: Path) -> Path | None:
 
 def box(size: Array) -> Triangles:
     """A box about its middle."""
-    return _hull(0.5 * np.array(size) * [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    x, y, z = 0.5 * np.asarray(size)
+    return _stacked([(x * CORNERS.real + 1j * y * CORNERS.imag, side) for side in (-z, z)])
 
 
-def _hull(points: object) -> Triangles:
-    """The convex hull, its triangles turned to face outwards."""
-    corners = np.unique(np.round(np.asarray(points, dtype=float), 9), axis=0)
-    hull = ConvexHull(corners)
-    a, b, c = np.moveaxis(corners[hull.simplices], 1, 0)
-    inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
-    return corners, np.where(inwards[:, None], hull.simplices[:, ::-1], hull.simplices)
+def _stacked(rings: list[tuple[Array, float]]) -> Triangles:
+    """Rings of equally many corners, each x + iy at its height, one above the other, with flat ends."""
+    points = np.array([[at.real, at.imag, z] for ring, z in rings for at in ring])
+    around, one = len(rings[0][0]), np.arange(len(rings[0][0]))
+    end = np.stack([np.zeros_like(one), one, (one + 1) % around], axis=1)[1:-1]
+    low = np.stack([one, (one + 1) % around, one + around], axis=1)
+    high = np.stack([(one + 1) % around, (one + 1) % around + around, one + around], axis=1)
+    sides = [face + k * around for k in range(len(rings) - 1) for face in (low, high)]
+    return points, np.concatenate([end[:, ::-1], *sides, end + (len(rings) - 1) * around])
 
 
 @lru_cache(maxsize=64)
