@@ -255,6 +255,13 @@ def test_a_gear_that_turns_its_output_the_other_way_is_asked_the_same(one_axis):
             assert now == (None if was is None else pytest.approx(was, rel=1e-9)), check.name
 
 
+@pytest.mark.parametrize(("share", "made"), [(0.0, False), (0.05, True)])
+def test_a_gear_has_a_temperature_of_its_own_where_any_of_its_heat_stays(swinging, share, made):
+    tasks = tuple(replace(task, gear_heat=share) for task in swinging.joints)
+    check = found(evaluate(replace(swinging, joints=tasks)), "gear temperature")
+    assert (check.utilisation is not None) is made
+
+
 FACTORED = {
     "peak_torque": {
         "gear repeated peak torque", "gear momentary peak torque", "gear torque in a jam", "gear ratcheting in a jam",
