@@ -278,7 +278,7 @@ def silent(make, names, **limits):
     row = replace(make.motor, **dict.fromkeys(names), **limits)
     time = np.linspace(0.0, 2.0, 201)
     speed, acceleration = 3.0 * np.sin(np.pi * time) ** 2, 3.0 * np.pi * np.sin(2.0 * np.pi * time)
-    cycle = make.table_cycle(time, 8.0 + 1.5 * acceleration, speed, acceleration)
+    cycle = make.table_cycle(time, 5.0 + 0.3 * acceleration, speed, acceleration)
     return make.study(cycle, catalog=Catalog({"m1": row}, {"g1": make.gear}))
 
 
@@ -287,8 +287,6 @@ def test_a_motor_that_hides_its_friction_must_hold_with_it(make, name):
     """14 % of the nominal torque more: just below that reserve it is not checked, just above it passes."""
     found = {check.name: check for check in evaluate(silent(make, FRICTION)).joints["j1"].checks}[name]
     more = 0.14 * make.motor.torque_constant * make.motor.nominal_current
-    if name == "motor RMS current":  # magnets at the winding's limit, and as much warmer as the friction makes them
-        more /= make.motor.torque_constant * (1.0 + make.motor.magnet_coefficient * 100.0)
     column = "peak_torque" if name == "motor peak torque" else "nominal_current"
     assert "what the motor's catalogue row does not tell" in found.remark
     verdicts = []
@@ -319,12 +317,13 @@ def test_a_motor_that_hides_its_inductance_must_hold_with_l_over_r_of_2_ms(make)
     """The reserve of voltage is held against L di/dt of the current that the evaluation tells."""
     joint = evaluate(silent(make, ("inductance",))).joints["j1"]
     volts = next(check for check in joint.checks if check.name == "motor voltage")
-    rate = np.abs(np.diff(joint.series.current) / np.diff(joint.series.time)).max()
+    rate = np.abs(np.diff(joint.series.current[1:-1]) / np.diff(joint.series.time[1:-1])).max()  # of what moves
     more = float(volts.remark.split("may ask ")[1].split(" V")[0])
     # Central differences see a little less than the steepest step, weak magnets ask a little more.
     assert more == pytest.approx(2e-3 * make.motor.resistance * rate, rel=0.15)
     study = silent(make, ("inductance",))
-    tight = replace(study, supply=replace(study.supply, voltage=volts.required + 0.5 * more))
+    share = study.supply.voltage / volts.available  # what the amplifier passes on
+    tight = replace(study, supply=replace(study.supply, voltage=share * (volts.required + 0.5 * more)))
     check = next(one for one in evaluate(tight).joints["j1"].checks if one.name == "motor voltage")
     assert (check.verdict, check.utilisation) == (Verdict.NOT_CHECKED, None)
     assert any("inductance" in gap.columns for gap in gaps(evaluate(tight)))
