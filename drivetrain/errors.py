@@ -26,13 +26,13 @@ class PhysicsWarning(UserWarning):
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing wrong with the input, told so that it can be mended.
+    """One thing wrong with the input, told so that it can be fixed.
 
     Attributes:
         place: Where it stands: a path such as ``joints.elbow.gear`` or ``row 12, column Kt [mNm/A]``.
         problem: What is wrong and what is allowed, in words, with units.
         value: What was found there, as the user wrote it.
-        hint: The mend, such as the nearest known name.
+        hint: The fix, such as the nearest known name.
         file: The file it stands in, if any.
     """
 
@@ -45,8 +45,8 @@ class Fault:
     def __str__(self) -> str:
         where = f"{self.file}: {self.place}" if self.file else self.place
         found = "" if self.value is None else f" (found {self.shown})"
-        mend = f"; {self.hint}" if self.hint else ""
-        return plain(f"{where}: {self.problem}{found}{mend}")
+        fix = f"; {self.hint}" if self.hint else ""
+        return plain(f"{where}: {self.problem}{found}{fix}")
 
     @property
     def shown(self) -> str:

@@ -1,7 +1,7 @@
 """Spellings of units on data sheets, brought to one plain form before any arithmetic.
 
 "gcm²", "oz-in-s2", "6000 min⁻¹" and "V/1000 rpm" become products of symbols; spellings that can be read in two ways,
-and units that hide a convention (A_rms), are refused with the mend.
+and units that hide a convention (A_rms), are refused with the fix.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import unicodedata
 
 
 class NotAUnitError(ValueError):
-    """A unit text that cannot be read; carries the problem and the mend."""
+    """A unit text that cannot be read; carries the problem and the fix."""
 
     def __init__(self, problem: str, hint: str = ""):
         self.problem, self.hint = problem, hint

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from drivetrain.arm.checks import Faults, checked_inertia
 from drivetrain.arrays import Array, checked_array, frozen_array
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.spatial.poses import pose
+from drivetrain.units import Mass, Name, Vector
 
 BASE = "base"
 
@@ -33,18 +34,18 @@ class LoopLink:
         axis: Direction of the joint's axis, or of its travel [-], (3,); made unit length.
         point: Of the axis [m], (3,).
         mass: [kg].
-        com: Centre of mass [m], (3,).
+        com: Centre of mass [m], (3,); None: the joint's point.
         inertia: About it, axes of the base [kg m^2], (3, 3).
         slides: Whether the joint is prismatic.
         driven: Whether it has a drive.
         lower, upper, speed_limit: Of the joint [rad or m, and per s]; infinite where unknown.
     """
 
-    joint: str
-    axis: Array
-    point: Array
-    mass: float = 0.0
-    com: Array | None = None
+    joint: Name
+    axis: Annotated[Array, Vector("")]
+    point: Annotated[Array, Vector("m")]
+    mass: Mass = 0.0
+    com: Annotated[Array, Vector("m")] | None = None
     inertia: Array | None = None
     slides: bool = False
     driven: bool = False
@@ -91,9 +92,9 @@ class Closure:
         links: From the start on.
     """
 
-    start: str
-    end: str
-    point: Array
+    start: Name
+    end: Name
+    point: Annotated[Array, Vector("m")]
     links: tuple[LoopLink, ...] = ()
 
     def __post_init__(self) -> None:

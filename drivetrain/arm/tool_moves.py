@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from drivetrain.motion.profiles import PROFILES, Law, PathLimits, Profile
 from drivetrain.motion.waypoints import MotionLimits, joined, joint_move, limit_rows, rest, sampled_law
 from drivetrain.spatial.rotations import is_rotation
 from drivetrain.spatial.tool_path import STANDING, PathSamples, Piece, ToolPath
+from drivetrain.units import Quantity, Vector
 
 ALONG_PATH = ("line", "circle")
 GRID = 400  # points of a path at which the limits of its law are sought
@@ -42,9 +43,9 @@ class Move:
 
     kind: Literal["joints", "to", "line", "circle"]
     target: Any
-    via: Any = None
-    blend: float = 0.0
-    dwell: float = 0.0
+    via: Annotated[Any, Vector("m")] | None = None
+    blend: Annotated[float, Quantity("m", minimum=0.0)] = 0.0
+    dwell: Annotated[float, Quantity("s", minimum=0.0)] = 0.0
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ class LintFault:
         problem: What is wrong.
         printed: What stands there, in the header's unit.
         predicted: What the rest of the row implies, in the header's unit; None where no single value is implied.
-        hint: The mend.
+        hint: The fix.
     """
 
     file: str

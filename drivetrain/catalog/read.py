@@ -20,6 +20,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.shipped import shipped
+from drivetrain.units import Factor, Names
 
 CONFIRM = "Catalogue rows are for sizing studies: confirm each against the maker's current data sheet."
 MOST_HINTS = 10
@@ -33,7 +34,7 @@ class Catalog:
     Attributes:
         motors, gears: By key, in file order.
         pairs: Published combinations: gear keys by motor key.
-        notes: Doubts and where the rows are from, for the report.
+        notes: Warnings and where the rows are from, for the report.
         brakes, amplifiers: By key, in file order.
         prices: In file order; a part may have several, or stand in no other table.
     """
@@ -65,9 +66,9 @@ class FramelessRule:
         kinds: Gear kinds built around a frameless motor.
     """
 
-    max_diameter_ratio: float = 1.7
-    min_diameter_ratio: float = 0.5
-    kinds: tuple[str, ...] = ("strain_wave", "rv")
+    max_diameter_ratio: Factor = 1.7
+    min_diameter_ratio: Factor = 0.5
+    kinds: Names = ("strain_wave", "rv")
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.min_diameter_ratio <= self.max_diameter_ratio:

@@ -53,7 +53,7 @@ class CellFault:
         header: Of the column, as written; empty when it is the whole row.
         problem: What is wrong and what is allowed.
         value: What was found.
-        hint: The mend.
+        hint: The fix.
     """
 
     line: int

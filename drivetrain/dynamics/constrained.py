@@ -107,7 +107,7 @@ def constrained_forward_dynamics(
     """The accelerations and multipliers that torques give under constraints.
 
     Nothing is done about a position or speed that breaks the constraints, but to tell it: ``closed_position`` and
-    ``closed_speed`` mend a start, the simulation holds it.
+    ``closed_speed`` correct a start, the simulation holds it.
 
     Args:
         arm: With rotors or without.

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
+from drivetrain.units import Duration, Quantity
 
 AXES = ("x", "y", "z", "yaw", "pitch", "roll")  # in the order of ``on_moving_base``
 BASE_JOINTS = tuple(f"base_{axis}" for axis in AXES)
@@ -20,11 +22,17 @@ ROUNDING = 1e-9  # of the length of a cycle: nearer instants are one
 
 @dataclass(frozen=True)
 class Swing:
-    """A harmonic motion along or about one axis: amplitude [m or rad], period [s], phase as the cycle begins [rad]."""
+    """A harmonic motion along or about one axis.
+
+    Attributes:
+        amplitude: [m or rad].
+        period: [s].
+        phase: As the cycle begins [rad].
+    """
 
     amplitude: float
-    period: float
-    phase: float = 0.0
+    period: Duration
+    phase: Annotated[float, Quantity("rad")] = 0.0
 
 
 def swinging(swings: Mapping[str, Swing], time: Array) -> Motion:

@@ -132,7 +132,7 @@ def isolated(sizes: Array, times_larger: float) -> NDArray[np.bool_]:
 
 
 def spike_doubts(time: Array, acceleration: Array, joint: str) -> list[str]:
-    """Doubts about accelerations of one or two samples."""
+    """Warnings about accelerations of one or two samples."""
     size = np.abs(acceleration)
     spikes = np.flatnonzero(isolated(size, SPIKE) & (size > SPIKE_SHARE * size.max()))
     if not len(spikes):
@@ -160,7 +160,7 @@ def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -
 
 
 def unit_doubts(column: str, unit: str, position: Array, joint: str) -> list[str]:
-    """Doubts about radians that look like degrees."""
+    """Warnings about radians that look like degrees."""
     largest = float(np.abs(position).max())
     if unit.casefold().startswith("rad") and largest > TURNS_BELIEVED:
         turns = largest / (2.0 * math.pi)
@@ -169,7 +169,7 @@ def unit_doubts(column: str, unit: str, position: Array, joint: str) -> list[str
 
 
 def small_angle_doubts(columns: list[str], positions: list[Array]) -> list[str]:
-    """Doubts about a file in degrees in which nothing moves by more than 6.3 degrees."""
+    """Warnings about a file in degrees in which nothing moves by more than 6.3 degrees."""
     largest = max((float(np.abs(from_si(position, "rad", "deg")).max()) for position in positions), default=0.0)
     if 0.0 < largest <= SMALL_IN_DEGREES:
         return [f"warning: no angle of {', '.join(columns)} exceeds {largest:.3g} deg: are these radians?"]
@@ -177,7 +177,7 @@ def small_angle_doubts(columns: list[str], positions: list[Array]) -> list[str]:
 
 
 def speed_doubts(column: str, speed: Array, joint: str) -> list[str]:
-    """Doubts about joint speeds that look like degrees a second or rpm."""
+    """Warnings about joint speeds that look like degrees a second or rpm."""
     largest = float(np.abs(speed).max())
     if largest <= SPEED_BELIEVED:
         return []
@@ -185,7 +185,7 @@ def speed_doubts(column: str, speed: Array, joint: str) -> list[str]:
 
 
 def _confusion(wanted: Array, travel: Array) -> str:
-    """The mend when wanted = factor x travel with a factor of some well-known confusion."""
+    """The fix when wanted = factor x travel with a factor of some well-known confusion."""
     power = float(travel @ travel)
     if power == 0.0:
         return "the rates are zero"

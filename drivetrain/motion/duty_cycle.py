@@ -9,13 +9,16 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.motion import LoadTable, Motion
+from drivetrain.units import Duration, Name
 
 GAP_ALLOWED = 1e-3  # [rad or m] what rounding in files leaves between two motions; more is a step no drive can make
 GAP_SEEN = 1e-6  # [rad or m] above this, the gap is told
@@ -129,9 +132,9 @@ class Step:
     """
 
     motion: Motion | LoadTable | None = None
-    dwell: float | None = None
-    repetitions: int = 1
-    payload: str | None = None
+    dwell: Duration | None = None
+    repetitions: Annotated[int, Ge(1)] = 1
+    payload: Name | None = None
     name: str = ""
 
     @property
@@ -312,9 +315,9 @@ def _gaps(blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: boo
             if abs(gap) <= GAP_ALLOWED or (closing and may_stay_open):
                 notes[f"warning: {where}: {told}"] = None
                 continue
-            mend = "add a motion back, or allow the cycle to stay open" if closing else "add a motion between them"
+            fix = "add a motion back, or allow the cycle to stay open" if closing else "add a motion between them"
             problem = f"{'the cycle does not close' if closing else 'a gap'}: {told}"
-            faults[where + joint] = Fault(f"cycle, {where}", problem, gap, mend)
+            faults[where + joint] = Fault(f"cycle, {where}", problem, gap, fix)
     if faults:
         raise InputError(faults.values())
     return list(notes)

@@ -58,7 +58,7 @@ def read_motion(
     Columns: ``time [s]``; per joint ``q_<joint> [deg]`` (or ``position_<joint>``, the joint's bare name, or ``q1``,
     ``q2`` in order); where known ``qd_<joint> [rad/s]`` and ``qdd_<joint> [rad/s^2]``. What is not given is
     differentiated, and the notes say how. Two rows may share an instant (a step of acceleration) when all three are
-    given. Doubts are notes that begin with "warning:". The two other formats are in SI: see ``foreign_table``.
+    given. Warnings are notes that begin with "warning:". The two other formats are in SI: see ``foreign_table``.
 
     Args:
         path: The file, or its text as a stream.
@@ -254,7 +254,7 @@ def _consistency(
     still: float,
     faults: list[Fault],
 ) -> list[str]:
-    """Doubts where given rates miss what they should be the derivative of; adds gross misses to the faults."""
+    """Warnings where given rates miss what they should be the derivative of; adds gross misses to the faults."""
     warnings: list[str] = []
     for kind, of in (("velocity", "position"), ("acceleration", "velocity")):
         rates, values = found.get((kind, joint)), found.get((of, joint))
@@ -268,7 +268,7 @@ def _consistency(
 
 
 def _unit_notes(found: dict[tuple[str, str], Found], joints: tuple[str, ...]) -> list[str]:
-    """Doubts about units, from the size of the values."""
+    """Warnings about units, from the size of the values."""
     notes: list[str] = []
     in_degrees = []
     for joint in joints:

@@ -149,7 +149,7 @@ def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[
             joint: [{"motor": motor, "gear": gear, "objective": share} for motor, gear, share in found]
             for joint, found in selection.alternatives.items()
         },
-        "fallen": {"count": len(selection.fallen), "by_joint_and_check": rejected},
+        "rejected": {"count": len(selection.rejected_pairs), "by_joint_and_check": rejected},
         "advice": list(selection.advice),
         "notes": list(selection.notes),
         "counters": dict(sorted(selection.counters.items())),

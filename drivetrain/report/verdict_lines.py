@@ -108,7 +108,7 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     lines[1:1] = [Text(line, "yellow") for line in (holes[:1] if selection is not None else holes)]
     if selection is not None:
         lines += [Text(f"note: {line}", "yellow") for line in selection.notes]
-        lines.append(Text(f"proof: {selection.proof}; {len(selection.fallen)} candidates rejected"))
+        lines.append(Text(f"proof: {selection.proof}; {len(selection.rejected_pairs)} candidates rejected"))
         lines += [Text(line) for line in (equals_sentence(selection),) if line]
         lines += [Text(line, "dim") for line in set_lines(selection)]
         lines += [Text(f"fix: {line}") for line in selection.advice]

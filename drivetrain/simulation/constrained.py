@@ -113,7 +113,7 @@ class Drifting(Stabilisation):
 
 DEFAULT_SOLVER = RungeKutta4(1e-3)
 PROJECTION = Projection()
-MOVED = 1e-9  # rad or m; a start that had to be mended by more is told
+MOVED = 1e-9  # rad or m; a start that had to be corrected by more is told
 
 
 def simulate_constrained(

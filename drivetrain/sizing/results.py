@@ -287,9 +287,9 @@ class Selection:
         evaluation: Of the chosen drives; when nothing fits, of the nearest candidates.
         objective: Of the chosen drives; NaN when nothing fits.
         proof: ``optimal``, or in words the gap that is left.
-        fallen: Every candidate that fell, beside the drives chosen after it.
+        rejected_pairs: Every rejected candidate, beside the drives chosen after it.
         alternatives: By joint name, the next best (motor, gear, objective share) that also pass.
-        advice: When nothing fits: the nearest candidate, the binding check and what would mend it; where a given drive
+        advice: When nothing fits: the nearest candidate, the binding check and what would fix it; where a given drive
             lacks data, which ones.
         counters: Work done: nodes, candidates judged.
         best_sets: Those found, best first; the first holds ``drives``. All are proven when the search is finished.
@@ -305,7 +305,7 @@ class Selection:
     evaluation: Evaluation
     objective: float
     proof: str
-    fallen: Sequence[RejectedPair]
+    rejected_pairs: Sequence[RejectedPair]
     alternatives: dict[str, tuple[tuple[str, str, float], ...]]
     advice: tuple[str, ...]
     counters: dict[str, int]
@@ -339,11 +339,11 @@ class Selection:
         """Every rejected candidate as a table, one a row, with the check that it exceeds most; in the row's unit."""
         import pandas as pd
 
-        frame = getattr(self.fallen, "frame", None)  # there may be half a million, kept column by column
+        frame = getattr(self.rejected_pairs, "frame", None)  # there may be half a million, kept column by column
         if frame is not None:
             table: pd.DataFrame = frame()
         else:
-            columns = {name: [getattr(one, name) for one in self.fallen] for name in REJECTED}
+            columns = {name: [getattr(one, name) for one in self.rejected_pairs] for name in REJECTED}
             table = pd.DataFrame(
                 {
                     name: np.array(values, dtype=float) if name in REJECTED_NUMBERS else pd.Categorical(values)

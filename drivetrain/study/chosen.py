@@ -10,7 +10,7 @@ import yaml
 
 from drivetrain.errors import Fault, InputError
 from drivetrain.study.document import Place, compose_document, read_document
-from drivetrain.study.written import file_places
+from drivetrain.study.written import file_places, scalar
 
 Edit = tuple[int, int, str]  # from, to, and what stands there instead
 
@@ -37,7 +37,7 @@ def _paths(root: yaml.MappingNode, old: Path, new: Path) -> Iterator[Edit]:
         name = node.value
         if not Path(name).is_absolute():
             moved = Path(os.path.relpath(old / name, new)).as_posix()
-            yield node.start_mark.index, node.end_mark.index, _scalar(moved)
+            yield node.start_mark.index, node.end_mark.index, scalar(moved)
 
 
 def _node_at(node: yaml.Node, place: Place) -> yaml.Node:
@@ -56,12 +56,12 @@ def _joints(root: yaml.MappingNode, drives: Mapping[str, Mapping[str, str]], fil
             Fault("joints", "is written with anchors, which cannot be changed one by one", hint=hint, file=file)
         )
     for name, keys in drives.items():
-        named = {part: _scalar(key) for part, key in keys.items() if part not in ("motor", "gear")}
+        named = {part: scalar(key) for part, key in keys.items() if part not in ("motor", "gear")}
         if "motor" in keys:
-            named["drive"] = f"{{motor: {_scalar(keys['motor'])}, gear: {_scalar(keys['gear'] or 'none')}}}"
+            named["drive"] = f"{{motor: {scalar(keys['motor'])}, gear: {scalar(keys['gear'] or 'none')}}}"
         node, whole = own.get(name), f"{{{', '.join(f'{part}: {value}' for part, value in named.items())}}}"
         if node is None:
-            fresh.append(f"{_scalar(name)}: {whole}")
+            fresh.append(f"{scalar(name)}: {whole}")
             continue
         if not isinstance(node, yaml.MappingNode):  # a name with nothing behind it
             yield node.start_mark.index, node.end_mark.index, f" {whole}"
@@ -96,8 +96,3 @@ def _end(node: yaml.Node) -> int:
 def _entries(node: yaml.Node | None) -> dict[str, yaml.Node]:
     """The values of a mapping by name; none of anything else."""
     return {key.value: value for key, value in node.value} if isinstance(node, yaml.MappingNode) else {}
-
-
-def _scalar(text: str) -> str:
-    """A text as YAML writes it inside a list."""
-    return yaml.safe_dump([text], default_flow_style=True, width=10_000, allow_unicode=True).strip()[1:-1]

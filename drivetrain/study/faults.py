@@ -1,4 +1,4 @@
-"""Every fault of a study file at once: those of its form, and those found while it is resolved.
+"""Every fault of a file at once: those of its form, and those found while it is resolved.
 
 What is wrong in the form is cut out and the rest read again; what may only be the consequence of a known fault is not
 reported.
@@ -19,12 +19,11 @@ from pydantic_core import ErrorDetails
 
 from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
 from drivetrain.study.document import Document, Place, spelled
+from drivetrain.study.form import Form
 from drivetrain.study.parts.rules import GearRow, MotorRow
-from drivetrain.study.schema import StudyForm
 
-F = TypeVar("F", bound=BaseModel)
+F = TypeVar("F", bound=Form)
 _ROUNDS = 20  # each round cuts out at least one entry; faults hidden behind others come up in the next
-_STAND_INS: dict[str, Any] = {"schema_version": 1, "motions": {}, "supply": {"voltage": "1 V"}, "joints": {}}
 _SHEETS: dict[str, type[BaseModel]] = {"motors": MotorRow, "gears": GearRow}
 _SYMBOLS = {"kt": "torque_constant", "r": "resistance", "l": "inductance", "j": "rotor_inertia", "m": "mass",
             "eta": "efficiency", "i": "ratio", "n": "ratio"}  # fmt: skip
@@ -60,22 +59,22 @@ class Places:
         return place in self._around or any(place[:end] in self._faulty for end in range(len(place)))
 
 
-def read_form(document: Document) -> tuple[StudyForm, list[Fault], Places]:
-    """The study file as a form, as far as it can be read."""
+def read_form(form: type[F], document: Document) -> tuple[F, list[Fault], Places]:
+    """A file by its form, as far as it can be read."""
     data: dict[str, Any] = copy.deepcopy(document.data)
     faults: list[Fault] = []
     places = Places()
     for _ in range(_ROUNDS):
         try:
-            return StudyForm.model_validate(data), faults, places
+            return form.model_validate(data), faults, places
         except ValidationError as error:
             for details in error.errors(include_url=False):
                 for place, fault in _faults(document, details):
                     if not places.touch(place):
                         faults.append(fault)
                         places.add(place)
-                    _cut(data, place)
-    return StudyForm.model_validate(_STAND_INS), faults, places
+                    _cut(data, place, form.stand_ins)
+    return form.model_validate(form.stand_ins), faults, places
 
 
 def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Fault]]:
@@ -130,7 +129,7 @@ def _shown(found: object) -> object:
     return found if isinstance(found, str | int | float | bool) else None
 
 
-def _cut(data: dict[str, Any], place: Place) -> None:
+def _cut(data: dict[str, Any], place: Place, stand_ins: Mapping[str, Any]) -> None:
     """Takes the faulty entry out: the nearest name around it, or what lacks a name; at the top a stand-in goes in."""
     names = place
     while names and isinstance(names[-1], int):
@@ -147,9 +146,7 @@ def _cut(data: dict[str, Any], place: Place) -> None:
             del parent[names[-1]]
             break
         names = names[:-1]
-    for name, stand_in in _STAND_INS.items():
-        if name not in data:
-            data[name] = copy.deepcopy(stand_in)
+    data |= {name: copy.deepcopy(stand_in) for name, stand_in in stand_ins.items() if name not in data}
 
 
 @dataclass(eq=False)

@@ -18,7 +18,7 @@ from typing import Annotated, Any, ClassVar, TypeVar, Union, get_args, get_origi
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, create_model, model_validator
-from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from drivetrain.units import Quantity
 
@@ -29,7 +29,13 @@ class Form(BaseModel):
     """A mapping of the study file whose names are known beforehand."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    stands_for: ClassVar[type | None] = None
+    stands_for: ClassVar[Any] = None
+    stand_ins: ClassVar[dict[str, Any]] = {}  # for what a file must state and this one does not
+
+    def made(self, **more: Any) -> Any:
+        """What the entry stands for, as ``made``."""
+        names = type(self).model_fields.keys() & {one.name for one in fields(self.stands_for)}
+        return self.stands_for(**{name: made(getattr(self, name)) for name in names} | more)
 
     @model_validator(mode="before")
     @classmethod
@@ -56,9 +62,11 @@ def form_of(kind: type, without: tuple[str, ...] = (), needed: tuple[str, ...] =
             default = {"default": one.default}
         elif one.default_factory is not MISSING:
             default = {"default_factory": one.default_factory}
-        about = Field(description=words.get(one.name), **default)
+        text = words.get(one.name, "")
+        unit = re.search(r"\[([^\]]*)\]", text)
+        tells_more = text and not (unit and text == f"{unit[0]}.")  # than its reader says of the unit
+        about = Field(description=text if tells_more else None, **default)
         if one.name not in without:
-            unit = re.search(r"\[([^\]]*)\]", words.get(one.name, ""))
             entries[one.name] = (_as_written(hints[one.name], unit[1] if unit else ""), about)
     doc = (inspect.getdoc(kind) or "").split("\n")[0]
     made_of = create_model(f"{kind.__name__}Form", __base__=Form, __doc__=doc, **entries)
@@ -111,6 +119,19 @@ class AsForm:
 Entry = Annotated[T, AsForm()]
 
 
+@dataclass(frozen=True)
+class Shaped:
+    """Says of a field of two kinds that these values are of the second one: faults are then told of one kind alone."""
+
+    values: Any  # types of Python
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        kinds = dict(zip(("<first>", "<second>"), map(handler.generate_schema, get_args(source)), strict=True))
+        return core_schema.tagged_union_schema(
+            kinds, lambda value: "<second>" if isinstance(value, self.values) else "<first>"
+        )
+
+
 def given(entry: object, name: str) -> bool:
     """Whether a field of an entry stands in the file."""
     return isinstance(entry, Form) and name in entry.model_fields_set and getattr(entry, name) is not None
@@ -130,9 +151,9 @@ def over(own: T, default: T) -> T:
 
 def made(entry: T) -> T:
     """The dataclass that an entry of the file stands for, and those inside of it; raises what its own checks raise."""
-    if not isinstance(entry, Form):
-        return entry
-    assert entry.stands_for is not None
-    names = entry.model_fields_set & {one.name for one in fields(entry.stands_for)}
-    found: T = entry.stands_for(**{name: made(getattr(entry, name)) for name in names})
-    return found
+    found: Any = entry
+    if isinstance(entry, Form):
+        found = entry.made()
+    elif isinstance(entry, list | tuple):
+        found = type(entry)(map(made, entry))
+    return found  # type: ignore[no-any-return]

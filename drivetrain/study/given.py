@@ -23,7 +23,7 @@ from drivetrain.study.parts.arm import DRIVE_MASS_HINT, resolve_arm
 from drivetrain.study.parts.candidates import DIRECT_DRIVE
 from drivetrain.study.parts.rules import GearRow, MotorRow
 from drivetrain.study.parts.sheets import SHIPPED_CATALOG
-from drivetrain.study.schema import DEFAULT, SCHEMA_VERSION
+from drivetrain.study.schema import DEFAULT, SCHEMA_VERSION, StudyForm
 from drivetrain.study.written import python_document
 from drivetrain.units import split_header
 
@@ -205,7 +205,7 @@ def _joints(data: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Name and unit of each joint of the arm; none where the arm has faults, which are told with all others."""
     stated = {name: data[name] for name in ("arm", "tip", "gravity", "drive_mass") if name in data}
     document = python_document({"schema_version": SCHEMA_VERSION, **stated})
-    form, faults, places = read_form(document)
+    form, faults, places = read_form(StudyForm, document)
     arm = None if form.arm is None else resolve_arm(form, Ledger(document, faults, places))
     if arm is None:
         return []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, frozen_array
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.brake import Brake
@@ -31,6 +31,7 @@ from drivetrain.units import (
     Efficiency,
     Factor,
     Length,
+    Mass,
     Name,
     PositiveLength,
     Quantity,
@@ -38,6 +39,7 @@ from drivetrain.units import (
     Share,
     Temperature,
     TemperatureStep,
+    Vector,
 )
 
 if TYPE_CHECKING:
@@ -66,9 +68,13 @@ class Payload:
     """
 
     name: str
-    mass: float
-    com: Array
+    mass: Mass
+    com: Annotated[Array, Vector("m")]
     inertia: Array
+
+    def __post_init__(self) -> None:
+        for part, shape in (("com", (3,)), ("inertia", (3, 3))):
+            object.__setattr__(self, part, frozen_array(getattr(self, part), shape, f"{self.name}.{part}"))
 
 
 @dataclass(frozen=True)
@@ -99,13 +105,13 @@ class ContainedDrive:
         mount: Where it sits in the links.
     """
 
-    mass: float
-    mount: Mount
+    mass: Mass
+    mount: Mount = Mount()
 
 
 @dataclass(frozen=True)
 class FreeRatio:
-    """Gears of any ratio in a range, for early design.
+    """Gears of any ratio in a range, for early design: ideal, or of a series of the catalogue, scaled.
 
     Attributes:
         low, high: Ends of the range.
@@ -115,8 +121,8 @@ class FreeRatio:
 
     low: float
     high: float
-    series: str | None = None
-    motor: str | None = None
+    series: Name | None = None
+    motor: Name | None = None
 
 
 @dataclass(frozen=True)

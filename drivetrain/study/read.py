@@ -53,7 +53,7 @@ def load_study(source: str | Path | Mapping[str, Any]) -> Study:
 
 def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     """A study from its file as read, or as changed since; notes go before those found here."""
-    form, faults, places = read_form(document)
+    form, faults, places = read_form(StudyForm, document)
     ledger = Ledger(document, faults, places, list(notes))
     arm = resolve_coupling(form, resolve_closures(form, resolve_arm(form, ledger), ledger), ledger)
     payloads = resolve_payloads(form, ledger)

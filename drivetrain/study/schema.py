@@ -5,27 +5,35 @@ A part that a dataclass describes already is ``Entry`` of it; only what a file s
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import (
-    BeforeValidator,
-    Discriminator,
-    Field,
-    GetJsonSchemaHandler,
-    Tag,
-    model_validator,
-)
+import numpy as np
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
 from drivetrain import units as f
-from drivetrain.arm.tool_moves import ToolLimits
+from drivetrain.arm.closures import BASE, Closure, LoopLink
+from drivetrain.arm.tool_moves import Move, ToolLimits
+from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.stages import Stage
-from drivetrain.motion.base import AXES
-from drivetrain.study.form import AsForm, Entry, Form, form_of
-from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Prices, Safety, StiffnessWish, Stop
+from drivetrain.motion.base import AXES, Swing
+from drivetrain.motion.duty_cycle import Step
+from drivetrain.study.form import AsForm, Entry, Form, Shaped, form_of
+from drivetrain.study.model import (
+    ContainedDrive,
+    FreeRatio,
+    GearAssumption,
+    MotorAssumption,
+    Mount,
+    Payload,
+    Prices,
+    Safety,
+    StiffnessWish,
+    Stop,
+)
 from drivetrain.study.parts.rules import BrakeRow, CandidatesForm, DriveForm, GearRow, MotorRow
 from drivetrain.study.parts.selection import (
     CRITERIA,
@@ -86,16 +94,21 @@ class InertiaForm(Form):
     xz: Product = 0.0
     yz: Product = 0.0
 
-
-class PayloadForm(Form):
-    """A body fixed to the tip; without inertia a point mass."""
-
-    mass: f.Mass
-    com: Annotated[tuple[float, float, float], f.Vector("m")] = (0.0, 0.0, 0.0)
-    inertia: InertiaForm | None = None
+    def made(self, **_: Any) -> Array:
+        """The tensor, (3, 3)."""
+        return np.array([[self.xx, self.xy, self.xz], [self.xy, self.yy, self.yz], [self.xz, self.yz, self.zz]])
 
 
 Point = Annotated[tuple[float, float, float], f.Vector("m")]
+
+
+class PayloadForm(form_of(Payload, without=("name",))):  # type: ignore[misc]
+    """A body fixed to the tip; without inertia a point mass."""
+
+    com: Point = (0.0, 0.0, 0.0)
+    inertia: InertiaForm | None = None
+
+
 Pure = Annotated[float, f.Quantity("")]
 
 
@@ -129,18 +142,13 @@ class PoseForm(Form):
         return self
 
 
-class MoveForm(Form):
+class MoveForm(form_of(Move, without=("kind", "target"))):  # type: ignore[misc]
     """One move: to joint positions, to a pose with the joints in step, or of the tool along a line or a circle."""
 
     joints: list[Any] | None = Field(default=None, description="one value a joint")
     to: PoseForm | None = None
     line: PoseForm | None = None
     circle: PoseForm | None = Field(default=None, description="the end of an arc that passes `via`")
-    via: Point | None = None
-    blend: Annotated[float, f.Quantity("m", minimum=0.0)] = Field(
-        default=0.0, description="how far from its end the corner into the next line or circle is rounded"
-    )
-    dwell: Annotated[float, f.Quantity("s", minimum=0.0)] = Field(default=0.0, description="rest at its end")
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -182,15 +190,13 @@ class MotionForm(Form):
     dwell: Any = Field(default=None, description="rest at each waypoint, one for all or a list")
 
 
-class HeaveForm(Form):
+class HeaveForm(form_of(Swing)):  # type: ignore[misc]
     """A harmonic motion of the base along an axis of the ground."""
 
     amplitude: f.Length
-    period: f.Duration
-    phase: Annotated[float, f.Quantity("rad")] = Field(default=0.0, description="as the cycle begins")
 
 
-class SwingForm(HeaveForm):
+class SwingForm(form_of(Swing)):  # type: ignore[misc]
     """A harmonic motion of the base about one of its axes."""
 
     amplitude: Annotated[float, f.Quantity("rad")]
@@ -216,13 +222,10 @@ class BaseForm(Form):
         return self
 
 
-class CycleForm(Form):
+class CycleForm(form_of(Step, without=("name",))):  # type: ignore[misc]
     """One step of the repeated task: a motion or a dwell."""
 
     motion: f.Name | None = None
-    dwell: f.Duration | None = None
-    repetitions: Annotated[int, Field(ge=1)] = 1
-    payload: f.Name | None = None
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -279,47 +282,34 @@ class CouplingForm(Form):
         return self
 
 
-class LoopLinkForm(Form):
+class LoopLinkForm(form_of(LoopLink, without=("slides", "lower", "upper", "speed_limit"))):  # type: ignore[misc]
     """A body of a linkage, and the joint by which it hangs on the one before; base frame, all joints at zero."""
 
-    joint: f.Name = Field(description="its name")
     kind: Literal["revolute", "prismatic"] = "revolute"
-    driven: bool = Field(default=False, description="true: it has a drive, which `joints` states; else it follows")
-    axis: Annotated[tuple[float, float, float], f.Vector("")] = Field(description="direction of its axis or travel")
-    point: Annotated[tuple[float, float, float], f.Vector("m")] = Field(description="of the axis")
-    mass: f.Mass = 0.0
-    com: Annotated[tuple[float, float, float], f.Vector("m")] | None = Field(
-        default=None, description="centre of mass; default: the joint's point"
-    )
     inertia: InertiaForm | None = Field(default=None, description="about the centre of mass, in axes of the base")
 
+    def made(self, **more: Any) -> LoopLink:
+        """The link."""
+        link: LoopLink = super().made(slides=self.kind == "prismatic", **more)
+        return link
 
-class ClosureForm(Form):
+
+class ClosureForm(form_of(Closure)):  # type: ignore[misc]
     """A linkage between two links of the arm, which closes a loop; without links a pin between the two."""
 
-    start: f.Name = Field(default="base", description="link or joint on which the first link hangs")
+    start: f.Name = Field(default=BASE, description="link or joint on which the first link hangs")
     links: list[LoopLinkForm] = Field(default_factory=list, description="from the start on")
-    end: f.Name = Field(description="link or joint to whose link a pin holds the last link")
-    point: Annotated[tuple[float, float, float], f.Vector("m")] = Field(
-        description="of the pin, in the base frame with all joints at zero"
-    )
 
 
-class FreeRatioForm(Form):
-    """A gear of any ratio in a range: ideal, or one of a series of the catalogue, scaled.
-
-    The motor is that of the joint's drive, or the one named here.
-    """
+class FreeRatioForm(form_of(FreeRatio, without=("low", "high"))):  # type: ignore[misc]
+    """A gear of any ratio in a range: ideal, or one of a series of the catalogue, scaled."""
 
     ratio: Annotated[f.Interval, f.Between("")]
-    series: f.Name | None = None
-    motor: f.Name | None = None
 
 
-class ContainedForm(Form):
+class ContainedForm(form_of(ContainedDrive)):  # type: ignore[misc]
     """The drive that the arm's links already hold at a joint (drive_mass: replaced)."""
 
-    mass: f.Mass
     mount: MountEntry = Field(default_factory=Mount)
 
 
@@ -342,14 +332,7 @@ class _Part(f.Reader):
         return {"anyOf": [{"type": "boolean"}, {"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
 
 
-def _keys_or_limits(value: Any) -> str:
-    return "<limits>" if isinstance(value, dict | AmplifierForm) else "<keys>"
-
-
-AmplifierEntry = Annotated[
-    Annotated[tuple[str, ...] | bool, _Part(), Tag("<keys>")] | Annotated[AmplifierForm, Tag("<limits>")],
-    Discriminator(_keys_or_limits),
-]
+Parts = Annotated[tuple[str, ...] | bool, _Part()]
 
 
 class JointForm(Form):
@@ -370,7 +353,7 @@ class JointForm(Form):
     motor_friction: Entry[Friction] | None = Field(
         default=None, description="replaces what the motor's no-load data imply"
     )
-    amplifier: AmplifierEntry = Field(
+    amplifier: Annotated[Parts | AmplifierForm, Shaped(dict | AmplifierForm)] = Field(
         default=AmplifierForm(), description="its limits, or a key, some keys, or true: any of the catalogue"
     )
     travel_per_turn: Annotated[float, f.Quantity("m/rad")] | None = Field(
@@ -387,7 +370,7 @@ class JointForm(Form):
         default="gear", description="what carries the joint across its axis: the gear's own bearing, or one beside it"
     )
     stop: Entry[Stop] | None = Field(default=None, description="what of the study's stop is another at this joint")
-    brake: Annotated[tuple[str, ...] | bool, _Part()] = Field(
+    brake: Parts = Field(
         default=False, description="holding brake at the motor: a key, some keys, or true: any of the catalogue"
     )
     load_inertia: f.Inertia | None = Field(
@@ -417,16 +400,6 @@ class WeightsForm(Form):
         if not any(getattr(self, name) for name in TERMS):
             raise f.refused("needs a weight above 0", f"for at least one of {', '.join(TERMS)}")
         return self
-
-
-def _word_or_weights(value: Any) -> str:
-    return "<weights>" if isinstance(value, dict | WeightsForm) else "<word>"
-
-
-Objective = Annotated[
-    Annotated[Literal["mass", "price", "energy"], Tag("<word>")] | Annotated[WeightsForm, Tag("<weights>")],
-    Discriminator(_word_or_weights),
-]
 
 
 class _Criterion(f.Reader):
@@ -479,6 +452,13 @@ def _arm(value: Any) -> Any:
 class StudyForm(Form):
     """A study: an arm or load tables, the repeated task, the electrics, and what may drive each joint."""
 
+    stand_ins: ClassVar[dict[str, Any]] = {
+        "schema_version": 1,
+        "motions": {},
+        "supply": {"voltage": "1 V"},
+        "joints": {},
+    }
+
     schema_version: Literal[1]
     name: f.Name | None = None
     description: str = ""
@@ -516,7 +496,7 @@ class StudyForm(Form):
         default=None, description="of gears and motors: checks torque, current and voltage of a cold start too"
     )
     stiffness: Entry[StiffnessWish] = StiffnessWish()
-    objective: Objective = "mass"
+    objective: Annotated[Literal["mass", "price", "energy"] | WeightsForm, Shaped(dict | WeightsForm)] = "mass"
     selection: SelectionForm = SelectionForm()
     catalogs: f.Names = ("shipped",)
     motors: dict[str, MotorRow] = Field(default_factory=dict)

@@ -62,6 +62,11 @@ def written(document: Document, place: Path = Path()) -> str:
     return yaml.dump(_with_units(ordered), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
 
 
+def scalar(text: str) -> str:
+    """A text as YAML writes it inside a list."""
+    return str(yaml.safe_dump([text], default_flow_style=True, width=10_000, allow_unicode=True).strip()[1:-1])
+
+
 def _with_units(value: Any) -> Any:
     """Numbers from Python with the units in which they were read."""
     if isinstance(value, SI):

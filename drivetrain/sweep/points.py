@@ -5,25 +5,73 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar, Literal
 
-from drivetrain.errors import Fault, InputError, nearest
+from annotated_types import Ge
+from pydantic import Field
+
+from drivetrain.errors import InputError
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.document import Document, Place, place_of, read_document, varied
+from drivetrain.study.faults import Ledger, read_form
+from drivetrain.study.form import Form, given
 from drivetrain.study.model import Study
 from drivetrain.study.read import study_from
+from drivetrain.units import Name, Reader, refused
 from drivetrain.version import __version__
 
-SCHEMA_VERSION = 1
-FACTORS = ("payload", "time", "voltage")
-"""What ``scale`` may hold: factors on payload, on the length of the cycle, on the supply's voltage."""
-
-SELECT, SIZE = "select", "size"
+SELECT = "select"
 MOST_POINTS = 10_000_000
-_KNOWN = ("schema_version", "study", "vary", "scale", "run", "points_per_shard")
+
+
+class _Values(Reader):
+    """The values that something takes, as they are written."""
+
+    def read(self, value: Any) -> tuple[Any, ...]:
+        if not isinstance(value, list) or not value:
+            raise refused("must be a list of values, such as [24 V, 48 V]", found=value)
+        if len({_text(one) for one in value}) < len(value):
+            raise refused("lists a value twice", found=value)
+        return tuple(value)
+
+
+@dataclass(frozen=True)
+class _Factors(_Values):
+    """Pure numbers."""
+
+    least: float
+
+    def read(self, value: Any) -> tuple[Any, ...]:
+        for one in super().read(value):
+            number = isinstance(one, int | float) and not isinstance(one, bool)
+            if not number or not self.least <= one < math.inf:
+                raise refused("must be positive factors, such as [0.8, 1, 1.25]", found=one)
+        return tuple(value)
+
+
+class ScaleForm(Form):
+    """Factors on payload, on the length of the cycle, on the supply's voltage."""
+
+    payload: Annotated[tuple[float, ...], _Factors(0.0)] | None = None
+    time: Annotated[tuple[float, ...], _Factors(1e-9)] | None = None
+    voltage: Annotated[tuple[float, ...], _Factors(1e-9)] | None = None
+
+
+class SweepForm(Form):
+    """The file of a sweep."""
+
+    stand_ins: ClassVar[dict[str, Any]] = {"study": "none"}
+
+    schema_version: Literal[1] = 1
+    study: Name
+    vary: dict[str, Annotated[tuple[Any, ...], _Values()]] = Field(default_factory=dict)
+    scale: ScaleForm = ScaleForm()
+    run: Literal["select", "size"] = "select"
+    points_per_shard: Annotated[int, Ge(1)] = 8
 
 
 @dataclass(frozen=True)
@@ -48,10 +96,7 @@ class Sweep:
     points_per_shard: int  # how many are kept in one file
 
     def __len__(self) -> int:
-        size = 1
-        for values in self.values:
-            size *= len(values)
-        return size
+        return math.prod(map(len, self.values))
 
     @property
     def shards(self) -> int:
@@ -64,15 +109,9 @@ class Sweep:
         last = min(first + self.points_per_shard, len(self))
         for index, chosen in enumerate(itertools.islice(itertools.product(*self.values), first, last), first):
             entries = tuple(zip(self.places, chosen, strict=False))
-            factors = dict(zip(self._factors, map(float, chosen[len(self.places) :]), strict=True))
-            payload, time, voltage = (factors.get(f"scale.{name}", 1.0) for name in FACTORS)
-            change = TaskChange(payload=payload, time=time, voltage=voltage)
-            yield Point(index, entries, change, tuple(_text(value) for value in chosen))
-
-    @property
-    def _factors(self) -> tuple[str, ...]:
-        """What is scaled."""
-        return self.names[len(self.places) :]
+            scaled = zip(self.names[len(self.places) :], chosen[len(self.places) :], strict=True)
+            factors: dict[str, Any] = {name.removeprefix("scale."): float(value) for name, value in scaled}
+            yield Point(index, entries, TaskChange(**factors), tuple(_text(value) for value in chosen))
 
     def digest(self) -> str:
         """What results depend on besides the files that the study names: two sweeps with the same one are one."""
@@ -96,32 +135,22 @@ def read_sweep(path: str | Path) -> Sweep:
         InputError: Every fault of the file.
     """
     document = read_document(path)
-    data, faults = document.data, []
-    faults += [
-        document.fault((name,), "is not known here", name, nearest(name, _KNOWN)) for name in data if name not in _KNOWN
-    ]
-    version = data.get("schema_version", SCHEMA_VERSION)
-    if version != SCHEMA_VERSION:
-        faults.append(document.fault(("schema_version",), f"must be {SCHEMA_VERSION}", version))
-    run = data.get("run", SELECT)
-    if run not in (SELECT, SIZE):
-        faults.append(document.fault(("run",), f"must be {SELECT} or {SIZE}", run))
-    size = data.get("points_per_shard", 8)
-    if not isinstance(size, int) or isinstance(size, bool) or size < 1:
-        faults.append(document.fault(("points_per_shard",), "must be a whole number from 1", size))
-    study = _study(document, faults)
-    vary, scale = _lists(document, "vary", faults), _lists(document, "scale", faults)
-    places = _places(document, study, vary, faults)
-    faults += _scale_faults(document, scale)
-    if not faults and not vary and not scale:
-        faults.append(document.fault((), "must vary something: give 'vary' or 'scale'"))
-    if faults or study is None:
-        raise InputError(faults)
-    names = (*vary, *(f"scale.{name}" for name in scale))
-    sweep = Sweep(study, names, (*vary.values(), *scale.values()), places, run, size)
-    if len(sweep) > MOST_POINTS:
-        raise InputError(document.fault((), f"asks for {len(sweep)} points; {MOST_POINTS} are allowed"))
-    return sweep
+    form, faults, places = read_form(SweepForm, document)
+    ledger = Ledger(document, faults, places)
+    study: Document | None = None
+    if not ledger.spoiled(("study",)):
+        with ledger.gather(("study",)):
+            study = read_document(document.folder / form.study)
+    entries = {} if study is None else _places(form, study, ledger)
+    scale = {name: getattr(form.scale, name) for name in document.data.get("scale") or {} if given(form.scale, name)}
+    if not form.vary and not scale and not ledger.faults:
+        ledger.fault((), "must vary something: give 'vary' or 'scale'")
+    names, values = (*form.vary, *(f"scale.{name}" for name in scale)), (*form.vary.values(), *scale.values())
+    if (points := math.prod(map(len, values))) > MOST_POINTS:
+        ledger.fault((), f"asks for {points} points; {MOST_POINTS} are allowed")
+    ledger.raise_any()
+    assert study is not None
+    return Sweep(study, names, values, tuple(entries.values()), form.run, form.points_per_shard)
 
 
 def study_of(sweep: Sweep, point: Point) -> Study:
@@ -138,70 +167,17 @@ def _text(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value, default=str)
 
 
-def _study(document: Document, faults: list[Fault]) -> Document | None:
-    """The study file that a sweep names."""
-    name = document.data.get("study")
-    if not isinstance(name, str):
-        faults.append(document.fault(("study",), "must name a study file", name))
-        return None
-    try:
-        return read_document(document.folder / name)
-    except InputError as error:
-        faults += error.faults
-        return None
-
-
-def _lists(document: Document, part: str, faults: list[Fault]) -> dict[str, tuple[Any, ...]]:
-    """Names with lists of values."""
-    found = document.data.get(part, {})
-    if not isinstance(found, dict):
-        faults.append(document.fault((part,), "must be a mapping of names to lists of values", found))
-        return {}
-    lists: dict[str, tuple[Any, ...]] = {}
-    for name, values in found.items():
-        if not isinstance(values, list) or not values:
-            faults.append(document.fault((part, name), "must be a list of values, such as [24 V, 48 V]", values))
-        elif len({_text(value) for value in values}) < len(values):
-            faults.append(document.fault((part, name), "lists a value twice", values))
-        else:
-            lists[name] = tuple(values)
-    return lists
-
-
-def _places(
-    document: Document, study: Document | None, vary: dict[str, tuple[Any, ...]], faults: list[Fault]
-) -> tuple[Place, ...]:
+def _places(form: SweepForm, study: Document, ledger: Ledger) -> dict[str, Place]:
     """Where the varied entries stand in the study file."""
-    found: list[Place] = []
-    for name in vary if study else ():
+    found: dict[str, Place] = {}
+    for name in form.vary:
         try:
-            place = place_of(study, name)  # type: ignore[arg-type]
+            place = place_of(study, name)
         except InputError as error:
-            fault = error.faults[0]
-            faults.append(document.fault(("vary", name), fault.problem, hint=fault.hint))
+            ledger.fault(("vary", name), error.faults[0].problem, hint=error.faults[0].hint)
             continue
-        within = [spelled for other, spelled in zip(found, vary, strict=False) if _nested(other, place)]
+        within = [other for other, one in found.items() if all(a == b for a, b in zip(one, place, strict=False))]
         if within:
-            faults.append(document.fault(("vary", name), f"lies within, or around, {within[0]}"))
-        found.append(place)
-    return tuple(found)
-
-
-def _nested(one: Place, other: Place) -> bool:
-    shorter = min(len(one), len(other))
-    return one[:shorter] == other[:shorter]
-
-
-def _scale_faults(document: Document, scale: dict[str, tuple[Any, ...]]) -> list[Fault]:
-    """Factors that are none."""
-    faults = []
-    for name, values in scale.items():
-        place: Place = ("scale", name)
-        if name not in FACTORS:
-            faults.append(document.fault(place, "is nothing that can be scaled", name, nearest(name, FACTORS)))
-            continue
-        for value in values:
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            if not number or not (0.0 if name == "payload" else 1e-9) <= value < float("inf"):
-                faults.append(document.fault(place, "must be positive factors, such as [0.8, 1, 1.25]", value))
-    return faults
+            ledger.fault(("vary", name), f"lies within, or around, {within[0]}")
+        found[name] = place
+    return found

@@ -42,7 +42,7 @@ names = [one.name for one in weak.joints["axis"].checks]
 found = weak.joints["axis"].checks[names.index("gear flange torque")]
 sure = {gear: dt.robustness(dt.evaluate(study, {"axis": ("m", gear)})) for gear in ("weak", "strong")}
 print(json.dumps({
-    "chosen": chosen.drives["axis"][1], "fallen": [(one.gear, one.check) for one in chosen.fallen],
+    "chosen": chosen.drives["axis"][1], "fallen": [(one.gear, one.check) for one in chosen.rejected_pairs],
     "told": [found.verdict.value, found.required, found.available, found.source],
     "unknown": [one.verdict.value for one in silent.joints["axis"].checks if one.name == "gear flange torque"],
     "sure": {gear: one.whole.probability for gear, one in sure.items()},

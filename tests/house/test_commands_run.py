@@ -32,15 +32,18 @@ WAVES = [(0.01 * k, *(math.sin(r * 0.01 * k) for r in (2.0, 3.0, 2.5, 1.5))) for
 RECORDING = "time [s],q1 [rad],q2 [rad],torque1 [N m],torque2 [N m]\n" + "\n".join(
     ",".join(f"{x:.9g}" for x in row) for row in WAVES
 )
+AXIS = (ROOT / "docs" / "size_an_axis.md").read_text(encoding="utf-8")
+FILES = dict(re.findall(r"`([\w.]+)`:\n\n```\w+\n(.*?)```", AXIS, re.S))
 SWEEP = "study: my_arm.yaml\nscale:\n  payload: [0.5, 1]\npoints_per_shard: 1\n"
 
 
 def printed() -> list[str]:
-    """The commands of all shell blocks."""
+    """The commands of all shell blocks, each once."""
     blocks = [
         block for page in PAGES for block in re.findall(r"```sh\n(.*?)```", page.read_text(encoding="utf-8"), re.S)
     ]
-    return [line for block in blocks for line in block.splitlines() if line.startswith("drivetrain ")]
+    lines = [line for block in blocks for line in block.splitlines() if line.startswith("drivetrain ")]
+    return list({" ".join(shlex.split(line, comments=True)): line for line in lines}.values())
 
 
 @pytest.fixture
@@ -55,9 +58,20 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     assert found is not None
     few = f"    candidates: {{pairs: [{PAIRS}]}}\n    free_ratio: {{ratio: [80, 160], motor: AM_MF0060020_48V}}\n"
     (tmp_path / "my_arm.yaml").write_text(text.replace(found.group(0), few), encoding="utf-8")
+    for name, content in FILES.items():
+        (tmp_path / name).write_text(content, encoding="utf-8")
     (tmp_path / "run.csv").write_text(RECORDING, encoding="utf-8")
     (tmp_path / "sweep.yaml").write_text(SWEEP, encoding="utf-8")
     return tmp_path
+
+
+def test_sizing_an_axis_gives_what_its_page_prints(folder: Path) -> None:
+    (answer,) = re.findall(r"```text\n(joint.*?)```", AXIS, re.S)
+    done = CliRunner().invoke(app, ["select", "turntable.yaml"])
+    said = [" ".join(line.split()) for line in done.output.splitlines()]
+    assert [line for line in answer.splitlines() if line and " ".join(line.split()) not in said] == []
+    for pair in re.findall(r"(\d+) pairs", AXIS):
+        assert f"{pair} pairs" in CliRunner().invoke(app, ["check", "turntable.yaml"]).output
 
 
 def test_every_command_runs_as_printed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 from pathlib import Path
 
 import pytest
@@ -53,3 +54,10 @@ def test_every_page_is_in_the_site_and_in_the_readme() -> None:
     assert named == {page.stem for page in PAGES[1:]} - {"index"}
     linked = set(re.findall(r"docs/(\w+\.md)", PAGES[0].read_text(encoding="utf-8")))
     assert {page.name for page in PAGES[1:]} - {"index.md", "reference.md"} <= linked
+
+
+def test_printed_pages_are_those_of_the_code() -> None:
+    """``python docs/tables.py`` writes them."""
+    tables = runpy.run_path(str(ROOT / "docs" / "tables.py"))
+    for name in ("checks", "effects"):
+        assert (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") == tables[f"{name}_page"]()

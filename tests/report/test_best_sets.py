@@ -73,7 +73,7 @@ def test_every_objective_has_its_words(three_sets: Selection, weights: tuple, wo
 def test_a_selection_in_which_no_joint_has_a_drive_still_has_a_page(selection: Selection) -> None:
     lacking = Check("candidates of elbow", 1.0, 0.0, "1", None, Verdict.FAIL, remark="elbow has no candidate")
     nothing = Evaluation(selection.study, {}, (lacking,), math.nan)
-    found = replace(selection, drives={}, evaluation=nothing, objective=math.nan, alternatives={}, fallen=())
+    found = replace(selection, drives={}, evaluation=nothing, objective=math.nan, alternatives={}, rejected_pairs=())
     found = replace(found, advice=("elbow: no motor of the catalogue may drive it",))
     page = html_report(found)
     assert "FAIL" in page and "no motor of the catalogue may drive it" in page
@@ -99,31 +99,31 @@ class Table(tuple):  # type: ignore[type-arg]
 
 def test_columns_are_taken_as_they_are_and_counted(selection: Selection) -> None:
     plain = selection.rejected
-    assert tuple(plain.columns) == COLUMNS and len(plain) == len(selection.fallen)
+    assert tuple(plain.columns) == COLUMNS and len(plain) == len(selection.rejected_pairs)
     counts = counted(plain)
     for (joint, check), count in counts.items():
-        assert count == sum(one.joint == joint and one.check == check for one in selection.fallen)
-    assert sum(counts.values()) == len(selection.fallen)
+        assert count == sum(one.joint == joint and one.check == check for one in selection.rejected_pairs)
+    assert sum(counts.values()) == len(selection.rejected_pairs)
     lazy = Table()
     lazy.selection = selection
-    coded = replace(selection, fallen=lazy)
+    coded = replace(selection, rejected_pairs=lazy)
     assert html_report(coded) == html_report(selection)
     assert counted(plain[:0]) == {}
 
 
 def test_unknown_numbers_are_told_in_the_file(selection: Selection) -> None:
-    one = replace(selection.fallen[0], required=math.nan, utilisation=math.inf)
-    line = rejected_text(replace(selection, fallen=(one,)).rejected).splitlines()[1].split(",")
+    one = replace(selection.rejected_pairs[0], required=math.nan, utilisation=math.inf)
+    line = rejected_text(replace(selection, rejected_pairs=(one,)).rejected).splitlines()[1].split(",")
     assert line[4] == "nan" and line[7] == "inf"
     assert np.isnan(float(line[4]))
 
 
 def test_a_key_with_a_comma_or_a_quote_is_one_cell(selection: Selection) -> None:
-    odd = replace(selection.fallen[0], motor='a,"b"')
-    text = rejected_text(replace(selection, fallen=(odd, *selection.fallen[1:5000])).rejected)
+    odd = replace(selection.rejected_pairs[0], motor='a,"b"')
+    text = rejected_text(replace(selection, rejected_pairs=(odd, *selection.rejected_pairs[1:5000])).rejected)
     rows = list(csv.reader(io.StringIO(text)))
     assert rows[1][1] == 'a,"b"' and {len(row) for row in rows} == {len(COLUMNS)}
-    assert len(rows) == 1 + min(5000, len(selection.fallen))
+    assert len(rows) == 1 + min(5000, len(selection.rejected_pairs))
 
 
 def test_every_chosen_drive_has_its_star_among_the_rejected(selection: Selection) -> None:

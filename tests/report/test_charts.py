@@ -205,10 +205,10 @@ def test_the_arm_stands_where_the_engine_puts_it(arm: Evaluation) -> None:
 
 def test_rejected_candidates_are_those_of_the_search(selection: Selection) -> None:
     told = data_of(html_report(selection))["rejected"]
-    assert told["count"] == len(selection.fallen) == len(told["rows"])
+    assert told["count"] == len(selection.rejected_pairs) == len(told["rows"])
     names = told["names"]
     page = sorted((names[0][row[0]], names[1][row[1]], names[3][row[3]], row[4]) for row in told["rows"])
-    engine = sorted((one.joint, one.motor, one.check, one.utilisation) for one in selection.fallen)
+    engine = sorted((one.joint, one.motor, one.check, one.utilisation) for one in selection.rejected_pairs)
     for ours, theirs in zip(page, engine, strict=True):
         assert ours[:3] == theirs[:3] and ours[3] == pytest.approx(theirs[3], rel=1e-6)
 

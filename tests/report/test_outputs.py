@@ -35,8 +35,8 @@ def test_currents_have_one_row_per_sample_and_joint(evaluation: Evaluation) -> N
 
 def test_every_candidate_that_fell_is_listed(selection: Selection) -> None:
     rows = list(csv.reader(io.StringIO(rejected_text(selection.rejected))))
-    assert tuple(rows[0]) == FALLEN_COLUMNS and len(rows) == 1 + len(selection.fallen)
-    first = selection.fallen[0]
+    assert tuple(rows[0]) == FALLEN_COLUMNS and len(rows) == 1 + len(selection.rejected_pairs)
+    first = selection.rejected_pairs[0]
     assert rows[1][:4] == [first.joint, first.motor, first.gear, first.check]
     assert float(rows[1][7]) == pytest.approx(first.utilisation, rel=1e-5)  # six digits are written
 

@@ -228,7 +228,7 @@ def test_selection_says_why_the_others_fell(selected: str, selection: Selection)
     assert all(sum(map(int, row[2:])) == 400 for row in counts)
     assert "acme-9" in found.text and "proof: optimal" in found.text
     nearest = nearest_misses(selection.rejected, "elbow", selection.evaluation.study.safety)
-    shares = sorted(one.utilisation for one in selection.fallen if one.joint == "elbow")
+    shares = sorted(one.utilisation for one in selection.rejected_pairs if one.joint == "elbow")
     assert nearest[0][6].startswith(f"{100 * shares[0]:.1f}"[:5])
     assert all(
         ("× 1.2 =" in required) == (check == "gear repeated peak torque") for _, _, check, required, *_ in nearest

@@ -53,8 +53,8 @@ def test_round_trip_and_keys(evaluation: Evaluation) -> None:
 def test_selection_adds_the_search(selection: Selection, nothing_fits: Selection) -> None:
     data = json.loads(result_json(selection))
     assert data["job"] == "select" and data["feasible"] is True and data["proof"] == "optimal"
-    assert data["fallen"]["count"] == 1200
-    assert sum(sum(c.values()) for c in data["fallen"]["by_joint_and_check"].values()) == 1200
+    assert data["rejected"]["count"] == 1200
+    assert sum(sum(c.values()) for c in data["rejected"]["by_joint_and_check"].values()) == 1200
     assert data["alternatives"]["elbow"][0] == {"motor": "acme-9", "gear": "wave-9-100", "objective": 3.1}
     data = json.loads(result_json(nothing_fits))
     assert data["verdict"] == "FAIL" and data["feasible"] is False and data["objective"]["value"] is None

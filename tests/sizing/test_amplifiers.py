@@ -136,7 +136,7 @@ def test_selection_with_amplifiers_is_brute_force(make, weights):
         if found.feasible:
             assert found.objective == pytest.approx(best, rel=1e-9)
             chosen |= {joint.amplifier.key for joint in found.evaluation.joints.values()}
-            assert all(fallen.joint in study.cycle.joint_names for fallen in found.fallen)
+            assert all(fallen.joint in study.cycle.joint_names for fallen in found.rejected_pairs)
     assert len(chosen) > 1
 
 

@@ -132,7 +132,7 @@ def test_selection_takes_the_lightest_brake_that_holds(make):
     study = held_study(make)
     found = select(study)
     assert found.drives["j2"] == ("m1+strong", "g1") and found.proof == "optimal"
-    assert [fallen.check for fallen in found.fallen if fallen.joint == "j2"] == [TORQUE]
+    assert [fallen.check for fallen in found.rejected_pairs if fallen.joint == "j2"] == [TORQUE]
     weak = replace(study, safety=replace(study.safety, brake=0.2))
     assert select(weak).drives["j2"] == ("m1+weak", "g1")
     none = held_study(make, (WEAK,))

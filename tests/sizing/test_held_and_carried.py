@@ -87,7 +87,7 @@ def test_static_load_and_life_of_the_bearing_decide_a_choice(overhung, make):
     )
     chosen = select(study)
     assert chosen.drives == {"j1": ("m1", "g3")} and chosen.proof == "optimal"
-    fell = {one.gear: one.check for one in chosen.fallen}
+    fell = {one.gear: one.check for one in chosen.rejected_pairs}
     assert fell == {"g1": "output bearing static load", "g2": "output bearing life L10"}
 
 
@@ -182,5 +182,5 @@ def test_a_limit_of_the_inertia_ratio_decides_a_choice(make):
     ratios = {key: inertia / (50.0**2 * (row.rotor_inertia + 1e-6)) for key, row in motors.items()}
     free, wished = select(study), select(replace(study, safety=Safety(inertia_ratio=0.5 * sum(ratios.values()))))
     assert free.drives["j1"][0] == "m1" and wished.drives["j1"][0] == "m2"
-    (fell,) = wished.fallen
+    (fell,) = wished.rejected_pairs
     assert fell.check == "inertia ratio" and fell.required == pytest.approx(ratios["m1"], rel=1e-9)

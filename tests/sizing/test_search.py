@@ -95,7 +95,7 @@ def test_selection_is_what_evaluate_says(make):
     assert selection.objective == evaluation.objective
     assert evaluation.feasible
     chosen = selection.drives
-    for fallen in selection.fallen:
+    for fallen in selection.rejected_pairs:
         swapped = {**chosen, fallen.joint: (fallen.motor, fallen.gear)}
         joint = evaluate(study, swapped).joints[fallen.joint]
         check = next(one for one in joint.checks if one.name == fallen.check)
@@ -108,7 +108,7 @@ def test_selection_is_what_evaluate_says(make):
             result = evaluate(study, {**chosen, joint: (motor, gear)}).joints[joint]
             assert result.verdict in (Verdict.PASS, Verdict.MARGINAL)
     for task in study.joints:
-        fell = {(one.motor, one.gear) for one in selection.fallen if one.joint == task.name}
+        fell = {(one.motor, one.gear) for one in selection.rejected_pairs if one.joint == task.name}
         stood = {(motor, gear) for motor, gear, _ in selection.alternatives[task.name]}
         assert chosen[task.name] not in fell
         assert not fell & stood
@@ -119,7 +119,7 @@ def test_selection_is_what_evaluate_says(make):
 def test_same_study_same_answer(make):
     first, second = (select(feasible_study(make)) for _ in range(2))
     assert first.drives == second.drives
-    assert list(first.fallen) == list(second.fallen)
+    assert list(first.rejected_pairs) == list(second.rejected_pairs)
     assert first.proof == second.proof
 
 
@@ -223,7 +223,7 @@ def test_missing_data_never_wins(make):
     motors = {key: replace(m, rotor_inertia=None) if key == "m0" else m for key, m in study.catalog.motors.items()}
     selection = select(replace(study, catalog=replace(study.catalog, motors=motors)))
     assert all(motor != "m0" for motor, _ in selection.drives.values())
-    reasons = {one.check for one in selection.fallen if one.motor == "m0"}
+    reasons = {one.check for one in selection.rejected_pairs if one.motor == "m0"}
     assert any("not checked" in reason for reason in reasons)
 
 
@@ -240,7 +240,7 @@ def test_price_without_prices_says_so(make):
     motors["m1"] = study.catalog.motors["m1"]
     motors["m2"] = study.catalog.motors["m2"]
     selection = select(replace(study, catalog=replace(study.catalog, motors=motors)))
-    assert {one.motor for one in selection.fallen if one.check == "price (not known)"} == {"m0", "m3"}
+    assert {one.motor for one in selection.rejected_pairs if one.check == "price (not known)"} == {"m0", "m3"}
 
 
 def test_a_joint_without_candidates_is_an_answer(make):

@@ -73,7 +73,7 @@ def test_tables_hold_what_the_objects_hold(selection: Any) -> None:
     assert (sets["joint_1 motor"][0], sets["joint_1 gear"][0]) == selection.drives["joint_1"]
 
     rejected = selection.rejected
-    assert len(rejected) == len(selection.fallen) > 0
+    assert len(rejected) == len(selection.rejected_pairs) > 0
     assert set(rejected["motor"]) == {"WEAK"}
     assert (rejected["utilisation"] > 1.0).all()
 

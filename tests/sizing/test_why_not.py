@@ -65,8 +65,8 @@ def utilisation(evaluation, joint):
 def test_a_smallest_change_passes_and_a_little_less_does_not(arm_study):
     found = why_not(arm_study, "j1", "weak", "g50", cost=False)
     (answer,) = found.answers
-    assert answer.standing is Standing.FALLS and answer.felled is not None
-    assert answer.felled.utilisation > 1.0
+    assert answer.standing is Standing.FALLS and answer.failed is not None
+    assert answer.failed.utilisation > 1.0
     keys = {name: (one.motor, one.gear) for name, one in found.selection.evaluation.joints.items()}
     keys["j1"] = ("weak", "g50")
     made = {

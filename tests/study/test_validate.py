@@ -22,7 +22,7 @@ joints: {default: {candidates: {}}}
 def read(folder: Path, text: str) -> tuple[StudyForm, list[Fault]]:
     path = folder / "study.yaml"
     path.write_text(text, encoding="utf-8")
-    form, faults, _ = read_form(read_document(path))
+    form, faults, _ = read_form(StudyForm, read_document(path))
     return form, faults
 
 

@@ -16,7 +16,7 @@ from drivetrain.simulation.cost_results import Decision
 from drivetrain.simulation.recording import UNACCOUNTED, Recording
 from drivetrain.sizing.results import Evaluation
 
-DOUBTS = (UNACCOUNTED, "verify")  # events by which a run says that it is not to be trusted
+UNTRUSTED = (UNACCOUNTED, "verify")  # events by which a run says that it is not to be trusted
 MOST_EVENTS = 40  # told in the table; the recording holds them all
 
 
@@ -46,7 +46,7 @@ def simulation_lines(found: SimulationFound) -> list[str]:
     lines = [f"{found.effects}; {recording.about.get('solver', '')}: {work}"]
     if recording.stopped_by is not None:
         lines.append(f"stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}")
-    lines += [f"warning: at {one.time:.4g} s: {one.detail}" for one in recording.events if one.name in DOUBTS]
+    lines += [f"warning: at {one.time:.4g} s: {one.detail}" for one in recording.events if one.name in UNTRUSTED]
     if recording.verified:
         lines.append(f"run once more, finer: {len(recording.verified)} quantities side by side on the page")
     if told is not None:
@@ -70,7 +70,7 @@ def _run(found: SimulationFound) -> Section:
     lead = [f"{found.effects[0].upper()}{found.effects[1:]}. {recording.about.get('solver', '')}: {work}."]
     if recording.stopped_by is not None:
         lead.append(f"Stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}.")
-    lead += [f"Warning, at {one.time:.4g} s: {one.detail}." for one in recording.events if one.name in DOUBTS]
+    lead += [f"Warning, at {one.time:.4g} s: {one.detail}." for one in recording.events if one.name in UNTRUSTED]
     if told is not None:
         end = end_of(found.evaluation.study)
         lead.append(f"The {end.name} comes as far as {end.far(told.tip_deviation)} from the command.")

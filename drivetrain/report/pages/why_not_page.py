@@ -29,8 +29,8 @@ def why_not_lines(found: WhyNot, answer: PairAnswer) -> list[str]:
     lines += [f"May not be chosen: {words}." for words in answer.passed_over]
     if answer.lacking:
         lines.append(f"Data are missing for {', '.join(answer.lacking)}; without them there is no verdict.")
-    if answer.felled is not None:
-        lines.append(f"Rejected by {check_sentence(answer.felled)}.")
+    if answer.failed is not None:
+        lines.append(f"Rejected by {check_sentence(answer.failed)}.")
     lines += [change_sentence(change) for change in answer.changes]
     if answer.best is not None:
         lines.append(_best(found, answer, answer.best))

@@ -90,7 +90,7 @@ class PairAnswer:
     partners: int  # how many pairs of the part were looked at here; 1 where a pair was named
     holding: int  # how many of them are feasible beside the other chosen drives
     result: JointResult | None  # every check beside the other chosen drives; None without a partner
-    felled: Check | None  # the failed check that is furthest over its limit
+    failed: Check | None  # the failed check that is furthest over its limit
     lacking: tuple[str, ...]  # checks without which no drive is chosen and for which data are missing
     changes: tuple[SmallestChange, ...]  # of each kind; empty where it is feasible
     best: Selection | None  # the best set with a pair of the part; None where not asked, or it is the chosen one

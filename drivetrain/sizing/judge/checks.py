@@ -88,7 +88,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "T = (G^2 J b - I (G kt i + drag)) / (f I + G^2 J) with the swing of the spring, others following the cycle",
     ),
     Requirement(
-        "gear momentary peaks", "1", "setting.stops", "figures.permitted_peaks", GEAR, asked="setting.counted",
+        "gear momentary peaks", "1", "setting.stops", "figures.permitted_peaks", GEAR,
+        "peaks that the flexspline bears", asked="setting.counted",
         wish=True, words=words.peaks,
         formula="stops a day x service life; permitted N / (2 turns of the input in a stop)",
     ),
@@ -118,7 +119,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "mean input speed limit", "safety.speed", peak=True, formula="|G| mean |w|, rests included",
     ),
     Requirement(
-        "gear life L10", "h", "safety.life", "figures.gear_life", GEAR, scale=1.0 / 3600.0, words=words.gear_life,
+        "gear life L10", "h", "safety.life", "figures.gear_life", GEAR, "life", scale=1.0 / 3600.0,
+        words=words.gear_life,
         formula="L_rated (n_rated / n) (T_rated / T)^e",
     ),
     Requirement(
@@ -145,7 +147,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         words=words.bearing_rating, formula="P0 = Fr + 2 M/dp + 0.44 Fa, of the largest of each; the factor is C0/P0",
     ),
     Requirement(
-        "output bearing life L10", "h", "safety.life", "figures.bearing_life", GEAR, asked="setting.bearing",
+        "output bearing life L10", "h", "safety.life", "figures.bearing_life", GEAR, "life", asked="setting.bearing",
         scale=1.0 / 3600.0, words=words.bearing_life,
         formula="10^6 turns (C/(fw P))^(10/3); P: mean over the travel of Fr + 2 M/dp + 0.45 Fa, or if that is more of "
         "0.67 (Fr + 2 M/dp + Fa)",
@@ -180,21 +182,22 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         formula="J w^2 / 2 x T / (T - T_load): largest speed and inertia, the worst position driving on",
     ),
     Requirement(
-        "inertia ratio", "1", "figures.inertia_ratio", "safety.inertia_ratio", SPEED, instant="load_inertia",
+        "inertia ratio", "1", "figures.inertia_ratio", "safety.inertia_ratio", SPEED,
+        "inertia ratio that the study allows", instant="load_inertia",
         words=words.inertia_ratio, formula="load inertia / (G^2 rotor inertia), at its largest",
     ),
     Requirement(
-        "motor peak torque", "N m", "figures.motor_torque", "limits.short_time_torque", TORQUE, "",
+        "motor peak torque", "N m", "figures.motor_torque", "limits.short_time_torque", TORQUE, "short-time torque",
         "safety.peak_torque", peak=True, essential=True, instant="peak_torque", words=words.short_time,
         formula="largest electromagnetic torque, starting from rest included",
     ),
     Requirement(
-        "cold start torque", "N m", "figures.cold_torque", "limits.short_time_torque", TORQUE, "",
+        "cold start torque", "N m", "figures.cold_torque", "limits.short_time_torque", TORQUE, "short-time torque",
         "safety.peak_torque", peak=True, essential=True, asked="setting.cold", wish=True, words=words.cold_torque,
         formula="largest electromagnetic torque with the gear's drag cold, starting from rest included",
     ),
     Requirement(
-        "cold start current", "A", "figures.cold_current", "limits.peak_current", TORQUE, "",
+        "cold start current", "A", "figures.cold_current", "limits.peak_current", TORQUE, "peak current",
         "safety.peak_torque", peak=True, asked="setting.cold", wish=True, words=words.cold_current,
         formula="that torque / kt(cold)",
     ),
@@ -213,23 +216,27 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "the load, no loss helping; / kt(magnets)",
     ),
     Requirement(
-        "motor voltage", "V", "figures.voltage", "setting.volts", HEAT, "", "safety.voltage", essential=True,
+        "motor voltage", "V", "figures.voltage", "setting.volts", HEAT, "voltage at the motor", "safety.voltage",
+        essential=True,
         instant="largest_voltage", words=words.voltage,
         formula="largest of |kt w + R i + L di/dt| warm and cold, and of R i to start from rest; i plain, and times "
         "the factor on peak torque",
     ),
     Requirement(
-        "cold start voltage", "V", "figures.cold_voltage", "setting.volts", HEAT, "", "safety.voltage", essential=True,
+        "cold start voltage", "V", "figures.cold_voltage", "setting.volts", HEAT, "voltage at the motor",
+        "safety.voltage", essential=True,
         asked="setting.cold", wish=True, words=words.voltage,
         formula="largest of |kt w + R i + L di/dt|, all of it cold, and of R i to start from rest",
     ),
     Requirement(
-        "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "", "safety.rms",
+        "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "continuous current",
+        "safety.rms",
         essential=True, words=words.rms_current,
         formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
-        "winding temperature", "C", "figures.winding_temperature", "limits.winding_temperature", HEAT, "",
+        "winding temperature", "C", "figures.winding_temperature", "limits.winding_temperature", HEAT,
+        "highest winding temperature",
         origin="setting.ambient", instant="winding", words=words.winding,
         formula="hottest winding of the cycle repeated without end; utilisation of the rise over ambient",
     ),
@@ -244,7 +251,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
-        "amplifier overload (I2t)", "1", "figures.overload", "one", HEAT, asked="setting.overload", wish=True,
+        "amplifier overload (I2t)", "1", "figures.overload", "one", HEAT, "all of its overload",
+        asked="setting.overload", wish=True,
         words=words.overload,
         formula="integral of I^2 - I_c^2 over (I_p^2 - I_c^2) t_p, or a first-order mean of I^2/I_c^2, at its largest "
         "while the cycle repeats; I: current x safety.rms",
@@ -254,43 +262,44 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         asked="setting.listed", wish=True, formula="voltage of the supply",
     ),
     Requirement(
-        "amplifier lowest supply", "V", "amplifier.min_voltage", "setting.supply", SPEED, "", asked="setting.listed",
+        "amplifier lowest supply", "V", "amplifier.min_voltage", "setting.supply", SPEED, "supply voltage",
+        asked="setting.listed",
         wish=True, words=words.lowest_supply, formula="lowest supply voltage of the amplifier",
     ),
     Requirement(
-        "supply peak power", "W", "peak_power", "peak_power", SUPPLY, instant="power",
+        "supply peak power", "W", "peak_power", "peak_power", SUPPLY, "peak power", instant="power",
         formula="largest sum of all joints' electrical power, with standby power and switches of amplifiers where "
         "they are stated",
     ),
     Requirement(
-        "supply mean power", "W", "mean_power", "mean_power", SUPPLY,
+        "supply mean power", "W", "mean_power", "mean_power", SUPPLY, "mean power",
         formula="mean of that sum over the cycle, 0 where it is negative",
     ),
     Requirement(
-        "supply regenerated power", "W", "regenerated_power", "regenerated_power", SUPPLY,
+        "supply regenerated power", "W", "regenerated_power", "regenerated_power", SUPPLY, "regenerated power",
         formula="mean of what that sum is below 0",
     ),
     Requirement(
-        "supply peak braking power", "W", "braking_power", "braking_power", SUPPLY, instant="braking",
+        "supply peak braking power", "W", "braking_power", "braking_power", SUPPLY, "braking power", instant="braking",
         formula="most that all joints feed back at an instant: gears and shafts lossless, windings cold, amplifiers "
         "taking nothing",
     ),
     Requirement(
-        "supply bus voltage", "V", "bus_voltage", "max_voltage", SUPPLY, instant="bus",
+        "supply bus voltage", "V", "bus_voltage", "max_voltage", SUPPLY, "highest bus voltage", instant="bus",
         formula="sqrt(V^2 + 2 E/C), E: fed back as for the peak braking power since the bus was last at V, less what "
         "the resistor burns",
     ),
     Requirement(
-        "arm tip deviation", "m", "deviation", "tip_deviation", ARM, essential=True,
+        "arm tip deviation", "m", "deviation", "tip_deviation", ARM, "tip deviation", essential=True,
         formula="largest |sum J phi(T)| over the cycle: what the gears' wind-up, with K1 to K3 less the scatter, does "
         "to the tip",
     ),
     Requirement(
-        "arm lost motion", "m", "play", "lost_motion", ARM, essential=True,
+        "arm lost motion", "m", "play", "lost_motion", ARM, "lost motion", essential=True,
         formula="largest |sum +-J b| over the cycle and all signs, b the whole backlash of every gear",
     ),
     Requirement(
-        "arm first resonance", "Hz", "resonance", "first_resonance", ARM, essential=True,
+        "arm first resonance", "Hz", "resonance", "first_resonance", ARM, "first resonance", essential=True,
         formula="lowest root of det(K - w^2 M) over the cycle: M with rotors riding along, held still by their motors; "
         "K: K1 of every gear less the scatter",
     ),

@@ -221,14 +221,14 @@ def uncounted(evaluation: Evaluation) -> tuple[str, ...]:
             continue
         if term == "energy":
             unknown = [joint.name for joint in joints if not joint.torque_known]
-            mend = "the motor's torque cannot be computed"
+            fix = "the motor's torque cannot be computed"
         else:
             unpriced = [one for one in joints if term == "price" and amplifier_price(one.amplifier) is None]
             unknown = [one.name for one in joints if lacking_parts(one.drive, term) or one in unpriced]
             pairs, amplifiers = [(one.motor, one.gear) for one in joints], [one.amplifier for one in unpriced]
-            mend = cells_to_fill(study, pairs, term, amplifiers) if unknown else ""
+            fix = cells_to_fill(study, pairs, term, amplifiers) if unknown else ""
         if unknown:
-            found.append(f"{term} of {', '.join(unknown)} not known ({mend})")
+            found.append(f"{term} of {', '.join(unknown)} not known ({fix})")
     return tuple(found)
 
 

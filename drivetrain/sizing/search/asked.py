@@ -178,11 +178,11 @@ def why_nothing(problem: Problem) -> tuple[tuple[str, str], ...]:
     for joint, task in enumerate(problem.candidates.study.joints):
         if not len(problem.known[joint]):
             joints.setdefault(_reason(problem, joint), []).append(task.name)
-    return tuple((_told(reason, names), mend) for (reason, mend), names in joints.items())
+    return tuple((_told(reason, names), fix) for (reason, fix), names in joints.items())
 
 
 def _reason(problem: Problem, joint: int) -> tuple[str, str]:
-    """Why a joint has no candidate, with a place for its name, and what would mend it."""
+    """Why a joint has no candidate, with a place for its name, and what would fix it."""
     offered, pairs, task = problem.candidates, problem.unknown[joint], problem.candidates.study.joints[joint]
     if not len(pairs):
         return "{} neither a given drive nor a candidate", "" if task.pairs else "; ".join(task.passed_over)

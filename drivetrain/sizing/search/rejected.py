@@ -1,7 +1,7 @@
 """What a set of drives leaves aside: the candidates rejected given the others, the next best; where nothing fits, why.
 
 There may be half a million candidates, so they are kept as arrays and become objects only when one is looked at. A
-change that might mend it is tried with the nearest set first; what that cannot do is searched for in all candidates.
+change that might fix it is tried with the nearest set first; what that cannot do is searched for in all candidates.
 """
 
 from __future__ import annotations

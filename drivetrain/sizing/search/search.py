@@ -46,7 +46,7 @@ def select(
         resume: A selection of the same study that its time limit stopped: the search goes on where it stopped, for
             another time limit, and ends with the sets that it would have found without the stop.
         work: Of the study, where it is already prepared.
-        advise: Whether to look for changes that would mend it where nothing fits, which takes further searches.
+        advise: Whether to look for changes that would fix it where nothing fits, which takes further searches.
         progress: Told how far the search is: an object with ``advance(done, total, text)`` or a function.
 
     Returns:

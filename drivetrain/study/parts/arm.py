@@ -10,17 +10,17 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_names
-from drivetrain.arm.closures import Closure, LoopLink, with_closures
+from drivetrain.arm.closures import Closure, with_closures
 from drivetrain.arm.coupling import belts_over, coupled_groups, differential, placed, with_coupling
 from drivetrain.arm.files.dh_table import read_dh_table
 from drivetrain.arm.files.load import SUFFIXES, load_arm
 from drivetrain.arm.geared import with_rotors
-from drivetrain.arrays import Array, frozen_array
+from drivetrain.arrays import Array
 from drivetrain.errors import nearest
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
 from drivetrain.study.model import Payload
-from drivetrain.study.schema import CouplingForm, InertiaForm, LoopLinkForm, StudyForm
+from drivetrain.study.schema import CouplingForm, StudyForm
 
 DRIVE_MASS_HINT = (
     "added: the arm's links are bare and the drives' masses come on top; included: the links (of a finished robot) "
@@ -55,14 +55,11 @@ def resolve_payloads(form: StudyForm, ledger: Ledger) -> dict[str, Payload]:
     """The bodies the tip may carry."""
     payloads = {}
     for name, body in form.payloads.items():
-        tensor = np.zeros((3, 3))
+        tensor = np.zeros((3, 3)) if body.inertia is None else body.inertia.made()
         if body.inertia is None:
             ledger.note([f"Payload {name} is a point mass: no inertia is given."])
-        else:
-            tensor = inertia_tensor(body.inertia)
-            _note_inertia(name, tensor, ledger)
-        com = frozen_array(body.com, (3,), f"{name}.com")
-        payloads[name] = Payload(name, body.mass, com, frozen_array(tensor, (3, 3), "inertia"))
+        _note_inertia(name, tensor, ledger)
+        payloads[name] = body.made(name=name, inertia=tensor)
     return payloads
 
 
@@ -132,27 +129,12 @@ def resolve_closures(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | 
     own = with_rotors(arm, [None] * arm.n)  # the drives of the study bring theirs
     closed = None
     with ledger.gather(("closures",)):
-        closures = [
-            Closure(entry.start, entry.end, np.array(entry.point), tuple(map(_loop_link, entry.links)))
-            for entry in form.closures
-        ]
+        closures: list[Closure] = [one.made() for one in form.closures]
         closed = with_closures(own, closures, form.passive)
         names = [*arm.joint_names, *(link.joint for one in closures for link in one.links)]
         follow = ", ".join(name for name in names if name not in closed.joint_names)
         ledger.note([f"Joints {follow} follow in closed loops: their pins are taken without friction and play."])
     return closed
-
-
-def _loop_link(form: LoopLinkForm) -> LoopLink:
-    inertia = None if form.inertia is None else inertia_tensor(form.inertia)
-    com = None if form.com is None else np.array(form.com)
-    axis, point = np.array(form.axis), np.array(form.point)
-    return LoopLink(form.joint, axis, point, form.mass, com, inertia, form.kind == "prismatic", form.driven)
-
-
-def inertia_tensor(i: InertiaForm) -> Array:
-    """The tensor of an entry, (3, 3)."""
-    return np.array([[i.xx, i.xy, i.xz], [i.xy, i.yy, i.yz], [i.xz, i.yz, i.zz]])
 
 
 def resolve_coupling(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -18,7 +17,7 @@ from drivetrain.drive.motor import Motor, braked
 from drivetrain.errors import nearest
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
-from drivetrain.study.form import Form, given
+from drivetrain.study.form import Form, given, made
 from drivetrain.study.model import JointTask
 from drivetrain.study.parts.rules import CandidatesForm, DriveForm
 from drivetrain.units import PURE, Interval
@@ -69,11 +68,6 @@ def _lightest_first(catalog: Catalog, pairs: list[Pair]) -> tuple[Pair, ...]:
     return tuple(ordered[i] for i in np.argsort(masses, kind="stable").tolist())
 
 
-def frameless_rule(form: CandidatesForm) -> FramelessRule:
-    """The geometric rule with the study's changes."""
-    return replace(FramelessRule(), **form.frameless_rule.model_dump(exclude_none=True))
-
-
 def known_pair(drive: DriveForm, catalog: Catalog, ledger: Ledger, place: Place) -> Pair | None:
     """The keys of a drive that the study names, gear "" for a direct drive; None when one is unknown."""
     gear = "" if drive.gear == DIRECT_DRIVE else drive.gear
@@ -104,7 +98,7 @@ def _paired(
         return [(motor, "") for motor in motors]
     if form.pairs == "all":
         return list(product(motors, gears))
-    rule = frameless_rule(form) if form.pairs == "compatible" else FramelessRule(kinds=())
+    rule = made(form.frameless_rule) if form.pairs == "compatible" else FramelessRule(kinds=())
     return compatible_pairs(catalog, motors, gears, rule)
 
 
@@ -117,7 +111,7 @@ def _rule_words(form: CandidatesForm, frameless: bool) -> str:
         return "are considered: the study vouches that they fit"
     if form.pairs == "published" or not frameless:
         return "are published as fitting"
-    rule = frameless_rule(form)
+    rule = made(form.frameless_rule)
     return (
         "are published as fitting, or fit by the rule for frameless motors "
         f"(diameter {rule.min_diameter_ratio:g} to {rule.max_diameter_ratio:g} of the gear's pitch diameter)"
@@ -240,7 +234,7 @@ def _unpaired(rules: CandidatesForm, catalog: Catalog, motor: str, gear: str) ->
     row, wheel = catalog.motors[motor], catalog.gears[gear]
     if rules.pairs == "published" or not row.frameless:
         return [f"nobody publishes that {motor} and {gear} fit each other"]
-    rule = frameless_rule(rules)
+    rule = made(rules.frameless_rule)
     return [] if fits(row, wheel, rule) else [f"{motor} does not fit around {gear}: {_room(row, wheel, rule)}"]
 
 

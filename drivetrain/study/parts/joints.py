@@ -380,7 +380,8 @@ def _contained(around: Surroundings, index: int, form: JointForm, place: Place) 
         problem = f"goes with drive_mass: replaced, but the study says {around.form.drive_mass}"
         around.ledger.fault((*place, "contained"), problem)
     mount = _mount(around, index, form.contained.mount, (*place, "contained", "mount"))
-    return ContainedDrive(form.contained.mass, mount)
+    contained: ContainedDrive = form.contained.made(mount=mount)
+    return contained
 
 
 def _load_inertia(around: Surroundings, form: JointForm, place: Place) -> float | None:
@@ -419,4 +420,5 @@ def resolve_free_ratio(form: FreeRatioForm | None, catalog: Catalog, ledger: Led
         ledger.fault((*place, "series"), "no gear of the catalogue has this series", form.series, hint)
     if form.motor is not None and form.motor not in catalog.motors and not ledger.spoiled(("catalogs",)):
         ledger.fault((*place, "motor"), "no motor has this key", form.motor, nearest(form.motor, catalog.motors))
-    return FreeRatio(low, high, form.series, form.motor)
+    free: FreeRatio = form.made(low=low, high=high)
+    return free

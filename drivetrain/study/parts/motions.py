@@ -29,7 +29,7 @@ from drivetrain.spatial.rotations import exp_rotation, rotation_from_rpy, unit
 from drivetrain.spatial.tool_path import rotations
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
-from drivetrain.study.form import over
+from drivetrain.study.form import made, over
 from drivetrain.study.schema import DEFAULT, CycleForm, MixForm, MotionForm, MoveForm, PoseForm, StudyForm
 from drivetrain.units import quantity
 
@@ -107,7 +107,7 @@ def resolve_base(
     for name in ("closures", "mix"):
         if getattr(form, name):
             ledger.fault(("base",), f"does not go with {name}")
-    swings = {axis: Swing(one.amplitude, one.period, one.phase) for axis in AXES if (one := getattr(stated, axis))}
+    swings: dict[str, Swing] = {axis: made(one) for axis in AXES if (one := getattr(stated, axis))}
     motion: Motion | None = None
     if stated.motion is not None and arm is not None and _kind(stated.motion, ledger, ("base", "motion")):
         motion = _motion("base", stated.motion, MotionForm(), moving_base(arm), ledger, ("base", "motion"))
@@ -185,7 +185,7 @@ def _cycle(form: StudyForm, entries: list[CycleForm], place: Place, motions: Mot
         return None
     cycle: Cycle | None = None
     with ledger.gather(place):
-        steps = [Step(motions.get(one.motion or ""), one.dwell, one.repetitions, one.payload) for one in entries]
+        steps: list[Step] = [one.made(motion=motions.get(one.motion or "")) for one in entries]
         cycle = build_cycle(steps, may_stay_open=form.open_cycle)
     return cycle
 
@@ -348,7 +348,8 @@ def _move(form: MoveForm, motion: MotionForm, arm: Arm, ledger: Ledger, place: P
     else:
         still = target.rpy is target.quaternion is target.axis_angle is None
         target = np.array(target.position) if still else _pose(target)
-    return Move(kind, target, form.via, form.blend, form.dwell)
+    move: Move = form.made(kind=kind, target=target)
+    return move
 
 
 def _pose(form: PoseForm) -> Array:

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from pydantic import Discriminator, Field, Tag, create_model
+from pydantic import Field, create_model
 
 from drivetrain import units as f
+from drivetrain.catalog.read import FramelessRule
 from drivetrain.catalog.schema import BRAKE_COLUMNS, CHOICE, GEAR_COLUMNS, MOTOR_COLUMNS, NUMBER, YES_NO, Column
-from drivetrain.study.form import Form
+from drivetrain.study.form import Entry, Form, Shaped
 
 
 def _row(columns: tuple[Column, ...]) -> dict[str, Any]:
@@ -79,32 +80,10 @@ class DriveForm(Form):
     gear: f.Name
 
 
-class FramelessRuleForm(Form):
-    """Changes to the rule that says which frameless motor fits around which gear."""
-
-    max_diameter_ratio: f.Factor | None = None
-    min_diameter_ratio: f.Factor | None = None
-    kinds: f.Names | None = None
-
-
-def _none_or_filter(value: Any) -> str:
-    return "<none>" if isinstance(value, str) else "<filter>"
-
-
-def _list_or_word(value: Any) -> str:
-    return "<list>" if isinstance(value, list) else "<word>"
-
-
 class CandidatesForm(Form):
     """Which motors and gears may drive a joint, and how they are paired; gears: none are direct drives."""
 
     motors: MotorFilter = MotorFilter()
-    gears: Annotated[
-        Annotated[Literal["none"], Tag("<none>")] | Annotated[GearFilter, Tag("<filter>")],
-        Discriminator(_none_or_filter),
-    ] = GearFilter()
-    pairs: Annotated[
-        Annotated[Literal["compatible", "published", "all"], Tag("<word>")] | Annotated[list[DriveForm], Tag("<list>")],
-        Discriminator(_list_or_word),
-    ] = "compatible"
-    frameless_rule: FramelessRuleForm = FramelessRuleForm()
+    gears: Annotated[GearFilter | Literal["none"], Shaped(str)] = GearFilter()
+    pairs: Annotated[Literal["compatible", "published", "all"] | list[DriveForm], Shaped(list)] = "compatible"
+    frameless_rule: Entry[FramelessRule] = FramelessRule()
