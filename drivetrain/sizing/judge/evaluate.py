@@ -133,7 +133,7 @@ def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
     ]
     found: dict[str, Pair] = {}
     for task in study.joints:
-        given = drives.get(task.name, task.drive)
+        given = next((drives[name] for name in (task.name, *task.sharing) if name in drives), task.drive)
         if given is None:
             problem = "has no drive" + (": which of its brakes is left open" if task.brakes else "")
             faults.append(Fault(f"drives.{task.name}", problem, None, GIVE))
@@ -194,6 +194,8 @@ def _remarks(op: Operation) -> list[str]:
     if op.task.coupled:
         others = ", ".join(op.task.coupled)
         remarks.append(f"drives {others} together with others: torque, speed and position are its shaft's")
+    if op.task.sharing:
+        remarks.append(_shared(op))
     if op.missing:
         remarks.append(f"{op.missing} unknown: motor torque, current and power are shown without it, for information")
     holds = bool(np.any(demand.gear_torque[demand.at_rest == 1] != 0.0))
@@ -208,6 +210,20 @@ def _remarks(op: Operation) -> list[str]:
     if not op.figures.heat_converged:
         remarks.append("magnet and housing temperature could not be matched: temperatures are approximate")
     return remarks
+
+
+def _shared(op: Operation) -> str:
+    """What is to be said of one of two motors on an axis."""
+    torque, preload = op.demand.gear_torque, op.task.preload or 0.0
+    told = f"one of two motors of {op.task.sharing[0]}: half of the load"
+    if preload == 0.0:
+        return f"{told}, without a preload"
+    told = f"{told} {'plus' if preload > 0.0 else 'minus'} {abs(preload):.4g} N m of preload"
+    half = np.abs(torque - preload)
+    if half.max() < abs(preload):
+        return f"{told}, which keeps the backlash closed"
+    share = 100.0 * op.demand.mean(np.where(half >= abs(preload), 1.0, 0.0))
+    return f"{told}; for {share:.3g} % of the time the backlash is open: above {half.max():.4g} N m it stays closed"
 
 
 def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Check, ...]:
