@@ -55,7 +55,7 @@ class StudyLoops:
 def study_loops(
     evaluation: Evaluation, *, joints: Collection[str] | None = None, current_bandwidth: float | None = None
 ) -> StudyLoops:
-    """The loops of evaluated drives, timed as the study's simulation times them; current loops as given [rad/s], or its."""
+    """The loops of evaluated drives, timed as the study's simulation times them; current loops as given [rad/s]."""
     wishes = evaluation.study.simulation
     if current_bandwidth is not None:
         wishes = replace(wishes, current_bandwidth=current_bandwidth)
