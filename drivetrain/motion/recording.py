@@ -15,6 +15,7 @@ from drivetrain.motion.columns import Kind, assigned_columns
 from drivetrain.motion.read import ACCELERATION, POSITION, VELOCITY
 from drivetrain.motion.table import Column, Table, read_table
 from drivetrain.units import split_header
+from drivetrain.whole_files import is_there
 
 TORQUE = Kind("torque", ("torque", "tau", "effort"), ("N m", "N"), needed=False)
 MOTOR_TORQUE = Kind("motor_torque", ("motor_torque", "tau_motor"), ("N m",), needed=False)
@@ -88,7 +89,7 @@ def read_recording(
             numbers, time that goes back; all of them listed.
     """
     file, joints = Path(path), tuple(joint_names)
-    if not file.exists():
+    if not is_there(file, Path.exists):
         raise InputError(Fault("file", "no such file", str(path)))
     suffix = file.suffix.lower()
     if suffix == ".csv":

@@ -151,6 +151,23 @@ def test_the_law_in_a_table():
     asked |= {"amplifier overload (I2t)", "amplifier highest supply", "amplifier lowest supply"}
     asked |= {"speed behind the gear"}
     assert {row.name for row in CHECKS if row.asked != "one"} == asked
+    assert {row.name for row in CHECKS if row.wish} == asked - bearing - rollers
+    stages = [{row.name for row in CHECKS if row.stage == stage} for stage in range(4)]
+    assert stages[0] == {row.name for row in CHECKS if row.name.startswith(("gear", "output"))} - {"gear temperature"}
+    assert stages[1] == {
+        "motor speed", "torque behind the gear", "speed behind the gear", "holding brake torque",
+        "holding brake energy", "inertia ratio", "amplifier highest supply", "amplifier lowest supply",
+    }  # fmt: skip
+    assert stages[2] == {"motor peak torque", "cold start torque", "cold start current"}
+    assert set().union(*stages) == {row.name for row in CHECKS}
+    peaks = {"gear repeated peak torque", "gear momentary peak torque", "torque behind the gear", "motor peak torque"}
+    peaks |= {row.name for row in CHECKS if "speed" in row.name} | {"cold start torque", "cold start current"}
+    assert {row.name for row in CHECKS if row.peak} == peaks  # some samples ask no more of these than all do
+    lasting = {"gear average torque", "gear mean input speed", "gear temperature", "motor RMS current"}
+    lasting |= {"holding brake energy", "cold start torque", "cold start current", "cold start voltage"}
+    lasting |= {"gear life L10", "amplifier continuous current", "current to stop"} | rollers | rare
+    lasting |= {row.name for row in CHECKS if row.name.startswith("amplifier")} - {"amplifier peak current"}
+    assert {row.name for row in CHECKS if not row.instant} == lasting  # of no sample of the cycle
     assert verdict_of([check("gear life L10", Verdict.NOT_CHECKED), check("x", Verdict.PASS)]) is Verdict.PASS
 
 

@@ -478,8 +478,8 @@ def drag_series(mesh: Any, temperature: Any, speed: Any, powers: Any, drag: Any)
 def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_temperature: Any) -> Any:
     """The pass over the mechanics: load at the gear's output and torque of the motor, at every sample.
 
-    The average load is (sum |n| |T|^e t / sum |n| t)^(1/e), Harmonic Drive SHG, p. 30, and where nothing turns the
-    largest that is held; the largest torques count what it takes to break a resting joint loose.
+    The average load is that of Harmonic Drive SHG, p. 30, and where nothing turns the largest that is held; the largest
+    torques count what it takes to break a resting joint loose.
     """
     mesh, torque = mesh_of(case.gear), traces.torque[1:-1]
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
@@ -488,8 +488,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
     excess_series(joint, 1.0, motion.loss_speed, traces.loss_excess)
     excess_series(shaft, mesh.ratio, motion.loss_speed, traces.shaft_excess)
     drag_series(mesh, gear_temperature, motion.loss_speed, traces.powers, traces.drag)
-    largest_load, worn, travel, largest, square, exponent = 0.0, 0.0, 0.0, 0.0, 0.0, case.gear.life_exponent
-    most, more = 0.0, onward(case.gear) - 1.0
+    largest_load, most, largest, square, more = 0.0, 0.0, 0.0, 0.0, onward(case.gear) - 1.0
     for t in range(len(torque)):
         speed = motion.loss_speed[t]
         load = gear_torque[t] + sliding_friction(joint, motion.speed[t]) + traces.joint_excess[t]
@@ -508,18 +507,25 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
         )
         square += motion.weight[t] * torque[t] * torque[t]
         traces.load[t] = load
-    for t in range(len(torque)):
-        way = motion.weight[t] * abs(motion.speed[t])
-        worn += way * wear(traces.load[t] * (1.0 + more * (traces.load[t] * motion.speed[t] > 0.0)), exponent)
-        travel += way
     moves = case.setting.moves
     for first, last in motion.rests:
         rest = slice(first, last)
         resting_load, start = at_rest(moves, mesh, inertia, joint, shaft, motion, rest, gear_torque[rest], traces)
         most, largest_load = larger(most, resting_load), larger(largest_load, resting_load * (1.0 + more * moves))
         largest = larger(largest, start)
-    average = (worn / travel) ** (1.0 / exponent) if travel > 0.0 else largest_load
+    average = average_load(traces.load, motion.weight, motion.speed, more, case.gear.life_exponent, largest_load)
     return Mechanical(largest_load, average, largest, square, most)
+
+
+@law(fastmath=FAST)
+def average_load(load: Any, weight: Any, speed: Any, more: Any, exponent: Any, held: Any) -> Any:
+    """(sum |n| |T|^e t / sum |n| t)^(1/e), what is held where nothing turns; alone its loop needs no power function."""
+    worn, travel = 0.0, 0.0
+    for t in range(len(load)):
+        way = weight[t] * abs(speed[t])
+        worn += way * wear(load[t] * (1.0 + more * (load[t] * speed[t] > 0.0)), exponent)
+        travel += way
+    return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else held
 
 
 @law(fastmath=FAST)
@@ -569,8 +575,9 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
             else:
                 gear = settled_loss(case, nodes, motion, traces, first, after, parts[i].square, parts[i].loss)
             figures.gear_loss += periods.shares[i] * gear
-            for t in range(first, after):
-                losses.housing[t] += share * gear
+            warmed = losses.housing[first:after]
+            for t in range(len(warmed)):
+                warmed[t] += share * gear
         heat = periodic_heat(nodes, copper_of(motor, ambient), motion.periods, losses, traces.parts, ambient)
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
@@ -612,10 +619,11 @@ def settled_loss(
 ) -> Any:
     """Mean loss of a gear over some samples, as warm as they make it [W]; with a torque's mean square and a heat."""
     meshed, dragged, whole, share = 0.0, 0.0, 0.0, case.setting.gear_heat
-    for t in range(first, after):
-        whole += motion.weight[t]
-        meshed += motion.weight[t] * traces.mesh_loss[t]
-        dragged += motion.weight[t] * traces.drag_loss[t]
+    weight, mesh, drag = motion.weight[first:after], traces.mesh_loss[first:after], traces.drag_loss[first:after]
+    for t in range(len(weight)):
+        whole += weight[t]
+        meshed += weight[t] * mesh[t]
+        dragged += weight[t] * drag[t]
     if whole <= 0.0:
         return 0.0
     meshed, dragged = meshed / whole, dragged / whole

@@ -86,12 +86,13 @@ def supply_figures(study: Study, power: Array) -> dict[str, Any]:
     weights = study.cycle.weights
     share = weights / weights.sum() if weights.sum() > 0.0 else np.full(len(weights), 1.0 / len(weights))
     total, least = power[..., 0, :] + standby_power(study), power[..., 1, :]
-    drawn, fed_back = np.maximum(total, 0.0), np.maximum(-total, 0.0)
+    peak, braking = np.maximum(total.max(axis=-1), 0.0), np.maximum(-least.min(axis=-1), 0.0)
+    drawn, fed_back = np.maximum(total, 0.0), np.maximum(np.negative(total, out=total), 0.0, out=total)
     mean, back = (np.einsum("...t,t", one, share) for one in (drawn, fed_back))  # @ sums by how many sets there are
     volts = np.array([bus_of(study, row).voltage for row in least.reshape(-1, len(weights))])
     return {
-        "peak_power": drawn.max(axis=-1), "mean_power": mean, "regenerated_power": back,
-        "braking_power": np.maximum(-least, 0.0).max(axis=-1), "bus_voltage": volts.reshape(least.shape[:-1]),
+        "peak_power": peak, "mean_power": mean, "regenerated_power": back, "braking_power": braking,
+        "bus_voltage": volts.reshape(least.shape[:-1]),
     }  # fmt: skip
 
 
