@@ -262,6 +262,12 @@ def test_a_gear_has_a_temperature_of_its_own_where_any_of_its_heat_stays(swingin
     assert (check.utilisation is not None) is made
 
 
+def test_the_lives_that_are_required_are_those_of_the_study_in_hours(swinging):
+    evaluation = evaluate(swinging)
+    for name in ("gear life L10", "output bearing life L10"):
+        assert found(evaluation, name).required == pytest.approx(3.6e6 / 3600.0, rel=1e-15)
+
+
 FACTORED = {
     "peak_torque": {
         "gear repeated peak torque", "gear momentary peak torque", "gear torque in a jam", "gear ratcheting in a jam",

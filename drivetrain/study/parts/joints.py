@@ -170,8 +170,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     with ledger.gather((*place, "motor_friction")):
         motor_friction = made(form.motor_friction)
     amplifiers = _amplifiers(around, form, place)
-    shares = any(one.motors == 2 for one in around.form.joints.values())
-    if around.arm is not None and (around.arm.linkage is not None or around.form.base is not None or shares):
+    if around.arm is not None:
         _unmarched_faults(around, index, form, place)
     _check_second_motor(around, index, form, place)
     brakes, told = _brakes(around, form, (*place, "brake"))
@@ -216,24 +215,24 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
 
 
 def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: Place) -> None:
-    """What a joint of an arm with closures or on a moving base must state, as it is not computed there."""
+    """What a joint must state of an arm with closures, on a moving base or with two motors on an axis."""
     arm, ledger, stop = around.arm, around.ledger, resolve_stop(around, form, place)
     assert arm is not None
-    loops = None if arm.linkage is None else arm.linkage.loops
-    named, falls = "two motors on one axis", "with them"
-    if loops or around.form.base:
-        named, falls = ("closures", "with closed loops") if loops else ("a base that moves", "on such a base")
+    loops, moves = None if arm.linkage is None else arm.linkage.loops, around.form.base is not None
     bears = form.output_bearing == "gear" and arm.screws[index, :3].any()
     if loops is not None and loops.inside(loops.driven[index]) and bears:
         problem = f"must be external at {arm.joint_names[index]}: how pins and bearings share the loads in a loop is "
         ledger.fault(
             (*place, "output_bearing"), problem + "not determined, so a gear's bearing cannot be checked there"
         )
-    if around.form.base is not None and form.mount.carrier == "base":
+    if moves and form.mount.carrier == "base":
         problem = "must be the link on which it sits, on a base that moves: what it asks at the base is not computed"
         ledger.fault((*place, "mount", "carrier"), problem, form.mount.carrier, "parent")
+    if not moves and all(one.motors == 1 for one in around.form.joints.values()):
+        return
+    named = "a base that moves" if moves else "two motors on one axis"
     if form.brake and stop.power_off:
-        problem = f"must be false with {named}: how an arm {falls} falls until brakes bite is not computed"
+        problem = f"must be false with {named}: how an arm then falls until brakes bite is not computed"
         ledger.fault((*place, "stop", "power_off"), problem)
     if stop.ramp is None:
         problem = f"is missing: with {named} a stop is checked along a ramp, not at the limit of a current"
