@@ -130,6 +130,8 @@ def judge_all(
         if found[i] <= until:
             warm_up(case, motion, traces)
             set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
+            if case.untold.torque != 0.0 or case.motor.untold_inductance > 0.0:
+                add_untold(case, motion, traces)
             if case.setting.overload != 0.0:
                 figures.overload = overload_of(case, motion, traces) + unknown
             volts = larger(volts, starting_voltage(case, motion, traces))
@@ -221,6 +223,51 @@ def set_limits(case: Any) -> None:
     limits.stiffness = setting.stiffness_share * gear.stiffness_1
     figures.input_speed = abs(gear.ratio) * setting.fastest
     figures.mean_input_speed = abs(gear.ratio) * setting.mean_speed
+    set_untold(case)
+
+
+@law
+def set_untold(case: Any) -> None:
+    """What friction that the sheet does not tell may ask on top, of a warm motor with weak magnets.
+
+    In a stop it pushes with the motor: T = (..- I push)/(f I + G^2 J) grows by no more than push/f, twice that where
+    the spring swings. The winding's rise x follows from x = c R(x) q^2, with the torque's mean square q^2 that is left
+    below the limit: RMS torques add up to no more than their sum.
+    """
+    motor, setting, figures, untold, ambient = case.motor, case.setting, case.figures, case.untold, case.setting.ambient
+    friction = motor.untold_friction if setting.moves != 0.0 and setting.rubs_as_told == 0.0 else 0.0
+    limit = known_or(case.limits.winding_temperature, ambient)
+    untold.torque, untold.current = friction, friction / abs(torque_constant(motor, limit))
+    untold.voltage, untold.temperature, untold.stop_torque = 0.0, 0.0, 0.0
+    if friction == 0.0:
+        return
+    ohms, driven = winding_resistance(motor, limit), mesh_of(case.gear).driven
+    untold.voltage = torque_factor(case.safety) * ohms * untold.current
+    if setting.ramped == 0.0:
+        untold.stop_torque = 2.0 * abs(case.gear.ratio) * friction / driven if driven > 0.0 else np.nan
+    nodes = thermal_nodes(motor, setting.mounting)
+    room, path = limit - ambient, nodes.inner + nodes.outer
+    left = max(room - nodes.outer * friction * figures.mean_input_speed, 0.0)
+    current = max(math.sqrt(left / (path * ohms)) - untold.current, 0.0)
+    cold, slope = winding_resistance(motor, ambient), (ohms - winding_resistance(motor, ambient)) / room
+    heat = path * current * current
+    untold.temperature = known_or(room - heat * cold / (1.0 - heat * slope), 0.0)
+
+
+@law
+def add_untold(case: Any, motion: Any, traces: Any) -> None:
+    """What the warmth of untold friction asks: weaker magnets, more resistance; and the largest untold L di/dt."""
+    motor, untold, more = case.motor, case.untold, torque_factor(case.safety) * case.figures.motor_current
+    ohms = winding_resistance(motor, untold.temperature) - winding_resistance(motor, 0.0)
+    untold.current += case.figures.motor_current * abs(motor.magnet_coefficient) * untold.temperature
+    untold.voltage += more * ohms
+    steepest, weakest = 0.0, known_or(case.limits.winding_temperature, case.setting.ambient)
+    before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
+    for t in range(len(torque)):
+        rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
+        steepest = max(steepest, abs(rate))
+    lag = torque_factor(case.safety) * motor.untold_inductance
+    untold.voltage += lag * steepest / abs(torque_constant(motor, weakest))
 
 
 @law(fastmath=FAST)
@@ -267,6 +314,8 @@ def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
         if check.essential == 0 or not asked(case, row, check):
             continue
         unknown = math.isnan(row[check.required]) if final else check.stage >= TORQUE and not torque
+        if final and row[check.more] != 0.0:
+            unknown |= math.isnan(utilisation_of(case, row, check))
         if unknown or math.isnan(row[check.limit]):
             return np.int64(i)
     return NOTHING
@@ -287,7 +336,17 @@ def utilisation_of(case: Any, row: Any, check: Any) -> Any:
     available = row[check.limit] - row[check.origin]
     if check.rise != 0 and available <= 0.0:  # nothing may be as warm as the air
         return np.inf if known(required) else np.nan
-    return utilisation(required, available)
+    used = utilisation(required, available)
+    return np.nan if in_doubt(used, row[check.more] * row[check.factor], available) else used
+
+
+@law
+def in_doubt(used: Any, more: Any, room: Any) -> Any:
+    """Whether a check holds that does not where what a silent sheet hides is asked on top; NaN: nobody knows how much.
+
+    ``room``: between the limit and what both are counted from.
+    """
+    return used <= 1.0 and more != 0.0 and not (room > 0.0 and used + more / room <= 1.0)
 
 
 @law(fastmath=FAST)
