@@ -137,22 +137,27 @@ def test_overload_folds_back_when_amplifiers_do(make) -> None:
         assert commander.overload[0] == pytest.approx(1.0)
 
 
-def test_a_winding_that_grows_hot_gets_less(make) -> None:
-    """Against both nodes integrated by small steps of their own; the limit of 125 C is never passed."""
-    commander = Commander(evaluate(lossy(make)), rate=20.0)
+@pytest.mark.parametrize("speed", [0.0, 2.0])
+def test_a_winding_that_grows_hot_gets_less(make, speed: float) -> None:
+    """Against both nodes integrated by small steps of their own, friction of a motor that turns warming the housing;
+    the limit of 125 C is never passed."""
+    study = lossy(make)
+    study = replace(study, joints=tuple(replace(task, gear_heat=0.0) for task in study.joints))
+    commander = Commander(evaluate(study), rate=20.0)
     motor, nothing, hard = make.motor, np.zeros(3), np.array([60.0, 0.0, 0.0])
     winding = housing = 25.0
     inner, outer = motor.resistance_winding_housing, motor.resistance_housing_ambient
     cw, ch = motor.winding_time_constant / inner, motor.housing_time_constant / outer
     copper = 0.0039 / (1.0 + 0.0039 * (motor.reference_temperature - 25.0))
-    hottest = 0.0
+    moving, hottest, turning = np.array([speed, 0.0, 0.0]), 0.0, 50.0 * speed
+    rubbed = (0.01 + 1e-5 * turning) * turning  # what ``lossy`` says of the motor's shaft [W]
     for _ in range(20 * 120):
-        amperes = float(commander(nothing, nothing, hard)[0])
+        amperes = float(commander(nothing, nothing, hard, nothing, moving)[0])
         resistance = motor.resistance * (1.0 + copper * (winding - motor.reference_temperature))
         for _ in range(20):
             flow = (winding - housing) / inner
             winding += (resistance * amperes**2 - flow) / cw / 400.0
-            housing += (flow - (housing - 25.0) / outer) / ch / 400.0
+            housing += (flow + rubbed - (housing - 25.0) / outer) / ch / 400.0
         hottest = max(hottest, float(commander.winding_temperature[0]))
         assert commander.winding_temperature[0] == pytest.approx(winding, abs=0.3)
     assert 115.0 < hottest <= 125.0

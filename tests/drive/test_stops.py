@@ -75,6 +75,7 @@ def test_of_a_sheet_that_says_less_the_spring_is_no_softer():
         (("stiffness_3",), (1.0e4, 1.4e4, 1.4e4), (4.0, 12.0)),
         (("torque_1",), (1.0e4, 1.4e4, 1.6e4), (0.0, 12.0)),
         (("torque_2",), (1.0e4, 1.4e4, 1.6e4), (4.0, 4.0)),
+        (("torque_1", "torque_2"), (1.0e4, 1.4e4, 1.6e4), (0.0, 0.0)),
     ):
         spring = stiff_spring(replace(GEAR, **dict.fromkeys(gone)))
         assert spring == pytest.approx((*(1.3 * slope for slope in slopes), *bends), rel=1e-15)  # 30 % as documented

@@ -59,6 +59,9 @@ def test_the_bearing_of_an_overhung_arm(overhung, factor):
     moment, static, loads = bearing_by_hand(series.bearing_load, ROLLERS["offset"], ROLLERS["pitch_diameter"])
     assert moment == pytest.approx(98.0, rel=0.05)
     assert found["output bearing tilting moment"].required == pytest.approx(moment, rel=1e-12)
+    forces = series.bearing_load[:, 3:]
+    assert found["output bearing axial load"].required == pytest.approx(np.abs(forces[:, 2]).max(), rel=1e-12)
+    assert found["output bearing radial load"].required == pytest.approx(np.hypot(*forces[:, :2].T).max(), rel=1e-12)
     told = found["output bearing static load"]
     assert told.actual == pytest.approx(static, rel=1e-12)
     assert told.utilisation == pytest.approx(1.5 * static / 7550.0, rel=1e-12)
