@@ -33,8 +33,9 @@ app.add_typer(catalogs, name="catalog")
 
 COMMANDS = (
     sizing.demo, sizing.init, sizing.check, sizing.size, sizing.select, answers.ratio, export.currents, export.export,
-    answers.why_not, answers.explain, answers.curve, answers.front, answers.free_ratio, answers.fastest, sweep.sweep,
-    simulate.simulate, accuracy.accuracy, accuracy.loops, identify.identify, serve.serve, warm.warm,
+    answers.why_not, answers.explain, answers.curve, answers.front, answers.family, answers.free_ratio,
+    answers.fastest, sweep.sweep, simulate.simulate, accuracy.accuracy, accuracy.loops, identify.identify,
+    serve.serve, warm.warm,
 )  # fmt: skip
 for one in COMMANDS:
     app.command(one.__name__.replace("_", "-"))(one)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 # Characters that command a terminal or turn text round, and halves of characters that no encoding knows.
 _COMMANDS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
-_LONGEST = 200  # characters of a value, as told
+_LONGEST = 200  # characters of a value or a place, as told; of a sentence ten times that
 LARGEST = 1e60  # of any number that comes in, in SI: far beyond all machines, and its fifth power is still a number
 
 
@@ -43,16 +43,19 @@ class Fault:
     file: str = ""
 
     def __str__(self) -> str:
-        where = f"{self.file}: {self.place}" if self.file else self.place
+        where = f"{self.file}: {_cut(self.place)}" if self.file else _cut(self.place, 10 * _LONGEST)
         found = "" if self.value is None else f" (found {self.shown})"
-        fix = f"; {self.hint}" if self.hint else ""
-        return plain(f"{where}: {self.problem}{found}{fix}")
+        fix = f"; {_cut(self.hint, 10 * _LONGEST)}" if self.hint else ""
+        return plain(f"{where}: {_cut(self.problem, 10 * _LONGEST)}{found}{fix}")
 
     @property
     def shown(self) -> str:
         """What was found, cut where it is long."""
-        text = repr(self.value)
-        return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ... {len(text)} characters"
+        return _cut(repr(self.value))
+
+
+def _cut(text: str, longest: int = _LONGEST) -> str:
+    return text if len(text) <= longest else f"{text[:longest]} ... {len(text)} characters"
 
 
 def plain(text: str) -> str:

@@ -39,6 +39,14 @@ def read_text(path: Path) -> str:
         raise InputError(Fault("the file", f"cannot be read: {problem}", file=str(path))) from None
 
 
+def is_there(path: Path, kind: Callable[[Path], bool] = Path.is_file) -> bool:
+    """Whether a file is there, or what else ``kind`` asks for; under a name that none can have, there is none."""
+    try:
+        return kind(path)
+    except (OSError, ValueError):
+        return False
+
+
 def is_workbook(path: Path) -> bool:
     """Whether a file is named as one of Excel's."""
     return path.suffix.lower() in WORKBOOKS

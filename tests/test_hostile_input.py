@@ -13,8 +13,11 @@ from typer.testing import CliRunner
 
 from drivetrain import InputError, load_arm, load_study
 from drivetrain.arm.files import expand_xacro
+from drivetrain.arm.files.shapes import link_shapes
 from drivetrain.catalog.read import read_catalog
 from drivetrain.cli import app
+from drivetrain.motion.recording import read_recording
+from drivetrain.spatial.mesh_file import read_mesh
 
 ROOT = Path(__file__).resolve().parents[1]
 XACRO = """<robot name="made" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -133,6 +136,9 @@ def laughs() -> str:
         ("\n".join(f"k{i}: 1" for i in range(120_000)), "more than 100000 entries"),
         ("a: " + "[" * 5000 + "]" * 5000, "nests too deeply"),
         ("name: " + "x" * 30_000, "has 30000 characters"),
+        ("arm: " + "x" * 9_000 + ".urdf", "no such file"),
+        ("catalog: " + "x" * 9_000, "catalog"),
+        ("x" * 1_000 + ": 1", "1000 characters"),
         ('name: "\\u001b[31mred"', "control characters"),
         ('"\\u009b31mred": 1', "control characters"),
         ('name: "\\ud800"', "control characters"),
@@ -147,6 +153,22 @@ def test_a_study_that_costs_too_much_is_a_message(tmp_path: Path, text: str, wor
         load_study(path)
     assert len(str(caught.value)) < 5000
     assert "\x1b" not in str(caught.value) and "\x9b" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["x" * 40_000, "nul\0"], ids=["long", "nul"])
+def test_a_name_that_no_file_can_have_is_no_file(tmp_path: Path, name: str) -> None:
+    """A message, never longer than who wrote the name can read."""
+    for read in (load_arm, lambda name: load_arm(f"package://{name}"), read_mesh, read_catalog, load_study,
+                 lambda name: read_recording(f"{name}.csv", joint_names=["a"])):  # fmt: skip
+        with pytest.raises(InputError) as caught:
+            read(name)
+        assert len(str(caught.value)) < 10_000
+    shape = f'<visual><geometry><mesh filename="{name}.stl"/></geometry></visual>'.replace("\0", "")
+    (tmp_path / "a.urdf").write_text(
+        f"""<robot name="a"><link name="b">{shape}</link><link name="l"/>
+        <joint name="j" type="continuous"><parent link="b"/><child link="l"/><axis xyz="0 0 1"/></joint></robot>"""
+    )
+    assert link_shapes(load_arm(tmp_path / "a.urdf")) == []
 
 
 def test_many_unknown_names_are_told_in_linear_time(tmp_path: Path) -> None:

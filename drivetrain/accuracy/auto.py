@@ -1,13 +1,14 @@
 """``effects: auto``: the cheapest set of effects whose changes, each found alone, fit a tolerance; the proof.
 
-What leaving an effect out changes is estimated by a run without it at a coarse step, beside one with all.
+What leaving an effect out changes is found by a run without it at a coarse step, beside one with all. The estimate that
+is told counts in what that step cannot resolve of a sharp peak; the choice rests on what was found, and on the proof.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -41,27 +42,60 @@ class Told:
     changes: Mapping[str, Change]  # sizes of the changes by joint; the tip's stands at each
     valid: bool  # whether a run without it comes to its end
     why: str  # how it was found, or what ended that run
+    # of peak currents by joint, what the step cannot resolve [-]
+    unresolved: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def bound(self) -> Mapping[str, Change]:
+        """The changes with what the step cannot resolve."""
+        return {
+            name: replace(one, peak_current=one.peak_current + self.unresolved.get(name, 0.0))
+            for name, one in self.changes.items()
+        }
 
 
 def estimates(scene: Scene, basis: Basis, step: float = COARSE, progress: Progress | None = None) -> tuple[Told, ...]:
     """The estimate of every effect that may be left out."""
     engine, full, listed = FixedStep(step), without(scene, ()), choices(scene)
-    base, found = decision(ran(plan(full), engine), full, basis), []
+    whole, found = ran(plan(full), engine), []
+    base, unresolved = decision(whole, full, basis), _unresolved_peaks(whole, full, basis)
     for done, choice in enumerate(listed):
         (progress or silent)(done, len(listed), "estimating")
-        found.append(_estimate(scene, choice, base, basis, engine))
+        found.append(_estimate(scene, choice, base, unresolved, basis, engine))
     return tuple(found)
 
 
-def _estimate(scene: Scene, choice: Choice, base: Decision, basis: Basis, engine: Engine) -> Told:
+def _estimate(
+    scene: Scene, choice: Choice, base: Decision, unresolved: Mapping[str, float], basis: Basis, engine: Engine
+) -> Told:
     """Of one effect."""
     try:
         less = without(scene, [choice])
-        found = change(decision(ran(plan(less), engine), less, basis), base)
+        run = ran(plan(less), engine)
+        found = change(decision(run, less, basis), base)
     except InputError as error:
         return Told(choice, {}, False, f"without it: {error.faults[0].problem}")
     sizes = {name: joined(lambda values: abs(values[0]), [one]) for name, one in found.items()}
-    return Told(choice, sizes, True, "a run without it")
+    own = _unresolved_peaks(run, less, basis)
+    return Told(choice, sizes, True, "a run without it", {name: max(own[name], unresolved[name]) for name in own})
+
+
+def _unresolved_peaks(run: Recording, scene: Scene, basis: Basis) -> dict[str, float]:
+    """Shares of the peak currents that friction which lets go a step later or sooner changes, by joint.
+
+    There a current rises steadily up to its peak: by what it rises within a step the peak is unknown. A jump rises
+    once, and what bends towards its peak would rise no further.
+    """
+    last = run.time >= run.time[-1] - (basis.period or math.inf) - 1e-9
+    found = dict.fromkeys(scene.joints, 0.0)
+    for name in found:
+        current = run.series.get(f"{name}.current")
+        size = np.zeros(1) if current is None else np.abs(current.values[last])
+        k = int(np.argmax(size))
+        if k >= 2:
+            before, rise = np.diff(size[k - 2 : k + 1])
+            found[name] = float(max(min(rise, before, 2.0 * rise - before), 0.0) / size[k])
+    return found
 
 
 def joined(rule: Callable[[tuple[float, ...]], float], parts: Iterable[Change]) -> Change:
@@ -112,7 +146,7 @@ def choose_effects(
         kept = without(scene, dropped)
         proof = None
         if dropped:
-            bound = added([one.changes for one in told if one.choice in dropped], scene.joints)
+            bound = added([one.bound for one in told if one.choice in dropped], scene.joints)
             proof = proved(scene, kept, basis, bound, limits.share, limits.tip, step)
         if proof is None or proof.proven or not proof.beyond:
             break
@@ -125,7 +159,7 @@ def choose_effects(
 
 
 def _judged(told: Told, kept: bool, scene: Scene, costs: Mapping[str, float]) -> Judged:
-    choice, own = told.choice, added([told.changes], scene.joints)
+    choice, own = told.choice, added([told.bound], scene.joints)
     worst = joined(max, own.values())
     return Judged(choice, LABELS[choice.kind], worst, told.valid, told.why, kept, costs.get(choice.kind, 1.0))
 
@@ -133,11 +167,7 @@ def _judged(told: Told, kept: bool, scene: Scene, costs: Mapping[str, float]) ->
 def cheapest(
     told: Sequence[Told], limits: Limits, joints: tuple[str, ...], costs: Mapping[str, float]
 ) -> tuple[Choice, ...]:
-    """The effects that may go together and save most.
-
-    Effects without which no run ends stay. Of the rest every set is tried that could save more than the best one
-    so far, dearest effects first; after a hundred thousand sets the best one so far is taken.
-    """
+    """The effects that may go together and save most; after a hundred thousand sets the best one so far."""
     fit = [one for one in told if one.valid and _used([one], limits, joints) <= 1.0]
     fit.sort(key=lambda one: (-costs.get(one.choice.kind, 1.0), _used([one], limits, joints)))
     prices = [costs.get(one.choice.kind, 1.0) for one in fit]

@@ -223,6 +223,7 @@ class Loops:
     # two chains, how many joints of each stand before the pin, and its point in the base frame with all joints at zero
     # [m], (3,)
     pins: tuple[tuple[tuple[int, int], tuple[int, int], Array], ...]
+    shared: tuple[tuple[int, int], ...] = ()  # rows of the two motors of an axis, each with half its load
 
     @property
     def passive(self) -> tuple[int, ...]:
@@ -245,7 +246,8 @@ class Loops:
         """The driven joints, counted among these, that may move a body: all of them behind one that follows."""
         path = self.path(body)
         every = any(joint not in self.driven for joint in path)
-        return tuple(k for k, joint in enumerate(self.driven) if every or joint in path)
+        found = {k for k, joint in enumerate(self.driven) if every or joint in path}
+        return tuple(sorted(found.union(*(pair for pair in self.shared if found & {*pair}))))
 
     def inside(self, joint: int) -> bool:
         """Whether a loop closes around a joint, so that what it passes on across its axis is not determined."""
@@ -268,6 +270,9 @@ class Linkage:
 
 def refuse_loops(arm: Arm) -> None:
     """Raises InputError for an arm with closed loops, whose rows are not all of its joints."""
+    if arm.linkage is not None and arm.linkage.loops.shared:
+        problem = "has two motors on one axis, which is not computed here"
+        raise InputError(Fault("arm", problem, arm.name, "evaluations, selections and currents know such arms"))
     if arm.linkage is not None:
         hint = "inverse dynamics and evaluations know such arms; constraints on an open chain go through LoopClosure"
         raise InputError(Fault("arm", "has closed loops (closures), which is not computed here", arm.name, hint))

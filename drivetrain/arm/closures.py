@@ -8,7 +8,7 @@ each; its bodies are in ``arm.linkage``. How the others follow, and what the dri
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Annotated, Any
@@ -161,6 +161,40 @@ def with_closures(arm: Arm, closures: Sequence[Closure], passive: Sequence[str] 
         faults.add("passive", "leaves no joint with a drive", list(passive))
     faults.raise_any()
     return _shown(arm, Linkage(tuple(chains), replace(loops, pins=tuple(pins))))
+
+
+def with_second_motors(arm: Arm, joints: Collection[int]) -> Arm:
+    """The arm with a row more behind each of some joints: a second motor, which takes half of the joint's load.
+
+    Both rows have the motion of the joint. The second one's link weighs nothing; its drive sits where the first's does.
+    """
+    paths, owner, chains = [tuple(range(arm.n))], [0] * arm.n, [arm]
+    driven, shared = list[int](), list[tuple[int, int]]()
+    for joint in range(arm.n):
+        driven.append(joint)
+        if joint in joints:
+            shared.append((len(driven) - 1, len(driven)))
+            driven.append(len(owner))
+            paths.append((*range(joint), len(owner)))
+            owner.append(len(chains))
+            chains.append(_second(arm, joint))
+    return _shown(arm, Linkage(tuple(chains), Loops(tuple(paths), tuple(owner), tuple(driven), (), tuple(shared))))
+
+
+def second_motor(joint: str) -> str:
+    """Name of the second motor on the axis of a joint."""
+    return f"{joint}_motor_2"
+
+
+def _second(arm: Arm, joint: int) -> Arm:
+    """An arm up to one of its joints, without masses."""
+    to, name = slice(0, joint + 1), second_motor(arm.joint_names[joint])
+    return Arm.from_screws(
+        arm.home[to], arm.screws[to], np.zeros(joint + 1), np.zeros((joint + 1, 3, 3)), gravity=arm.gravity,
+        joint_points=arm.joint_points[to], joint_names=[*arm.joint_names[:joint], name],
+        link_names=[*arm.link_names[:joint], name], lower=arm.lower[to], upper=arm.upper[to],
+        speed_limits=arm.speed_limits[to], check_inertias=False,
+    )  # fmt: skip
 
 
 def _chain(carrier: Arm, count: int, closure: Closure) -> Arm:

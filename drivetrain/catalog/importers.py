@@ -81,7 +81,7 @@ def import_table(
 
 def _import(form: Format, folder: Path, out: Path, basis: Basis, keep_faulty: bool, overwrite: bool) -> Imported:
     _refuse_existing(out, overwrite)
-    bases = _read_basis(basis)
+    bases = read_basis(basis)
     refused: list[Fault] = []
     contents = _pruned(_read(form, folder, bases, refused))
     if not keep_faulty:
@@ -102,7 +102,7 @@ def _refuse_existing(out: Path, overwrite: bool) -> None:
         )
 
 
-def _read_basis(basis: Basis) -> dict[str, tuple[str, str]]:
+def read_basis(basis: Basis) -> dict[str, tuple[str, str]]:
     """Current and winding basis by maker or key in lower case; the empty name is for all."""
     given = {"": basis} if isinstance(basis, str) else basis
     bases: dict[str, tuple[str, str]] = {}
@@ -138,7 +138,7 @@ def _read(form: Format, folder: Path, bases: Mapping[str, tuple[str, str]], refu
             if _with_basis(motor, record, form, bases):
                 motors.append(motor)
             else:
-                refused.append(_no_basis(path, line, motor))
+                refused.append(no_basis(path, line, motor))
     gears = [translate(form, GEARS, record, path.name) for path in files[GEARS] for _, record in _records(path)]
     pairs: dict[str, list[str]] = {}
     for path in files[PAIRS]:
@@ -168,20 +168,24 @@ def _records(path: Path) -> list[tuple[int, Record]]:
 def _with_basis(motor: Record, record: Record, form: Format, bases: Mapping[str, tuple[str, str]]) -> bool:
     """Fills in the two conventions; False when nobody states them."""
     stated = form.stated_basis(record)
-    for name in (motor["key"], motor["maker"], ""):
-        found = bases.get(name.casefold())
-        if found:
-            motor["current_basis"], motor["winding_basis"] = found
-            motor["basis_evidence"] = "stated by the user on import"
-            return True
-    if stated:
+    if not basis_of(motor, bases) and stated:
         motor["current_basis"], motor["winding_basis"], motor["basis_evidence"] = "dc", "line_line", stated
-    return bool(stated)
+    return bool(motor.get("current_basis"))
 
 
-def _no_basis(path: Path, line: int, motor: Record) -> Fault:
+def basis_of(motor: Record, bases: Mapping[str, tuple[str, str]]) -> bool:
+    """Fills in the two conventions as the user states them; whether both are known then."""
+    for name in (motor.get("key", ""), motor.get("maker", ""), ""):
+        if name.casefold() in bases:
+            motor["current_basis"], motor["winding_basis"] = bases[name.casefold()]
+            motor["basis_evidence"] = "stated by the user on import"
+            break
+    return bool(motor.get("current_basis") and motor.get("winding_basis"))
+
+
+def no_basis(path: Path, line: int, motor: Record) -> Fault:
     problem = f"motor {motor['key']} refused: the source does not say what its ampere is"
-    hint = f"state it: basis for {motor['maker'] or motor['key']} is dc, rms/line_line, rms/phase, peak/..."
+    hint = f"state it: basis for {motor.get('maker') or motor['key']} is dc, rms/line_line, rms/phase, peak/..."
     return Fault(f"row {line}", problem, hint=hint, file=str(path))
 
 

@@ -21,6 +21,7 @@ from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.shipped import shipped
 from drivetrain.units import Factor, Names
+from drivetrain.whole_files import is_there
 
 CONFIRM = "Catalogue rows are for sizing studies: confirm each against the maker's current data sheet."
 MOST_HINTS = 10
@@ -113,7 +114,7 @@ def _read_tables(folders: Iterable[Path]) -> tuple[dict[str, list[Table]], list[
     for folder in folders:
         present = tables_in(folder)
         if not present:
-            problem = "holds no catalogue table" if folder.exists() else "is no folder"
+            problem = "holds no catalogue table" if is_there(folder, Path.exists) else "is no folder"
             faults.append(Fault(str(folder), problem, hint="it should hold " + ", ".join(TABLES)))
         for name in present:
             tables[name].append(read_table(folder / name, TABLES[name]))

@@ -14,7 +14,7 @@ import numpy as np
 from drivetrain.catalog.schema import CHOICE, NUMBER, TABLES, Column, by_name
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.units import from_si, split_header, to_si
-from drivetrain.whole_files import is_workbook, read_text, sheet_names
+from drivetrain.whole_files import is_there, is_workbook, read_text, sheet_names
 
 Cell = float | str | None
 NEVER_ZERO = ("ratio",)  # may be negative, so its range does not say it
@@ -108,10 +108,10 @@ class _Header:
 
 def tables_in(folder: Path) -> list[str]:
     """The names of the tables that a folder holds, or as sheets a workbook."""
-    if is_workbook(folder) and folder.is_file():
+    if is_workbook(folder) and is_there(folder):
         sheets = sheet_names(folder)
         return [name for name in TABLES if Path(name).stem in sheets]
-    return [name for name in TABLES if (folder / name).is_file()]
+    return [name for name in TABLES if is_there(folder / name)]
 
 
 def read_table(path: Path, columns: Sequence[Column]) -> Table:

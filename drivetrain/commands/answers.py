@@ -1,4 +1,4 @@
-"""The commands that answer a question about drives: why-not, explain, curve, front, ratio, free-ratio, fastest."""
+"""The commands that answer a question: why-not, explain, curve, front, family, ratio, free-ratio, fastest."""
 
 from __future__ import annotations
 
@@ -138,6 +138,45 @@ def front(
     lines(f"left out: {name}, {why}" for name, why in found.left_out.items())
     write_page(loaded, out, files)
     return found.feasible
+
+
+@command
+def family(
+    studies: Annotated[
+        list[Path], typer.Argument(metavar="STUDY...", help="The members, studies with the same joints.")
+    ],
+    payload: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MASS", help="Each study with its heaviest payload of this mass; may be repeated."),
+    ] = None,
+    time_limit: Annotated[str | None, typer.Option(metavar="TIME", help="For the search, such as 10s.")] = None,
+    out: Annotated[Path | None, folder_for("each member's report, result.json and currents.csv")] = None,
+) -> bool:
+    """Choose one set of drives that fits every member of a family: other payloads, reaches, motions."""
+    from dataclasses import replace
+
+    from drivetrain.report.outputs import write_outputs
+    from drivetrain.report.verdict_lines import family_lines
+    from drivetrain.sizing.answers.family import select_family
+    from drivetrain.study.change import carrying_mass
+    from drivetrain.study.read import load_study
+
+    seconds, masses, *loaded = inputs(
+        lambda: positive(time_limit, "s", "--time-limit"),
+        lambda: [positive(text, "kg", "--payload") for text in payload or ()],
+        *(partial(load_study, path) for path in studies),
+        out=out,
+    )
+    members = inputs(*(partial(carrying_mass, one, mass) for one in loaded for mass in masses)) if masses else loaded
+    wanted = members[0].wanted if seconds is None else replace(members[0].wanted, time_limit=seconds)
+    with working("searching for one set of drives for all"):
+        found = select_family(members, wanted=wanted)
+    lines(family_lines(found, [one.name for one in members]))
+    folder = out or report_folder(f"{members[0].name} family")
+    for number, one in enumerate(found.evaluations, 1):
+        files = write_outputs(folder / f"{number}_{report_folder(one.study.name).name}", one)
+        say(f"report: {files['report.html']}")
+    return bool(found.drives) and all(one.feasible for one in found.evaluations)
 
 
 @command

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import command, lines, listed, say, writable
+from drivetrain.commands.shared import command, lines, listed, refuse, say, writable
 
 
 class Source(StrEnum):
@@ -16,6 +16,7 @@ class Source(StrEnum):
 
     MGDB = "mgdb"
     TABLE = "table"
+    MAKER = "maker"
 
 
 @command
@@ -42,9 +43,20 @@ def lint(
 
 @command
 def import_(
-    source: Annotated[Path, typer.Argument(metavar="SOURCE", help="Folder with the files to read.")],
+    source: Annotated[
+        Path, typer.Argument(metavar="SOURCE", help="Folder with the files to read; of format maker one file.")
+    ],
     out: Annotated[Path, typer.Argument(metavar="OUT", help="Catalogue folder to write.")],
     form: Annotated[Source, typer.Option("--format", help="Column format of the source.")] = Source.MGDB,
+    columns: Annotated[
+        Path | None,
+        typer.Option(
+            "--map", metavar="FILE", help="Of a maker's table which heading is which column; means --format maker."
+        ),
+    ] = None,
+    table: Annotated[
+        str, typer.Option(help="Without --map: motors, gears, brakes or amplifiers of a maker.")
+    ] = "motors",
     basis: Annotated[
         list[str] | None,
         typer.Option(
@@ -58,9 +70,19 @@ def import_(
     ] = False,
 ) -> None:
     """Bring a catalogue in another column format into a folder of this one."""
+    from drivetrain.catalog.exports import ExportMap, import_export, read_map
     from drivetrain.catalog.importers import import_mgdb, import_table
 
     writable(out)
+    if columns is not None or form is Source.MAKER:
+        refuse(drop_faulty, "--drop-faulty", "goes with the formats mgdb and table", None, "lint the folder instead")
+        given = ExportMap(table) if columns is None else read_map(columns)
+        brought = import_export(source, out, given, basis=_basis(basis or []), overwrite=force)
+        listed("left out", [str(fault) for fault in brought.refused], most=25)
+        listed("headings that are no column of ours", list(brought.unused), most=25)
+        say(f"{brought.file}: {brought.rows} rows")
+        say(f"next: `drivetrain catalog lint {out}`")
+        return
     bring = import_mgdb if form is Source.MGDB else import_table
     done = bring(source, out, basis=_basis(basis or []), keep_faulty=not drop_faulty, overwrite=force)
     listed("left out", [str(fault) for fault in done.refused], most=25)

@@ -98,12 +98,15 @@ def write_chosen(selection: Selection, target: Path) -> None:
     drives: dict[str, dict[str, str]] = {}
     for task in study.joints:
         joint, named = selection.evaluation.joints[task.name], dict[str, str]()
+        if task.sharing[1:] == (task.name,):  # the study names the drive of both motors of an axis once
+            continue
         if task.drive is None:
             named = {"motor": joint.motor.removesuffix(f"+{joint.brake}"), "gear": joint.gear}
         if task.brakes and joint.brake:
             named["brake"] = joint.brake
         if task.amplifiers and joint.amplifier.key:
-            named["amplifier"] = joint.amplifier.key
+            both = [selection.evaluation.joints[name].amplifier for name in task.sharing or (task.name,)]
+            named["amplifier"] = max(both, key=task.amplifiers.index).key  # of two motors that of the harder task
         if named:
             drives[task.name] = named
     write_files(target.parent, {target.name: with_drives(study.path, target, drives)})

@@ -81,6 +81,8 @@ class Motor:
         diameter, length: [m].
         price: In the user's currency; empty in the shipped catalogue.
         source: File and row, sheet, edition: what a report prints.
+        untold_friction, untold_inductance: That it may have at most where its sheet is silent [N m], [H], see
+            ``motor_limits.with_untold``; 0 where it tells.
         brake: On its shaft, counted in inertia, mass and price (``braked``).
     """
 
@@ -121,6 +123,8 @@ class Motor:
     length: float | None = None
     price: float | None = None
     source: str = ""
+    untold_friction: float = 0.0
+    untold_inductance: float = 0.0
     brake: Brake = NO_BRAKE
 
     def __post_init__(self) -> None:
@@ -197,18 +201,25 @@ def winding_voltage(
     return constant * speed + resistance * current + inductance * current_rate
 
 
+def tells_friction(motor: Motor) -> bool:
+    """Whether a sheet tells all of the friction of ``no_load_friction``."""
+    return motor.no_load_current is not None or None not in (motor.coulomb_friction, motor.viscous_friction)
+
+
 def no_load_friction(motor: Motor) -> Friction | None:
     """Friction at the motor shaft as the sheet's no-load data tell it.
 
     With both friction columns they are the law. With one of them and the no-load point, the other is what is left of
-    torque constant times no-load current at no-load speed; without that point the one column stands alone. With
-    neither, the whole of torque constant times no-load current is taken as speed-independent, which is the larger
-    friction at every speed below no-load speed.
+    torque constant times no-load current at no-load speed. With neither, or with one and no no-load speed, the whole
+    of torque constant times no-load current is taken as speed-independent, which is the larger friction at every speed
+    below no-load speed. One column by itself stands alone.
     """
     coulomb, viscous = motor.coulomb_friction, motor.viscous_friction
     no_load = None if motor.no_load_current is None else motor.torque_constant * motor.no_load_current
     if coulomb is None and viscous is None:
         return None if no_load is None else Friction(coulomb=no_load)
+    if no_load is not None and motor.no_load_speed is None and None in (coulomb, viscous):
+        return Friction(coulomb=max(no_load, coulomb or 0.0))
     if no_load is not None and motor.no_load_speed is not None:
         if coulomb is None and viscous is not None:
             coulomb = max(no_load - viscous * motor.no_load_speed, 0.0)

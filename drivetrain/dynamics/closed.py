@@ -217,5 +217,9 @@ def closed_loads(arm: Arm, motion: list[Array], tip_wrench: Any, loads: Any) -> 
                 axial[:, k] = found.carrier_acceleration[:, path.index(joint)]
     wrench[:, [k for k, joint in enumerate(loops.driven) if loops.inside(joint)]] = np.nan
     turned = np.swapaxes(whole.turns, 1, 2)
-    projected = ((turned @ values[:, :, None])[..., 0] for values in (torque, gear))
-    return (*projected, wrench, axial)
+    torque, gear = ((turned @ values[:, :, None])[..., 0] for values in (torque, gear))
+    for pair in map(list, loops.shared):
+        half = 0.5 * gear[:, pair].sum(axis=1, keepdims=True)
+        torque[:, pair] += half - gear[:, pair]
+        gear[:, pair] = half
+    return torque, gear, wrench, axial

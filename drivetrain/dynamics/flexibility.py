@@ -53,6 +53,12 @@ def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     return _like(q, _frequencies(motions.T @ masses @ motions, np.eye(motions.shape[1]), springs[:, sprung]))
 
 
+def locked_mass(arm: Arm, q: Any) -> Array:
+    """The mass matrix with every rotor held still against its stator, (n, n) or (N, n, n)."""
+    positions = np.atleast_2d(np.asarray(q, dtype=np.float64))
+    return _like(q, _locked_masses(arm, positions, *rotor_inertias(arm, positions)))
+
+
 def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     """The natural frequencies with every motor's torque constant: links swing against rotors, two masses a spring.
 

@@ -13,22 +13,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.coupling import rotor_turns
+from drivetrain.arm.coupling import rotor_turns, shaft_motion, shaft_torques
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.arrays import Array, checked_array
-from drivetrain.drive.friction import FRICTIONLESS, Friction
+from drivetrain.drive.counterbalance import counterbalance_torque
+from drivetrain.drive.drive import Drive, shaft_friction
+from drivetrain.drive.friction import FRICTIONLESS, Friction, direction, friction_torque
+from drivetrain.drive.gear import NO_GEAR, complete, drag_torque, mesh_of
 from drivetrain.dynamics.from_positions import rates_from_positions
-from drivetrain.dynamics.inverse import inverse_dynamics
+from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.dynamics.regressor import COLUMN, ROW, parameter_names, torque_parameters, torque_regressor
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.identification.consistency import nearest_consistent
 from drivetrain.identification.least_squares import Problem, base_parameters, problem_of
 from drivetrain.motion.recording import MeasuredMotion
+from drivetrain.records import as_record
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.study.model import Study, refuse_moving_base
 from drivetrain.study.parts.mounting import loaded_arm
@@ -39,6 +43,8 @@ if TYPE_CHECKING:
 FOLDS = 10
 MOST_SAMPLES = 20_000  # of longer recordings every second, third, ... is used
 GAP = 0.04  # s, left out at either end of a part that is held out: smoothing reaches over it
+LAWS = {"viscous": "N m s/rad", "coulomb": "N m", "load_share": "-"}  # what is sought of friction
+MOST_LOAD = 0.999  # of friction over load
 SLOW = 0.01  # of a joint's highest speed, over which Coulomb friction changes its sign
 
 
@@ -120,19 +126,20 @@ def identify(
     """Bodies, rotors and friction of an arm, from what it was measured to do.
 
     Args:
-        study: A study with an arm, whose drives and friction are the prior; or the arm alone. Rotors that the drives
-            of a study bring stay as their sheets say; those of an arm are identified, about their axes.
+        study: A study with an arm, whose drives and friction are the prior; or the arm alone. Counterbalances of a
+            study, and where it gives all drives their rotors, gear losses and motor friction, stay as it says; rotors
+            of an arm are identified, about their axes.
         recording: Positions and, at the joints or motors, torques or currents. Without speeds and accelerations they
             are found as ``torque_from_positions`` does.
         friction: At the joints, as a prior; None: the study's, and none for an arm.
-        known_torque: Of what is no part of arm and friction, such as a counterbalance, at the joints [N m or N],
-            (N, n): taken off the measured torques.
+        known_torque: Of what neither the arm nor the study tells, at the joints [N m or N], (N, n): taken off the
+            measured torques.
         torque_constant: Of the motors [N m/A], one or (n,), read where only currents were measured; None: of the
             study's drives.
         links: Names of the links whose parameters are sought; None: all. The last link alone, of an arm that is
             known: its payload is what is found more there.
-        load_friction: Whether friction in proportion to the load is sought too, ``load`` [-]: that of a gear whose
-            efficiency is 1 / (1 + load). It is told, and not put into the study.
+        load_friction: Whether friction in proportion to the load is sought too, ``load_share`` of the friction [-]:
+            that of a gear whose efficiency is 1 / (1 + load_share).
 
     Returns:
         The arm, and how sure it is.
@@ -150,9 +157,9 @@ def identify(
     known = np.zeros(measured.shape)
     if known_torque is not None:
         known = checked_array(known_torque, recording.position.shape, "known_torque")[::thin]
-    laws = _friction_columns(motion[1])
-    given = inverse_dynamics(arm, *motion) + known + _friction_torque(prior.friction, motion[1], laws)
-    columns = _columns(prior, motion, laws, links, load_friction)
+    model = _model(prior, motion)
+    given = model.given + known
+    columns = _columns(prior, motion, model, links, load_friction)
     spread = np.sqrt(np.mean((measured - given) ** 2, axis=0))
     spread = np.maximum(spread, 1e-6 * np.maximum(np.abs(measured).max(axis=0), 1.0))
     gap = round(GAP / float(np.median(np.diff(time))))
@@ -171,7 +178,7 @@ def identify(
     left = (measured - given) / spread - weighted @ change
     inflation = _correlated_samples(left)
     new_arm = _with_bodies(prior, columns, found)
-    new_friction = _with_friction(prior.friction, change[columns.laws : columns.laws + 2 * arm.n])
+    new_friction = _with_friction(prior.friction, change[columns.laws :])
     whole = study if isinstance(study, Study) else None
     if whole is not None:
         joints = tuple(replace(task, friction=f) for task, f in zip(whole.joints, new_friction, strict=True))
@@ -185,20 +192,37 @@ def identify(
     )
     return Identification(
         new_arm, new_friction, whole, _parameter_table(columns, found, hessian, problem, inflation), base,
-        _error_table(problem, spread, measured, arm), _contributions(columns, found, measured, given, arm), condition,
+        _error_table(problem, spread, measured, arm), _contributions(columns, found, measured, model, known, arm),
+        condition,
         _torque_constants(recording, prior), time, measured, given + columns.matrix @ change, notes,
     )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class _Prior:
-    """What is known before: the arm as it moves, the arm whose links are sought, friction, constants of the motors."""
+    """What is known before: the arm as it moves, the arm whose links are sought, and what stands at its joints."""
 
     arm: Arm
     own: Arm
     friction: tuple[Friction, ...]
-    constants: Array | None
-    rotors: tuple[int, ...]  # whose inertia is sought
+    study: Study | None = None
+    drives: tuple[Drive, ...] = ()  # all or none
+    rotors: tuple[int, ...] = ()  # whose inertia is sought
+
+    @property
+    def travel(self) -> Array:
+        """Of each joint a radian of its gear's output, 1 where it turns [m/rad]."""
+        tasks = self.study.joints if self.study is not None else ()
+        return np.array([task.travel_per_turn or 1.0 for task in tasks] or [1.0] * self.arm.n)
+
+
+class _Model(NamedTuple):
+    """What is known of the torques in a motion."""
+
+    given: Array  # at the joints [N m or N], (N, n)
+    balance: Array  # of it what counterbalances take off
+    through: Array  # the motor's torque times the ratio over the load at the gear's output [-], (N, n)
+    laws: Array  # what viscous, Coulomb, load-dependent friction of 1 give at the gears' outputs, (3, N, n)
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,24 +243,22 @@ class _Columns:
 def _prior(study: Study | Arm, friction: Sequence[Friction] | None) -> _Prior:
     if isinstance(study, Arm):
         rotors = tuple(i for i, rotor in enumerate(study.rotors) if rotor is not None)
-        own, arm, constants, laws = study, study, None, (FRICTIONLESS,) * study.n
+        prior = _Prior(study, study, (FRICTIONLESS,) * study.n, rotors=rotors)
     else:
         if study.arm is None:
             raise InputError(Fault("study", "has no arm to identify", study.name))
         refuse_moving_base(study, "identification")
-        own = arm = study.arm
-        constants, rotors, laws = None, (), tuple(task.friction for task in study.joints)
+        prior = _Prior(study.arm, study.arm, tuple(task.friction for task in study.joints), study)
         keys = {task.name: task.drive for task in study.joints if task.drive is not None}
-        if len(keys) == arm.n:
+        if len(keys) == study.arm.n:
             filled_parts = FilledParts(study)
             drives = {task.name: filled_parts.drive(task, *keys[task.name]) for task in study.joints}
-            arm = loaded_arm(study, drives, -1)
-            constants = np.array([drive.motor.torque_constant for drive in drives.values()])
-    if friction is not None:
-        if len(friction) != arm.n:
-            raise InputError(Fault("friction", f"must be one a joint: {arm.n}", len(friction)))
-        laws = tuple(friction)
-    return _Prior(arm, own, laws, constants, rotors)
+            prior = replace(prior, arm=loaded_arm(study, drives, -1), drives=tuple(drives.values()))
+    if friction is None:
+        return prior
+    if len(friction) != prior.arm.n:
+        raise InputError(Fault("friction", f"must be one a joint: {prior.arm.n}", len(friction)))
+    return replace(prior, friction=tuple(friction))
 
 
 def _motion(recording: MeasuredMotion, arm: Arm) -> list[Array]:
@@ -258,7 +280,7 @@ def _joint_torque(recording: MeasuredMotion, prior: _Prior, torque_constant: Any
         return np.asarray(recording.motor_torque @ turns)
     if recording.current is None:
         raise InputError(Fault("recording", "has neither torque nor motor_torque nor current of all joints"))
-    constants = prior.constants
+    constants = np.array([drive.motor.torque_constant for drive in prior.drives]) if prior.drives else None
     if torque_constant is not None:
         constants = checked_array(np.broadcast_to(torque_constant, (prior.arm.n,)), (prior.arm.n,), "torque_constant")
     if constants is None:
@@ -266,29 +288,51 @@ def _joint_torque(recording: MeasuredMotion, prior: _Prior, torque_constant: Any
     return np.asarray((recording.current * np.asarray(constants)) @ turns)
 
 
-def _friction_columns(speed: Array) -> Array:
-    """What viscous and Coulomb friction of 1 give, (2, N, n)."""
+def _model(prior: _Prior, motion: list[Array]) -> _Model:
+    """What the prior tells of a motion, losses by the direction of power; near rest they change over smoothly."""
+    arm, travel, study = prior.arm, prior.travel, prior.study
+    balance = np.zeros(motion[0].shape)
+    for i, task in enumerate(study.joints if study is not None else ()):
+        balance[:, i] = -counterbalance_torque(task.counterbalances, motion[0][:, i])
+    asked, speed = joint_loads(arm, *motion), shaft_motion(arm, motion[1]) / travel
+    load = (asked.gear + shaft_torques(arm, balance)) * travel
     slow = np.maximum(SLOW * np.abs(speed).max(axis=0), 1e-12)
-    return np.stack([speed, np.tanh(speed / slow)])
+    way = np.tanh(speed / slow)
+    sliding, coulomb, through, drag = (np.zeros_like(speed) for _ in range(4))
+    for i, law in enumerate(prior.friction):
+        smooth = _smooth(law, slow[i])
+        sliding[:, i] = friction_torque(smooth, speed[:, i])
+        coulomb[:, i] = friction_torque(Friction(coulomb=1.0, tanh_speed=smooth.tanh_speed), speed[:, i])
+        gear = replace(prior.drives[i].gear if prior.drives else NO_GEAR, load_friction=law.load_share)
+        mesh = mesh_of(as_record(complete(gear)))
+        power = way[:, i] * direction(load[:, i] + sliding[:, i])
+        through[:, i] = 0.5 * (mesh.driving + mesh.driven + (mesh.driving - mesh.driven) * power)
+        if study is not None and prior.drives:
+            turning, temperature = mesh.ratio * speed[:, i], float(study.drag_temperature(study.ambient))
+            shaft = _smooth(shaft_friction(prior.drives[i]), abs(mesh.ratio) * slow[i])
+            running = drag_torque(mesh, np.abs(turning), temperature) * way[:, i] * np.sign(mesh.ratio)
+            drag[:, i] = mesh.ratio * (running + friction_torque(shaft, turning))
+    lost = through * (load + sliding) - load + drag
+    given = asked.torque + balance + (lost / travel) @ _turns(arm)
+    laws = np.stack([speed, coulomb, way * np.abs(load + sliding)])
+    return _Model(given, balance, through, laws)
 
 
-def _friction_torque(friction: Sequence[Friction], speed: Array, laws: Array) -> Array:
-    """By laws that may differ by direction, (N, n); breakaway and Stribeck's fall are not in it."""
-    forward = np.array([(f.viscous, f.coulomb) for f in friction])
-    back = [(_other(f.viscous_negative, f.viscous), _other(f.coulomb_negative, f.coulomb)) for f in friction]
-    factors = np.where(speed[:, :, None] >= 0.0, forward, np.array(back))
-    return np.asarray(factors[..., 0] * laws[0] + factors[..., 1] * laws[1])
+def _turns(arm: Arm) -> Array:
+    """Of the shafts behind the gears, over the joints' speeds."""
+    return np.eye(arm.n) if arm.coupling is None else arm.coupling
 
 
-def _other(negative: float | None, positive: float) -> float:
-    return positive if negative is None else negative
+def _smooth(law: Friction, slow: float) -> Friction:
+    """The law as a motion tells it that is known up to noise: without breakaway, and rising over a range of speed."""
+    return replace(law, static=None, stribeck_speed=None, tanh_speed=max(law.tanh_speed or 0.0, slow))
 
 
 def _columns(
-    prior: _Prior, motion: list[Array], laws: Array, links: Sequence[str] | None, load_friction: bool
+    prior: _Prior, motion: list[Array], model: _Model, links: Sequence[str] | None, load_friction: bool
 ) -> _Columns:
     """What is sought, and what of it was known."""
-    arm, n = prior.arm, prior.arm.n
+    arm, n, turns = prior.arm, prior.arm.n, _turns(prior.arm)
     unknown = [name for name in links or () if name not in arm.link_names]
     if unknown:
         raise InputError(
@@ -298,21 +342,21 @@ def _columns(
     mounted = [i for i, rotor in enumerate(arm.rotors) if rotor is not None]
     inertial = np.concatenate([*(np.arange(10 * i, 10 * i + 10) for i in sought), np.empty(0, np.int64)]).astype(int)
     spinning = np.array([10 * (n + mounted.index(i)) + 9 for i in prior.rotors if links is None], int)
-    matrix, every = torque_regressor(arm, *motion), parameter_names(arm, friction=True)
-    if load_friction:
-        laws = np.concatenate([laws, [laws[1] * np.abs(inverse_dynamics(arm, *motion))]])
-    extra = np.zeros((len(matrix), n, n * len(laws)))
-    for k, law in enumerate(laws):
-        extra[:, range(n), range(k * n, (k + 1) * n)] = law
-    chosen = np.concatenate([inertial, spinning])
+    matrix, every = torque_regressor(arm, *motion), parameter_names(arm)
+    across = turns.T @ (model.through[:, :, None] * np.linalg.inv(turns).T)  # through the gears, (N, n, n)
+    laws = dict(list(LAWS.items())[: 2 + load_friction])
+    extra = [np.einsum("ti,ij->tji", model.through * law / prior.travel, turns) for law in model.laws[: len(laws)]]
     known = np.concatenate([
         torque_parameters(prior.own)[inertial], torque_parameters(arm)[spinning],
-        [f.viscous for f in prior.friction], [f.coulomb for f in prior.friction], np.zeros(n * (len(laws) - 2)),
+        *([getattr(law, name) for law in prior.friction] for name in laws),
     ])  # fmt: skip
-    bodies = len(every) - 2 * n
-    names = [every[i] for i in chosen] + every[bodies:]
-    names += [f"{name}.load [-]" for name in arm.joint_names if load_friction]
-    return _Columns(np.concatenate([matrix[:, :, chosen], extra], axis=2), known, names, sought, len(chosen))
+    names = [every[i] for i in (*inertial, *spinning)]
+    shafts = arm.screws[:, :3].any(axis=1) | (prior.travel != 1.0)
+    for name, unit in laws.items():
+        for joint, turning in zip(arm.joint_names, shafts, strict=True):
+            names.append(f"{joint}.{name} [{unit if turning else unit.replace('N m', 'N').replace('rad', 'm')}]")
+    parts = [across @ matrix[:, :, inertial], matrix[:, :, spinning], *extra]
+    return _Columns(np.concatenate(parts, axis=2), known, names, sought, len(inertial) + len(spinning))
 
 
 def _with_bodies(prior: _Prior, columns: _Columns, found: Array) -> Arm:
@@ -340,16 +384,18 @@ def _with_bodies(prior: _Prior, columns: _Columns, found: Array) -> Arm:
 
 
 def _with_friction(friction: Sequence[Friction], change: Array) -> tuple[Friction, ...]:
-    """The laws with what viscous and Coulomb friction turned out more or less, the same in both directions."""
-    n, result = len(friction), []
-    for i, law in enumerate(friction):
-        more = {"viscous": change[i], "coulomb": change[n + i]}
-        new = {key: max(getattr(law, key) + value, 0.0) for key, value in more.items()}
-        for key, value in more.items():
-            back = getattr(law, f"{key}_negative")
-            new[f"{key}_negative"] = None if back is None else max(back + value, 0.0)
+    """The laws with what friction turned out more or less, the same in both directions."""
+    result = []
+    for law, more in zip(friction, change.reshape(-1, len(friction)).T, strict=True):
+        new: dict[str, Any] = {}
+        for name, value in zip(LAWS, more, strict=False):
+            for key in (name, f"{name}_negative"):
+                if getattr(law, key, None) is not None:
+                    new[key] = max(getattr(law, key) + value, 0.0)
+        if "load_share" in new:
+            new["load_share"] = min(new["load_share"], MOST_LOAD)
         if law.static is not None:
-            new["static"] = max(law.static, new["coulomb"], new["coulomb_negative"] or 0.0)
+            new["static"] = max(law.static, new["coulomb"], new.get("coulomb_negative", 0.0))
         result.append(replace(law, **new))
     return tuple(result)
 
@@ -424,16 +470,20 @@ def _error_table(problem: Problem, spread: Array, measured: Array, arm: Arm) -> 
     return pd.DataFrame({**columns, "correlation": correlation}, index=arm.joint_names)
 
 
-def _contributions(columns: _Columns, found: Array, measured: Array, given: Array, arm: Arm) -> pd.DataFrame:
+def _contributions(
+    columns: _Columns, found: Array, measured: Array, model: _Model, known: Array, arm: Arm
+) -> pd.DataFrame:
     """RMS torque of each cause, by joint."""
     import pandas as pd
 
     links = 10 * len(columns.links)
     parts = {"links": slice(0, links), "rotors": slice(links, columns.laws)}
-    for k, name in enumerate(("viscous", "coulomb", "load")[: (len(found) - columns.laws) // arm.n]):
+    for k, name in enumerate(list(LAWS)[: (len(found) - columns.laws) // arm.n]):
         parts[name] = slice(columns.laws + k * arm.n, columns.laws + (k + 1) * arm.n)
     torque = {name: columns.matrix[:, :, part] @ found[part] for name, part in parts.items()}
-    torque["unexplained"] = measured - given - columns.matrix @ (found - columns.prior)
+    torque["counterbalances"] = model.balance
+    torque["drives"] = model.given - model.balance - columns.matrix @ columns.prior
+    torque["unexplained"] = measured - known - model.given - columns.matrix @ (found - columns.prior)
     rms = {name: np.sqrt(np.mean(values**2, axis=0)) for name, values in torque.items()}
     return pd.DataFrame(rms, index=arm.joint_names)
 

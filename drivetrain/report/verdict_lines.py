@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import reduce
 from typing import TYPE_CHECKING
 
@@ -32,6 +32,7 @@ from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
 if TYPE_CHECKING:  # brings splines, which few answers need
+    from drivetrain.sizing.answers.family import FamilySelection
     from drivetrain.sizing.answers.fastest import Fastest
 
 STYLES = {
@@ -82,6 +83,22 @@ def _limit(check: Check) -> str:
     """A check and how much of its limit is used, where that is a number."""
     used = check.utilisation
     return check.name if used is None or math.isinf(used) else f"{check.name} {percent(used)}"
+
+
+def family_lines(found: FamilySelection, names: Sequence[str]) -> list[str]:
+    """The drives of a family, and what limits them in each member."""
+    if not found.drives:
+        proof = "no set of drives fits every member" if found.proven else "none was found in the time given"
+        return [f"DOES NOT FIT: {proof}"]
+    lines = [f"{joint}: {motor} with {gear or 'no gear'}" for joint, (motor, gear) in found.drives.items()]
+    for name, one in zip(names, found.evaluations, strict=True):
+        used = [(c.utilisation or 0.0, place, c) for place, j in one.joints.items() for c in j.checks]
+        used += [(c.utilisation or 0.0, shared_place(c), c) for c in one.shared]
+        most = max(used, key=lambda item: item[0])
+        lines.append(f"{name}: {one.verdict}, limited by {most[1]}: {_limit(most[2])}")
+    unit = " kg" if found.evaluations[0].study.objective == "mass" else ""
+    told = "proven to be the least" if found.proven else f"not proven, at least {found.bound:.4g}{unit}"
+    return [*lines, f"{found.evaluations[0].study.objective} of a member: {found.objective:.4g}{unit}, {told}"]
 
 
 def part_lines(evaluation: Evaluation) -> list[str]:

@@ -86,12 +86,11 @@ def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
             parts = (nothing, nothing, nothing, given[i], whole - given[i])
             found[task.name] = dict(zip(PARTS, parts, strict=False))
             continue
+        travel = task.travel_per_turn or 1.0
         held, moving = (
-            (task.travel_per_turn or 1.0)
-            * (basis[i].bare.force + all_numbers(study, basis[i], drives) @ basis[i].force)
-            for basis in bases
+            travel * (basis[i].bare.force + all_numbers(study, basis[i], drives) @ basis[i].force) for basis in bases
         )
-        parts = (whole - moving, held - given[i], moving - held, given[i], nothing)
+        parts = (whole - moving, held - travel * given[i], moving - held, travel * given[i], nothing)
         found[task.name] = dict(zip(PARTS, parts, strict=False))
     return found
 

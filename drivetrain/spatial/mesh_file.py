@@ -10,6 +10,7 @@ import numpy as np
 from drivetrain.arrays import axes_of, checked_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.mesh_inertia import TriangleMesh
+from drivetrain.whole_files import is_there
 
 
 def read_mesh(path: str | Path, *, scale: Any = 1.0) -> TriangleMesh:
@@ -30,7 +31,7 @@ def read_mesh(path: str | Path, *, scale: Any = 1.0) -> TriangleMesh:
     factors = checked_array(np.broadcast_to(scale, 3) if axes_of(scale) == 0 else scale, (3,), "scale")
     if not factors.all():
         raise InputError(Fault("scale", "must not be zero", factors.tolist()))
-    if not file.is_file():
+    if not is_there(file):
         raise InputError(Fault(str(file), "no such file"))
     loaded = _loaded(file)
     faces = np.asarray(loaded.faces, dtype=np.int64)

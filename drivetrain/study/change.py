@@ -80,6 +80,15 @@ def changed(study: Study, change: TaskChange) -> Study:
     )
 
 
+def carrying_mass(study: Study, mass: float) -> Study:
+    """The task with its heaviest payload of another mass [kg], the same shape of another density; in its name too."""
+    heaviest = max(study.payloads, key=lambda one: one.mass, default=None)
+    if heaviest is None or not heaviest.mass > 0.0:
+        raise InputError(Fault("payload", "cannot be varied: the study carries none of any mass", study.name))
+    change = TaskChange(payload=mass / heaviest.mass, payloads=(heaviest.name,))
+    return replace(changed(study, change), name=f"{study.name}, {mass:g} kg")
+
+
 def scales(payloads: Collection[str], name: str) -> bool:
     """Whether a change of some payloads is one of a certain payload."""
     return not payloads or name in payloads

@@ -179,6 +179,9 @@ class JointTask:
             them allows.
         brakes: One of which must hold the joint; empty: it needs none. Motor keys name theirs: ``MOTOR+BRAKE``.
         counterbalances: Torques on the link behind the joint that its angle alone decides; their masses are the arm's.
+        preload: Of two motors on one axis, what it gives beside half of the load, and the other takes away [N m]; None:
+            it has its axis alone.
+        sharing: Names of the two motors, this one among them; empty: it has its axis alone.
     """
 
     name: str
@@ -203,6 +206,8 @@ class JointTask:
     amplifiers: tuple[Amplifier, ...] = ()
     counterbalances: tuple[Counterbalance, ...] = ()
     amplifier_heat: float = 0.0
+    preload: float | None = None
+    sharing: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         driven = f"{self.drive[0]} with {self.drive[1] or 'no gear'}" if self.drive else f"{len(self.pairs)} pairs"

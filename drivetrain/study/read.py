@@ -20,6 +20,7 @@ from drivetrain.study.parts.arm import resolve_arm, resolve_closures, resolve_co
 from drivetrain.study.parts.joints import Surroundings, check_gas_springs, resolve_joints
 from drivetrain.study.parts.motions import resolve_base, resolve_cycle, resolve_motions
 from drivetrain.study.parts.mounting import with_counterbalances
+from drivetrain.study.parts.second_motors import with_sharing
 from drivetrain.study.parts.selection import TERMS, SelectionOptions, TradeOffs
 from drivetrain.study.parts.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
 from drivetrain.study.parts.simulation import AddedEffect, Control, Simulation, drive_fields, known_effects
@@ -81,16 +82,20 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
         ledger.fault(("stiffness",), "is not computed of arms with closures")
     elif stiffness.asked and base is not None:
         ledger.fault(("stiffness",), "is not computed of arms on a base that moves")
+    elif stiffness.asked and any(task.preload is not None for task in joints):
+        ledger.fault(("stiffness",), "is not computed of arms with two motors on one axis")
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))
     note_implausible(form, arm, payloads, motions, joints, ledger)
+    arm = None if arm is None else with_counterbalances(arm, joints)
+    arm, cycle, joints = with_sharing(arm, cycle, joints)
     study = Study(
         name=form.name or document.path.stem,
         description=form.description.strip(),
         path=str(document.path),
         digest=study_digest(document, named_files(form, document)),
-        arm=None if arm is None else with_counterbalances(arm, joints),
+        arm=arm,
         drive_mass=None if form.drive_mass is None else DriveMass(form.drive_mass),
         payloads=tuple(payloads[name] for name in cycle.payload_names),
         cycle=cycle,

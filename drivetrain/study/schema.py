@@ -347,6 +347,10 @@ class JointForm(Form):
     stages: tuple[Entry[Stage], ...] = Field(
         default=(), description="what stands between gear and joint, in order: screw, belt, rack, worm, gear"
     )
+    motors: Literal[1, 2] = Field(default=1, description="2: two of its drive on the axis, each with half of the load")
+    preload: Annotated[float, f.Quantity("N m", minimum=0.0)] | None = Field(
+        default=None, description="of two motors: what one gives and the other takes away, which closes the backlash"
+    )
     counterbalances: tuple[Entry[Counterbalance], ...] = Field(
         default=(), description="springs, gas springs and biases: torques on the link that the joint's angle decides"
     )

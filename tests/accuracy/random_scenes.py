@@ -134,7 +134,7 @@ def estimated_and_measured(scene: Scene, basis: Basis, step: float = FINE) -> li
     for told in estimates(scene, basis):
         less = without(scene, [told.choice])
         found = change(decision(ran(plan(less), FixedStep(step)), less, basis), base)
-        for joint, guess in told.changes.items():
+        for joint, guess in told.bound.items():
             pairs = zip(QUANTITIES, (*guess.shares, guess.tip), (*found[joint].shares, found[joint].tip), strict=True)
             rows += [(told, joint, what, one, abs(other)) for what, one, other in pairs if not math.isnan(other)]
     return rows

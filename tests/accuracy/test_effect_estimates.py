@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 from random_scenes import estimated_and_measured, pair, ratio, single
 
-from drivetrain.accuracy.auto import estimates
+from drivetrain.accuracy.auto import _unresolved_peaks, estimates
+from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import basis_of
-from drivetrain.accuracy.scenes import choices
+from drivetrain.accuracy.scenes import choices, without
 from drivetrain.effects.loads.tip_contact import TipContact
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.planning.plan import plan
+from drivetrain.simulation.recording import Recording, Series
 from drivetrain.simulation.scene import WHOLE, Scene
 
 CASES = [*((single, seed) for seed in range(101, 109)), *((pair, seed) for seed in range(201, 205))]
@@ -35,3 +39,25 @@ def test_what_touches_the_arm_is_estimated_too() -> None:
     told = estimates(touching, basis_of(touching))
     assert len(told) == len(choices(touching)) > 3
     assert all(one.valid and one.changes for one in told)
+
+
+def test_what_a_step_does_not_resolve_of_a_peak() -> None:
+    """A ramp that friction ends: its rise within a step. A smooth peak, a jump: next to nothing."""
+    scene = single(101)
+    basis, time = basis_of(scene), np.linspace(0.0, 1.0, 101)
+
+    def unresolved(current: np.ndarray) -> float:
+        series = {"joint.current": Series("A", current)}
+        return _unresolved_peaks(Recording(time, series), scene, basis)["joint"]
+
+    ramp = np.where(time < 0.7, 2.0 * time, np.maximum(1.4 - 20.0 * (time - 0.7), 0.0))
+    assert unresolved(ramp) == pytest.approx(0.02 / 1.4)
+    for sure in (np.sin(np.pi * time), np.where(time < 0.5, 0.0, 1.0), np.where(time < 0.5, 1.0, 0.0)):
+        assert unresolved(sure) == 0.0
+    assert unresolved(np.zeros(101)) == 0.0
+
+
+def test_decisions_of_fixed_steps_see_every_node() -> None:
+    scene = single(101)
+    assert len(ran(plan(without(scene, ())), FixedStep(1e-4)).time) > 0.99 * scene.duration / 1e-4
+    assert scene.duration / 1e-4 > 20_000

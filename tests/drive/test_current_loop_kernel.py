@@ -47,6 +47,17 @@ def test_a_step_is_the_solution(volts: float, seed: int) -> None:
     assert found[3:] == pytest.approx(expected[3:], abs=1e-6 if math.isinf(volts) else 5e-3)
 
 
+@pytest.mark.parametrize("seed", [5, 17, 30])
+def test_a_limit_that_is_met_within_a_step_alone_is_found(seed: int) -> None:
+    """A loop that swings, its integrator twenty times too quick: at both ends of the step it is at no limit."""
+    rng = np.random.default_rng(seed)
+    command, emf, forward, current, integral = rng.normal(size=5) * [20.0, 5.0, 3.0, 10.0, 5.0]
+    loop = (R, L, L * BANDWIDTH, 20.0 * R * BANDWIDTH, command, emf, forward)
+    expected = reference((current, integral), 2e-4, 14.0, loop)
+    found = loop_step(current, integral, 2e-4, 14.0, loop)
+    assert found[:3] == pytest.approx(expected[:3], abs=2e-3)  # of 20 A; without a look inside 10 A off
+
+
 def test_a_long_step_ends_where_the_command_is() -> None:
     loop = (R, L, L * BANDWIDTH, R * BANDWIDTH, 7.0, 2.0, 0.0)
     current, integral, mean, _, _ = loop_step(0.0, 0.0, 10.0, math.inf, loop)

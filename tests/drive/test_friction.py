@@ -45,6 +45,16 @@ def test_directions_may_differ() -> None:
     np.testing.assert_array_equal(breakaway_torque(friction, np.array([7.0, -1e-9])), [1.0, -4.0])
 
 
+@pytest.mark.parametrize("exponent", [0.5, 1.0, 2.0])
+def test_the_fall_behind_breakaway_has_the_stated_exponent(exponent: float) -> None:
+    friction = Friction(1.0, 2.0, static=2.5, stribeck_speed=0.3, stribeck_exponent=exponent)
+    speed = np.array([-0.9, -0.1, 0.05, 0.3, 1.2])
+    kinetic = np.where(speed > 0.0, 1.0, -2.0)
+    fall = np.exp(-((np.abs(speed) / 0.3) ** exponent))
+    expected = kinetic + (np.sign(speed) * 2.5 - kinetic) * fall
+    np.testing.assert_allclose(friction_torque(friction, speed), expected, rtol=1e-12)
+
+
 def test_friction_never_makes_power() -> None:
     rng = np.random.default_rng(1)
     friction = Friction(1.0, 2.0, 0.1, 0.2, static=2.5, stribeck_speed=0.3, stribeck_exponent=1.0)

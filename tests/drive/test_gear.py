@@ -128,6 +128,14 @@ def test_running_torque_is_not_counted_twice() -> None:
     assert mesh_factors(dataclasses.replace(sheet, continuous_torque=None)) == mesh_factors(LOSSY)
 
 
+def test_stages_that_hardly_let_a_load_through_multiply_all_the_same() -> None:
+    """A twentieth of what drives back comes through; one that locks is held, and the gear behind it drives."""
+    alone, behind = mesh_of(as_record(LOSSY)), mesh_of(as_record(dataclasses.replace(LOSSY, stage_driven=0.05)))
+    assert behind.driven == pytest.approx(0.05 * alone.driven, rel=1e-12) and behind.driving == alone.driving
+    locked = mesh_of(as_record(dataclasses.replace(LOSSY, stage_driven=-0.05)))
+    assert locked.driven == pytest.approx(-0.05 * alone.driving, rel=1e-12)
+
+
 def test_an_unknown_efficiency_is_refused_and_an_ideal_gear_is_lossless() -> None:
     with pytest.raises(InputError, match=r"gear unknown\.efficiency"):
         mesh_input_torque(Gear("unknown", 10.0, kind="planetary"), np.array([1.0]), np.array([1.0]))

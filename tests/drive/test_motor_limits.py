@@ -78,6 +78,12 @@ def test_resistances_from_what_the_sheet_has() -> None:
     split = dataclasses.replace(lumped, resistance_winding_housing=3.0)
     assert thermal_resistances(split) == (3.0, 5.0)
     assert thermal_resistances(split, 1.0) == (3.0, 1.0)
+    outside = dataclasses.replace(lumped, resistance_housing_ambient=5.0)
+    assert thermal_resistances(outside) == (3.0, 5.0)
+    assert thermal_resistances(outside, 1.0) == (3.0, 1.0)
+    # parts that are no less than the whole leave no difference: the whole is taken
+    assert thermal_resistances(dataclasses.replace(lumped, resistance_housing_ambient=9.0)) == (0.0, 8.0)
+    assert thermal_resistances(dataclasses.replace(lumped, resistance_winding_housing=9.0)) == (0.0, 8.0)
     assert thermal_resistances(Motor("bare", 1.0, 0.1)) is None
 
 

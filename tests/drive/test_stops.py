@@ -67,6 +67,17 @@ def test_of_a_sheet_that_says_less_the_spring_is_no_softer():
         assert less >= whole * (1.0 - 1e-4)  # a soft first piece lets the motor push a little longer
     nothing = stiff_spring(replace(GEAR, stiffness_1=None, stiffness_2=None, stiffness_3=None))
     assert math.isnan(nothing.slope_3)
+    for gone, slopes, bends in (
+        ((), (1.0e4, 1.4e4, 1.6e4), (4.0, 12.0)),
+        (("stiffness_1",), (1.4e4, 1.4e4, 1.6e4), (4.0, 12.0)),
+        (("stiffness_1", "stiffness_2"), (1.6e4, 1.6e4, 1.6e4), (4.0, 12.0)),
+        (("stiffness_2",), (1.0e4, 1.0e4, 1.6e4), (4.0, 12.0)),
+        (("stiffness_3",), (1.0e4, 1.4e4, 1.4e4), (4.0, 12.0)),
+        (("torque_1",), (1.0e4, 1.4e4, 1.6e4), (0.0, 12.0)),
+        (("torque_2",), (1.0e4, 1.4e4, 1.6e4), (4.0, 4.0)),
+    ):
+        spring = stiff_spring(replace(GEAR, **dict.fromkeys(gone)))
+        assert spring == pytest.approx((*(1.3 * slope for slope in slopes), *bends), rel=1e-15)  # 30 % as documented
 
 
 def test_a_braked_mesh_solves_its_equation():

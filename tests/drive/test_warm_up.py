@@ -38,8 +38,9 @@ def test_it_ends_in_the_periodic_state() -> None:
     assert again.winding[1] == pytest.approx(again.winding[0], abs=1e-9)
 
 
-def test_what_runs_away_is_infinite_from_there_on() -> None:
-    found = warm_up(TWO_NODES, MOTOR, TIME, [60.0, 60.0, 50.0, 50.0], 400)
+@pytest.mark.parametrize("network", [TWO_NODES, ThermalNetwork(0.0, 4.0, 20.0, None, 25.0)], ids=["two", "one"])
+def test_what_runs_away_is_infinite_from_there_on(network: ThermalNetwork) -> None:
+    found = warm_up(network, MOTOR, TIME, [60.0, 60.0, 50.0, 50.0], 400)
     assert found.winding[0] == 25.0
     assert found.winding[1] > 25.0
     assert math.isinf(found.winding[-1])

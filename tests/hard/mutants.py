@@ -7,7 +7,7 @@
 
 Most is tried as plain Python (``plain_python.py``): a mutant is a function with another code, in a process of its own.
 Effects and the engines of simulation would take too long so, and are compiled, with nothing taken from the disk cache
-that the mutant is part of. A mutant meets the tests that call its function, the quickest first, for half a minute.
+that the mutant is part of. A mutant meets the tests that call its function, one row of each first.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ import random
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -33,19 +34,26 @@ PACKAGE = ROOT / "drivetrain"
 PLAIN = ("drive", "dynamics/core", "sizing/judge", "sizing/search/bounds.py", "solvers", "control/laws.py")
 COMPILED = ("effects", "simulation/core", "simulation/engines")
 PLAIN_TESTS = ("drive", "control", "dynamics", "agreement", "solvers", "sizing", "identification", "hard")
-COMPILED_TESTS = ("effects", "simulation", "hard", "accuracy")
+COMPILED_TESTS = (
+    "effects", "simulation", "hard", "accuracy", "sizing/test_evaluate.py", "sizing/test_missing_data.py",
+    "sizing/test_supply_checks.py", "sizing/test_gear_heat.py", "sizing/test_brakes.py", "sizing/test_stops.py",
+    "sizing/test_amplifiers.py", "sizing/test_stiffness_checks.py",
+)  # fmt: skip
 LAWS = ("law", "kernel", "part", "exact", "fast", "command", "joint_law", "table_law", "scene_law")
-WHOLE = ("effects/", "simulation/engines/starting.py")  # all functions of these count, decorated or not
+WHOLE = ("effects/control/", "effects/friction/", "effects/gear/", "effects/loads/", "effects/motor/",
+         "simulation/engines/starting.py")  # all functions of these count, decorated or not  # fmt: skip
 SHOWN = ("__post_init__", "ports", "lines", "describe", "faults")  # declarations and messages
 TABLE = "sizing/judge/checks.py"
+OF_THE_TABLE = ("test_the_law_in_a_table", "test_every_check_has_the_factor_of_its_kind")  # tests that only read it
 RUNNING = "sizing/judge/evaluate.py"  # what is called wherever the table is read
 OTHER = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Lt: ast.GtE, ast.LtE: ast.Gt,
     ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And,
 }  # fmt: skip
 NAMES = {"max": "min", "min": "max", "larger": "smaller", "smaller": "larger", "abs": "float"}
-ASKED_NOTHING = 99
-PER_TEST, PER_FILE, PER_MUTANT = 3.0, 15.0, 30.0  # s of a processor
+_Job = tuple[str, list[tuple[str, float]], Callable[[], None]]  # a mutant, its tests and their seconds, its making
+OPTIONS = ("-q", "-s", "-p", "no:cacheprovider", "-p", "no:randomly", "-n0", "-W", "ignore::RuntimeWarning")
+PER_TEST, PER_FILE, PER_MUTANT = 2.0, 9.0, 12.0  # s of a processor
 
 
 # --- mutants
@@ -123,7 +131,7 @@ def _tree(path: Path) -> ast.Module:
 
 def of_table() -> Iterator[tuple[str, Any]]:
     """The rows of the table of checks with one entry changed."""
-    from drivetrain.sizing.judge.checks import GEAR, HEAT, REQUIREMENTS
+    from drivetrain.sizing.judge.checks import GEAR, HEAT, REQUIREMENTS, SUPPLY
 
     plain = {"factor": "one", "asked": "one", "origin": "zero"}
     for k, row in enumerate(REQUIREMENTS):
@@ -131,6 +139,8 @@ def of_table() -> Iterator[tuple[str, Any]]:
             was = getattr(row, name)
             if was == plain.get(name, "") or (name == "required" and k == 0):
                 continue
+            if (name == "peak" and was) or (row.stage >= SUPPLY and name not in ("required", "instant")):
+                continue  # a look at some samples that only saves time; what rows of these stages have no use for
             new = {"stage": HEAT if was == GEAR else GEAR, "scale": 2.0 * row.scale, "instant": "",
                    "required": REQUIREMENTS[k - 1].required, **plain}.get(name, was is False)  # fmt: skip
             yield f"{row.name}: {name}", (row, name, new)
@@ -152,20 +162,24 @@ def prepare(plain: bool) -> None:
             importlib.import_module(name)
 
 
-class _Watch:
-    """Of each test its seconds of a processor, its end, and on demand the functions of the package that it calls."""
-
-    def __init__(self, limit: float, profile: bool):
-        self.limit, self.profile, self.tests = limit, profile, {}  # type: ignore[var-annotated]
-        self.begun, self.all = time.process_time(), PER_FILE if profile else 1e9
-        if not os.environ.get("NUMBA_DISABLE_JIT"):  # the first test of all waits for the compiler
-            self.limit, self.all = 60.0 + limit, 120.0 + self.all
+class _Quick:
+    """Few examples of each property, the same each time."""
 
     def pytest_configure(self) -> None:
         import hypothesis
 
         hypothesis.settings.register_profile("mutants", deadline=None, derandomize=True, max_examples=20)
         hypothesis.settings.load_profile("mutants")
+
+
+class _Watch(_Quick):
+    """Of each test its seconds of a processor, its end, and the functions of the package that it calls."""
+
+    def __init__(self) -> None:
+        self.tests: dict[str, Any] = {}
+        self.begun, self.limit, self.all = time.process_time(), PER_TEST, PER_FILE
+        if not os.environ.get("NUMBA_DISABLE_JIT"):  # the first test of all waits for the compiler
+            self.limit, self.all = 60.0 + self.limit, 120.0 + self.all
 
     def pytest_runtest_protocol(self, item: Any, nextitem: Any) -> Any:
         import pytest
@@ -183,10 +197,9 @@ class _Watch:
 
         signal.signal(signal.SIGPROF, stop)
         signal.setitimer(signal.ITIMER_PROF, self.limit)
-        self.item, self.found, begin = item.nodeid, found, time.process_time()
+        begin = time.process_time()
         self.tests[item.nodeid] = {"seconds": 0.0, "passed": True, "calls": []}
-        if self.profile:
-            sys.setprofile(seen)
+        sys.setprofile(seen)
         try:
             from _pytest.runner import runtestprotocol
 
@@ -203,28 +216,19 @@ class _Watch:
         return True
 
 
-def pytest_run(given: list[str], watch: _Watch, log: str = os.devnull) -> int:
-    """Pytest without noise, one test after the other."""
-    import pytest
-
-    silent = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-    os.dup2(silent, 1)
-    os.dup2(silent, 2)
-    options = ["-x"] if not watch.profile else []
-    options += ["-q", "-p", "no:cacheprovider", "-p", "no:randomly", "-n0", "-W", "ignore::RuntimeWarning"]
-    return int(pytest.main([*options, *given], plugins=[watch]))
-
-
 def map_tests(out: Path, folders: tuple[str, ...], plain: bool) -> None:
     """Of all tests in some folders what ``_Watch`` sees."""
+    import pytest
+
     prepare(plain)
     told: dict[str, Any] = {}
     places = [ROOT / "tests" / one for one in folders]
     for path in [one for place in places for one in ([place] if place.suffix else sorted(place.glob("test_*.py")))]:
         kept = HERE / f".map-{os.getpid()}"
         if (child := os.fork()) == 0:
-            watch = _Watch(PER_TEST, profile=True)
-            pytest_run([str(path)], watch)
+            watch = _Watch()
+            _silence()
+            pytest.main([*OPTIONS, str(path)], plugins=[watch])
             kept.write_text(json.dumps(watch.tests), encoding="utf-8")
             os._exit(0)
         os.waitpid(child, 0)
@@ -235,19 +239,75 @@ def map_tests(out: Path, folders: tuple[str, ...], plain: bool) -> None:
         print(path.relative_to(ROOT), sum(one["passed"] for one in told.values()), len(told), flush=True)
 
 
-def noticed(tests: list[tuple[str, float]], change: Any) -> bool | None:
-    """Whether tests fail once ``change`` was called; None where they could not be asked."""
-    if (child := os.fork()) == 0:
-        code = ASKED_NOTHING
-        try:
-            change()
-            longest = max(seconds for _, seconds in tests)
-            code = pytest_run([name for name, _ in tests], _Watch(3.0 * longest + 20.0, profile=False))
-        finally:
-            os._exit(code)
-    ended = os.waitpid(child, 0)[1]
-    code = os.waitstatus_to_exitcode(ended)
-    return True if code < 0 or code in (1, 2) else False if code == 0 else None  # a signal, a failure, no import
+def _silence() -> None:
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.dup2(null, 2)
+
+
+class _Trials:
+    """Every test is collected once; each mutant is a process of its own, which ends at the first test that fails."""
+
+    def __init__(self, jobs: list[_Job], results: Path):
+        self.jobs, self.results, self.sound = jobs, results, {}  # type: ignore[var-annotated]
+        self.extra = 0.0 if os.environ.get("NUMBA_DISABLE_JIT") else 120.0  # s, for the compiler
+
+    def pytest_runtestloop(self, session: Any) -> bool:
+        items = {one.nodeid: one for one in session.items}
+        for what, tests, change in self.jobs:
+            asked = [(items[name], seconds) for name, seconds in tests if name in items]
+            while True:
+                failed = self.first_to_fail(asked, change)
+                if failed is None or self.is_sound(failed, asked):
+                    break
+                asked = [pair for pair in asked if pair[0].nodeid != failed]
+            if asked:
+                with self.results.open("a", encoding="utf-8") as out:
+                    out.write(json.dumps({"mutant": what, "noticed": failed is not None, "tests": len(asked)}) + "\n")
+            if failed is None:
+                report = f"not noticed by {len(asked)} tests" if asked else "no test"
+                print(f"{report}: {what}", file=sys.stderr, flush=True)
+        return True
+
+    def is_sound(self, name: str, asked: list[tuple[Any, float]]) -> bool:
+        """Whether a test passes here and now without a mutant."""
+        if name not in self.sound:
+            alone = [pair for pair in asked if pair[0].nodeid == name]
+            self.sound[name] = self.first_to_fail(alone, lambda: None) is None
+        return bool(self.sound[name])
+
+    def first_to_fail(self, asked: list[tuple[Any, float]], change: Callable[[], None]) -> str | None:
+        """The name of the first test that fails, or does not end, once ``change`` was called."""
+        read, write = os.pipe()
+        if (child := os.fork()) == 0:
+            os.close(read)
+            try:
+                self.run(asked, change, write)
+            finally:
+                os._exit(0)
+        os.close(write)
+        with os.fdopen(read, encoding="utf-8") as told:
+            begun = told.read().splitlines()
+        os.waitpid(child, 0)
+        return None if not begun or begun[-1] == "passed" else begun[-1]
+
+    def run(self, asked: list[tuple[Any, float]], change: Callable[[], None], told: int) -> None:
+        from _pytest.runner import runtestprotocol
+
+        def stop(*given: Any) -> None:
+            raise TimeoutError
+
+        _silence()
+        signal.signal(signal.SIGPROF, stop)
+        change()
+        for item, seconds in asked:
+            os.write(told, f"{item.nodeid}\n".encode())
+            signal.setitimer(signal.ITIMER_PROF, 4.0 * seconds + 4.0 + self.extra)
+            reports = runtestprotocol(item, nextitem=None, log=False)
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            if not all(one.passed for one in reports):
+                return
+            os.write(told, b"passed\n")
 
 
 def swap(path: Path, name: str, function: ast.FunctionDef, index: int) -> None:
@@ -298,21 +358,30 @@ def files(rooms: tuple[str, ...]) -> list[Path]:
 
 
 def tests_of(told: dict[str, Any], where: str, inside: str) -> list[tuple[str, float]]:
-    """Tests that call a function, else those that call anything of its file, the quickest first."""
+    """Tests that call a function, else those that call anything of its file: one row of each first, the quickest."""
 
     def calling(wanted: Any) -> list[tuple[str, float]]:
-        return sorted(
-            ((name, one["seconds"]) for name, one in told.items() if one["passed"] and any(map(wanted, one["calls"]))),
-            key=lambda pair: pair[1],
+        found = (
+            (one["seconds"], name) for name, one in told.items() if one["passed"] and any(map(wanted, one["calls"]))
         )
+        rows: Counter[str] = Counter()
+        ordered = []
+        for seconds, name in sorted(found):
+            rows[name.split("[")[0]] += 1
+            ordered.append((rows[name.split("[")[0]], seconds, name))
+        return [(name, seconds) for _, seconds, name in sorted(ordered)]
 
-    found = calling(lambda call: call == where) or calling(lambda call: call.startswith(f"{inside}:"))
+    found = calling(lambda call: call == where)
+    if not found and inside.startswith((*COMPILED, RUNNING)):  # what is compiled is not seen when it is called
+        found = calling(lambda call: call.startswith(f"{inside}:"))
+    if inside == RUNNING:
+        found = [(name, 0.0) for name in told if name.endswith(OF_THE_TABLE)] + found
     if not found and inside.startswith("simulation/core/"):
         found = calling(lambda call: call.startswith("simulation/engines/fixed_step.py:FixedStep.run"))
     chosen, spent = [], 0.0
     for name, seconds in found:
-        if spent > PER_MUTANT:
-            break
+        if spent + seconds > PER_MUTANT and chosen:
+            continue
         chosen.append((name, seconds))
         spent += seconds
     return chosen
@@ -320,11 +389,13 @@ def tests_of(told: dict[str, Any], where: str, inside: str) -> list[tuple[str, f
 
 def tried(place: Path, each: int, seed: int, only: tuple[str, ...]) -> None:
     """Try mutants of every file; one line of JSON each."""
+    import pytest
+
     told = json.loads(place.read_text(encoding="utf-8"))
     plain, results = told["plain"], place.with_suffix(".jsonl")
     prepare(plain)
     done = {json.loads(line)["mutant"] for line in results.read_text().splitlines()} if results.exists() else set()
-    jobs: list[tuple[str, str, str, Any]] = []
+    jobs: list[_Job] = []
     for path in files(PLAIN if plain else COMPILED):
         inside = str(path.relative_to(PACKAGE))
         if only and not inside.startswith(only):
@@ -332,37 +403,36 @@ def tried(place: Path, each: int, seed: int, only: tuple[str, ...]) -> None:
         every = [(f"{inside}:{name}", node, *one) for name, node in functions(path) for one in mutants_of(node)]
         some = random.Random(f"{seed} {inside}").sample(every, min(each, len(every)))
         for where, node, index, what in some:
-            jobs.append((where, what, inside, partial(swap, path, where.split(":")[1], node, index)))
-    if plain and (not only or TABLE.startswith(only)):
+            change = partial(swap, path, where.split(":")[1], node, index)
+            jobs.append((f"{where} {what}", tests_of(told["tests"], where, inside), change))
+    if not plain and (not only or TABLE.startswith(only)):  # numbers that compiled code is given, not code
         rows = list(of_table())
-        for what, change in random.Random(f"{seed} {TABLE}").sample(rows, min(5 * each, len(rows))):
-            jobs.append((f"{TABLE}:REQUIREMENTS", what, RUNNING, lambda change=change: object.__setattr__(*change)))
+        tests = tests_of(told["tests"], f"{TABLE}:REQUIREMENTS", RUNNING)
+        for what, row in random.Random(f"{seed} {TABLE}").sample(rows, min(5 * each, len(rows))):
+            jobs.append((f"{TABLE}:REQUIREMENTS {what}", tests, partial(object.__setattr__, *row)))
     random.Random(seed).shuffle(jobs)
-    sound: dict[str, bool] = {}
-    for where, what, inside, change in jobs:
-        tests = tests_of(told["tests"], where, inside)
-        if f"{where} {what}" in done or not tests:
-            if not tests:
-                print(f"no test: {where} {what}", flush=True)
-            continue
-        if where not in sound:  # without a mutant they pass, here and now
-            sound[where] = noticed(tests, str) is False
-        found = noticed(tests, change) if sound[where] else None
-        if found is not None:
-            with results.open("a", encoding="utf-8") as out:
-                out.write(json.dumps({"mutant": f"{where} {what}", "noticed": found, "tests": len(tests)}) + "\n")
-        if not found:
-            print(f"{'not noticed' if found is False else 'cannot be asked'}: {where} {what}", flush=True)
+    jobs = [job for job in jobs if job[0] not in done]
+    for what, tests, _ in jobs:
+        if not tests:
+            print(f"no test: {what}", flush=True)
+    sources = sorted({name.split("::")[0] for _, tests, _ in jobs for name, _ in tests})
+    given = [str(ROOT / name) for name in sources if (ROOT / name).exists()]
+    pytest.main([*OPTIONS, *given], plugins=[_Quick(), _Trials(jobs, results)])
 
 
 def rate(places: list[Path]) -> None:
-    """How many were noticed, room by room."""
+    """How many were noticed, room by room, and which were not."""
+    from scipy.stats import binomtest
+
     lines = [json.loads(line) for place in places for line in place.with_suffix(".jsonl").read_text().splitlines()]
+    found = {one["mutant"]: one["noticed"] for one in lines}  # the last word on each
     print("| mutants of | tried | noticed |\n|---|---|---|")
     for room in (*PLAIN, *COMPILED):
-        mine = [one["noticed"] for one in lines if one["mutant"].startswith(room)]
+        mine = [noticed for mutant, noticed in found.items() if mutant.startswith(room)]
         print(f"| `{room}` | {len(mine)} | {sum(mine)} |")
-    print(f"| all | {len(lines)} | {sum(one['noticed'] for one in lines)} |")
+    low, high = binomtest(sum(found.values()), len(found)).proportion_ci(0.95)
+    print(f"| all | {len(found)} | {sum(found.values())}: with 95 % confidence {low:.1%} to {high:.1%} |")
+    print("\n".join(f"not noticed: {mutant}" for mutant, noticed in found.items() if not noticed))
 
 
 if __name__ == "__main__":

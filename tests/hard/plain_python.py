@@ -26,10 +26,7 @@ ADDRESSES = count(16, 16)
 
 
 class Record(np.record):
-    """A record whose fields come before what numpy's own has under their names."""
-
-    size = property(lambda self: self["size"])
-    strides = property(lambda self: self["strides"])
+    """A record whose fields come before what numpy has under their names, as ``size``: see ``with_attributes``."""
 
 
 @cache
@@ -39,6 +36,8 @@ def with_attributes(dtype: Any) -> Any:
         return np.dtype((with_attributes(dtype.subdtype[0]), dtype.shape))
     if dtype.names is None:
         return dtype
+    for name in set(dtype.names) & set(dir(np.record)):
+        setattr(Record, name, property(lambda self, name=name: self[name]))
     inner = {
         "names": dtype.names, "formats": [with_attributes(dtype.fields[name][0]) for name in dtype.names],
         "offsets": [dtype.fields[name][1] for name in dtype.names], "itemsize": dtype.itemsize,

@@ -87,9 +87,10 @@ def test_code_of_own_arm(folder: Path) -> None:
         joints = {**own["joints"], **fragment.get("joints", {})}
         (folder / "study.yaml").write_text(yaml.safe_dump({**own, **fragment, "joints": joints}), encoding="utf-8")
         found.append(dt.evaluate(dt.load_study(folder / "study.yaml")))
-    balanced, staged, track, rubbing, closed, ship = found
+    balanced, staged, shared, track, rubbing, closed, ship = found
     assert len(balanced.study.joints[0].counterbalances) == 4
     assert list(track.joints) == ["track", "swivel"] and list(closed.joints) == ["joint_1", "crank"]
+    assert list(shared.joints) == ["joint_1", "joint_1_motor_2", "joint_2"]
     assert ship.study.base is not None
     assert rubbing.study.joints[0].friction.load_share == 0.04
     assert "FAIL" not in [

@@ -15,8 +15,8 @@ from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.regressor import torque_parameters, torque_regressor
 from drivetrain.identification.consistency import consistent, nearest_consistent, pseudo_inertias, ten_parameters
 from drivetrain.identification.least_squares import base_parameters
-from drivetrain.sizing.judge.parts import FilledParts
-from drivetrain.study.parts.mounting import loaded_arm
+from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.study.model import DriveMass
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 KR300 = Path(__file__).parents[1] / "published" / "data" / "kr300_recording_a.npz"
@@ -113,18 +113,44 @@ def test_currents_and_torque_constants() -> None:
         dt.identify(arm, replace(full, torque=None))
 
 
-def test_a_study_that_can_be_sized() -> None:
-    """Its drives are in the arm that moves, and stay as their sheets say."""
-    study = dt.load_study(EXAMPLES / "puma560" / "study.yaml")
-    filled_parts = FilledParts(study)
-    drives = {task.name: filled_parts.drive(task, *task.drive) for task in study.joints}
-    heavier = replace(study, arm=replace(study.arm, masses=1.2 * study.arm.masses, inertias=1.2 * study.arm.inertias))
-    found = dt.identify(study, recording(loaded_arm(heavier, drives, -1), 0.1))
+def test_a_study_with_drives_losses_and_a_counterbalance() -> None:
+    """What ``evaluate`` asks of the motors is measured: a heavier arm, more friction, the sheets' losses, a spring."""
+    study = dt.load_study(EXAMPLES / "ur5_pick_and_place" / "study.yaml")
+    arm, rows = study.arm, range(study.arm.n)
+    motion = dt.exciting_motion(arm, duration=8.0, rate=100.0, candidates=5)
+    count = len(motion.time)
+    rates = (motion.position, motion.velocity, motion.acceleration)
+    cycle = Cycle(arm.joint_names, motion.time, *rates, None, np.full(count, -1), (), np.zeros(count, int), ("all",))
+    spring = dt.Counterbalance(stiffness=2000.0, free_length=0.1, lever_carrier=0.3, lever_link=0.1, dead_centre=-1.5)
+
+    def driven(arm: dt.Arm, frictions: list[dt.Friction]) -> dt.Study:
+        drive = ("AM_MF0060008_48V", "hd_CSG-14-50-2UH")
+        springs = [(spring,) if i == 1 else () for i in rows]
+        parts = zip(study.joints, frictions, springs, strict=True)
+        tasks = [replace(task, drive=drive, friction=law, counterbalances=own) for task, law, own in parts]
+        return replace(study, arm=arm, cycle=cycle, joints=tuple(tasks), drive_mass=DriveMass.INCLUDED)
+
+    heavier = replace(arm, masses=1.2 * arm.masses, inertias=1.2 * arm.inertias)
+    laws = [dt.Friction(viscous=v, coulomb=c, load_share=0.05) for v, c in zip(VISCOUS, COULOMB, strict=True)]
+    wanted = np.column_stack(
+        [joint.series.motor_torque for joint in dt.evaluate(driven(heavier, laws)).joints.values()]
+    )
+    torque = wanted + 0.002 * np.random.default_rng(0).normal(size=wanted.shape)
+    measured = dt.MeasuredMotion("driven", arm.joint_names, motion.time, *rates, motor_torque=torque)
+    guess = driven(arm, [dt.Friction(viscous=5.0, coulomb=3.0, load_share=0.02)] * arm.n)
+    found = dt.identify(guess, measured, load_friction=True)
     assert found.study is not None and found.study.arm is found.arm
     assert [task.friction for task in found.study.joints] == list(found.friction)
-    assert (found.errors["identified"] < 0.3 * found.errors["given"]).all()
-    before, after = (dt.evaluate(one).joints for one in (study, found.study))
-    assert before.keys() == after.keys()
+    assert (found.errors["identified"] < 0.2 * found.errors["given"]).all()
+    # Coulomb's torque and friction that grows with the load part where the load changes: at the first three joints.
+    assert [law.viscous for law in found.friction] == pytest.approx(VISCOUS, rel=0.15)
+    assert [law.coulomb for law in found.friction] == pytest.approx(COULOMB, rel=0.2)
+    assert [law.load_share for law in found.friction[:3]] == pytest.approx([0.05] * 3, abs=0.02)
+    assert found.contributions["counterbalances"].to_numpy().nonzero()[0].tolist() == [1]
+    # Sized, it asks of its motors what was measured; but where a joint turns about: within some percent.
+    again = dt.evaluate(found.study).joints.values()
+    off = np.abs(np.column_stack([joint.series.motor_torque for joint in again]) - wanted)
+    assert (np.median(off, axis=0) < 0.06 * wanted.std(axis=0)).all()
 
 
 def test_bodies_that_cannot_be_are_made_possible() -> None:

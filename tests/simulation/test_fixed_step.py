@@ -192,6 +192,16 @@ def test_locking_worm_holds_its_load_and_lets_it_go() -> None:
     assert simulate(worm(0.45, -1.01 * needed, inertia=1e-3))["joint.speed"][-1] < 0.0
 
 
+def test_a_wall_and_a_belt_that_move_do_what_is_done_by_hand() -> None:
+    """Taken along at the wall's own speed nothing pulls; a belt under a joint that a spring holds does w tau_c."""
+    along = simulate(joint_scene(1.0, [WallSpring(100.0, 4.0, speed=0.2)], 1.0, speed=0.2), solver=FixedStep(1e-3))
+    np.testing.assert_allclose(along["joint.position"], 0.2 * along.time, atol=1e-12)
+    effects = [DryFriction(Friction(coulomb=1.0)), WallSpring(100.0), MovingBelt(0.5)]
+    held = simulate(joint_scene(1.0, effects, 0.1, position=0.01), solver=FixedStep(1e-3))
+    assert held["joint.position"] == pytest.approx(0.01, abs=1e-9)  # tau_c / k: it stays, and the belt slides
+    assert held["joint.belt_power"][1:] == pytest.approx(0.5, rel=1e-9)
+
+
 def test_mesh_that_would_jam_is_refused_when_the_scene_is_built() -> None:
     # mu = 1/0.4 - 1 = 1.5 against 1 + J ratio^2 / I.
     for inertia, refused in ((1.9e-4, True), (2.1e-4, False)):

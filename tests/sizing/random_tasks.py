@@ -63,12 +63,14 @@ def random_motor(make, rng, key):
     size = rng.uniform(0.3, 3.0)
     row = replace(
         make.motor, key=key, mass=0.4 * size, nominal_current=5.0 * size, peak_current=18.0 * size,
-        rotor_inertia=2e-5 * size**2, resistance=rng.uniform(0.2, 1.5) / size, price=float(rng.uniform(50, 200)),
+        no_load_current=0.27 * size, rotor_inertia=2e-5 * size**2, resistance=rng.uniform(0.2, 1.5) / size,
+        price=float(rng.uniform(50, 200)),
         peak_torque=float(rng.choice([0.8, 3.0])) * size, coulomb_friction=0.004 * size, viscous_friction=1e-5 * size,
         magnet_coefficient=float(rng.choice([-0.002, -0.001, 0.0, 0.0005])), max_speed=float(rng.uniform(400, 1500)),
         winding_time_constant=float(rng.choice([0.02, 3.0, 40.0])), diameter=0.06, length=0.05,
         resistance_winding_ambient=3.0, inductance=float(rng.choice([1e-4, 2e-3])),
     )  # fmt: skip
+    row = replace(row, inductance=row.resistance * row.inductance)  # L/R as motors have
     optional = (
         "inductance mass nominal_current peak_current peak_torque max_speed coulomb_friction viscous_friction "
         "no_load_current no_load_speed nominal_voltage resistance_winding_housing resistance_housing_ambient "

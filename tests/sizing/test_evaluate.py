@@ -13,7 +13,7 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
 from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.judge.checks import factors
+from drivetrain.sizing.judge.checks import REQUIREMENTS, factors
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated, holding_figures
 from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.results import Evaluation, JointResult
@@ -234,6 +234,62 @@ def test_safety_factors_multiply_what_is_required(one_axis):
     for name, factor in factors.items():
         assert check_of(safe, name).required == pytest.approx(factor * check_of(plain, name).required), name
         assert check_of(safe, name).factor == factor
+
+
+def test_the_factor_on_torque_is_in_the_voltage_of_a_change_of_current_too(swinging):
+    """With 100 H nearly all of the voltage is that of the changing current: to 1 % twice as much with a factor of 2."""
+    slow = changed(swinging, "motor", "inductance", 100.0)
+    volts = [
+        found(evaluate(replace(slow, safety=replace(slow.safety, peak_torque=factor))), "motor voltage").required
+        for factor in (1.0, 2.0)
+    ]
+    assert volts[1] == pytest.approx(2.0 * volts[0], rel=0.01)
+
+
+def test_a_gear_that_turns_its_output_the_other_way_is_asked_the_same(one_axis):
+    """Every utilisation, to rounding: the first joint's motor stands on the ground, so no spin of a carrier counts."""
+    ratio = one_axis.catalog.gears["g1"].ratio
+    plain, other = (evaluate(changed(one_axis, "gear", "ratio", way * ratio)).joints["j1"] for way in (1.0, -1.0))
+    for check, turned in zip(plain.checks, other.checks, strict=True):
+        for was, now in ((check.required, turned.required), (check.utilisation, turned.utilisation)):
+            assert now == (None if was is None else pytest.approx(was, rel=1e-9)), check.name
+
+
+@pytest.mark.parametrize(("share", "made"), [(0.0, False), (0.05, True)])
+def test_a_gear_has_a_temperature_of_its_own_where_any_of_its_heat_stays(swinging, share, made):
+    tasks = tuple(replace(task, gear_heat=share) for task in swinging.joints)
+    check = found(evaluate(replace(swinging, joints=tasks)), "gear temperature")
+    assert (check.utilisation is not None) is made
+
+
+def test_the_lives_that_are_required_are_those_of_the_study_in_hours(swinging):
+    evaluation = evaluate(swinging)
+    for name in ("gear life L10", "output bearing life L10"):
+        assert found(evaluation, name).required == pytest.approx(3.6e6 / 3600.0, rel=1e-15)
+
+
+FACTORED = {
+    "peak_torque": {
+        "gear repeated peak torque", "gear momentary peak torque", "gear torque in a jam", "gear ratcheting in a jam",
+        "gear buckling in a jam", "output bearing tilting moment", "output bearing axial load",
+        "output bearing radial load", "torque behind the gear", "motor peak torque", "cold start torque",
+        "cold start current", "motor peak current", "amplifier peak current", "current to stop",
+    },
+    "rms": {"motor RMS current", "amplifier continuous current"},
+    "speed": {"gear maximum input speed", "gear mean input speed", "motor speed", "speed behind the gear"},
+    "voltage": {"motor voltage", "cold start voltage"},
+    "brake": {"holding brake torque"},
+    "bearing_static_safety": {"output bearing static load"},
+}  # fmt: skip
+
+
+def test_every_check_has_the_factor_of_its_kind():
+    """A table of its own: what is held against a peak has the factor on peaks, and so on; nothing else has one."""
+    safety = Safety(peak_torque=1.5, rms=1.25, speed=1.2, voltage=1.1, brake=1.3, bearing_static_safety=1.7)
+    told = {name: getattr(safety, kind) for kind, names in FACTORED.items() for name in names}
+    assert factors(safety) == {name: told.get(name, 1.0) for name in factors(safety)}
+    lives = {"gear life L10", "output bearing life L10"}
+    assert {row.name: row.scale for row in REQUIREMENTS if row.scale != 1.0} == dict.fromkeys(lives, 1.0 / 3600.0)
 
 
 def test_factor_times_actual_value_is_what_is_required(one_axis):

@@ -10,10 +10,12 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.errors import InputError
+from drivetrain.report.verdict_lines import family_lines
 from drivetrain.sizing.answers.family import select_family
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
-from drivetrain.study.change import TaskChange, changed, slowed
+from drivetrain.study.change import TaskChange, carrying_mass, changed, slowed
+from drivetrain.study.model import Payload
 from drivetrain.study.parts.selection import SelectionOptions
 
 
@@ -73,6 +75,28 @@ def test_some_members_bind_where_the_first_would_not(make):
 def test_a_family_of_one_is_a_selection(make):
     study = family(make, 3)[0]
     assert select_family([study]).drives == select(study).drives
+
+
+def test_words_of_a_family(make):
+    """Drives, each member's tightest check, and the proof; the check is the largest of all."""
+    members = next(one for one in (family(make, k) for k in range(8)) if select_family(one).drives)
+    found, names = select_family(members), ["short", "fast", "long"]
+    told = family_lines(found, names)
+    assert told[:2] == [f"{joint}: {motor} with {gear}" for joint, (motor, gear) in found.drives.items()]
+    for name, one, line in zip(names, found.evaluations, told[2:5], strict=True):
+        used = [check.utilisation or 0.0 for joint in one.joints.values() for check in joint.checks]
+        assert line.startswith(f"{name}: {one.verdict}")
+        assert float(line.split()[-2]) == pytest.approx(100 * max(used), abs=0.5)
+    assert "proven" in told[-1] and f"{found.objective:.4g} kg" in told[-1]
+
+
+def test_another_mass_of_the_heaviest_payload(make):
+    study = family(make, 0)[0]
+    with pytest.raises(InputError, match="none of any mass"):
+        carrying_mass(study, 1.0)
+    tools = tuple(Payload(name, mass, np.zeros(3), mass * np.eye(3)) for name, mass in (("light", 1.0), ("heavy", 4.0)))
+    light, heavy = carrying_mass(replace(study, payloads=tools), 2.0).payloads
+    assert (light.mass, heavy.mass, heavy.inertia[0, 0]) == (1.0, 2.0, 2.0)
 
 
 def test_what_is_no_family(make):

@@ -40,7 +40,7 @@ GEAR_LIMITS = (
 )  # fmt: skip
 # Without them a sheet says less, and no other number of it stands in.
 ALONE = (
-    "max_speed rotor_inertia",
+    "max_speed rotor_inertia inductance coulomb_friction viscous_friction no_load_current no_load_speed",
     "momentary_torque max_input_speed average_input_speed_limit rated_speed rated_life tilting_moment_limit "
     "axial_load_limit radial_load_limit efficiency bearing_dynamic_rating bearing_static_rating bearing_offset "
     "bearing_pitch_diameter mesh_efficiency drag_speed drag_torque seal_drag_torque starting_torque ratcheting_torque "
@@ -87,8 +87,13 @@ def hotter_mounting(study, rng):
 
 
 def a_mounting_worse_than_all(study, rng):
-    """Stated where none was."""
-    plain = with_tasks(study, lambda task: replace(task, housing_to_ambient=None))
+    """Stated where none was; a sheet that tells the way of the heat as far as the housing alone gets a datum more."""
+
+    def told(row):
+        half = row.resistance_housing_ambient is None and row.resistance_winding_ambient is None
+        return replace(row, resistance_housing_ambient=4.0) if half else row
+
+    plain = with_parts(with_tasks(study, lambda task: replace(task, housing_to_ambient=None)), told)
     return plain, with_tasks(study, lambda task: replace(task, housing_to_ambient=100.0))
 
 
@@ -141,7 +146,20 @@ def a_datum_less(study, rng):
     motor, gear = (str(rng.choice(names.split())) for names in ALONE)
     if rng.random() < 0.5:
         return study, with_parts(study, lambda row: replace(row, **{motor: None}))
-    return study, with_parts(study, gear=lambda row: replace(row, **{gear: None}))
+    halves = ("mesh_efficiency", "drag_torque")  # without the half that a sheet tells its efficiency stands in
+
+    def less(row):
+        half = gear in halves and None in [getattr(row, name) for name in halves]
+        return row if half else replace(row, **{gear: None})
+
+    return study, with_parts(study, gear=less)
+
+
+def a_motor_that_tells_less(study, rng):
+    """Nothing of its own friction, nothing of its inductance, or neither."""
+    friction = ("coulomb_friction", "viscous_friction", "no_load_current", "no_load_speed")
+    gone = [friction, ("inductance",), (*friction, "inductance")][rng.integers(3)]
+    return study, with_parts(study, lambda row: replace(row, **dict.fromkeys(gone)))
 
 
 def a_brake_datum_less(study, rng):
@@ -174,7 +192,7 @@ def holding_by_the_most(study, rng):
 
 WORSE = (
     hotter_paths, hotter_mounting, a_mounting_worse_than_all, more_ohms, hotter_air, a_gear_in_the_motors_housing,
-    lower_limits, weaker_amplifier, lower_supply, higher_factors, a_datum_less, weaker_brakes,
+    lower_limits, weaker_amplifier, lower_supply, higher_factors, a_datum_less, a_motor_that_tells_less, weaker_brakes,
     a_brake_datum_less, a_longer_life, a_start_from_the_cold, a_colder_start, holding_by_the_most,
 )  # fmt: skip
 
@@ -189,7 +207,7 @@ def random_task(make, seed):
 def eased(change, name):
     """Where physics asks less of a worse drive, and checks that the change itself asks for."""
     if name == VOLTS:
-        return change not in (lower_supply, weaker_amplifier, higher_factors)
+        return change not in (lower_supply, weaker_amplifier, higher_factors, a_datum_less, a_motor_that_tells_less)
     asked_anew = {a_gear_in_the_motors_housing: "gear temperature", a_start_from_the_cold: "cold start"}
     if change in asked_anew and name.startswith(asked_anew[change]):
         return True

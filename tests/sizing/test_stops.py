@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.dynamics.inverse import drive_torques, joint_loads
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
+from drivetrain.sizing.judge.cases import stop_temperature
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.model import DriveMass, Mount, Stop
 from drivetrain.study.parts.mounting import seated_rotor
@@ -48,6 +50,13 @@ def stopped(study, **stop):
 def geared(study):
     gear, motor = study.catalog.gears["g1"], study.catalog.motors["m1"]
     return with_rotors(study.arm, [Rotor(gear.ratio, motor.rotor_inertia + gear.inertia)] * 2)
+
+
+@pytest.mark.parametrize(("cold", "told", "counted"), [(0.0, -30.0, 20.0), (1.0, -30.0, -30.0), (1.0, 35.0, 20.0)])
+def test_a_stop_is_judged_with_the_least_warm_drag_that_may_be(cold, told, counted):
+    """A cold start makes it colder, never warmer."""
+    setting = SimpleNamespace(gear_temperature=20.0, cold_start=told, cold=cold)
+    assert stop_temperature(SimpleNamespace(setting=setting)) == counted
 
 
 @pytest.mark.parametrize("ramp", [0.05, 0.3])

@@ -21,6 +21,7 @@ from drivetrain.arm.files.xml import PACKAGE, package_file, read_document
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.whole_files import is_there
 
 SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf", ".mjcf")
 
@@ -51,7 +52,7 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
         problem = "must be the name of a built-in arm or the path of a .urdf or .xacro file"
         raise InputError(Fault("arm", problem, source))
     path = _in_package(source) if isinstance(source, str) and source.startswith(PACKAGE) else Path(source)
-    if path.suffix.lower() not in SUFFIXES and not path.is_file():
+    if path.suffix.lower() not in SUFFIXES and not is_there(path):
         problem = "neither a built-in arm nor the path of a .urdf or .xacro file"
         raise InputError(Fault("arm", problem, str(source), nearest(str(source), builtin_names())))
     tag = read_document(path).tag if path.suffix.lower() in (".xml", ".sdf", ".mjcf") else "robot"

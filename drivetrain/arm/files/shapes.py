@@ -14,6 +14,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import InputError
 from drivetrain.spatial.mesh_file import read_mesh
 from drivetrain.spatial.poses import pose_from_xyz_rpy
+from drivetrain.whole_files import is_there
 
 CELLS = 9  # along the longest side of a mesh: corners in one cell become one
 ROUND = np.exp(2j * np.pi * np.arange(12) / 12)  # corners of a circle about z, as x + iy
@@ -87,7 +88,7 @@ def mesh_path(name: str, file: Path) -> Path | None:
     if name.startswith(PACKAGE):
         return package_file(name, file)
     place = file.parent / name.removeprefix("file://")
-    return place if place.is_file() else None
+    return place if is_there(place) else None
 
 
 def box(size: Array) -> Triangles:

@@ -18,6 +18,7 @@ import numpy as np
 from drivetrain.arm.checks import Faults
 from drivetrain.arrays import Array, within_reach
 from drivetrain.errors import Fault, InputError, plain
+from drivetrain.whole_files import is_there
 
 EXPAND = Path(__file__).with_name("expand_xacro.py")
 LONGEST_WAIT = 60.0  # s, however busy the machine is: the process itself stops after 5 s of its own
@@ -34,7 +35,7 @@ def read_document(path: Path) -> ElementTree.Element:
 
     Tags keep their prefix as written (``drake:gear_ratio``), whether or not the file declares it: many do not.
     """
-    if not path.is_file():
+    if not is_there(path):
         raise InputError(Fault(str(path), "no such file"))
     text = _expanded(path) if path.suffix == ".xacro" else path.read_bytes()
     builder = ElementTree.TreeBuilder()
@@ -99,7 +100,7 @@ def package_file(address: str, beside: Path | None = None) -> Path | None:
     roots = [*_stated("ROS_PACKAGE_PATH"), *(one / "share" for one in _stated("AMENT_PREFIX_PATH"))]
     places = [folder / part for folder in above for part in (f"{name}/{rest}", rest)]
     places += [root / name / rest for root in roots] + [root / rest for root in roots if root.name == name]
-    return next((place for place in places if place.is_file()), None)
+    return next((place for place in places if is_there(place)), None)
 
 
 def _trusted(path: Path) -> bytes:

@@ -160,8 +160,12 @@ def _inertia(arm: Arm, q: Array) -> Array:
     """
     floating, rest = replace(arm, gravity=np.zeros(3)), np.zeros_like(q)
     turns = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
-    units = [np.broadcast_to(column, q.shape) for column in turns.T]
-    return np.array([inverse_dynamics(floating, q, rest, unit) @ unit[0] for unit in units])
+    moved = turns.copy()
+    for pair in () if arm.linkage is None else map(list, arm.linkage.loops.shared):
+        moved[np.ix_(pair, pair)] = 1.0  # two motors on one axis: one does not turn without the other
+    units = [np.broadcast_to(column, q.shape) for column in moved.T]
+    found = (inverse_dynamics(floating, q, rest, unit) for unit in units)
+    return np.array([torque @ column for torque, column in zip(found, turns.T, strict=True)])
 
 
 def _with_payloads(study: Study, arm: Arm, forces_only: bool) -> Loads:

@@ -21,6 +21,7 @@ from drivetrain.drive.friction import friction_curve
 from drivetrain.drive.gear import complete, drag_factor, mesh_of, onward
 from drivetrain.drive.stops import braking_push, overshoot, stiff_spring, struck
 from drivetrain.dynamics.inverse import drive_torques
+from drivetrain.errors import InputError
 from drivetrain.motion.duty_cycle import Indices
 from drivetrain.records import as_record
 from drivetrain.sizing.demand.load_basis import counterbalance_torques
@@ -309,13 +310,17 @@ def _brake_lacks(drive: Drive) -> str:
 def _told(study: Study, drives: Mapping[str, Drive], row: Requirement, braking: Braking, lack: str) -> Iterator[Check]:
     """The checks of one kind of stop."""
     heat, factor = row is POWER_OFF, study.safety.peak_torque
+    moving = np.flatnonzero(study.cycle.velocity.any(axis=1))
+    first = stop_starts(study.cycle, np.arange(len(study.cycle.time)) if heat else moving)
+    if not lack:
+        try:
+            worst, longest = march(study, drives, braking, first)
+        except InputError as error:  # a linkage that does not reach so far
+            lack = f"a stop cannot be followed: {error.faults[0]}"
     if lack:
         for one in (row, BRAKE_HEAT) if heat else (row,):
             yield Check(one.name, None, None, one.unit, None, Verdict.NOT_CHECKED, remark=lack)
         return
-    moving = np.flatnonzero(study.cycle.velocity.any(axis=1))
-    first = stop_starts(study.cycle, np.arange(len(study.cycle.time)) if heat else moving)
-    worst, longest = march(study, drives, braking, first)
     ways = _ways(study, longest)
     every = [drives[task.name] for task in study.joints]
     limits = [math.inf if one.gear.direct else one.gear.momentary_torque for one in every]

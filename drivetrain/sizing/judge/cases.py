@@ -14,6 +14,7 @@ from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import DRAG_REFERENCE, Gear, complete
 from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor_limits import with_untold
 from drivetrain.jit import law
 from drivetrain.records import UNKNOWN, as_record, as_records, record_type
 from drivetrain.sizing.demand.demand import JointDemand
@@ -50,6 +51,7 @@ class Setting:
         supply: Voltage of the supply [V].
         listed: 1 where the amplifier is one of the catalogue, or the study states the supply that it bears, else 0.
         overload: 1 where the amplifier says how long it bears more than its continuous current, else 0.
+        rubs_as_told: 1 where the study states the friction of the motor, else 0.
     """
 
     ambient: float = 0.0
@@ -80,6 +82,7 @@ class Setting:
     listed: float = 0.0
     overload: float = 0.0
     amplifier_heat: float = 0.0
+    rubs_as_told: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -102,6 +105,22 @@ class Limits:
     continuous_current: float = UNKNOWN
     winding_temperature: float = UNKNOWN
     stiffness: float = UNKNOWN
+
+
+@dataclass(frozen=True)
+class Untold:
+    """What friction and inductance that a motor's sheet does not tell may ask on top; 0 where it tells them.
+
+    Attributes:
+        torque, current, voltage, temperature: Of the motor [N m], [A], [V], [K].
+        stop_torque: Of the gear in a stop at the current limit [N m].
+    """
+
+    torque: float = 0.0
+    current: float = 0.0
+    voltage: float = 0.0
+    temperature: float = 0.0
+    stop_torque: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -196,7 +215,7 @@ class Case:
         motor, gear: Sheets with the study's assumptions filled in.
         shaft, joint: Friction at the motor's shaft and at the gear's output.
         amplifier, safety, setting: Of the joint.
-        limits, figures: Filled by the judge.
+        limits, figures, untold: Filled by the judge.
         direct: 1 for a drive without a gear, else 0.
         zero, one: For checks without an origin or a factor.
     """
@@ -210,6 +229,7 @@ class Case:
     setting: Setting
     limits: Limits = Limits()
     figures: Figures = Figures()
+    untold: Untold = Untold()
     direct: float = 0.0
     zero: float = 0.0
     one: float = 1.0
@@ -235,7 +255,7 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         task.gear_heat, study.cold_start, float(study.cold_start is not None),
         float(bool(task.brakes)), 0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
         1.0 - study.stiffness.scatter, study.supply.voltage, float(rates_supply(task.amplifier)),
-        float(judges_overload(task.amplifier)), task.amplifier_heat,
+        float(judges_overload(task.amplifier)), task.amplifier_heat, float(task.motor_friction is not None),
     )  # fmt: skip
 
 
@@ -282,7 +302,7 @@ def cases_of(study: Study, joint: int, demand: JointDemand, drives: Sequence[Dri
 
 def motor_records(motors: Sequence[Motor]) -> Any:
     """Sheets of motors, assumptions filled in."""
-    return as_records(motors, Motor)
+    return as_records(list(map(with_untold, motors)), Motor)
 
 
 def gear_records(gears: Sequence[Gear]) -> Any:

@@ -38,6 +38,7 @@ class Requirement:
         stage: After which it can be made.
         sheet: What the limit is called where a sheet or the study prints it.
         factor: On what is required.
+        more: What a silent sheet may hide on top (``cases.Untold``): a check that holds only without it is not made.
         origin: From which both are counted, as a winding's rise from the ambient temperature.
         peak: Whether some samples ask no more than all of them do: the larger of every sample's own.
         essential: Whether a drive for which it cannot be made is not chosen, and its evaluation proves nothing.
@@ -57,6 +58,7 @@ class Requirement:
     stage: Any
     sheet: str = ""
     factor: str = "one"
+    more: str = "zero"
     origin: str = "zero"
     peak: bool = False
     essential: bool = False
@@ -84,6 +86,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "gear momentary peak torque", "N m", "figures.momentary_torque", "gear.momentary_torque", GEAR,
         "momentary peak torque", "safety.peak_torque", peak=True, instant="momentary_torque", words=words.momentary,
+        more="untold.stop_torque",
         formula="larger of the cycle's peak and of a stop from any state: on a ramp q'' = -q'/t; at a current "
         "T = (G^2 J b - I (G kt i + drag)) / (f I + G^2 J) with the swing of the spring, others following the cycle",
     ),
@@ -189,29 +192,34 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "motor peak torque", "N m", "figures.motor_torque", "limits.short_time_torque", TORQUE, "short-time torque",
         "safety.peak_torque", peak=True, essential=True, instant="peak_torque", words=words.short_time,
+        more="untold.torque",
         formula="largest electromagnetic torque, starting from rest included",
     ),
     Requirement(
         "cold start torque", "N m", "figures.cold_torque", "limits.short_time_torque", TORQUE, "short-time torque",
         "safety.peak_torque", peak=True, essential=True, asked="setting.cold", wish=True, words=words.cold_torque,
+        more="untold.torque",
         formula="largest electromagnetic torque with the gear's drag cold, starting from rest included",
     ),
     Requirement(
         "cold start current", "A", "figures.cold_current", "limits.peak_current", TORQUE, "peak current",
         "safety.peak_torque", peak=True, asked="setting.cold", wish=True, words=words.cold_current,
+        more="untold.current",
         formula="that torque / kt(cold)",
     ),
     Requirement(
         "motor peak current", "A", "figures.motor_current", "motor.peak_current", HEAT, "peak current",
-        "safety.peak_torque", instant="peak_torque", formula="largest torque / kt(magnets)",
+        "safety.peak_torque", instant="peak_torque", more="untold.current",
+        formula="largest torque / kt(magnets)",
     ),
     Requirement(
         "amplifier peak current", "A", "figures.motor_current", "amplifier.peak_current", HEAT, "peak current",
-        "safety.peak_torque", instant="peak_torque", formula="largest torque / kt(magnets)",
+        "safety.peak_torque", instant="peak_torque", more="untold.current",
+        formula="largest torque / kt(magnets)",
     ),
     Requirement(
         "current to stop", "A", "figures.stop_current", "setting.stop_current", HEAT, "current for a stop",
-        "safety.peak_torque", words=words.stop_current,
+        "safety.peak_torque", words=words.stop_current, more="untold.current",
         formula="on a ramp largest |T / G + J (G a + a_carrier)|, at a current limit largest |b| / G that holds "
         "the load, no loss helping; / kt(magnets)",
     ),
@@ -219,6 +227,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "motor voltage", "V", "figures.voltage", "setting.volts", HEAT, "voltage at the motor", "safety.voltage",
         essential=True,
         instant="largest_voltage", words=words.voltage,
+        more="untold.voltage",
         formula="largest of |kt w + R i + L di/dt| warm and cold, and of R i to start from rest; i plain, and times "
         "the factor on peak torque",
     ),
@@ -226,28 +235,33 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "cold start voltage", "V", "figures.cold_voltage", "setting.volts", HEAT, "voltage at the motor",
         "safety.voltage", essential=True,
         asked="setting.cold", wish=True, words=words.voltage,
+        more="untold.voltage",
         formula="largest of |kt w + R i + L di/dt|, all of it cold, and of R i to start from rest",
     ),
     Requirement(
         "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "continuous current",
         "safety.rms",
         essential=True, words=words.rms_current,
+        more="untold.current",
         formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
         "winding temperature", "C", "figures.winding_temperature", "limits.winding_temperature", HEAT,
         "highest winding temperature",
         origin="setting.ambient", instant="winding", words=words.winding,
+        more="untold.temperature",
         formula="hottest winding of the cycle repeated without end; utilisation of the rise over ambient",
     ),
     Requirement(
         "gear temperature", "C", "figures.gear_temperature", "gear.max_temperature", HEAT,
         "maximum housing temperature", origin="setting.ambient", of_gear=True, words=words.gear_temperature,
+        more="untold.temperature",
         formula="mean of the housing that gear and motor share; utilisation of the rise over ambient",
     ),
     Requirement(
         "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,
         "continuous current", "safety.rms", words=words.amplifier_lasting,
+        more="untold.current",
         formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
@@ -339,10 +353,10 @@ def table(checks: tuple[Requirement, ...] | None = None) -> Any:
 @cache
 def _table(checks: tuple[Requirement, ...]) -> Any:
     place = columns(CASE)
-    names = ("required", "factor", "limit", "origin", "stage", "rise", "geared", "peak", "essential", "asked")
+    names = ("required", "factor", "more", "limit", "origin", "stage", "rise", "geared", "peak", "essential", "asked")
     rows = [
-        (place[one.required], place[one.factor], place[one.limit], place[one.origin], one.stage, one.origin != "zero",
-         one.of_gear or one.stage == GEAR, one.peak, one.essential, place[one.asked])
+        (place[one.required], place[one.factor], place[one.more], place[one.limit], place[one.origin], one.stage,
+         one.origin != "zero", one.of_gear or one.stage == GEAR, one.peak, one.essential, place[one.asked])
         for one in checks
     ]  # fmt: skip
     return np.array(rows, dtype=np.dtype((np.record, [(name, np.int64) for name in names])))

@@ -10,6 +10,7 @@ import numpy as np
 
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.gear import HOLDING, mesh_of
+from drivetrain.drive.motor import winding_resistance
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.judge.arm_stops import stop_checks
@@ -133,7 +134,7 @@ def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
     ]
     found: dict[str, Pair] = {}
     for task in study.joints:
-        given = drives.get(task.name, task.drive)
+        given = next((drives[name] for name in (task.name, *task.sharing) if name in drives), task.drive)
         if given is None:
             problem = "has no drive" + (": which of its brakes is left open" if task.brakes else "")
             faults.append(Fault(f"drives.{task.name}", problem, None, GIVE))
@@ -184,7 +185,24 @@ def joint_result(op: Operation, name: str, motor: str, gear: str) -> JointResult
         name, motor, gear, op.drive, checks, op.series(), tuple(_remarks(op)),
         gear_loss=None if op.direct or math.isnan(loss) else loss,
         housing_temperature=housing if math.isfinite(housing) else None, amplifier=op.task.amplifier,
+        untold_power=_untold_power(op),
     )  # fmt: skip
+
+
+def _untold_power(op: Operation) -> tuple[float, float]:
+    """Of a shaft that rubs more than its sheet tells, with the copper loss behind it."""
+    untold, figures, motor = op.judgement.case.untold, op.figures, op.drive.motor
+    ohms = winding_resistance(
+        motor, op.study.ambient if motor.max_winding_temperature is None else motor.max_winding_temperature
+    )
+    pairs = (figures.input_speed, figures.motor_current), (figures.mean_input_speed, figures.rms_current)
+    if untold.torque == 0.0:
+        return 0.0, 0.0
+    peak, mean = (
+        float(untold.torque * speed + ohms * untold.current * (2.0 * current + untold.current))
+        for speed, current in pairs
+    )
+    return peak, mean
 
 
 def _remarks(op: Operation) -> list[str]:
@@ -194,6 +212,8 @@ def _remarks(op: Operation) -> list[str]:
     if op.task.coupled:
         others = ", ".join(op.task.coupled)
         remarks.append(f"drives {others} together with others: torque, speed and position are its shaft's")
+    if op.task.sharing:
+        remarks.append(_shared(op))
     if op.missing:
         remarks.append(f"{op.missing} unknown: motor torque, current and power are shown without it, for information")
     holds = bool(np.any(demand.gear_torque[demand.at_rest == 1] != 0.0))
@@ -210,12 +230,27 @@ def _remarks(op: Operation) -> list[str]:
     return remarks
 
 
+def _shared(op: Operation) -> str:
+    """What is to be said of one of two motors on an axis."""
+    torque, preload = op.demand.gear_torque, op.task.preload or 0.0
+    told = f"one of two motors of {op.task.sharing[0]}: half of the load"
+    if preload == 0.0:
+        return f"{told}, without a preload"
+    told = f"{told} {'plus' if preload > 0.0 else 'minus'} {abs(preload):.4g} N m of preload"
+    half = np.abs(torque - preload)
+    if half.max() < abs(preload):
+        return f"{told}, which keeps the backlash closed"
+    share = 100.0 * op.demand.mean(np.where(half >= abs(preload), 1.0, 0.0))
+    return f"{told}; for {share:.3g} % of the time the backlash is open: above {half.max():.4g} N m it stays closed"
+
+
 def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Check, ...]:
     """The checks of all joints together."""
     study, lacking = with_chosen(study, results), [name for name, one in results.items() if not one.torque_known]
     every = [result.series for result in results.values()]
     power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)
-    told = supply_checks(study, power, unknown=", ".join(lacking))
+    more = np.sum([one.untold_power for one in results.values()], axis=0)
+    told = supply_checks(study, power, unknown=", ".join(lacking), more=(float(more[0]), float(more[1])))
     found = tuple(placed(study.cycle, check) for check in told)
     torque, drives = np.column_stack([one.gear_torque for one in every]), {k: one.drive for k, one in results.items()}
     found += tuple(placed(study.cycle, check) for check in arm_checks(study, drives, torque))

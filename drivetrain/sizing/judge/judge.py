@@ -130,6 +130,8 @@ def judge_all(
         if found[i] <= until:
             warm_up(case, motion, traces)
             set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
+            if case.untold.torque != 0.0 or case.motor.untold_inductance > 0.0:
+                add_untold(case, motion, traces)
             if case.setting.overload != 0.0:
                 figures.overload = overload_of(case, motion, traces) + unknown
             volts = larger(volts, starting_voltage(case, motion, traces))
@@ -221,6 +223,51 @@ def set_limits(case: Any) -> None:
     limits.stiffness = setting.stiffness_share * gear.stiffness_1
     figures.input_speed = abs(gear.ratio) * setting.fastest
     figures.mean_input_speed = abs(gear.ratio) * setting.mean_speed
+    set_untold(case)
+
+
+@law
+def set_untold(case: Any) -> None:
+    """What friction that the sheet does not tell may ask on top, of a warm motor with weak magnets.
+
+    In a stop it pushes with the motor: T = (..- I push)/(f I + G^2 J) grows by no more than push/f, twice that where
+    the spring swings. The winding's rise x follows from x = c R(x) q^2, with the torque's mean square q^2 that is left
+    below the limit: RMS torques add up to no more than their sum.
+    """
+    motor, setting, figures, untold, ambient = case.motor, case.setting, case.figures, case.untold, case.setting.ambient
+    friction = motor.untold_friction if setting.moves != 0.0 and setting.rubs_as_told == 0.0 else 0.0
+    limit = known_or(case.limits.winding_temperature, ambient)
+    untold.torque, untold.current = friction, friction / abs(torque_constant(motor, limit))
+    untold.voltage, untold.temperature, untold.stop_torque = 0.0, 0.0, 0.0
+    if friction == 0.0:
+        return
+    ohms, driven = winding_resistance(motor, limit), mesh_of(case.gear).driven
+    untold.voltage = torque_factor(case.safety) * ohms * untold.current
+    if setting.ramped == 0.0:
+        untold.stop_torque = 2.0 * abs(case.gear.ratio) * friction / driven if driven > 0.0 else np.nan
+    nodes = thermal_nodes(motor, setting.mounting)
+    room, path = limit - ambient, nodes.inner + nodes.outer
+    left = max(room - nodes.outer * friction * figures.mean_input_speed, 0.0)
+    current = max(math.sqrt(left / (path * ohms)) - untold.current, 0.0)
+    cold, slope = winding_resistance(motor, ambient), (ohms - winding_resistance(motor, ambient)) / room
+    heat = path * current * current
+    untold.temperature = known_or(room - heat * cold / (1.0 - heat * slope), 0.0)
+
+
+@law
+def add_untold(case: Any, motion: Any, traces: Any) -> None:
+    """What the warmth of untold friction asks: weaker magnets, more resistance; and the largest untold L di/dt."""
+    motor, untold, more = case.motor, case.untold, torque_factor(case.safety) * case.figures.motor_current
+    ohms = winding_resistance(motor, untold.temperature) - winding_resistance(motor, 0.0)
+    untold.current += case.figures.motor_current * abs(motor.magnet_coefficient) * untold.temperature
+    untold.voltage += more * ohms
+    steepest, weakest = 0.0, known_or(case.limits.winding_temperature, case.setting.ambient)
+    before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
+    for t in range(len(torque)):
+        rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
+        steepest = max(steepest, abs(rate))
+    lag = torque_factor(case.safety) * motor.untold_inductance
+    untold.voltage += lag * steepest / abs(torque_constant(motor, weakest))
 
 
 @law(fastmath=FAST)
@@ -267,6 +314,8 @@ def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
         if check.essential == 0 or not asked(case, row, check):
             continue
         unknown = math.isnan(row[check.required]) if final else check.stage >= TORQUE and not torque
+        if final and row[check.more] != 0.0:
+            unknown |= math.isnan(utilisation_of(case, row, check))
         if unknown or math.isnan(row[check.limit]):
             return np.int64(i)
     return NOTHING
@@ -287,7 +336,17 @@ def utilisation_of(case: Any, row: Any, check: Any) -> Any:
     available = row[check.limit] - row[check.origin]
     if check.rise != 0 and available <= 0.0:  # nothing may be as warm as the air
         return np.inf if known(required) else np.nan
-    return utilisation(required, available)
+    used = utilisation(required, available)
+    return np.nan if in_doubt(used, row[check.more] * row[check.factor], available) else used
+
+
+@law
+def in_doubt(used: Any, more: Any, room: Any) -> Any:
+    """Whether a check holds that does not where what a silent sheet hides is asked on top; NaN: nobody knows how much.
+
+    ``room``: between the limit and what both are counted from.
+    """
+    return used <= 1.0 and more != 0.0 and not (room > 0.0 and used + more / room <= 1.0)
 
 
 @law(fastmath=FAST)
@@ -478,8 +537,8 @@ def drag_series(mesh: Any, temperature: Any, speed: Any, powers: Any, drag: Any)
 def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_temperature: Any) -> Any:
     """The pass over the mechanics: load at the gear's output and torque of the motor, at every sample.
 
-    The average load is (sum |n| |T|^e t / sum |n| t)^(1/e), Harmonic Drive SHG, p. 30, and where nothing turns the
-    largest that is held; the largest torques count what it takes to break a resting joint loose.
+    The average load is that of Harmonic Drive SHG, p. 30, and where nothing turns the largest that is held; the largest
+    torques count what it takes to break a resting joint loose.
     """
     mesh, torque = mesh_of(case.gear), traces.torque[1:-1]
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
@@ -488,8 +547,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
     excess_series(joint, 1.0, motion.loss_speed, traces.loss_excess)
     excess_series(shaft, mesh.ratio, motion.loss_speed, traces.shaft_excess)
     drag_series(mesh, gear_temperature, motion.loss_speed, traces.powers, traces.drag)
-    largest_load, worn, travel, largest, square, exponent = 0.0, 0.0, 0.0, 0.0, 0.0, case.gear.life_exponent
-    most, more = 0.0, onward(case.gear) - 1.0
+    largest_load, most, largest, square, more = 0.0, 0.0, 0.0, 0.0, onward(case.gear) - 1.0
     for t in range(len(torque)):
         speed = motion.loss_speed[t]
         load = gear_torque[t] + sliding_friction(joint, motion.speed[t]) + traces.joint_excess[t]
@@ -508,18 +566,25 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
         )
         square += motion.weight[t] * torque[t] * torque[t]
         traces.load[t] = load
-    for t in range(len(torque)):
-        way = motion.weight[t] * abs(motion.speed[t])
-        worn += way * wear(traces.load[t] * (1.0 + more * (traces.load[t] * motion.speed[t] > 0.0)), exponent)
-        travel += way
     moves = case.setting.moves
     for first, last in motion.rests:
         rest = slice(first, last)
         resting_load, start = at_rest(moves, mesh, inertia, joint, shaft, motion, rest, gear_torque[rest], traces)
         most, largest_load = larger(most, resting_load), larger(largest_load, resting_load * (1.0 + more * moves))
         largest = larger(largest, start)
-    average = (worn / travel) ** (1.0 / exponent) if travel > 0.0 else largest_load
+    average = average_load(traces.load, motion.weight, motion.speed, more, case.gear.life_exponent, largest_load)
     return Mechanical(largest_load, average, largest, square, most)
+
+
+@law(fastmath=FAST)
+def average_load(load: Any, weight: Any, speed: Any, more: Any, exponent: Any, held: Any) -> Any:
+    """(sum |n| |T|^e t / sum |n| t)^(1/e), what is held where nothing turns; alone its loop needs no power function."""
+    worn, travel = 0.0, 0.0
+    for t in range(len(load)):
+        way = weight[t] * abs(speed[t])
+        worn += way * wear(load[t] * (1.0 + more * (load[t] * speed[t] > 0.0)), exponent)
+        travel += way
+    return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else held
 
 
 @law(fastmath=FAST)
@@ -569,8 +634,9 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
             else:
                 gear = settled_loss(case, nodes, motion, traces, first, after, parts[i].square, parts[i].loss)
             figures.gear_loss += periods.shares[i] * gear
-            for t in range(first, after):
-                losses.housing[t] += share * gear
+            warmed = losses.housing[first:after]
+            for t in range(len(warmed)):
+                warmed[t] += share * gear
         heat = periodic_heat(nodes, copper_of(motor, ambient), motion.periods, losses, traces.parts, ambient)
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
@@ -612,10 +678,11 @@ def settled_loss(
 ) -> Any:
     """Mean loss of a gear over some samples, as warm as they make it [W]; with a torque's mean square and a heat."""
     meshed, dragged, whole, share = 0.0, 0.0, 0.0, case.setting.gear_heat
-    for t in range(first, after):
-        whole += motion.weight[t]
-        meshed += motion.weight[t] * traces.mesh_loss[t]
-        dragged += motion.weight[t] * traces.drag_loss[t]
+    weight, mesh, drag = motion.weight[first:after], traces.mesh_loss[first:after], traces.drag_loss[first:after]
+    for t in range(len(weight)):
+        whole += weight[t]
+        meshed += weight[t] * mesh[t]
+        dragged += weight[t] * drag[t]
     if whole <= 0.0:
         return 0.0
     meshed, dragged = meshed / whole, dragged / whole

@@ -12,7 +12,7 @@ from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear, unknown_loss
-from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor import Motor, tells_friction
 from drivetrain.drive.motor_limits import continuous_current, short_time_torque
 from drivetrain.records import as_record, known
 from drivetrain.sizing.judge.checks import CHECKS
@@ -158,15 +158,20 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, gear, ("repeated_peak_torque", "continuous_torque"), (REPEATED,))
     bearing = tuple(name for name in lacks if name in BEARING)
     if bearing:
-        columns = ", ".join(BEARING[name] for name in bearing if getattr(gear, BEARING[name]) is None)
-        columns = columns or "bearing_offset"
+        limits = ", ".join(BEARING[name] for name in bearing if getattr(gear, BEARING[name]) is None)
         beside = "(where the joint has a bearing of its own) output_bearing: external in the study"
-        yield _gap(study, joint, gear, (columns, beside), bearing)
+        yield _gap(study, joint, gear, (limits or "bearing_offset", beside), bearing)
     if HOLDING in lacks:
         yield _gap(study, joint, motor.brake, ("static_torque",), (HOLDING,))
     others = tuple(name for name in lacks if name not in (REPEATED, HOLDING, "gear stiffness", *BEARING))
     if not others:
         return
+    doubtful = tuple(one.name for one in joint.lacking if one.name in others and one.required and one.available)
+    if doubtful and not tells_friction(motor) and not motor.frameless and task.motor_friction is None:
+        columns = ("no_load_current and no_load_speed", "(where it is known) motor_friction of the joint in the study")
+        yield _gap(study, joint, motor, columns, doubtful)
+    if motor.inductance is None and (volts := tuple(name for name in doubtful if name.endswith("voltage"))):
+        yield _gap(study, joint, motor, ("inductance",), volts)
     if motor.rotor_inertia is None:
         yield _gap(study, joint, motor, ("rotor_inertia",), others)
     if gear.kind != "ideal" and not _loss_known(gear):

@@ -12,8 +12,9 @@ from drivetrain.drive.brake import Brake
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import HOLDING, NO_GEAR, Gear
-from drivetrain.drive.motor import Motor, no_load_friction
-from drivetrain.records import as_records
+from drivetrain.drive.motor import Motor, tells_friction
+from drivetrain.drive.motor_limits import FRICTION_SHARE, with_untold
+from drivetrain.records import as_records, known
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.cases import gear_records, motor_records, paired
@@ -142,9 +143,14 @@ class FilledParts:
         row, wheel = self.motor(motor), self.gear(gear)
         motor_words, gear_words = self._motors[motor][1], self._gears[gear][1]
         words = [*motor_words, *gear_words]
-        if task.motor_friction is None and no_load_friction(row) is None:
-            reason = "a frameless motor has no bearings; " if row.frameless else ""
-            words.append(f"motor {motor}: {reason}no-load friction is not in the catalogue row and not counted")
+        if task.motor_friction is None and not tells_friction(row):
+            words.append(_untold_friction(row))
+        if row.inductance is None:
+            lag = with_untold(row).untold_inductance / row.resistance
+            words.append(
+                f"motor {motor}: inductance is not in the catalogue row and left out; voltage must hold with "
+                f"L/R = {1e3 * lag:g} ms too, more than shipped rows of its kind have"
+            )
         if row.brake.key:
             words.append(_with_brake(row.brake))
         if task.housing_to_ambient is not None and _lumped(row):
@@ -166,6 +172,20 @@ class FilledParts:
     def filled(self, gear: Gear) -> Gear:
         """A gear that stands in no catalogue."""
         return _filled_gear(gear, self.study)[0]
+
+
+def _untold_friction(motor: Motor) -> str:
+    """What a sheet without all of the no-load data means."""
+    if motor.frameless:
+        lack = "a frameless motor has no bearings; no-load friction is not in the catalogue row and not counted"
+        return f"motor {motor.key}: {lack}"
+    most = with_untold(motor).untold_friction
+    size = f"{most:.3g} N m, " if known(most) else ""
+    return (
+        f"motor {motor.key}: the catalogue row does not tell all of its no-load friction; torque, current, voltage and "
+        f"heat must hold with {size}{100 * FRICTION_SHARE:g} % of its continuous torque on top too, more than shipped "
+        "motors with a housing have"
+    )
 
 
 def _with_brake(brake: Brake) -> str:

@@ -15,7 +15,7 @@ from drivetrain.arm.kinematics import tip_jacobian
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.spring import wind_up
-from drivetrain.dynamics.flexibility import locked_frequencies
+from drivetrain.dynamics.flexibility import locked_frequencies, locked_mass
 from drivetrain.sizing.judge.checks import ARM_CHECKS
 from drivetrain.sizing.judge.judge import utilisation
 from drivetrain.sizing.judge.missing import SPRINGS, lacking_joints
@@ -112,12 +112,24 @@ def lost_motion(plays: Array) -> Array:
 def _resonance(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
     """The lowest natural frequency over the cycle [Hz]; infinite where no joint has a spring."""
     first = [one.gear.stiffness_1 for one in drives.values()]
-    springs = np.array([math.inf if one is None else one for one in first]) / joint_travels(study) ** 2
+    springs = soft_springs(study, np.array([math.inf if one is None else one for one in first]))
     lowest = np.full(len(study.cycle.time), np.inf)
     for arm, chosen in loaded_arms(study, drives):
-        found = locked_frequencies(arm, study.cycle.position[chosen], (1.0 - study.stiffness.scatter) * springs)
+        found = locked_frequencies(arm, study.cycle.position[chosen], springs)
         lowest[chosen] = found.min(axis=1, initial=np.inf)
     return Extreme(float(lowest.min()), int(np.argmin(lowest)))
+
+
+def soft_springs(study: Study, stiffness: Array) -> Array:
+    """Springs of the joints as soft as they may be [N m/rad or N/m], of those that sheets print, (n,)."""
+    return (1.0 - study.stiffness.scatter) * stiffness / joint_travels(study) ** 2
+
+
+def shaft_inertia(study: Study, drives: Mapping[str, Drive], sample: int) -> Array:
+    """The inertia that the springs of all joints carry at a sample, rotors held by their motors, (n, n)."""
+    arm = loaded_arm(study, drives, int(study.cycle.payload[sample]))
+    shafts = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
+    return np.asarray(shafts.T @ locked_mass(arm, study.cycle.position[sample]) @ shafts)
 
 
 def tip_deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Array:

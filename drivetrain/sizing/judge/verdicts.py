@@ -13,7 +13,7 @@ from drivetrain.drive.amplifier import BusPeak, Supply, bus_peak
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.records import known
 from drivetrain.sizing.judge.checks import CHECKS, GEAR, SUPPLY_CHECKS, TORQUE, Requirement
-from drivetrain.sizing.judge.judge import utilisation
+from drivetrain.sizing.judge.judge import in_doubt, utilisation
 from drivetrain.sizing.judge.operation import Operation
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, Verdict
@@ -45,8 +45,11 @@ def told(op: Operation, row: Requirement) -> Check:
     endless = required is not None and math.isinf(required)
     used = op.utilisation(row) if required is not None and (endless or limit is not None) else None
     instant = None if required is None or endless else op.instant(row.instant)
+    more, remark = op.number(row.more) * factor * row.scale, words.remark
+    if more != 0.0 and required is not None and limit is not None and (used is None or used <= 1.0):
+        remark = "; ".join(filter(None, (_hidden(more, row.unit, used is None), remark)))
     if used is None:
-        remark = words.remark or "no limit in the catalogue row"
+        remark = remark or "no limit in the catalogue row"
         required = None if words.silent else required
         return Check(
             row.name, required, limit, row.unit, None, Verdict.NOT_CHECKED, None if words.silent else instant,
@@ -54,9 +57,15 @@ def told(op: Operation, row: Requirement) -> Check:
         )  # fmt: skip
     verdict = judged(used, op.safety.reserve)
     return Check(
-        row.name, required, limit, row.unit, used, verdict, instant, words.source, words.remark, row.essential, factor,
-        basis,
-    )  # fmt: skip
+        row.name, required, limit, row.unit, used, verdict, instant, words.source, remark, row.essential, factor, basis
+    )
+
+
+def _hidden(more: float, unit: str, doubtful: bool) -> str:
+    """What a motor whose sheet is silent may ask on top, and what comes of it."""
+    amount = f"{more:.3g} {'K' if unit == 'C' else unit} more" if known(more) else "nobody knows how much more"
+    told = f"what the motor's catalogue row does not tell may ask {amount}"
+    return f"{told}: then it does not hold" if doubtful else f"{told}, and it still holds"
 
 
 def judged(used: float, reserve: float) -> Verdict:
@@ -86,12 +95,13 @@ def supply_figures(study: Study, power: Array) -> dict[str, Any]:
     weights = study.cycle.weights
     share = weights / weights.sum() if weights.sum() > 0.0 else np.full(len(weights), 1.0 / len(weights))
     total, least = power[..., 0, :] + standby_power(study), power[..., 1, :]
-    drawn, fed_back = np.maximum(total, 0.0), np.maximum(-total, 0.0)
+    peak, braking = np.maximum(total.max(axis=-1), 0.0), np.maximum(-least.min(axis=-1), 0.0)
+    drawn, fed_back = np.maximum(total, 0.0), np.maximum(np.negative(total, out=total), 0.0, out=total)
     mean, back = (np.einsum("...t,t", one, share) for one in (drawn, fed_back))  # @ sums by how many sets there are
     volts = np.array([bus_of(study, row).voltage for row in least.reshape(-1, len(weights))])
     return {
-        "peak_power": drawn.max(axis=-1), "mean_power": mean, "regenerated_power": back,
-        "braking_power": np.maximum(-least, 0.0).max(axis=-1), "bus_voltage": volts.reshape(least.shape[:-1]),
+        "peak_power": peak, "mean_power": mean, "regenerated_power": back, "braking_power": braking,
+        "bus_voltage": volts.reshape(least.shape[:-1]),
     }  # fmt: skip
 
 
@@ -117,19 +127,25 @@ def bus_of(study: Study, power: Array) -> BusPeak:
     return highest._replace(burnt=burnt)
 
 
-def supply_checks(study: Study, power: Array, *, unknown: str = "") -> tuple[Check, ...]:
-    """Power of all joints together, instant by instant, against the supply's limits."""
+def supply_checks(
+    study: Study, power: Array, *, unknown: str = "", more: tuple[float, float] = (0.0, 0.0)
+) -> tuple[Check, ...]:
+    """Power of all joints together against the supply's limits; ``more`` as ``JointResult.untold_power``."""
     supply, figures, bus = study.supply, supply_figures(study, power), bus_of(study, power[1])
     instants = {
         "power": int(np.argmax(power[0])), "braking": int(np.argmin(power[1])), "bus": bus.sample, "": None,
     }  # fmt: skip
-    found = []
+    found, hides = [], dict(zip(("peak_power", "mean_power"), more, strict=True))
     for row in SUPPLY_CHECKS:
         asked, limit = float(figures[row.required]), getattr(supply, row.limit)
         required = None if unknown or math.isnan(asked) else asked
         used = None if required is None or limit is None else utilisation(required, limit)
-        verdict = Verdict.NOT_CHECKED if used is None else judged(used, study.safety.reserve)
         remark = f"power unknown of {unknown}" if unknown else _supply_words(supply, row, bus)
+        hidden = hides.get(row.required, 0.0)
+        if used is not None and hidden != 0.0:
+            used = None if in_doubt(used, hidden, limit) else used
+            remark = "; ".join(filter(None, (_hidden(hidden, row.unit, used is None), remark)))
+        verdict = Verdict.NOT_CHECKED if used is None else judged(used, study.safety.reserve)
         at = instants[row.instant]
         instant = None if at is None or required is None else float(study.cycle.time[at])
         source = f"{row.name} limit of the study"

@@ -396,10 +396,8 @@ def _cold(op: Any) -> str:
 
 def voltage(op: Any, row: Any) -> Words:
     """What reaches the terminals."""
-    remark = "" if op.drive.motor.inductance is not None else "inductance unknown: its share is left out"
-    if op.safety.peak_torque > 1.0:
-        held = f"R i and L di/dt also with {op.safety.peak_torque:g} times the torque, the factor on peak torque"
-        remark = f"{held}; {remark}" if remark else held
+    factor = op.safety.peak_torque
+    remark = f"R i and L di/dt also with {factor:g} times the torque, the factor on peak torque" if factor > 1.0 else ""
     return Words(f"supply {op.supply.voltage:g} V x modulation {op.task.amplifier.modulation:g}", remark)
 
 

@@ -133,6 +133,10 @@ def common_parts(offered: Candidates, wanted: SelectionOptions) -> tuple[CommonP
         gears = _numbered([family(catalog.gears[key]) if key else "" for key in offered.gears])
         found.append(CommonParts(f"motor family of {listed}", motors[motor], joints, 1))
         found.append(CommonParts(f"gear family of {listed}", gears[gear], joints, 1))
+    pairs = np.unique(offered.pairs, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64)
+    for one, other in sorted({task.sharing for task in offered.study.joints if task.sharing}):
+        joints = (names.index(one), names.index(other))
+        found.append(CommonParts(f"drives of {one} and {other}", pairs, joints, 1))
     return tuple(found)
 
 

@@ -33,6 +33,13 @@ class Cut(NamedTuple):
     way: tuple[float, float, float]
 
 
+class Swing(NamedTuple):
+    """The sample at which a set swung too slowly, and the torques of its springs there [N m]."""
+
+    sample: int
+    torques: tuple[float, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """The candidates of a study with what is wanted of it; P pairs of all joints, n joints."""
@@ -51,7 +58,7 @@ class Problem:
     # task alone asks there, (j, k, NUMBERS)
     reach: Array
     constraints: tuple[CommonParts, ...]  # for all joints together
-    cuts: dict[Cut, None] = field(default_factory=dict)  # where sets let the tip go too far, each once
+    cuts: dict[Cut | Swing, None] = field(default_factory=dict)  # where sets were too soft, each once
     _judged: dict[tuple[int, bytes], dict[int, list[float]]] = field(default_factory=dict)
 
     @property

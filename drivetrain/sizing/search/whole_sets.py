@@ -8,7 +8,8 @@ choices leave possible.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -16,18 +17,29 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive
 from drivetrain.drive.friction import friction_torque
 from drivetrain.drive.spring import Spring, gear_spring, twist_under
 from drivetrain.sizing.judge.arm_stops import asks_stops, stop_checks
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.parts import FilledParts
-from drivetrain.sizing.judge.stiffness import arm_checks, joint_travels, tip_deviation, tip_levers, unsprung
+from drivetrain.sizing.judge.stiffness import (
+    arm_checks,
+    joint_travels,
+    lost_motion,
+    shaft_inertia,
+    soft_springs,
+    tip_deviation,
+    tip_levers,
+    unsprung,
+)
 from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
 from drivetrain.sizing.search.bounds import power_ends
 from drivetrain.sizing.search.candidates import UNPRICED, Candidates, Domain, Domains, Mask, Pairs
-from drivetrain.sizing.search.problem import ROUNDING, Cut, Problem
+from drivetrain.sizing.search.problem import ROUNDING, Cut, Problem, Swing
 from drivetrain.sizing.search.propagate import Ranges
+from drivetrain.study.model import Study
 
 FEW, SOME = 24, 256  # candidates of a joint whose losses are counted one by one, and where the most is wanted too
 MOST_CUTS = 8
@@ -213,6 +225,8 @@ def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
                 sample = int(np.argmax(np.linalg.norm(moved, axis=1)))
                 x, y, z = (moved[sample] / np.linalg.norm(moved[sample])).tolist()
                 problem.cuts[Cut(sample, (x, y, z))] = None
+            elif check.name == "arm first resonance" and len(problem.cuts) < MOST_CUTS:
+                problem.cuts[_swing(study, drives, check.time)] = None
             return used
     if asks_stops(study):
         if any(task.amplifiers for task in study.joints):
@@ -221,13 +235,34 @@ def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
     return used
 
 
+def _swing(study: Study, drives: Mapping[str, Drive], time: float | None) -> Swing:
+    """The slowest way in which a set swings: the torques M x of its shape at the instant that was told."""
+    sample = int(np.searchsorted(study.cycle.time, time or 0.0))
+    inertia = shaft_inertia(study, drives, sample)
+    gears = [one.gear.stiffness_1 for one in drives.values()]
+    yielding = 1.0 / soft_springs(study, np.array([math.inf if one is None else one for one in gears]))
+    # K^-1 M x = x/w^2, in the symmetric form of the square roots of the compliances.
+    root = np.sqrt(yielding)
+    shape = np.linalg.eigh(root[:, None] * inertia * root)[1][:, -1]
+    torques = inertia @ (root * shape)
+    return Swing(sample, tuple((torques / np.linalg.norm(torques)).tolist()))
+
+
 def without_soft(problem: Problem, domains: Domains, limit: float) -> tuple[float, Domains]:
     """What sets that keep every cut cost at least, infinite if no less than a limit, and the candidates of the rest."""
-    bound, most = -math.inf, problem.candidates.study.stiffness.tip_deviation
-    for cut in problem.cuts if most is not None else ():
-        low, high = problem.ranges(domains)
-        moved = [moved_by(problem.candidates, joint, domain, cut, low, high) for joint, domain in enumerate(domains)]
-        found, kept = relaxed(domains, moved, (most or 0.0) * OVER, limit)
+    bound, offered = -math.inf, problem.candidates
+    domains = without_play(offered, domains)
+    if not all(map(len, domains)):
+        return math.inf, domains
+    for cut in problem.cuts:
+        if isinstance(cut, Swing):
+            most = swing_room(offered.study, cut)
+            moved = [yielded_by(offered, joint, domain, cut) for joint, domain in enumerate(domains)]
+        else:
+            low, high = problem.ranges(domains)
+            most = offered.study.stiffness.tip_deviation or 0.0
+            moved = [moved_by(offered, joint, domain, cut, low, high) for joint, domain in enumerate(domains)]
+        found, kept = relaxed(domains, moved, most * OVER, limit)
         bound = max(bound, found)
         if bound >= limit:
             return math.inf, domains
@@ -284,6 +319,61 @@ def moved_by(offered: Candidates, joint: int, domain: Domain, cut: Cut, low: Arr
     lever = tip_levers(study)[cut.sample, joint] @ cut.way * joint_travels(study)[joint]
     of_gear = np.minimum(*(lever * twist_under(springs, end) for end in ends)) / (1.0 - study.stiffness.scatter)
     return np.nan_to_num(of_gear, nan=math.inf)[offered.pairs[domain.pairs, 1]]
+
+
+# An arm that swings at w under the torques f of its springs has f K^-1 f <= f M^-1 f / w^2 (Rayleigh's quotient of both
+# inverses, of any f). No drive makes M smaller than the bare arm's, so a slow set cuts off all that yield as much.
+
+
+@lru_cache(maxsize=MOST_CUTS)
+def swing_room(study: Study, cut: Swing) -> float:
+    """How much the springs may yield to a cut's torques in an arm that swings as fast as wished [J]."""
+    torques, wish = np.array(cut.torques), 2.0 * math.pi * (study.stiffness.first_resonance or math.inf)
+    return float(torques @ np.linalg.solve(shaft_inertia(study, {}, cut.sample), torques)) / wish**2
+
+
+def yielded_by(offered: Candidates, joint: int, domain: Domain, cut: Swing) -> Array:
+    """How much the spring of each candidate of a joint yields to a cut's torques [J], (K,)."""
+    study = offered.study
+    stiffness = (1.0 - study.stiffness.scatter) * _springs(offered).slope_1 / joint_travels(study)[joint] ** 2
+    return np.nan_to_num(cut.torques[joint] ** 2 / stiffness, nan=math.inf)[offered.pairs[domain.pairs, 1]]
+
+
+def without_play(offered: Candidates, domains: Domains) -> Domains:
+    """Domains without gears whose backlash lets the tip go too far beside the least of the other joints."""
+    study = offered.study
+    if study.stiffness.lost_motion is None or study.arm is None:
+        return domains
+    every = [np.abs(travel) * _backlash(offered)[offered.pairs[one.pairs, 1]]
+             for travel, one in zip(joint_travels(study), domains, strict=True)]  # fmt: skip
+    least = tuple(float(np.nanmin(row, initial=math.inf)) for row in every)
+    if any(np.isnan(row).any() for row, task in zip(every, study.joints, strict=True) if task.drive is not None):
+        return domains  # the check is not made, whatever the others are
+    kept = []
+    for joint, (row, domain) in enumerate(zip(every, domains, strict=True)):
+        values = tuple(sorted(set(row[~np.isnan(row)].tolist())))
+        kept.append(domain.kept(row <= most_play(study, least, joint, values)))
+    return tuple(kept)
+
+
+@lru_cache(maxsize=256)
+def most_play(study: Study, least: tuple[float, ...], joint: int, values: tuple[float, ...]) -> float:
+    """The largest of some plays of a joint that keeps the wish beside the others' least; -1: none."""
+
+    def too_loose(value: float) -> bool:
+        plays = np.array([value if k == joint else one for k, one in enumerate(least)])
+        return bool(lost_motion(plays[:, None] * tip_levers(study)).max() > (study.stiffness.lost_motion or 0.0) * OVER)
+
+    place = bisect_left(values, True, key=too_loose)
+    return values[place - 1] if place else -1.0
+
+
+@lru_cache(maxsize=2)
+def _backlash(offered: Candidates) -> Array:
+    """Of all gears [rad], (G,): of a direct drive 0, unknown NaN."""
+    filled = FilledParts(offered.study)
+    gears = [filled.gear(key) for key in offered.gears]
+    return np.array([0.0 if one.direct else one.backlash for one in gears], dtype=np.float64)
 
 
 @lru_cache(maxsize=2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.gear import bearing_arm, moment_square
 from drivetrain.records import as_numbers
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.demand.series import Added, Load, Work, load_of, new_traces, nothing_added, work_of
@@ -26,7 +27,8 @@ from drivetrain.study.model import Study
 
 NAMES = tuple(check.name for check in CHECKS)
 SUPPLY_NAMES = tuple(check.name for check in SUPPLY_CHECKS)
-BLOCK = 64  # samples judged at once: their power over the cycle is a megabyte
+BLOCK = 1024  # samples whose cases are made at once
+AT_ONCE = 64  # samples judged at once: their power over the cycle is a megabyte
 PATHS = ("resistance_winding_housing", "resistance_housing_ambient", "resistance_winding_ambient")
 TIMES = ("winding_time_constant", "housing_time_constant")  # heat capacities stay
 DRAGS = ("drag_torque", "seal_drag_torque", "starting_torque")
@@ -146,10 +148,13 @@ def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: A
 def judged(ready: Candidate, draws: Draws, *, threads: int = 1) -> Iterator[Samples]:
     """The samples judged, block by block; no number depends on blocks or threads."""
     parts = [slice(first, min(first + BLOCK, len(draws))) for first in range(0, len(draws), BLOCK)]
-    if threads <= 1 or len(parts) <= 1:
-        yield from (_block(ready, ready.works, draws, part) for part in parts)
-        return
-    spare = [tuple(_with_own_memory(work) for work in ready.works) for _ in range(threads)]
+    threads = max(min(threads, len(parts)), 1)
+    most = np.abs(draws.payload - 1.0).max(axis=0)
+    life = ready.study.safety.life is not None
+    spare = [
+        tuple(_peaks_kept(*one, most, life) for one in zip(ready.works, ready.cases, strict=True))
+        for _ in range(threads)
+    ]
 
     def one(part: slice) -> Samples:
         works = spare.pop()
@@ -158,38 +163,72 @@ def judged(ready: Candidate, draws: Draws, *, threads: int = 1) -> Iterator[Samp
         finally:
             spare.append(works)
 
+    if threads == 1:
+        yield from map(one, parts)
+        return
     with ThreadPoolExecutor(threads) as pool:
         yield from pool.map(one, parts)
 
 
-def _with_own_memory(work: Work) -> Work:
-    """The same work with memory that nobody else writes into."""
-    few = None if work.few is None else _with_own_memory(work.few)
+def _peaks_kept(work: Work, case: Any, most: Array, life: bool) -> Work:
+    """The same work with memory that nobody else writes into, without the samples of loads that are no peak.
+
+    What a bearing, a brake and a rotor carry counts at its largest alone: a sample counts whose magnitude with the
+    largest drawn payloads, ``most`` of each, may be that. For the ``life`` of a bearing, and where stops at a current
+    limit go through the inertia, all samples count.
+    """
+    load, added, most = work.load, work.added, most[: len(work.added.torque)]
+    lever = np.nan_to_num(bearing_arm(case["gear"][0]))
+
+    def kept(series: Array, rows: Array, *magnitudes: Callable[[Array], Array]) -> tuple[Array, Array]:
+        counts = np.zeros(series.shape[-1], dtype=np.bool_)
+        for magnitude in magnitudes:
+            size, more = magnitude(series), most @ magnitude(rows)
+            counts |= size + more >= (size - more).max(initial=-np.inf)
+        return series[..., counts].copy(order="C"), rows[..., counts].copy(order="C")
+
+    wrench, inertia = (load.wrench, added.wrench), (load.inertia, added.inertia)
+    if not life:
+        wrench = kept(
+            *wrench, lambda w: np.sqrt(moment_square(lever, w[..., 0, :], w[..., 1, :], w[..., 3, :], w[..., 4, :])),
+            lambda w: np.hypot(w[..., 3, :], w[..., 4, :]), lambda w: np.abs(w[..., 5, :]),
+        )  # fmt: skip
+    if case["setting"]["ramped"][0] != 0.0:
+        inertia = kept(*inertia, np.abs)
+    static = kept(load.static, added.static, np.abs)
+    pairs = ((load.torque, added.torque), wrench, inertia, (load.stop, added.stop), static)
+    load, added = Load(*(one for one, _ in pairs)), Added(*(more for _, more in pairs))
     traces = new_traces(len(work.motion.speed), len(work.traces.parts))
-    return work._replace(sum=Load(*(row.copy() for row in work.sum)), traces=traces, few=few)
+    return work._replace(load=load, added=added, sum=Load(*(row.copy() for row in load)), traces=traces, few=None)
 
 
 def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice) -> Samples:
     """Some samples that follow one another."""
-    count, weight = part.stop - part.start, works[0].motion.weight
-    joints, power = np.empty((count, len(works), len(CHECKS))), np.zeros((count, 2, len(weight)))
+    count, power = part.stop - part.start, np.empty((AT_ONCE, 2, len(works[0].motion.weight)))
+    used = np.empty((len(works), count, len(CHECKS)))
     found, binding, lacking = np.zeros(count), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
-    for joint, work in enumerate(works):
-        cases = as_built(
-            ready.study, ready.cases[joint], ready.lossy[joint], draws.factors[part, joint], draws.ambient[part]
-        )
-        amounts = np.ascontiguousarray(draws.payload[part, : len(work.added.torque)] - 1.0)
-        used = np.empty((count, len(CHECKS)))
-        judge_cases(
-            cases, as_numbers(cases), ready.checks, work, amounts, np.inf, False, power, used, found, binding, lacking
-        )
-        joints[:, joint] = used
-    figures = supply_figures(ready.study, power)
-    asked = np.stack([figures[row.required] for row in SUPPLY_CHECKS], axis=1)
+    cases = [
+        as_built(ready.study, ready.cases[joint], ready.lossy[joint], draws.factors[part, joint], draws.ambient[part])
+        for joint in range(len(works))
+    ]
+    asked = np.empty((count, len(SUPPLY_CHECKS)))
+    for first in range(0, count, AT_ONCE):
+        some = slice(first, min(first + AT_ONCE, count))
+        drawn = power[: some.stop - first]
+        drawn[:] = 0.0
+        for joint, work in enumerate(works):
+            amounts = draws.payload[part][some, : len(work.added.torque)] - 1.0
+            own = cases[joint][some]
+            judge_cases(
+                own, as_numbers(own), ready.checks, work, np.ascontiguousarray(amounts), np.inf, False, drawn,
+                used[joint, some], found[some], binding[some], lacking[some],
+            )  # fmt: skip
+        figures = supply_figures(ready.study, drawn)
+        asked[some] = np.stack([figures[row.required] for row in SUPPLY_CHECKS], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         supply = np.where(ready.limits > 0.0, asked / ready.limits, np.where(asked > 0.0, np.inf, 0.0))
     supply[:, np.isnan(ready.limits)] = np.nan
-    return Samples(joints, supply, not ready.nominal.lacking)
+    return Samples(np.swapaxes(used, 0, 1), supply, not ready.nominal.lacking)
 
 
 def figures_of(evaluation: Evaluation) -> tuple[Array, Array]:

@@ -21,6 +21,7 @@ from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
 from drivetrain.study.model import Payload
 from drivetrain.study.schema import CouplingForm, StudyForm
+from drivetrain.whole_files import is_there
 
 DRIVE_MASS_HINT = (
     "added: the arm's links are bare and the drives' masses come on top; included: the links (of a finished robot) "
@@ -72,7 +73,7 @@ def _load(form: StudyForm, ledger: Ledger) -> Arm | None:
         ledger.fault(("arm",), problem, source, nearest(source, builtin_names()))
         return None
     path = ledger.document.folder / source
-    if named_file and not path.is_file():
+    if named_file and not is_there(path):
         ledger.fault(("arm",), "no such file", source, f"looked for {path}")
         return None
     with ledger.gather(("arm",)):

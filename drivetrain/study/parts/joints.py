@@ -170,8 +170,9 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     with ledger.gather((*place, "motor_friction")):
         motor_friction = made(form.motor_friction)
     amplifiers = _amplifiers(around, form, place)
-    if around.arm is not None and (around.arm.linkage is not None or around.form.base is not None):
+    if around.arm is not None:
         _unmarched_faults(around, index, form, place)
+    _check_second_motor(around, index, form, place)
     brakes, told = _brakes(around, form, (*place, "brake"))
     if brakes:
         given = () if drive is None else _with_brakes(around, (drive,), brakes)
@@ -199,7 +200,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         amplifiers=amplifiers if len(amplifiers) > 1 else (),
         travel_per_turn=_travel(around, index, form, place, chain),
         housing_to_ambient=form.housing_to_ambient,
-        output_bearing=form.output_bearing if chain is None else "external",
+        output_bearing=form.output_bearing if chain is None and form.motors == 1 else "external",
         stop=resolve_stop(around, form, place),
         gear_heat=around.form.gear_heat if form.gear_heat is None else form.gear_heat,
         amplifier_heat=form.amplifier_heat,
@@ -209,30 +210,52 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         load_inertia=_load_inertia(around, form, place),
         brakes=brakes,
         counterbalances=_counterbalances(around, index, form, place),
+        preload=None if form.motors == 1 else form.preload or 0.0,
     )
 
 
 def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: Place) -> None:
-    """What a joint of an arm with closures or on a moving base must state, as it is not computed there."""
+    """What a joint must state of an arm with closures, on a moving base or with two motors on an axis."""
     arm, ledger, stop = around.arm, around.ledger, resolve_stop(around, form, place)
     assert arm is not None
-    loops = None if arm.linkage is None else arm.linkage.loops
-    named, falls = ("closures", "with closed loops") if loops else ("a base that moves", "on such a base")
+    loops, moves = None if arm.linkage is None else arm.linkage.loops, around.form.base is not None
     bears = form.output_bearing == "gear" and arm.screws[index, :3].any()
     if loops is not None and loops.inside(loops.driven[index]) and bears:
         problem = f"must be external at {arm.joint_names[index]}: how pins and bearings share the loads in a loop is "
         ledger.fault(
             (*place, "output_bearing"), problem + "not determined, so a gear's bearing cannot be checked there"
         )
-    if loops is None and form.mount.carrier == "base":
+    if moves and form.mount.carrier == "base":
         problem = "must be the link on which it sits, on a base that moves: what it asks at the base is not computed"
         ledger.fault((*place, "mount", "carrier"), problem, form.mount.carrier, "parent")
+    if not moves and all(one.motors == 1 for one in around.form.joints.values()):
+        return
+    named = "a base that moves" if moves else "two motors on one axis"
     if form.brake and stop.power_off:
-        problem = f"must be false with {named}: how an arm {falls} falls until brakes bite is not computed"
+        problem = f"must be false with {named}: how an arm then falls until brakes bite is not computed"
         ledger.fault((*place, "stop", "power_off"), problem)
     if stop.ramp is None:
         problem = f"is missing: with {named} a stop is checked along a ramp, not at the limit of a current"
         ledger.fault((*place, "stop", "ramp"), problem, hint="stop: {ramp: 0.3 s}")
+
+
+def _check_second_motor(around: Surroundings, index: int, form: JointForm, place: Place) -> None:
+    """What does not go with two motors on the axis of a joint."""
+    arm, ledger = around.arm, around.ledger
+    if form.motors == 1:
+        if form.preload is not None:
+            ledger.fault((*place, "preload"), "goes with two motors on the axis", hint="motors: 2 beside it")
+        return
+    beside: dict[str, Any] = {
+        "closures": around.form.closures,
+        "a base that moves": around.form.base,
+        "a free_ratio": form.free_ratio,
+    }
+    beside |= {"coupled joints": arm is not None and arm.coupling is not None, "free_ratio": form.free_ratio}
+    for what in (name for name, there in beside.items() if there):
+        ledger.fault((*place, "motors"), f"must be 1 with {what}: two on one axis are not computed there", form.motors)
+    if form.mount.carrier == "child":
+        ledger.fault((*place, "mount", "carrier"), "must be parent or base for two motors on one axis", "child")
 
 
 def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[Brake, ...], tuple[str, ...]]:

@@ -1,0 +1,314 @@
+"""A maker's own table as a catalogue's: its headings, its units, its decimal commas; parts in rows or in columns."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from drivetrain.catalog.formats import KINDS, Record
+from drivetrain.catalog.importers import Basis, basis_of, no_basis, read_basis, table_text
+from drivetrain.catalog.schema import CHOICE, MOTORS, NUMBER, TABLES, Column, by_name
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.units import to_si
+from drivetrain.whole_files import is_workbook, read_text, write_files
+
+NAMES = tuple(Path(name).stem for name in TABLES)
+SILENT = ("", "-", "–", "—", "n/a", "na", "nan")  # cells that say nothing
+_NUMBER = re.compile(r"([+\-−]?\d[\d.,'’\u00a0\u202f ]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
+_UNIT = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,\s*([^,]*)|\bin\s+(\S+))\s*:?\s*", re.DOTALL)
+
+# What makers call our columns, lower case: maxon's, FAULHABER's and Harmonic Drive's words on their pages and in their
+# catalogues, English and German.
+HEADINGS: dict[str, tuple[str, ...]] = {
+    "key": ("key", "part number", "article number", "order number", "bestellnummer", "artikelnummer"),
+    "series": ("series", "baureihe", "size", "baugrösse", "baugröße"),
+    "nominal_voltage": ("nominal voltage", "nennspannung"),
+    "no_load_speed": ("no load speed", "no-load speed", "leerlaufdrehzahl"),
+    "no_load_current": ("no load current", "no-load current", "leerlaufstrom"),
+    "nominal_speed": ("nominal speed", "rated speed", "nenndrehzahl"),
+    "nominal_torque": (
+        "nominal torque (max. continuous torque)", "nominal torque", "nennmoment (max. dauerdrehmoment)",
+        "nennmoment", "rated torque",
+    ),
+    "nominal_current": (
+        "nominal current (max. continuous current)", "nominal current", "nennstrom (max. dauerbelastungsstrom)",
+        "nennstrom", "rated current",
+    ),
+    "stall_torque": ("stall torque", "anhaltemoment"),
+    "stall_current": ("stall current", "starting current", "anlaufstrom"),
+    "peak_torque": ("peak torque", "maximum torque", "spitzendrehmoment", "maximales drehmoment"),
+    "peak_current": ("peak current", "maximum current", "spitzenstrom", "maximalstrom"),
+    "max_speed": ("max. speed", "maximum speed", "grenzdrehzahl", "maximale drehzahl"),
+    "resistance": (
+        "terminal resistance phase to phase", "terminal resistance", "anschlusswiderstand phase-phase",
+        "anschlusswiderstand",
+    ),
+    "inductance": (
+        "terminal inductance phase to phase", "terminal inductance", "anschlussinduktivität phase-phase",
+        "anschlussinduktivität",
+    ),
+    "torque_constant": ("torque constant", "drehmomentkonstante"),
+    "speed_constant": ("speed constant", "drehzahlkonstante"),
+    "speed_torque_gradient": ("speed / torque gradient", "speed/torque gradient", "kennliniensteigung"),
+    "mechanical_time_constant": ("mechanical time constant", "mechanische anlaufzeitkonstante"),
+    "rotor_inertia": ("rotor inertia", "rotorträgheitsmoment"),
+    "resistance_housing_ambient": ("thermal resistance housing-ambient", "thermischer widerstand gehäuse-luft"),
+    "resistance_winding_housing": ("thermal resistance winding-housing", "thermischer widerstand wicklung-gehäuse"),
+    "winding_time_constant": ("thermal time constant winding", "therm. zeitkonstante der wicklung"),
+    "housing_time_constant": ("thermal time constant motor", "therm. zeitkonstante des motors"),
+    "max_winding_temperature": ("max. winding temperature", "max. wicklungstemperatur"),
+    "stages": ("number of stages", "stufenzahl"),
+    "ratio": ("ratio", "reduction", "reduction ratio", "untersetzung"),
+    "efficiency": ("max. efficiency", "efficiency", "max. wirkungsgrad", "wirkungsgrad"),
+    "inertia": ("mass inertia", "moment of inertia", "massenträgheitsmoment"),
+    "continuous_torque": ("max. continuous torque", "max. dauerdrehmoment"),
+    "average_torque_limit": ("limit for average torque", "average torque", "grenze für mittleres drehmoment"),
+    "repeated_peak_torque": (
+        "max. intermittent torque", "limit for repeated peak torque", "repeated peak torque",
+        "grenze für wiederholbares spitzendrehmoment",
+    ),
+    "momentary_torque": (
+        "limit for momentary peak torque", "momentary peak torque", "grenze für kollisionsdrehmoment",
+    ),
+    "max_input_speed": (
+        "max. intermittent input speed", "max. input speed", "maximum input speed", "max. eintriebsdrehzahl",
+    ),
+    "average_input_speed_limit": (
+        "max. continuous input speed", "limit for average input speed", "mittlere eintriebsdrehzahl",
+    ),
+    "backlash": ("average backlash no load", "backlash", "mittleres getriebespiel unbelastet", "spiel"),
+    "static_torque": ("holding torque", "static torque", "haltemoment"),
+    "continuous_current": ("continuous output current", "continuous current", "dauerstrom"),
+    "mass": ("weight", "mass", "gewicht", "masse"),
+    "price": ("price", "preis"),
+    "diameter": ("diameter", "outer diameter", "durchmesser", "aussendurchmesser", "außendurchmesser"),
+    "length": ("length", "länge"),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ExportMap:
+    """Which heading of a maker's table is which column of ours.
+
+    Attributes:
+        table: ``motors``, ``gears``, ``brakes`` or ``amplifiers``.
+        columns: By our column its heading, or a mapping of ``heading``, ``unit`` and ``times``, a factor.
+        fixed: What is the same in all rows, as text of our columns.
+        decimal: ``.`` or ``,``.
+        transposed: Whether parts stand side by side, a line for each number.
+    """
+
+    table: str = "motors"
+    columns: Mapping[str, Any] = field(default_factory=dict)
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+    decimal: str = "."
+    transposed: bool = False
+
+    def __post_init__(self) -> None:
+        if self.table not in NAMES:
+            raise InputError(Fault("table", "must be a table of a catalogue", self.table, nearest(self.table, NAMES)))
+        known, faults = by_name(TABLES[f"{self.table}.csv"]), []
+        for part in ("columns", "fixed"):
+            for name in getattr(self, part):
+                if name not in known:
+                    faults.append(Fault(f"{part}.{name}", "is no column", name, nearest(str(name), known)))
+        for name, entry in self.columns.items():
+            if isinstance(entry, dict) and ("heading" not in entry or set(entry) - {"heading", "unit", "times"}):
+                faults.append(Fault(f"columns.{name}", "must have heading, and may have unit and times", sorted(entry)))
+        if self.decimal not in (".", ","):
+            faults.append(Fault("decimal", "must be . or ,", self.decimal))
+        if faults:
+            raise InputError(faults)
+
+
+@dataclass(frozen=True)
+class Brought:
+    """What an import of a maker's table wrote: the file, its rows, the rows left out, and headings nobody asked for."""
+
+    file: Path
+    rows: int
+    refused: tuple[Fault, ...]
+    unused: tuple[str, ...]
+
+
+def read_map(path: Path) -> ExportMap:
+    """A map from its YAML file."""
+    try:
+        data = yaml.safe_load(read_text(path))
+    except yaml.YAMLError as error:
+        raise InputError(Fault("map", f"cannot be read as YAML: {error}", file=str(path))) from None
+    known = tuple(ExportMap.__dataclass_fields__)
+    if not isinstance(data, dict):
+        raise InputError(Fault("map", "must be a mapping", hint=", ".join(known), file=str(path)))
+    faults = [Fault(str(name), "is unknown", hint=nearest(str(name), known)) for name in data if name not in known]
+    faults += [
+        Fault(name, "must be a mapping") for name in ("columns", "fixed") if not isinstance(data.get(name, {}), dict)
+    ]
+    if faults:
+        raise InputError(faults)
+    return ExportMap(**data)
+
+
+def import_export(
+    path: str | Path, out: str | Path, given: ExportMap, *, basis: Basis = "", overwrite: bool = False
+) -> Brought:
+    """One table of a maker as a table of a catalogue folder; every fault of its cells at once."""
+    path, name = Path(path), f"{given.table}.csv"
+    target = Path(out) / name
+    if target.exists() and not overwrite:
+        raise InputError(Fault(str(out), f"already holds {name}", hint="choose another folder or overwrite"))
+    grid = _grid(path)
+    sideways = not given.columns and _known(row[0] for row in grid) > max(map(_known, grid), default=0)
+    if given.transposed or sideways:
+        given, grid = replace(given, transposed=True), [list(column) for column in zip_longest(*grid, fillvalue="")]
+    places = _places(given, grid, path)
+    top = max((row for row, _, _ in places.values()), default=0)
+    bases, faults, refused, records = read_basis(basis), list[Fault](), list[Fault](), list[Record]()
+    columns = by_name(TABLES[name])
+    for line, cells in enumerate(grid[top + 1 :], top + 2):
+        if not any(cells[at].strip() for _, at, _ in places.values() if at < len(cells)):
+            continue
+        record = {column: str(text) for column, text in given.fixed.items()}
+        for column, (_, at, heading) in places.items():
+            text = _cell(cells[at] if at < len(cells) else "", columns[column], given, heading, faults, path, line)
+            record |= {column: text} if text else {}
+        record.setdefault("key", record.get("part_number", ""))
+        record["key"] = "_".join(record["key"].split())
+        record.setdefault("source", path.name)
+        if name == MOTORS and not basis_of(record, bases):
+            refused.append(no_basis(path, line, record))
+        else:
+            records.append(record)
+    if not records and not refused and not faults:
+        faults.append(Fault("the file", "holds no part below its headings", file=str(path)))
+    if faults:
+        raise InputError(faults)
+    if records:
+        write_files(out, {name: table_text(records, TABLES[name])})
+    taken = {at for _, at, _ in places.values()}
+    unused = tuple(text for at, text in enumerate(grid[top]) if text.strip() and at not in taken)
+    return Brought(target, len(records), tuple(refused), unused)
+
+
+def _grid(path: Path) -> list[list[str]]:
+    """The cells of a table, comma, semicolon or tab between them; text of older programs too."""
+    if is_workbook(path):
+        text = read_text(path)
+    else:
+        raw = path.read_bytes() if path.is_file() else b""
+        utf16 = raw[:2] in (b"\xff\xfe", b"\xfe\xff")
+        try:
+            text = raw.decode("utf-16") if utf16 else read_text(path)
+        except InputError:
+            if not path.is_file():
+                raise
+            text = raw.decode("cp1252", "replace")
+    lines = text.splitlines()
+    counts = {mark: sum(line.count(mark) for line in lines) for mark in ("\t", ";", ",")}
+    mark = next((one for one in ("\t", ";") if counts[one] >= max(1, len(lines) // 2)), ",")
+    return [row for row in csv.reader(io.StringIO(text), delimiter=mark) if any(cell.strip() for cell in row)]
+
+
+def _plain(heading: str) -> str:
+    return " ".join(heading.casefold().split()).rstrip(": ")
+
+
+def _spelled(heading: str) -> tuple[str, ...]:
+    """A heading, and what it is without the unit at its end."""
+    match = _UNIT.fullmatch(heading)
+    return (_plain(heading),) if match is None else (_plain(heading), _plain(match[1]))
+
+
+def _known(headings: Any) -> int:
+    """How many of some headings are a maker's words for a column of ours."""
+    every = {word for words in HEADINGS.values() for word in words} | {*HEADINGS}
+    return sum(bool(every & {*_spelled(one)}) for one in headings)
+
+
+def _places(given: ExportMap, grid: Sequence[Sequence[str]], path: Path) -> dict[str, tuple[int, int, str]]:
+    """Of each of our columns the row and the place of its heading, and the heading as written."""
+    words: dict[str, tuple[str, ...]] = {
+        name: (_plain(str(entry["heading"] if isinstance(entry, dict) else entry)),)
+        for name, entry in given.columns.items()
+    }
+    if not words:
+        words = {name: (*HEADINGS.get(name, ()), name) for name in by_name(TABLES[f"{given.table}.csv"])}
+    best: dict[str, tuple[int, int, str]] = {}
+    for row, cells in enumerate(grid):
+        spelled = [(at, cell, _spelled(cell)) for at, cell in enumerate(cells) if cell.strip()]
+        found: dict[str, tuple[int, int, str]] = {}
+        for name, wanted in words.items():
+            hits = [(at, cell) for word in wanted for at, cell, one in spelled if word in one]
+            if hits and name not in given.fixed:
+                found[name] = (row, *hits[0])
+        best = found if len(found) > len(best) else best
+    seen = [cell for row in grid[:1] for cell in row]
+    missing = [name for name in given.columns if name not in best]
+    if missing or not best:
+        faults = [Fault(f"columns.{name}", "no such heading", words[name][0], nearest(words[name][0], seen), str(path))
+                  for name in missing]  # fmt: skip
+        hint = "say which heading is which column: a map with `columns`; headings: " + ", ".join(seen[:8])
+        raise InputError(faults or [Fault("the file", "has no heading that is known", hint=hint, file=str(path))])
+    if "key" not in best and "part_number" not in best and "key" not in given.fixed:
+        hint = "columns: {key: HEADING}, or of one part fixed: {key: NAME}"
+        raise InputError(Fault("columns.key", "is missing: no heading names the parts", hint=hint, file=str(path)))
+    return best
+
+
+def _cell(
+    text: str, column: Column, given: ExportMap, heading: str, faults: list[Fault], path: Path, line: int
+) -> str:  # fmt: skip
+    """A cell as ours: a number in SI, a word that our tables know."""
+    text = " ".join(text.split())
+    if text.casefold() in SILENT:
+        return ""
+    if column.content == CHOICE:
+        return KINDS.get(text, text)
+    if column.content != NUMBER:
+        return text
+    entry = given.columns.get(column.name)
+    stated = entry if isinstance(entry, dict) else {}
+    match = _NUMBER.fullmatch(text)
+    number = None if match is None else _number(match[1], given.decimal)
+    place = f"{'column' if given.transposed else 'row'} {line}, {heading}"
+    if match is None or number is None:
+        hint = "decimal: ',' in the map" if given.decimal == "." and "," in text else ""
+        faults.append(Fault(place, "must be a number", text, hint, str(path)))
+        return ""
+    own, ends = match[2].strip(), _UNIT.fullmatch(heading)
+    units = [str(stated.get("unit", "")), own, *(ends.groups()[1:] if ends else ())]
+    if column.name == "ratio":
+        units = [one for one in units if one and one.replace(" ", "") != ":1"]
+    unit = next((one for one in units if one), "")
+    if column.unit not in ("", "1") and not unit:
+        hint = f"columns: {{{column.name}: {{heading: {heading}, unit: {column.unit}}}}}"
+        faults.append(Fault(place, "says no unit", text, hint, str(path)))
+        return ""
+    try:
+        value = number * float(stated.get("times", 1.0))
+        value = float(to_si(value, unit, place, unit=column.unit, file=str(path))) if column.unit else value
+        return f"{value:.12g}"
+    except InputError as error:
+        faults.extend(error.faults)
+        return ""
+
+
+def _number(text: str, decimal: str) -> float | None:
+    """A number as a maker writes it; None where it is none."""
+    text = re.sub(r"['’\u00a0\u202f ]", "", text).replace("−", "-")
+    if decimal == ",":
+        text = text.replace(".", "").replace(",", ".")
+    elif re.fullmatch(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?", text) and text.count(",") + text.count(".") > 1:
+        text = text.replace(",", "")
+    try:
+        return float(text)
+    except ValueError:
+        return None

@@ -1,0 +1,141 @@
+"""Makers' own tables: rows of the shipped catalogue written as makers write them, read back; what is wrong in them."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import pytest
+
+from drivetrain.catalog.exports import ExportMap, import_export, read_map
+from drivetrain.catalog.read import read_catalog
+from drivetrain.errors import InputError
+from drivetrain.shipped import shipped
+from drivetrain.units import from_si
+
+# As maxon's pages and exports have them: one part a column, a unit in every cell.
+PAGE = (
+    ("Nominal voltage", "nominal_voltage", "V", "V"), ("No load speed", "no_load_speed", "rad/s", "rpm"),
+    ("No load current", "no_load_current", "A", "mA"), ("Nominal speed", "nominal_speed", "rad/s", "rpm"),
+    ("Nominal torque (max. continuous torque)", "nominal_torque", "N m", "mNm"),
+    ("Nominal current (max. continuous current)", "nominal_current", "A", "A"),
+    ("Stall torque", "stall_torque", "N m", "mNm"), ("Stall current", "stall_current", "A", "A"),
+    ("Terminal resistance phase to phase", "resistance", "ohm", "Ω"),
+    ("Terminal inductance phase to phase", "inductance", "H", "mH"),
+    ("Torque constant", "torque_constant", "N m/A", "mNm/A"), ("Rotor inertia", "rotor_inertia", "kg m^2", "gcm²"),
+    ("Thermal resistance housing-ambient", "resistance_housing_ambient", "K/W", "K/W"),
+    ("Thermal resistance winding-housing", "resistance_winding_housing", "K/W", "K/W"),
+    ("Thermal time constant winding", "winding_time_constant", "s", "s"),
+    ("Thermal time constant motor", "housing_time_constant", "s", "s"), ("Weight", "mass", "kg", "g"),
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def motors():
+    rows = read_catalog(shipped("catalogs")).motors.values()
+    whole = [row for row in rows if row.maker == "maxon" and all(getattr(row, name) for _, name, _, _ in PAGE)]
+    return whole[:3]
+
+
+def printed(row, name, si, unit, mark="."):
+    return f"{float(from_si(getattr(row, name), si, unit)):.9g}".replace(".", mark)
+
+
+def check(path, motors):
+    found = read_catalog(path).motors
+    for row in motors:
+        for _, name, _, _ in PAGE:
+            assert getattr(found[row.key], name) == pytest.approx(getattr(row, name), rel=1e-8), name
+
+
+def test_a_page_of_a_maker(tmp_path, motors):
+    """Headings down the page, a part a column, a unit in each cell; known without a map."""
+    lines = [["Values at nominal voltage"], ["Part number", *(row.key for row in motors)]]
+    lines += [
+        [heading, *(f"{printed(row, name, si, unit)} {unit}" for row in motors)] for heading, name, si, unit in PAGE
+    ]
+    lines += [["Ambient temperature", *["-30...+100 °C"] * len(motors)]]
+    path = tmp_path / "page.csv"
+    path.write_text("\n".join("\t".join(line) for line in lines), encoding="utf-8")
+    given = ExportMap("motors", fixed={"kind": "brushless", "maker": "maxon"})
+    done = import_export(path, tmp_path / "out", given, basis="dc")
+    assert (done.rows, done.refused) == (len(motors), ())
+    assert "Ambient temperature" in done.unused
+    check(tmp_path / "out", motors)
+
+
+def test_a_german_table_with_a_map(tmp_path, motors):
+    """Semicolons, decimal commas, units in the headings, an older encoding, a line before the headings."""
+    headings = [f"{name.replace('_', ' ').title()} Wert [{unit.replace('Ω', 'Ohm')}]" for _, name, _, unit in PAGE]
+    rows = [[row.key, *(printed(row, name, si, unit, ",") for _, name, si, unit in PAGE)] for row in motors]
+    text = "\n".join(";".join(cells) for cells in [["Stand: März"], ["Bestell-Nr.", *headings, "Bemerkung"], *rows])
+    (tmp_path / "tabelle.csv").write_bytes(text.encode("cp1252"))
+    columns = "\n".join(f"  {name}: '{head}'" for head, (_, name, _, _) in zip(headings, PAGE, strict=True))
+    (tmp_path / "map.yaml").write_text(
+        "table: motors\ndecimal: ','\nfixed: {kind: brushless, current_basis: dc, winding_basis: line_line}\n"
+        f"columns:\n  key: Bestell-Nr.\n{columns}\n", encoding="utf-8"
+    )  # fmt: skip
+    done = import_export(tmp_path / "tabelle.csv", tmp_path / "out", read_map(tmp_path / "map.yaml"))
+    assert done.rows == len(motors) and done.unused == ("Bemerkung",)
+    check(tmp_path / "out", motors)
+
+
+def test_a_list_of_one_part_without_a_name(tmp_path):
+    """Heading and value, as pages are copied out: the key is stated beside it."""
+    path = tmp_path / "one.csv"
+    path.write_text(
+        "Terminal resistance phase to phase,6.42 Ω\nTorque constant,30.5 mNm/A\nRotor inertia,150 gcm²\n", "utf-8"
+    )
+    done = import_export(path, tmp_path / "out", ExportMap(fixed={"key": "339276", "kind": "brushless"}), basis="dc")
+    row = read_catalog(done.file.parent).motors["339276"]
+    assert (row.resistance, row.torque_constant, row.rotor_inertia) == pytest.approx((6.42, 0.0305, 1.5e-5))
+
+
+def test_gears_with_a_factor_in_the_heading(tmp_path):
+    """A rating table of strain-wave gears: stiffness in 10^4 N m/rad, speeds in min-1, ratios as 100 : 1."""
+    path = tmp_path / "gears.csv"
+    path.write_text(
+        "Size;Ratio;Limit for repeated peak torque [Nm];Limit for average torque [Nm];"
+        "Limit for momentary peak torque [Nm];K1 [x10^4 Nm/rad];Max. input speed [min-1];Weight (kg);Key\n"
+        "17;100 : 1;70;51;143;1,0;7.300;0,68;A 17\n20;120:1;113;64;191;1,6;6500;-;A 20\n",
+        "utf-8",
+    )
+    names = {
+        "key": "Key", "ratio": "Ratio", "repeated_peak_torque": "Limit for repeated peak torque [Nm]",
+        "average_torque_limit": "Limit for average torque [Nm]",
+        "momentary_torque": "Limit for momentary peak torque [Nm]",
+        "max_input_speed": "Max. input speed [min-1]", "mass": "Weight (kg)",
+        "stiffness_1": {"heading": "K1 [x10^4 Nm/rad]", "unit": "N m/rad", "times": 1e4},
+    }  # fmt: skip
+    given = ExportMap("gears", names, {"kind": "strain_wave"}, decimal=",")
+    done = import_export(path, tmp_path / "out", given)
+    (tmp_path / "out" / "motors.csv").write_text(
+        "key,kind,current_basis,winding_basis,resistance [ohm],torque_constant [N m/A]\n"
+    )
+    gears = read_catalog(tmp_path / "out").gears
+    assert done.rows == 2 and done.unused == ("Size",)
+    first, second = gears["A_17"], gears["A_20"]
+    assert (first.ratio, first.stiffness_1, first.mass, second.mass) == (100.0, 1e4, 0.68, None)
+    assert first.max_input_speed == pytest.approx(7300 * math.pi / 30) and second.stiffness_1 == pytest.approx(1.6e4)
+
+
+def test_every_fault_at_once(tmp_path):
+    path = tmp_path / "m.csv"
+    path.write_text(
+        "Part number,Torque constant,Terminal resistance [Nm],Weight\nA,much,1,0.3 kg\nB,30 mNm/A,2,0.3\n", "utf-8"
+    )
+    with pytest.raises(InputError) as error:
+        import_export(path, tmp_path / "out", ExportMap(), basis="dc")
+    told = str(error.value)
+    assert re.search("row 2, Torque constant.*must be a number", told) and "row 3, Weight" in told and "no unit" in told
+    assert "row 2, Terminal resistance" in told and not (tmp_path / "out").exists()
+    with pytest.raises(InputError, match="no such heading"):
+        import_export(path, tmp_path / "out", ExportMap(columns={"key": "Part nr"}))
+    with pytest.raises(InputError, match="no column"):
+        ExportMap("gears", {"torque_constant": "kt"})
+    (tmp_path / "map.yaml").write_text("tables: motors\n", "utf-8")
+    with pytest.raises(InputError, match="table"):
+        read_map(tmp_path / "map.yaml")
+    path.write_text("Part number,Torque constant,Terminal resistance\nA,30 mNm/A,1 Ohm\n", "utf-8")
+    done = import_export(path, tmp_path / "out", ExportMap())
+    assert done.rows == 0 and "ampere" in done.refused[0].problem and not done.file.exists()
