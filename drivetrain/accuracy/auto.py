@@ -167,11 +167,7 @@ def _judged(told: Told, kept: bool, scene: Scene, costs: Mapping[str, float]) ->
 def cheapest(
     told: Sequence[Told], limits: Limits, joints: tuple[str, ...], costs: Mapping[str, float]
 ) -> tuple[Choice, ...]:
-    """The effects that may go together and save most.
-
-    Effects without which no run ends stay. Of the rest every set is tried that could save more than the best one
-    so far, dearest effects first; after a hundred thousand sets the best one so far is taken.
-    """
+    """The effects that may go together and save most; after a hundred thousand sets the best one so far."""
     fit = [one for one in told if one.valid and _used([one], limits, joints) <= 1.0]
     fit.sort(key=lambda one: (-costs.get(one.choice.kind, 1.0), _used([one], limits, joints)))
     prices = [costs.get(one.choice.kind, 1.0) for one in fit]

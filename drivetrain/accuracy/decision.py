@@ -83,14 +83,9 @@ def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
 def change(one: Decision, full: Decision) -> dict[str, Change]:
     """How far a decision lies from that of the full scene."""
     tip = one.tip_deviation - full.tip_deviation
+    parts = ("peak_current", "rms_current", "rms_torque", "rise")
     return {
-        name: Change(
-            _share(one.joints[name].peak_current, told.peak_current),
-            _share(one.joints[name].rms_current, told.rms_current),
-            _share(one.joints[name].rms_torque, told.rms_torque),
-            _share(one.joints[name].rise, told.rise),
-            tip,
-        )
+        name: Change(*(*(_share(getattr(one.joints[name], part), getattr(told, part)) for part in parts), tip))
         for name, told in full.joints.items()
     }
 

@@ -204,11 +204,7 @@ def _mapping(
 
 
 def place_of(document: Document, text: str) -> Place:
-    """The place in a study file that a text such as ``payloads.box.mass`` names.
-
-    Raises:
-        InputError: A name before the last that the file does not have, with those it has there.
-    """
+    """The place that a text such as ``payloads.box.mass`` names; raises where the file lacks a name before the last."""
     place: Place = ()
     found: Any = document.data
     names = text.split(".")

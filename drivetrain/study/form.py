@@ -154,6 +154,6 @@ def made(entry: T) -> T:
     found: Any = entry
     if isinstance(entry, Form):
         found = entry.made()
-    elif isinstance(entry, list | tuple):
-        found = type(entry)(map(made, entry))
+    elif type(found) in (list, tuple):
+        found = type(found)(map(made, found))
     return found  # type: ignore[no-any-return]

@@ -176,10 +176,9 @@ def _samples(motion: Any, data: Mapping[str, Any], place: str) -> dict[str, str]
     """A motion as the lines of a motion file."""
     if isinstance(motion, pd.DataFrame):
         return {"samples": _framed(motion, data).to_csv(index=False)}
+    own = None
     if isinstance(motion, Motion):
-        parts = (motion.position, motion.velocity, motion.acceleration)
-        named = _headed(_joints(data) or _turning(motion.joint_names), ("q", "qd", "qdd"), ("", "/s", "/s^2"))
-        return _table(motion.time, parts, named, place)
+        own, motion = motion.joint_names, (motion.time, motion.position, motion.velocity, motion.acceleration)
     if isinstance(motion, LoadTable):
         names = [f"{what}_{joint} [{unit}]" for what, unit in
                  (("torque", "N m"), ("speed", "rad/s"), ("acceleration", "rad/s^2"))
@@ -188,17 +187,11 @@ def _samples(motion: Any, data: Mapping[str, Any], place: str) -> dict[str, str]
     if not isinstance(motion, tuple) or len(motion) not in (2, 3, 4):
         problem = f"{_SHAPES}; or a Motion or a DataFrame"
         raise InputError(Fault(place, problem, type(motion).__name__, "a list is a cycle of such motions"))
-    joints = _joints(data) or _turning([f"{i + 1}" for i in range(_width(motion[1]))])
-    named = _headed(joints, ("q", "qd", "qdd")[: len(motion) - 1], ("", "/s", "/s^2"))
+    width = np.shape(motion[1])[1] if np.ndim(motion[1]) == 2 else 1
+    joints = _joints(data) or [(name, "rad") for name in own or map(str, range(1, width + 1))]
+    kinds = list(zip(("q", "qd", "qdd"), ("", "/s", "/s^2"), strict=True))[: len(motion) - 1]
+    named = [f"{kind}_{name} [{unit}{rate}]" for kind, rate in kinds for name, unit in joints]
     return _table(motion[0], motion[1:], named, place)
-
-
-def _width(values: Any) -> int:
-    return np.shape(values)[1] if np.ndim(values) == 2 else 1
-
-
-def _turning(names: Iterable[str]) -> list[tuple[str, str]]:
-    return [(name, "rad") for name in names]
 
 
 def _joints(data: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -210,11 +203,6 @@ def _joints(data: Mapping[str, Any]) -> list[tuple[str, str]]:
     if arm is None:
         return []
     return [(name, "rad" if screw[:3].any() else "m") for name, screw in zip(arm.joint_names, arm.screws, strict=True)]
-
-
-def _headed(joints: Iterable[tuple[str, str]], kinds: Iterable[str], rates: Iterable[str]) -> list[str]:
-    listed = list(joints)
-    return [f"{kind}_{name} [{unit}{rate}]" for kind, rate in zip(kinds, rates, strict=False) for name, unit in listed]
 
 
 def _table(time: Any, parts: Iterable[Any], names: list[str], place: str) -> dict[str, str]:

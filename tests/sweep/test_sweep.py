@@ -158,6 +158,11 @@ def test_all_faults_of_the_file_at_once(tmp_path: Path) -> None:
     for part in ("vari", "guess", "points_per_shard", "supply.volts.high", "ambient", "twice", "pace", "scale.time"):
         assert part in told
     assert "'vary'" in told  # the nearest known name
+    assert {fault.file.rpartition(":")[2] for fault in error.value.faults} == {"2", "3", "4", "5", "6"}
+    place.write_text("study: nowhere.yaml\nrun: guess\n", encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        read_sweep(place)
+    assert [fault.file for fault in error.value.faults] == [f"{place}:1", f"{place}:2"]
     place.write_text(f"study: {STUDY}\nvary: {{joints: [1], joints.hinge: [2]}}\n", encoding="utf-8")
     with pytest.raises(InputError, match="lies within"):
         read_sweep(place)

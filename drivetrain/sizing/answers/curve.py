@@ -20,9 +20,8 @@ from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.demand.changed_work import WorkFamily
-from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import Pair
-from drivetrain.sizing.judge.vary import Setup, Vary, edge, named_drives, worst_of_set
+from drivetrain.sizing.judge.vary import Number, Setup, Vary, edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.asked import unknown_terms
 from drivetrain.sizing.search.often_enough import CONFIDENCE, chance_of, scatters
@@ -31,7 +30,6 @@ from drivetrain.sizing.search.search import better_set, select
 from drivetrain.sizing.tables import CRITERION_UNITS, set_table
 from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import nominal_of
-from drivetrain.study.change import changed
 from drivetrain.study.model import Study
 
 if TYPE_CHECKING:
@@ -201,7 +199,7 @@ def optimum_curve(
     step = grid[1] - grid[0]
     pieces, folded = _pieces(row, starts, grid[-1], tolerance, SLIVER * step)
     return OptimumCurve(
-        study, what, row.payload, row.now, tuple(sorted(row.made, key=lambda one: one.value)), pieces,
+        study, what, row.payload, row.number.now, tuple(sorted(row.made, key=lambda one: one.value)), pieces,
         tolerance if row.often is None else 0.5 * step, tuple(_notes(row, step, folded)),
     )  # fmt: skip
 
@@ -218,12 +216,14 @@ class _Row:
     missing: list[str] = field(default_factory=list)
 
     @cached_property
-    def family(self) -> WorkFamily:
-        return WorkFamily(self.study, (self.payload,) if self.payload else ())
+    def number(self) -> Number:
+        family = WorkFamily(self.study, (self.payload,) if self.payload else ())
+        return task_number(family, {}, self.vary, self.payload)
 
-    @property
-    def now(self) -> float:
-        return self.vary.now(self.study, self.payload)
+    @cached_property
+    def at(self) -> Callable[[float], Setup]:
+        """The task at a value, kept while sets are held against each other there."""
+        return lru_cache(maxsize=1)(self.number.put)
 
     @property
     def often(self) -> float | None:
@@ -234,10 +234,8 @@ class _Row:
         """The best set at a value; of equals the set before, so that a set goes on as long as none is better.
 
         With ``counted`` it is told how often the set holds within the tolerances, which takes longer than the search.
-
-        Where the search was stopped sets found elsewhere are held against it too: it may have missed them.
         """
-        study = changed(self.study, self.vary.change(self.study, value, self.payload))
+        study = self.at(value).study
         if self.often is not None:
             self.made.append(_robust(study, value))
             return self.made[-1]
@@ -263,6 +261,7 @@ class _Row:
         return CurvePoint(value, better or before.drives, evaluation.objective, evaluation.criteria, PROVEN)
 
     def _searched(self, study: Study, value: float, before: CurvePoint | None) -> CurvePoint:
+        """Where the search was stopped sets found elsewhere are held against it too: it may have missed them."""
         found = select(study, advise=False)
         if found.drives and not found.feasible:  # a given drive lacks data, the same at every value
             self.missing[:] = found.advice
@@ -284,7 +283,7 @@ class _Row:
         key = tuple(drives.items())
         if key not in self.sets:
             self.sets[key] = named_drives(self.study, drives)
-        return Setup(_work_at(self, value), self.sets[key]).evaluation()
+        return Setup(self.at(value).work, self.sets[key]).evaluation()
 
     def worth(self, drives: Drives, value: float) -> float:
         """Objective of a set at a value; infinite where it does not hold, or there is none."""
@@ -292,12 +291,6 @@ class _Row:
             return math.inf
         found = self.evaluated(drives, value)
         return found.objective if found.feasible else math.inf
-
-
-@lru_cache(maxsize=1)
-def _work_at(row: _Row, value: float) -> Workload:
-    """The work at a value; sets are held against each other at the same one."""
-    return row.family.at(row.vary.change(row.study, value, row.payload))
 
 
 def _robust(study: Study, value: float) -> CurvePoint:
@@ -366,12 +359,15 @@ def _pieces(
     """
     ends = [*(start for start, _ in starts[1:]), last]
     runs = [_Run(low, high, one.drives) for (low, one), high in zip(starts, ends, strict=True)]
-    runs = _joined(runs, lambda one, other: one.drives if one.drives == other.drives else None)
+    runs = _joined(runs, lambda run, drives: run.drives == drives)
     folded = 0
     if row.often is None:
-        runs = _joined(_joined(runs, partial(_wider, 2.0 * tolerance)), partial(_as_good_as_both, row))
+        runs = _joined(runs, lambda run, _: run.high - run.low <= 2.0 * tolerance)
+        runs = _joined(runs, lambda run, drives: run.drives == drives or _as_good(row, drives, run))
         folded = len(runs)
-        runs = _joined(runs, partial(_holds_for_both, row, narrow))
+        runs = _joined(
+            runs, lambda run, drives: run.high - run.low < narrow and _as_good(row, drives, run, at_any_cost=True)
+        )
         folded -= len(runs)
     return tuple(
         CurvePiece(
@@ -383,35 +379,18 @@ def _pieces(
     ), folded  # fmt: skip
 
 
-def _joined(runs: list[_Run], one_for_both: Callable[[_Run, _Run], Drives | None]) -> list[_Run]:
-    """Runs, neighbours for which one set stands made one."""
+def _joined(runs: list[_Run], gives_way: Callable[[_Run, Drives], bool]) -> list[_Run]:
+    """Runs, neighbours made one where one of them gives way to the other's set."""
     found = [runs[0]]
     for run in runs[1:]:
-        drives = one_for_both(found[-1], run)
-        if drives is None:
-            found.append(run)
+        last = found[-1]
+        if gives_way(run, last.drives):
+            found[-1] = _Run(last.low, run.high, last.drives)
+        elif gives_way(last, run.drives):
+            found[-1] = _Run(last.low, run.high, run.drives)
         else:
-            found[-1] = _Run(found[-1].low, run.high, drives)
+            found.append(run)
     return found
-
-
-def _wider(narrow: float, one: _Run, other: _Run) -> Drives | None:
-    if other.high - other.low <= narrow:
-        return one.drives
-    return other.drives if one.high - one.low <= narrow else None
-
-
-def _as_good_as_both(row: _Row, one: _Run, other: _Run) -> Drives | None:
-    if one.drives == other.drives or _as_good(row, one.drives, other):
-        return one.drives
-    return other.drives if _as_good(row, other.drives, one) else None
-
-
-def _holds_for_both(row: _Row, narrow: float, one: _Run, other: _Run) -> Drives | None:
-    if other.high - other.low < narrow and _as_good(row, one.drives, other, at_any_cost=True):
-        return one.drives
-    folds = one.high - one.low < narrow and _as_good(row, other.drives, one, at_any_cost=True)
-    return other.drives if folds else None
 
 
 def _as_good(row: _Row, drives: Drives, run: _Run, *, at_any_cost: bool = False) -> bool:
@@ -432,7 +411,7 @@ def _ended_by(row: _Row, drives: Drives, value: float, direction: int) -> str:
         return ""
     if row.often is not None:
         return "another set is better, or it holds too seldom"
-    found = row.evaluated(drives, value + direction * 2.0 * TOLERANCE * max(abs(value), abs(row.now), 1e-9))
+    found = row.evaluated(drives, value + direction * 2.0 * TOLERANCE * max(abs(value), abs(row.number.now), 1e-9))
     if found.feasible:
         return "another set is better"
     worst = worst_of_set(found)

@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cache
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -191,11 +192,7 @@ class _Design:
         return self.work.study
 
     def setup(self, ratios: Mapping[int, float], after: Setup | None = None, joint: int | None = None) -> Setup:
-        """The drives for a set of ratios, each sized for the load of those after it.
-
-        ``after``: of the drives after a joint, already sized; joint: to start from, going to the base; None:
-        the tip.
-        """
+        """The drives for a set of ratios, each sized for the load of those after it, which may be sized already."""
         drives = dict(self.fixed)
         if after is not None and joint is not None:
             drives.update({i: drive for i, drive in after.drives.items() if i > joint})
@@ -230,12 +227,8 @@ class _Design:
 
     def _sized(self, joint: int, ratio: float, drives: Mapping[int, Drive]) -> Drive:
         """The drive of a ratio, its gear as small as its load allows."""
-        task, family, motor = (
-            self.study.joints[joint],
-            self.families[joint],
-            self.filled_parts.motor(self.motors[joint]),
-        )
-        work = self.work.at(joint, drives)
+        task, family, work = self.study.joints[joint], self.families[joint], self.work.at(joint, drives)
+        motor = self.filled_parts.motor(self.motors[joint])
 
         def drive(torque: float) -> Drive:
             return Drive(
@@ -249,11 +242,9 @@ class _Design:
         for _ in range(SIZINGS):
             demand = work.demand(found)
             peak = self.study.safety.peak_torque * float(np.abs(demand.loosening_torque).max())
-            torque = family.size_for(
-                ratio,
-                peak,
-                average_torque(torque_exponent(found.gear), demand.load_torque, demand.speed, demand.weights),
-            )
+            exponent = torque_exponent(found.gear)
+            mean = average_torque(exponent, demand.load_torque, demand.speed, demand.weights)
+            torque = family.size_for(ratio, peak, mean)
             found = drive(torque)
             if not work.own_load or abs(torque - before) <= SETTLED * torque:
                 break
@@ -364,13 +355,8 @@ class _Line:
     def __init__(self, design: _Design, joint: int, ratios: Mapping[int, float]) -> None:
         self.design, self.joint, self.ratios = design, joint, dict(ratios)
         self.now = design.setup(ratios)
+        self.setup = cache(lambda ratio: design.setup({**self.ratios, joint: ratio}, self.now, joint))
         self._after = {i: design.share(self.now, i) for i in range(joint + 1, len(design.study.joints))}
-        self._setups: dict[float, Setup] = {}
-
-    def setup(self, ratio: float) -> Setup:
-        if ratio not in self._setups:
-            self._setups[ratio] = self.design.setup({**self.ratios, self.joint: ratio}, self.now, self.joint)
-        return self._setups[ratio]
 
     def goal(self, ratio: float) -> float:
         """What is not known is worst."""

@@ -55,10 +55,7 @@ class StudyLoops:
 def study_loops(
     evaluation: Evaluation, *, joints: Collection[str] | None = None, current_bandwidth: float | None = None
 ) -> StudyLoops:
-    """Lay out the loops of evaluated drives, of some joints or of all, timed as the study's simulation times them.
-
-    ``current_bandwidth``: of the current loops [rad/s]; None: the study's.
-    """
+    """The loops of evaluated drives, timed as the study's simulation times them; current loops as given [rad/s]."""
     wishes = evaluation.study.simulation
     if current_bandwidth is not None:
         wishes = replace(wishes, current_bandwidth=current_bandwidth)
@@ -83,11 +80,9 @@ def servo_timing(wishes: Simulation, joint: str) -> ServoTiming:
 
 
 def servo_axes(joint: JointResult, damping: float) -> tuple[ServoAxis, float] | None:
-    """A joint as its servo sees it, with its gear at its softest.
+    """A joint, its gear at its softest, at the largest inertia of the cycle, and the least load inertia [kg m^2].
 
-    ``damping``: of the spring, as a share of the critical one [-].
-
-    The axis at the largest inertia of the cycle, and the least load inertia; None where an inertia is unknown.
+    None where an inertia is unknown; ``damping`` of the spring is a share of the critical one.
     """
     load, drive = joint.series.load_inertia, joint.drive
     if load is None or not drive.motor.rotor_inertia or not float(load.min()) > 0.0:

@@ -9,6 +9,7 @@ from functools import cache
 from itertools import islice
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from drivetrain.arm.coupling import shaft_motion
 from drivetrain.arrays import Array
@@ -294,7 +295,10 @@ def _sweep(at: Callable[[float], RatioPoint], grid: list[float], *, fixed: bool)
     best = int(np.argmin([strain(point) for point in points]))
     if 0 < best < len(points) - 1:
         low, high = math.log(points[best - 1].ratio), math.log(points[best + 1].ratio)
-        points.append(at(_least(lambda x: strain(at(math.exp(x))), low, high)))
+        found = minimize_scalar(
+            lambda x: strain(at(math.exp(x))), bounds=(low, high), method="bounded", options={"xatol": 1e-4}
+        )
+        points.append(at(math.exp(float(found.x))))
     return tuple(sorted(points, key=lambda point: point.ratio))
 
 
@@ -308,15 +312,6 @@ def _strain(points: Sequence[RatioPoint]) -> Callable[[RatioPoint], float]:
     if not changing:
         return lambda point: point.utilisation
     return lambda point: max(math.inf if math.isnan(u) else u for u in (point.utilisations[n] for n in changing))
-
-
-def _least(function: Callable[[float], float], low: float, high: float) -> float:
-    """The ratio of the smallest value between two logarithms, by golden section."""
-    share = 0.5 * (math.sqrt(5.0) - 1.0)
-    while high - low > 1e-4:
-        left, right = high - share * (high - low), low + share * (high - low)
-        low, high = (low, right) if function(left) <= function(right) else (left, high)
-    return math.exp(0.5 * (low + high))
 
 
 def _limits(setup: Setup, joint: int) -> RatioLimits:
@@ -377,10 +372,7 @@ def near_gears(
     setup: Setup, joint: int, motor: str, keys: Sequence[str], ratio: float,
     *, last: Callable[[str], bool] = lambda key: False,
 ) -> Iterator[tuple[NearGear, JointResult]]:  # fmt: skip
-    """Gears of the catalogue behind a motor, each with its own sheet, by their distance from a ratio.
-
-    ``last``: which come after others that are as near.
-    """
+    """Gears behind a motor, each with its own sheet, by their distance from a ratio; of equals some ``last``."""
     rows = setup.study.catalog.gears
     for key in sorted(keys, key=lambda key: (abs(math.log(abs(rows[key].ratio) / ratio)), last(key), key)):
         result = setup.with_keys(joint, motor, key).joint(joint)

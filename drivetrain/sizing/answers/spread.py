@@ -21,21 +21,14 @@ class Spread:
 
 
 def spread(evaluation: Evaluation, choice: RobustSelection | None = None) -> Spread | None:
-    """What scatter means for evaluated drives.
-
-    The probabilities and tornadoes; None where the study states no tolerance.
-    """
+    """What scatter means for evaluated drives; None where the study states no tolerance."""
     if not evaluation.study.tolerances.given:
         return None
     return Spread(robustness(evaluation), effects(evaluation).worst(), choice)
 
 
 def robustly(selection: Selection) -> tuple[Selection, RobustSelection | None]:
-    """A selection whose set holds with the wanted probability.
-
-    The selection with the best set that holds often enough, and how it was found; where none does, one that is
-    not feasible and says so. As it was, and None, where nothing scatters or no probability is wanted.
-    """
+    """A selection with the best set that holds often enough, and how it was found; as it was where none is asked."""
     study = selection.study
     if study.wanted.holds is None or not study.tolerances.given or not selection.feasible:
         return selection, None

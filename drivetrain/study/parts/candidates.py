@@ -144,14 +144,16 @@ def keeps(name: str, wanted: object, key: str, row: Motor | Gear) -> bool:
     value: Any = key if name == "keys" else getattr(row, name)
     if isinstance(wanted, bool):
         return bool(value) is wanted
-    if isinstance(wanted, tuple) and len(wanted) == 2 and not any(isinstance(end, str) for end in wanted):
-        return value is not None and _inside(abs(value), wanted)
+    if (ends := _range(wanted)) is not None:
+        low, high = ends
+        return value is not None and (low is None or abs(value) >= low) and (high is None or abs(value) <= high)
     return isinstance(wanted, tuple) and str(value).casefold() in {str(word).casefold() for word in wanted}
 
 
-def _inside(value: float, interval: Interval) -> bool:
-    low, high = interval
-    return (low is None or value >= low) and (high is None or value <= high)
+def _range(wanted: object) -> Interval | None:
+    """The ends of a rule that is a range; None of any other."""
+    ends = isinstance(wanted, tuple) and len(wanted) == 2 and not any(isinstance(end, str) for end in wanted)
+    return wanted if ends else None  # type: ignore[return-value]
 
 
 def _check_names(
@@ -169,12 +171,10 @@ def _check_names(
 
 def limits_in_words(wanted: object, unit: str) -> str:
     """What a rule allows, a range in SI, names, or yes and no, as words."""
-    if isinstance(wanted, bool):
-        return "yes" if wanted else "no"
-    if isinstance(wanted, tuple) and len(wanted) == 2 and not any(isinstance(end, str) for end in wanted):
-        low, high = ("open" if end is None else f"{end:g}" for end in wanted)
+    if (ends := _range(wanted)) is not None:
+        low, high = ("open" if end is None else f"{end:g}" for end in ends)
         return f"{low} to {high} {unit if unit not in PURE else ''}".strip()
-    return " or ".join(map(str, wanted)) if isinstance(wanted, tuple) else str(wanted)
+    return " or ".join(map(str, wanted)) if isinstance(wanted, tuple) else _shown(wanted, unit)
 
 
 def excluded_by(task: JointTask, catalog: Catalog, motor: str | None, gear: str | None) -> tuple[str, ...]:

@@ -159,10 +159,7 @@ def with_counterbalances(arm: Arm, joints: Sequence[JointTask]) -> Arm:
 
 
 def cylinder_inertia(mass: float | None, diameter: float | None, length: float | None) -> tuple[float, float]:
-    """Inertia of a motor or gear as a solid cylinder about its centre, across its axis and along it [kg m^2].
-
-    One of unknown mass counts nothing; a size that is unknown follows from DRIVE_DENSITY.
-    """
+    """Inertia of a motor or gear as a solid cylinder about its centre, across and along its axis, sizes as known."""
     if not mass:
         return 0.0, 0.0
     area = 4.0 * mass / (DRIVE_DENSITY * math.pi)  # diameter squared times length

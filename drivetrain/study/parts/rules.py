@@ -5,7 +5,7 @@ The names are those of the catalogue's columns; every value carries its own unit
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model
 
@@ -15,13 +15,11 @@ from drivetrain.catalog.schema import BRAKE_COLUMNS, CHOICE, GEAR_COLUMNS, MOTOR
 from drivetrain.study.form import Entry, Form, Shaped
 
 
-def _row(columns: tuple[Column, ...]) -> dict[str, Any]:
-    """What a sheet in the study may state: the columns that the catalogue's reader keeps, each value with its unit.
-
-    The key stands before it in the file; a sheet in a study must say where it is from.
-    """
+def _row(columns: tuple[Column, ...]) -> type[Form]:
+    """The columns that the catalogue's reader keeps, but for the key before it; a sheet says where it is from."""
     kept = [column for column in columns if not column.lint_only and column.name != "key"]
-    return {column.name: _cell(column, column.needed or column.name == "source") for column in kept}
+    cells: dict[str, Any] = {one.name: _cell(one, one.needed or one.name == "source") for one in kept}
+    return create_model("Row", __base__=Form, **cells)
 
 
 def _cell(column: Column, needed: bool) -> tuple[Any, Any]:
@@ -35,10 +33,11 @@ def _cell(column: Column, needed: bool) -> tuple[Any, Any]:
     return kind | None, Field(default=None, description=column.meaning)
 
 
-def _filter(columns: tuple[Column, ...], *names: str) -> dict[str, Any]:
+def _filter(columns: tuple[Column, ...], *names: str) -> type[Form]:
     """Rules for rows: a range of a number, the words allowed in a text, yes or no; and keys."""
     known = {column.name: column for column in columns}
-    return {"keys": (f.Names | None, None)} | {name: (_rule(known[name]) | None, None) for name in names}
+    rules: dict[str, Any] = {name: (_rule(known[name]) | None, None) for name in names}
+    return create_model("Filter", __base__=Form, keys=(f.Names | None, None), **rules)
 
 
 def _rule(column: Column) -> Any:
@@ -47,30 +46,29 @@ def _rule(column: Column) -> Any:
     return bool if column.choices == YES_NO else f.Names
 
 
-def _form(title: str, doc: str, entries: dict[str, Any]) -> Any:
-    return create_model(title, __base__=Form, __doc__=doc, **entries)
+class MotorRow(_row(MOTOR_COLUMNS)):  # type: ignore[misc]
+    """A motor's data sheet, with its source."""
 
 
-if TYPE_CHECKING:
-    MotorRow: TypeAlias = Form
-    GearRow: TypeAlias = Form
-    BrakeRow: TypeAlias = Form
-    MotorFilter: TypeAlias = Form
-    GearFilter: TypeAlias = Form
-else:
-    MotorRow = _form("MotorRow", "A motor's data sheet, with its source.", _row(MOTOR_COLUMNS))
-    GearRow = _form("GearRow", "A gear's data sheet, with its source.", _row(GEAR_COLUMNS))
-    BrakeRow = _form("BrakeRow", "A holding brake's data sheet, with its source.", _row(BRAKE_COLUMNS))
-    MotorFilter = _form(
-        "MotorFilter", "Which motors may be considered; every line must hold.",
-        _filter(MOTOR_COLUMNS, "maker", "series", "kind", "frameless", "nominal_voltage", "nominal_torque", "mass",
-                "diameter", "length"),
-    )  # fmt: skip
-    GearFilter = _form(
-        "GearFilter", "Which gears may be considered; every line must hold.",
-        _filter(GEAR_COLUMNS, "maker", "series", "kind", "ratio", "size", "stages", "continuous_torque", "backlash",
-                "mass", "diameter", "length"),
-    )  # fmt: skip
+class GearRow(_row(GEAR_COLUMNS)):  # type: ignore[misc]
+    """A gear's data sheet, with its source."""
+
+
+class BrakeRow(_row(BRAKE_COLUMNS)):  # type: ignore[misc]
+    """A holding brake's data sheet, with its source."""
+
+
+_SIZE = ("mass", "diameter", "length")
+_MOTOR_RULES = ("maker", "series", "kind", "frameless", "nominal_voltage", "nominal_torque", *_SIZE)
+_GEAR_RULES = ("maker", "series", "kind", "ratio", "size", "stages", "continuous_torque", "backlash", *_SIZE)
+
+
+class MotorFilter(_filter(MOTOR_COLUMNS, *_MOTOR_RULES)):  # type: ignore[misc]
+    """Which motors may be considered; every line must hold."""
+
+
+class GearFilter(_filter(GEAR_COLUMNS, *_GEAR_RULES)):  # type: ignore[misc]
+    """Which gears may be considered; every line must hold."""
 
 
 class DriveForm(Form):

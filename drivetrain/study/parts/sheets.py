@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import yaml
 from pydantic import ValidationError
@@ -29,7 +29,7 @@ SHIPPED_CATALOG = "shipped"  # what a study calls the catalogue that comes with 
 MOTOR_GROUPS = ("brushed", "brushless", "frameless")
 ASSUMPTIONS = Path(__file__).with_name("assumptions.yaml")
 
-Sheet = TypeVar("Sheet", Motor, Gear, Brake)
+SHEETS: dict[str, type[Any]] = {"motors": Motor, "gears": Gear, "brakes": Brake}  # that a study may hold itself
 
 
 def catalog_folders(form: StudyForm, folder: Path) -> list[Path]:
@@ -43,17 +43,13 @@ def resolve_catalog(form: StudyForm, ledger: Ledger) -> Catalog:
     folders = catalog_folders(form, ledger.document.folder)
     with ledger.gather(("catalogs",)):
         catalog = read_catalog(*folders) if folders else catalog  # `catalogs: []` means the study's own rows alone
-    motors = _own(form.motors, Motor, "motors", ledger)
-    gears = _own(form.gears, Gear, "gears", ledger)
-    brakes = _own(form.brakes, Brake, "brakes", ledger)
-    listed = {**catalog.motors, **catalog.gears, **catalog.brakes}
-    replaced = [key for key in (*motors, *gears, *brakes) if key in listed]
+    own = {part: _own(getattr(form, part), kind, part, ledger) for part, kind in SHEETS.items()}
+    listed = {key for part in own for key in getattr(catalog, part)}
+    replaced = [key for rows in own.values() for key in rows if key in listed]
     if replaced:
         ledger.note([f"The study's own rows replace those of the catalogue: {', '.join(replaced)}."])
-    whole = replace(
-        catalog, motors={**catalog.motors, **motors}, gears={**catalog.gears, **gears},
-        brakes={**catalog.brakes, **brakes},
-    )  # fmt: skip
+    merged: dict[str, Any] = {part: {**getattr(catalog, part), **rows} for part, rows in own.items()}
+    whole = replace(catalog, **merged)
     return whole if form.prices is None else _priced(whole, made(form.prices), ledger)
 
 
@@ -81,10 +77,8 @@ def _priced(catalog: Catalog, wanted: Prices, ledger: Ledger) -> Catalog:
     if found:
         told = f"; estimates are those of {', '.join(guessed[:MOST_NAMED])}" if guessed else ""
         ledger.note([f"{len(found)} rows without a price have that of prices.csv, in {wanted.currency}{told}."])
-    return replace(
-        catalog, motors=_with_offers(catalog.motors, found), gears=_with_offers(catalog.gears, found),
-        brakes=_with_offers(catalog.brakes, found), amplifiers=_with_offers(catalog.amplifiers, found),
-    )  # fmt: skip
+    priced: dict[str, Any] = {name: _with_offers(rows, found) for name, rows in tables.items()}
+    return replace(catalog, **priced)
 
 
 def _with_offers(rows: Mapping[str, Any], offers: Mapping[str, Offer]) -> dict[str, Any]:
@@ -96,10 +90,10 @@ def _with_offers(rows: Mapping[str, Any], offers: Mapping[str, Offer]) -> dict[s
     return {**rows, **priced}
 
 
-def _own(forms: Mapping[str, Form], kind: type[Sheet], part: str, ledger: Ledger) -> dict[str, Sheet]:
+def _own(forms: Mapping[str, Form], kind: type[Any], part: str, ledger: Ledger) -> dict[str, Any]:
     """The sheets written into the study."""
     known = {item.name for item in fields(kind)}
-    sheets: dict[str, Sheet] = {}
+    sheets: dict[str, Any] = {}
     for key, form in forms.items():
         cells: dict[str, Any] = {name: value for name, value in form.model_dump().items() if value is not None}
         converted: dict[str, Any] = dc_equivalent(cells) if kind is Motor else cells
