@@ -1,4 +1,4 @@
-"""Motions that other programs wrote, as tables: ROS 2 trajectories (YAML) and MATLAB's .mat files. Both are in SI."""
+"""Motions that other programs wrote, as tables in SI: ROS 2 trajectories (YAML), ROS bags, MATLAB's .mat files."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ IN_MATLAB = {
     "qd": ("qd", "dq", "vel", "velocity", "velocities"),
     "qdd": ("qdd", "ddq", "acc", "acceleration", "accelerations"),
 }
+BAGS = (".bag", ".db3", ".mcap")  # of ROS 1 and 2
 SHOWN = 5  # faults of one kind
 
 
 def foreign_table(path: str | Path, joint_names: Sequence[str], units: Sequence[str] | None = None) -> Table | None:
-    """The table in a ROS 2 trajectory (.yaml, .yml) or a .mat file; None for other endings."""
+    """The table in a ROS 2 trajectory (.yaml, .yml), a ROS bag or a .mat file; None for other endings."""
     reader = READERS.get(Path(path).suffix.lower())
     if reader is None:
         return None
@@ -159,6 +160,47 @@ def _real(values: Any, name: str, faults: list[Fault], file: str) -> Array:
     return np.zeros(array.shape)
 
 
+def bag_messages(file: Path, kind: str) -> list[Any]:
+    """The messages of a kind in a ROS bag, a file or its folder, in the order in which they were recorded."""
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise InputError(Fault("file", "needs rosbags", file.name, "pip install drivetrain[bags]")) from None
+    folder = file.parent if file.suffix in (".db3", ".mcap") else file
+    try:
+        with AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as reader:
+            topics = [one for one in reader.connections if one.msgtype.endswith(f"/{kind}")]
+            return [
+                reader.deserialize(raw, connection.msgtype)
+                for connection, _, raw in (reader.messages(connections=topics) if topics else ())
+            ]
+    except Exception as error:  # of many kinds, by the kind of the bag
+        raise InputError(Fault("file", f"cannot be read as a ROS bag: {error}", file.name)) from None
+
+
+def _bag(path: Path, joint_names: Sequence[str]) -> Read:
+    """Of the first trajectory of these joints that was sent, else of the positions that were measured."""
+    wanted = {*joint_names}
+    sent = next((one for one in bag_messages(path, "JointTrajectory") if wanted <= {*one.joint_names}), None)
+    if sent is not None and len(sent.points) > 1:
+        since = [point.time_from_start for point in sent.points]
+        time = np.array([one.sec + 1e-9 * one.nanosec for one in since])
+        rows = {name: [np.asarray(getattr(point, word)) for point in sent.points] for name, word in SERIES.items()}
+        n = len(sent.joint_names)
+        whole = {name: np.array(one) for name, one in rows.items() if name == "q" or all(len(row) == n for row in one)}
+        if all(len(row) == n for row in rows["q"]):
+            return list(sent.joint_names), time, whole
+    states = [one for one in bag_messages(path, "JointState") if wanted <= {*one.name}]
+    if len(states) < 2:
+        told = f"holds neither a JointTrajectory nor two JointState of {', '.join(joint_names)}"
+        raise InputError(Fault("file", told, file=str(path)))
+    stamps = np.array([one.header.stamp.sec + 1e-9 * one.header.stamp.nanosec for one in states])
+    time, kept = np.unique(stamps - stamps[0], return_index=True)
+    columns = [[list(states[k].name).index(joint) for joint in joint_names] for k in kept]
+    return joint_names, time, {"q": np.array([states[k].position[at] for k, at in zip(kept, columns, strict=True)])}
+
+
 READERS: dict[str, Callable[[Path, Sequence[str]], Read]] = {
-    ".yaml": _trajectory, ".yml": _trajectory, ".mat": _matlab,
+    ".yaml": _trajectory, ".yml": _trajectory, ".mat": _matlab, **dict.fromkeys(BAGS, _bag),
 }  # fmt: skip

@@ -53,12 +53,12 @@ def read_motion(
     position_units: Sequence[str] | None = None,
     name: str = "",
 ) -> Motion:
-    """The motion in a CSV file, a ROS 2 trajectory (.yaml) or a .mat file.
+    """The motion in a CSV file, a ROS 2 trajectory (.yaml), a ROS bag or a .mat file.
 
     Columns: ``time [s]``; per joint ``q_<joint> [deg]`` (or ``position_<joint>``, the joint's bare name, or ``q1``,
     ``q2`` in order); where known ``qd_<joint> [rad/s]`` and ``qdd_<joint> [rad/s^2]``. What is not given is
     differentiated, and the notes say how. Two rows may share an instant (a step of acceleration) when all three are
-    given. Warnings are notes that begin with "warning:". The two other formats are in SI: see ``foreign_table``.
+    given. Warnings are notes that begin with "warning:". The other formats are in SI: see ``foreign_table``.
 
     Args:
         path: The file, or its text as a stream.

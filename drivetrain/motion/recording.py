@@ -12,6 +12,7 @@ import numpy as np
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.motion.columns import Kind, assigned_columns
+from drivetrain.motion.foreign import BAGS, bag_messages
 from drivetrain.motion.read import ACCELERATION, POSITION, VELOCITY
 from drivetrain.motion.table import Column, Table, read_table
 from drivetrain.units import split_header
@@ -21,7 +22,7 @@ TORQUE = Kind("torque", ("torque", "tau", "effort"), ("N m", "N"), needed=False)
 MOTOR_TORQUE = Kind("motor_torque", ("motor_torque", "tau_motor"), ("N m",), needed=False)
 CURRENT = Kind("current", ("current", "i"), ("A",), needed=False)
 RATES = (VELOCITY, ACCELERATION, TORQUE, MOTOR_TORQUE, CURRENT)
-SUFFIXES = (".csv", ".npz", ".parquet", ".mat", ".bag", ".db3", ".mcap")
+SUFFIXES = (".csv", ".npz", ".parquet", ".mat", *BAGS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +96,7 @@ def read_recording(
     if suffix == ".csv":
         table = read_table(file)
         table = Table(table.file, tuple(_renamed(c, columns or {}) for c in table.columns), table.rows, table.faults)
-    elif suffix in (".bag", ".db3", ".mcap") or file.is_dir():
+    elif suffix in BAGS or file.is_dir():
         table = _table(file, _bag(file, joints), {})
     elif suffix in SUFFIXES:
         reader = {".npz": _npz, ".parquet": _parquet, ".mat": _mat}[suffix]
@@ -196,32 +197,18 @@ def _mat(file: Path) -> Mapping[str, Any]:
 
 def _bag(file: Path, joints: tuple[str, ...]) -> Mapping[str, Any]:
     """Of the joint states in a ROS bag."""
-    try:
-        from rosbags.highlevel import AnyReader
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError:
-        raise InputError(Fault("file", "needs rosbags", file.name, "pip install drivetrain[bags]")) from None
-    folder = file.parent if file.suffix in (".db3", ".mcap") else file
     rows: dict[str, list[float]] = {}
-    try:
-        with AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as reader:
-            topics = [one for one in reader.connections if one.msgtype.endswith("/JointState")]
-            for connection, _, raw in reader.messages(connections=topics):
-                message: Any = reader.deserialize(raw, connection.msgtype)
-                if not set(joints) <= set(message.name):
-                    continue
-                stamp = message.header.stamp
-                rows.setdefault("time [s]", []).append(stamp.sec + 1e-9 * stamp.nanosec)
-                for joint in joints:
-                    at = list(message.name).index(joint)
-                    states = (message.position, message.velocity, message.effort)
-                    for prefix, unit, values in zip(
-                        ("q", "qd", "effort"), ("rad", "rad/s", "N m"), states, strict=True
-                    ):
-                        if len(values):
-                            rows.setdefault(f"{prefix}_{joint} [{unit}]", []).append(float(values[at]))
-    except Exception as error:  # of many kinds, by the kind of the bag
-        raise InputError(Fault("file", f"cannot be read as a ROS bag: {error}", file.name)) from None
+    for message in bag_messages(file, "JointState"):
+        if not set(joints) <= set(message.name):
+            continue
+        stamp = message.header.stamp
+        rows.setdefault("time [s]", []).append(stamp.sec + 1e-9 * stamp.nanosec)
+        for joint in joints:
+            at = list(message.name).index(joint)
+            states = (message.position, message.velocity, message.effort)
+            for prefix, unit, values in zip(("q", "qd", "effort"), ("rad", "rad/s", "N m"), states, strict=True):
+                if len(values):
+                    rows.setdefault(f"{prefix}_{joint} [{unit}]", []).append(float(values[at]))
     if not rows:
         raise InputError(Fault("file", f"holds no JointState of {', '.join(joints)}", file.name))
     start = rows["time [s]"][0]
