@@ -32,7 +32,7 @@ def some_pairs(rng, offered, joint, count):
 
 def bounded(offer, pairs, **options):
     """Utilisations, energies and the line of some pairs, every one looked at."""
-    nothing, none = np.zeros(len(offer.records.pairs)), np.zeros(len(pairs), dtype=np.bool_)
+    nothing, none = np.zeros(len(offer.records.sheets.pairs)), np.zeros(len(pairs), dtype=np.bool_)
     return offer.bounded(pairs, nothing, np.zeros(len(pairs)), none, **options)[1:]
 
 

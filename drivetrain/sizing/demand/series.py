@@ -242,6 +242,19 @@ def added_by(work: Workload, joint: int, drives: Sequence[int]) -> Added:
     return Added(torque, wrench, inertia, stop, static)
 
 
+def loads_by(work: Workload, joint: int, drive: int) -> bool:
+    """Whether any number of a drive changes what a joint carries."""
+    rows = work.basis[joint].rows(drive)
+    series = [work.basis[joint].force[rows], work.basis[joint].inertia[rows]]
+    if work.basis[joint].told:
+        series.append(work.basis[joint].wrench[rows])
+    if work.study.joints[joint].brakes:
+        series.append(work.resting[joint].force[rows])
+    if work.study.joints[joint].stop.ramp is not None and work.stops is not None:
+        series.append(work.stops.joints[joint].force[rows])
+    return any(row.any() for row in series)
+
+
 def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[JointDemand, Work]:
     """The work of a joint for any drive of its own, those of the other joints in place.
 

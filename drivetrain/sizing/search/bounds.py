@@ -112,20 +112,28 @@ class Span(NamedTuple):
     # least tilting moment, axial and radial load on the output bearing [N m], [N], least torque that holds the worst
     # position still [N m], least of the largest inertia [kg m^2], torque in stops on a ramp [N m]; NaN: nobody knows
     still: Array
-    brake: Brake  # stops at the current limit
 
 
-class Offer(NamedTuple):
-    """The candidates of one joint for compiled code, K other joints' drives that load it, and its bounds' memory."""
+class Sheets(NamedTuple):
+    """What a pair's case is made of."""
 
     plain: Any  # a case of the joint, whatever its motor and gear, (1,)
     case: Any  # memory: the case of one candidate, (1,)
-    row: Array  # the same memory as plain floats, (1, floats)
     motors: Any  # records of motors and of their shafts' friction
     shafts: Any
     gears: Any  # records of gears, and whether they are none
     direct: Array
     pairs: Any  # row of motor and gear of all pairs of the study, (P, 2)
+
+
+class Offer(NamedTuple):
+    """The candidates of one joint for compiled code, K other joints' drives that load it, and its bounds' memory.
+
+    A law takes the parts that it needs: each array of what is handed on is compiled, whether it is looked at or not.
+    """
+
+    sheets: Sheets
+    row: Array  # the memory of the case as plain floats, (1, floats)
     numbers: Array  # through which each pair loads joints, (P, NUMBERS)
     load: Array  # torque without drives [N m], (N,)
     others: Any  # joints whose drives load this one, (K,)
@@ -134,12 +142,13 @@ class Offer(NamedTuple):
     sharp: Any  # in each stretch of the cycle the sample of largest acceleration, (STRETCHES,)
     few: Span  # what is possible at those, and at as many samples of large torque
     whole: Span  # at all samples
+    brake: Brake  # stops at the current limit
 
 
-def span_of(motion: Motion, friction: Friction, added: Array, share: Array, brake: Brake) -> Span:
+def span_of(motion: Motion, friction: Friction, added: Array, share: Array) -> Span:
     """A span with memory of its own."""
     shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    memory: Any = (*np.zeros((9, len(share))), new_powers(len(share)), np.full(6, np.nan), brake)
+    memory: Any = (*np.zeros((9, len(share))), new_powers(len(share)), np.full(6, np.nan))
     return Span(motion, shown, lossy, added, share, *memory)
 
 
@@ -188,25 +197,26 @@ def bound_candidates(
     the load [W/(N m)].
     """
     count, least, open_energy = 0, np.inf, 0.0
-    few, whole, own, flat = offer.few, offer.whole, len(offer.whole.added), np.zeros(len(line))
+    few, whole, sheets, brake = offer.few, offer.whole, offer.sheets, offer.brake
+    own, flat = len(whole.added), np.zeros(len(line))
     for i in range(len(pairs)):
         least = min(least, cost[i]) if exact[i] else least
-    look_closer(offer)
+    look_closer(few, whole, offer.sharp)
     if energies:
-        power_line(offer, pairs, weight != 0.0, line)
-        open_energy = energy_of_line(offer, line)
+        power_line(sheets, whole, pairs, weight != 0.0, line)
+        open_energy = energy_of_line(offer.half, offer.rows, whole.motion.weight, line)
     for i in range(len(pairs)):
         if exact[i] or cost[i] >= room or not (full or cost[i] < least):
             continue
         count += 1
-        case, row, amounts = put(offer, pairs[i]), offer.row[0], offer.numbers[pairs[i]][:own]
+        case, row, amounts = put(sheets, pairs[i]), offer.row[0], offer.numbers[pairs[i]][:own]
         set_limits(case)
         used[i] = np.inf
         if strict and first_lacking(case, row, checks, NO) >= 0:
             continue
-        used[i], heat = bound(case, row, checks, few, amounts, until, YES)
+        used[i], heat = bound(case, row, checks, few, brake, amounts, until, YES)
         if used[i] <= until:
-            used[i], heat = bound(case, row, checks, whole, amounts, until, NO)
+            used[i], heat = bound(case, row, checks, whole, brake, amounts, until, NO)
         if energies and used[i] <= until:
             energy[i] = least_energy(case, whole, heat, line)
             drawn = energy[i] - open_energy
@@ -219,23 +229,23 @@ def bound_candidates(
 
 
 @law
-def put(offer: Offer, pair: Any) -> Any:
+def put(sheets: Sheets, pair: Any) -> Any:
     """The case of a pair, with nothing found yet."""
-    motor, gear, case = offer.pairs[pair, 0], offer.pairs[pair, 1], offer.case[0]
-    offer.case[0] = offer.plain[0]
-    case.motor, case.shaft = offer.motors[motor], offer.shafts[motor]
-    case.gear, case.direct = offer.gears[gear], offer.direct[gear]
+    motor, gear, case = sheets.pairs[pair, 0], sheets.pairs[pair, 1], sheets.case[0]
+    sheets.case[0] = sheets.plain[0]
+    case.motor, case.shaft = sheets.motors[motor], sheets.shafts[motor]
+    case.gear, case.direct = sheets.gears[gear], sheets.direct[gear]
     return case
 
 
 @law
-def look_closer(offer: Offer) -> None:
+def look_closer(few: Span, whole: Span, sharp: Any) -> None:
     """Fill the few samples: of each stretch of the cycle those of largest acceleration and largest certain torque."""
-    few, whole, stretches = offer.few, offer.whole, len(offer.sharp)
+    stretches = len(sharp)
     few.powers.exponent[0] = np.nan
     length = len(whole.low) // stretches
     for k in range(2 * stretches):
-        at = offer.sharp[k % stretches]
+        at = sharp[k % stretches]
         if k >= stretches:
             first, largest = (k - stretches) * length, -np.inf
             for t in range(first, first + length):
@@ -252,21 +262,21 @@ def look_closer(offer: Offer) -> None:
 
 
 @law(fastmath=FAST)
-def energy_of_line(offer: Offer, line: Any) -> Any:
+def energy_of_line(half: Any, rows: Any, weight: Any, line: Any) -> Any:
     """What the line takes over at most: its share of what is open in the load [J]."""
-    total, weight = 0.0, offer.whole.motion.weight
-    for k in range(len(offer.others)):
-        for i in range(offer.half.shape[1]):
-            if offer.half[k, i] > 0.0:
-                row, slope = offer.rows[k, i], 0.0
+    total = 0.0
+    for k in range(half.shape[0]):
+        for i in range(half.shape[1]):
+            if half[k, i] > 0.0:
+                row, slope = rows[k, i], 0.0
                 for t in range(len(line)):
                     slope += row[t] * (line[t] * weight[t])
-                total += offer.half[k, i] * abs(slope)
+                total += half[k, i] * abs(slope)
     return total
 
 
 @law(fastmath=FAST)
-def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any, peaks: Any) -> Any:
+def bound(case: Any, row: Any, checks: Any, span: Span, brake: Brake, amounts: Any, until: Any, peaks: Any) -> Any:
     """Fill the figures of one case with their least, stage by stage; its largest utilisation, and how warm it gets."""
     gear, motor, setting, figures = case.gear, case.motor, case.setting, case.figures
     unknown = unknown_torque(case)
@@ -276,7 +286,7 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
     figures.load_torque, figures.joint_torque = found.load, found.load
     if setting.jam != 0.0:
         set_jam(case)
-    stop = least_hard_stop(case, span.brake, amounts)
+    stop = least_hard_stop(case, brake, amounts)
     figures.momentary_torque, figures.stop_motor_torque = larger(found.load, stop.load), stop.torque
     if not peaks:
         if known(span.still[5]):
@@ -466,7 +476,7 @@ def least_heat(case: Any, span: Span) -> Any:
         return LeastHeat(known_or(limit, ambient), ambient, -np.inf)
     if motor.magnet_coefficient > 0.0 or not known(limit):  # may be stronger without bound; or run away unjudged
         return LeastHeat(smaller(ambient, known_or(limit, ambient)), ambient, ambient)
-    square = mean_square(span)
+    square = mean_square(span.least, span.most, span.share)
     loss = least_housing_loss(case, span, nodes, square)
     share = resting_share(nodes, len(span.motion.periods.shares), setting.duration)
     coolest, housing, winding = ambient, 0.0, 0.0
@@ -483,10 +493,9 @@ def least_heat(case: Any, span: Span) -> Any:
 
 
 @law(fastmath=FAST)
-def mean_square(span: Span) -> Any:
+def mean_square(least: Any, most: Any, share: Any) -> Any:
     """Least mean square of the motor's torque, straight between samples [N^2 m^2]."""
-    low, high, low_after, high_after = span.least[:-1], span.most[:-1], span.least[1:], span.most[1:]
-    total, share = 0.0, span.share
+    low, high, low_after, high_after, total = least[:-1], most[:-1], least[1:], most[1:], 0.0
     for t in range(len(low)):
         a = larger(low[t], 0.0) + smaller(high[t], 0.0)
         b = larger(low_after[t], 0.0) + smaller(high_after[t], 0.0)
@@ -575,13 +584,12 @@ def certain_loss(motor: Any, magnets: Any, coolest: Any, heated: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def power_line(offer: Offer, pairs: Any, first: Any, line: Any) -> None:
+def power_line(sheets: Sheets, span: Span, pairs: Any, first: Any, line: Any) -> None:
     """How the power grows with the load at the middle of the interval: the mean over some candidates, or the first."""
-    span, count = offer.whole, min(len(pairs), SAMPLED)
-    motion, low, high, lossy = span.motion, span.low, span.high, span.lossy
+    motion, low, high, lossy, count = span.motion, span.low, span.high, span.lossy, min(len(pairs), SAMPLED)
     line[:] = 0.0
     for i in range(count):
-        case = put(offer, pairs[i if first else i * len(pairs) // count])
+        case = put(sheets, pairs[i if first else i * len(pairs) // count])
         mesh, ambient = mesh_of(case.gear), case.setting.ambient
         inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
         loss = certain_loss(case.motor, ambient, ambient, False)
@@ -638,7 +646,7 @@ def power_ends(offer: Offer, pairs: Any, least: Array, most: Array) -> None:
     motion = whole.motion
     least[:], most[:] = np.inf, -np.inf
     for pair in pairs:
-        case = put(offer, pair)
+        case = put(offer.sheets, pair)
         motor, setting = case.motor, case.setting
         least_mechanical(case, whole, offer.numbers[pair][:own], setting.gear_temperature)
         path, ambient, limit = thermal_nodes(motor, setting.mounting), setting.ambient, motor.max_winding_temperature

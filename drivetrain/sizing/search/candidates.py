@@ -29,6 +29,7 @@ from drivetrain.sizing.demand.series import (
     Work,
     added_by,
     load_of,
+    loads_by,
     new_traces,
     nothing_added,
     work_of,
@@ -38,7 +39,7 @@ from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.objectives import amplifier_price
 from drivetrain.sizing.judge.parts import Parts, parts_of
-from drivetrain.sizing.search.bounds import WIDER, Brake, Offer, bound_candidates, open_span, span_of
+from drivetrain.sizing.search.bounds import WIDER, Brake, Offer, Sheets, bound_candidates, open_span, span_of
 from drivetrain.study.model import JointTask, Study
 
 Indices = NDArray[np.int64]
@@ -169,7 +170,7 @@ class JointOffer:
 
     def cases(self, parts: Indices) -> Any:
         """Records of pairs, (K,); parts: rows of motor and gear, (K, 2)."""
-        sheets, cases, (left, right) = self.records, np.repeat(self.records.plain, len(parts)), parts.T
+        sheets, cases, (left, right) = self.records.sheets, np.repeat(self.records.sheets.plain, len(parts)), parts.T
         cases["motor"], cases["shaft"] = sheets.motors[left], sheets.shafts[left]
         cases["gear"], cases["direct"] = sheets.gears[right], sheets.direct[right]
         return cases
@@ -194,7 +195,7 @@ class JointOffer:
             if loads.start.size:
                 found[at] = self._least(loads, low, high).max()
         if self.brake.start.size:
-            memory = whole.brake
+            memory = self.records.brake
             least, most = self._ends(self.brake, low, high)
             for ends, *found_ends in zip((memory.torque, memory.static, memory.inertia), least, most, strict=True):
                 ends[:] = found_ends
@@ -305,9 +306,9 @@ class JointOffer:
     def take(self, amplifier: Amplifier | None) -> None:
         """An amplifier for the bounds; None: one that allows what any of the joint's allows."""
         if self.task.amplifiers:
-            put_amplifier(self.records.plain, amplifier or self.task.amplifier, self.task)
+            put_amplifier(self.records.sheets.plain, amplifier or self.task.amplifier, self.task)
             if amplifier is None:  # it allows most, and so brakes hardest: another may brake less
-                self.records.plain["setting"]["stop_current"] = math.nan
+                self.records.sheets.plain["setting"]["stop_current"] = math.nan
 
     def _few(self, low: Array, high: Array) -> Indices:
         """In each stretch of the cycle the samples that ask most: of acceleration, and of torque at least."""
@@ -402,8 +403,7 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
         demand = replace(demand, wrench=None)
     basis = work.basis[joint] if work.basis else None
     loading = () if basis is None else basis.drives
-    added = {k: added_by(work, joint, [k]) for k in loading}
-    others = [k for k in loading if k != joint and any(row.any() for row in added[k])]
+    others = [k for k in loading if k != joint and loads_by(work, joint, k)]
     nothing = nothing_added(load_of(replace(demand, wrench=None)))
     rows = nothing if basis is None else added_by(work, joint, others)
     own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
@@ -435,12 +435,14 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
         study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((min(len(shafts), 1), 2), dtype=np.int64)
     )
     case, friction, (sheets, direct) = plain.copy(), study.joints[joint].friction, gears
+    pairs, numbers = every
     records = Offer(
-        plain, case, as_numbers(case), parts.motor_rows, shafts, sheets, direct, *every, offered.load.torque,
-        np.array(others, dtype=np.int64), rows.torque.reshape(len(others), NUMBERS, len(cycle.time)),
-        np.zeros((len(others), NUMBERS)), _peaks(np.abs(demand.acceleration)),
-        span_of(few.motion, friction, np.zeros((len(own.torque), size)), np.zeros(size), brake),
-        span_of(offered.motion, friction, own.torque, share, brake),
+        Sheets(plain, case, parts.motor_rows, shafts, sheets, direct, pairs), as_numbers(case), numbers,
+        offered.load.torque, np.array(others, dtype=np.int64),
+        rows.torque.reshape(len(others), NUMBERS, len(cycle.time)), np.zeros((len(others), NUMBERS)),
+        _peaks(np.abs(demand.acceleration)),
+        span_of(few.motion, friction, np.zeros((len(own.torque), size)), np.zeros(size)),
+        span_of(offered.motion, friction, own.torque, share), brake,
     )  # fmt: skip
     swung = UNASKED
     if plain["setting"]["resonance"].any() and offered.load.inertia.size:
