@@ -161,7 +161,7 @@ def random_springs(make, seed):
     cycle = make.sines(2, samples=31, duration=4.0, size=0.6)
     return make.study(
         cycle, arm=arm, joints=tasks, catalog=Catalog({"m1": make.motor}, gears), stiffness=wish,
-        wanted=Wanted(sets=3),
+        wanted=Wanted(sets=3), drive_mass=(DriveMass.ADDED, DriveMass.INCLUDED)[seed % 3 == 0],
     )  # fmt: skip
 
 
