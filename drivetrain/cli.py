@@ -47,6 +47,8 @@ COLLECT_AFTER = 100_000  # new objects
 
 def main() -> None:
     """Run the command that the command line names."""
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")  # numpy is not loaded yet; its threads only wait on matrices as small as these
     gc.set_threshold(COLLECT_AFTER, 20, 100)  # a tenth of the time to compile goes into looking for garbage otherwise
     try:
         app()

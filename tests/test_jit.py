@@ -97,31 +97,33 @@ def test_where_nothing_can_be_written_it_compiles_in_memory(package: Path) -> No
     assert used(package, PYTHONDONTWRITEBYTECODE="1") == (6.0, 0)
 
 
-@pytest.mark.parametrize("pattern", ["*.nbi", "*.nbc"])
-@pytest.mark.parametrize("killed", [False, True])
-def test_damaged_files_are_thrown_away(package: Path, pattern: str, killed: bool) -> None:
+def test_damaged_files_are_thrown_away(package: Path) -> None:
     """Cut off, emptied, foreign; where the process that wrote them ended in peace, changed in one bit too."""
     assert used(package) == (6.0, 0)
     (folder,) = (package / "__pycache__" / "kernels").iterdir()
-    (file,) = folder.rglob(pattern)
-    whole = file.read_bytes()
+    files = [next(folder.rglob(pattern)) for pattern in ("*.nbi", "*.nbc")]
     jit._drop_damaged(folder)
-    assert file.exists()
-    flipped = bytes([*whole[:200], whole[200] ^ 1, *whole[201:]])
-    if killed:
-        (folder / jit.SUMS).unlink()
-    for damaged in (b"", b"no cache" * 100, whole[:100]) if killed else (b"", b"no cache" * 100, whole[:100], flipped):
-        file.write_bytes(damaged)
-        jit._drop_damaged(folder)
-        assert not file.exists()
-    file.write_bytes(damaged)
-    assert used(package) == (6.0, 0)
+    for killed in (False, True):
+        if killed:
+            (folder / jit.SUMS).unlink()
+        for file in files:
+            whole = file.read_bytes()
+            flipped = bytes([*whole[:200], whole[200] ^ 1, *whole[201:]])
+            for damaged in (b"", b"no cache" * 100, whole[:100], *([] if killed else [flipped])):
+                file.write_bytes(damaged)
+                jit._drop_damaged(folder)
+                assert not file.exists()
+            file.write_bytes(whole)
+    for file in files:
+        whole = file.read_bytes()
+        file.write_bytes(whole[:100])
+        assert used(package) == (6.0, 0)
     assert used(package) == (6.0, 1)
 
 
 def test_two_first_runs_at_once(package: Path) -> None:
-    with ThreadPoolExecutor(4) as pool:
-        assert {value for value, _ in pool.map(lambda _: used(package), range(4))} == {6.0}
+    with ThreadPoolExecutor(2) as pool:
+        assert {value for value, _ in pool.map(lambda _: used(package), range(2))} == {6.0}
     assert used(package) == (6.0, 1)
 
 

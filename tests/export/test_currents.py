@@ -32,9 +32,12 @@ def ur5():
 
 @pytest.fixture(scope="module")
 def wide(ur5):
-    """The same behind amplifiers of 100 A."""
+    """The same behind amplifiers of 100 A, every eighth sample."""
     joints = tuple(replace(task, amplifier=replace(task.amplifier, peak_current=100.0)) for task in ur5.study.joints)
-    return evaluate(replace(ur5.study, joints=joints), ur5.drives)
+    cycle = ur5.study.cycle
+    names = ("time", "position", "velocity", "acceleration", "payload", "segment")
+    few = replace(cycle, **{name: getattr(cycle, name)[::8] for name in names})
+    return evaluate(replace(ur5.study, joints=joints, cycle=few), ur5.drives)
 
 
 def amperes_of(unit: str) -> float:

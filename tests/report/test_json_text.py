@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import drivetrain.report
@@ -32,6 +32,7 @@ LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_s
 TREES = st.recursive(LEAVES, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner))
 
 
+@settings(max_examples=30)
 @given(st.dictionaries(st.text(max_size=3), TREES))
 def test_anything_plain_is_strict_json(data: dict[str, object]) -> None:
     strictly(json_text(data))

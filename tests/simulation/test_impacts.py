@@ -119,7 +119,7 @@ PIECES = gear_spring(Gear("g", 1.0, stiffness_1=1e4, torque_1=5.0, stiffness_2=3
 def test_the_mean_along_a_step_is_that_of_many_instants(flanks: tuple[float, float]) -> None:
     rng = np.random.default_rng(3)
     h = 1e-3
-    for _ in range(40):
+    for _ in range(15):
         twist, rate, damping = rng.uniform(-3e-3, 3e-3), rng.uniform(-5.0, 5.0), rng.uniform(0.0, 8.0)
         way = twist + h * rate * (np.arange(20000) + 0.5) / 20000 - 0.5 * h * rate
         wanted = np.mean([touch(PIECES, flanks, damping, at, rate)[0] for at in way])

@@ -79,7 +79,7 @@ def given_lack(study: Study, evaluation) -> bool:
     return {gap.joint for gap in gaps(evaluation)} <= given_names
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 10**6), weights=st.sampled_from([MASS, PRICE, ENERGY]))
 @example(seed=199, weights=MASS)  # given drives of unknown torque, which would run away on what is known of it
 def test_the_search_and_the_evaluation_see_one_world(make, seed, weights):

@@ -44,7 +44,7 @@ def figures(study, drives, draws):
 def test_every_kind_of_task_is_judged_as_evaluate_does(make, kind):
     """The same judge on the same numbers, whether they come as a study of their own or as records: to rounding."""
     seen = set()
-    for seed in range(12):
+    for seed in range(6):
         study, drives = case(make, kind, seed)
         draws = drawn(study, 2, seed)
         used, supply = figures(study, drives, draws)

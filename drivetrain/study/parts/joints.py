@@ -246,12 +246,12 @@ def _check_second_motor(around: Surroundings, index: int, form: JointForm, place
         if form.preload is not None:
             ledger.fault((*place, "preload"), "goes with two motors on the axis", hint="motors: 2 beside it")
         return
-    beside: dict[str, Any] = {
+    beside = {
         "closures": around.form.closures,
         "a base that moves": around.form.base,
+        "coupled joints": arm is not None and arm.coupling is not None,
         "a free_ratio": form.free_ratio,
     }
-    beside |= {"coupled joints": arm is not None and arm.coupling is not None, "free_ratio": form.free_ratio}
     for what in (name for name, there in beside.items() if there):
         ledger.fault((*place, "motors"), f"must be 1 with {what}: two on one axis are not computed there", form.motors)
     if form.mount.carrier == "child":
