@@ -48,9 +48,9 @@ def plain(cycle, loss, *, motor: Motor = MOTOR) -> PeriodicTemperature:
     return periodic_temperature(network(motor), motor, time, motor.torque_constant * current, housing_loss=loss)
 
 
-def generators(cycle, loss, scale: float):
+def generators(cycle, loss, scale: float, slow: float = 40000.0):
     """(step, rate of (winding, housing, 1)) of every interval, from the heat balance; scale: of the current."""
-    steps, winding, housing = np.diff(cycle[0]), 8.0 / 1.9, 40000.0 / 4.65
+    steps, winding, housing = np.diff(cycle[0]), 8.0 / 1.9, slow / 4.65
     found = []
     for k in np.flatnonzero(steps):
         a, b = scale * cycle[1][k : k + 2]
@@ -97,6 +97,28 @@ def test_a_long_alternation_is_the_mix():
     assert found.mean_housing == pytest.approx(housing, abs=0.2)
     assert found.magnet_temperature == pytest.approx(found.mean_housing, abs=1e-5)
     assert found.converged and not found.runaway
+
+
+def mean_housing(cycle, loss, scale: float, slow: float):
+    """Of a cycle repeated for ever, and what a watt more in the housing adds: integrals of matrix exponentials."""
+    whole, total = np.eye(4), np.zeros((4, 4))  # of winding, housing, 1, watts
+    for step, matrix in generators(cycle, loss, scale, slow):
+        rates = np.zeros((8, 8))
+        rates[:3, :3], rates[1, 3], rates[4:, :4] = matrix, 4.65 / slow, np.eye(4)
+        moved = expm(rates * step)
+        total, whole = total + moved[4:, :4] @ whole, moved[:4, :4] @ whole
+    start = np.linalg.solve(np.eye(2) - whole[:2, :2], whole[:2, 2:])
+    return total[1] @ np.vstack([start, np.eye(2)]) / cycle[0][-1]
+
+
+def test_a_housing_as_quick_as_its_cycles():
+    """Each part gives the housing, or takes, what brings its mean to that of all; over the use that is nothing."""
+    shares = np.array([0.4, 0.6])
+    found = mixed(tuple(shares), motor=dataclasses.replace(MOTOR, housing_time_constant=6.0))
+    scale = 1.0 / (1.0 - 0.001 * (found.magnet_temperature - 25.0))
+    own = np.array([mean_housing(cycle, loss, scale, 6.0) for cycle, loss in zip((HARD, MILD), LOSS, strict=True)])
+    weight = shares / own[:, 1]
+    assert found.mean_housing == pytest.approx(weight @ own[:, 0] / weight.sum(), abs=1e-4)
 
 
 @pytest.mark.parametrize("counts", [(1, 3), (2, 6), (10, 32)])

@@ -185,6 +185,13 @@ def test_bang_bang_with_segments_of_five_milliseconds(solver: Rodas4) -> None:
     np.testing.assert_allclose(found.final, [place, speed], atol=1e-9)
 
 
+@pytest.mark.parametrize("rate", [0.05, 5.0])
+def test_what_is_too_small_to_matter_grows_as_it_does(rate: float) -> None:
+    """Far below its tolerance a state is not damped away, however slowly it grows."""
+    found = integrate(Rodas4(1e-6, 1e-6), lambda t, x: rate * x, [1e-12], [0.0, 30.0 / rate])
+    assert found.states[-1, 0] == pytest.approx(1e-12 * math.exp(30.0), rel=0.02)  # steps of 1/rate: 3.5e-4 each
+
+
 def test_python_right_hand_sides_too() -> None:
     """The same method through the common interface, with jumps, corrections and instants within steps."""
 
