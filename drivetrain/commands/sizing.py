@@ -237,8 +237,10 @@ def _summarise(study: Study, *, errors: bool) -> None:
         errors=errors,
     )
     for task in study.joints:
-        given = "no drive given" if task.drive is None else " + ".join(key for key in task.drive if key)
-        say(f"  {task.name}: {given}; {len(task.pairs)} pairs may be chosen", errors=errors)
+        told = f"no drive given; {len(task.pairs)} pairs may be chosen"
+        if task.drive is not None:
+            told = f"{' + '.join(key for key in task.drive if key)} given"
+        say(f"  {task.name}: {told}", errors=errors)
     for names, counts in passed_over(study.joints):
         for line in (f"candidates of {names}:", *(f"  {count}" for count in counts)):
             say(f"  {line}", errors=errors)

@@ -14,13 +14,13 @@ from drivetrain.report.quantities import DASH, convert, number, percent, printed
 from drivetrain.sizing.judge.missing import gap_lines, uncounted
 from drivetrain.sizing.judge.missing import gaps as missing_gaps
 from drivetrain.sizing.judge.objectives import drive_price
+from drivetrain.sizing.judge.words import AMPERES
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.parts.mounting import drive_mass
 from drivetrain.study.parts.verdicts import Check, Verdict, lacking, shared_place
 
 NOTHING = "Nothing could be checked: the data sheets lack values."
-AMPERES = {"dc": "", "rms": "rms", "peak": "amplitude"}
 
 DRIVE_MASS = {
     DriveMass.ADDED: "The arm's links are bare: stator, rotor and gear of every drive load every joint before it.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -139,8 +140,9 @@ def test_the_safe_current_is_the_largest_one(two_links):
     study = stopped(two_links, current=20.0)
     told = check(evaluate(study), "j1", MOMENTARY)
     assert told.verdict is Verdict.FAIL
-    safe = float(told.remark.split("a stop current up to ")[1].split(" A")[0])
-    used = [check(evaluate(stopped(two_links, current=safe * f)), "j1", MOMENTARY).utilisation for f in (0.98, 1.02)]
+    safe = float(re.search(r"a stop current up to ([\d.]+) A \(DC\) ", told.remark).group(1))
+    found = [check(evaluate(stopped(two_links, current=safe * f)), "j1", MOMENTARY) for f in (0.98, 1.02)]
+    used = [one.required / one.available for one in found]
     assert used[0] < 1.0 < used[1]
 
 

@@ -32,6 +32,7 @@ from drivetrain.study.model import JointTask, Safety, Study
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
 CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
+TITLES = {"key", "maker", "series", "part_number", "source"}  # of a row, told above its numbers
 MOST_SHOWN = 8  # candidates a list; the file rejected.csv holds them all
 
 
@@ -172,17 +173,13 @@ def part(record: Motor | Gear | Brake) -> Part:
     """A catalogue row: every known number in SI."""
     listed = {Motor: MOTOR_COLUMNS, Gear: GEAR_COLUMNS, Brake: BRAKE_COLUMNS}[type(record)]
     columns = {column.name: column for column in listed}
-    skipped = {"key", "maker", "series", "part_number", "source", "brake"}
     known, missing = [], []
-    for field in fields(record):
-        value = getattr(record, field.name)
-        spoken = field.name.replace("_", " ")
-        if field.name in skipped:
-            continue
+    for name in (field.name for field in fields(record) if field.name in columns.keys() - TITLES):
+        value, spoken = getattr(record, name), name.replace("_", " ")
         if value is None:
             missing.append(spoken)
         else:
-            known.append((spoken, _cell(value), *_described(columns.get(field.name))))
+            known.append((spoken, _cell(value), *_described(columns[name])))
     return Part(
         identity(record) or record.key or "direct drive", record.key, record.source, tuple(known), ", ".join(missing)
     )
@@ -213,10 +210,8 @@ def _cell(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, int | float) else str(value)
 
 
-def _described(column: Column | None) -> tuple[str, str]:
+def _described(column: Column) -> tuple[str, str]:
     """A column's unit and meaning."""
-    if column is None:
-        return "", ""
     return ("°C" if column.unit in ("degC", "C") else "" if column.unit == "1" else column.unit), column.meaning
 
 

@@ -319,11 +319,11 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "arm stop at full current", "N m", "torque", "gear.momentary_torque", STOP, "momentary peak torque",
-        "safety.peak_torque", formula=f"{MARCHED} G kt i + drag",
+        "safety.peak_torque", formula=f"{MARCHED}G kt i + drag",
     ),
     Requirement(
         "arm power failure", "N m", "torque", "gear.momentary_torque", STOP, "momentary peak torque",
-        "safety.peak_torque", formula=f"{MARCHED} drag alone, and from its engage time on the brake's static torque",
+        "safety.peak_torque", formula=f"{MARCHED}drag alone, and from its engage time on the brake's static torque",
     ),
     Requirement(
         "arm power failure heat", "J", "energy", "motor.brake.energy_per_stop", STOP, "energy per stop of the brake",

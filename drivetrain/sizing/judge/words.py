@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.drive.amplifier import Amplifier
+from drivetrain.drive.amplifier import Amplifier, from_dc
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import friction_curve
 from drivetrain.drive.gear import Gear, drag_factor, mesh_of, torque_exponent
@@ -19,6 +19,7 @@ from drivetrain.records import known
 from drivetrain.sizing.judge.cases import rests_on_gear, stop_temperature
 
 STANDS = "the joint never moves: one phase may carry the amplitude, sqrt(2) times its RMS"
+AMPERES = {"dc": "DC", "rms": "rms", "peak": "amplitude"}
 NO_SHORT_TIME = "a short-time limit is not in the catalogue row"
 
 
@@ -137,10 +138,17 @@ def _hard_stop(op: Any) -> str:
     swing = overshoot(case.gear.stiffness_1, inertia, rotor, case.setting.stop_rise)
     peak = op.judgement.work.traces.stop[at]
     return (
-        f"stop of this joint at {case.setting.stop_current:.3g} A (DC) from t = {demand.time[at]:.4g} s at "
+        f"stop of this joint at {amperes(op, case.setting.stop_current)} from t = {demand.time[at]:.4g} s at "
         f"{math.degrees(speed):.3g} deg/s: {abs(found.torque):.4g} N m rigid, {peak:.4g} N m with the "
         f"swing of the spring (at most {100 * swing:.3g} %); at rest {ends}; {_travel(op)}"
     )
+
+
+def amperes(op: Any, current: float) -> str:
+    """A DC-equivalent current, in the ampere of the study first where that is another."""
+    basis = op.task.amplifier.current_basis
+    told = f"{current:.3g} A (DC)"
+    return told if basis == "dc" else f"{from_dc(current, basis):.3g} A {AMPERES[basis]} ({told})"
 
 
 def _travel(op: Any) -> str:
@@ -173,10 +181,10 @@ def _safe_current(op: Any) -> str:
     safe, holding = safe_stop_current(op)
     if safe >= op.number("setting.stop_current"):
         return ""
-    told = (
-        f"; a stop current up to {safe:.3g} A keeps the gear safe" if safe > 0.0 else "; no stop current keeps it safe"
-    )
-    told += f", {holding:.3g} A hold the load"
+    told = "; no stop current keeps it safe"
+    if safe > 0.0:
+        told = f"; a stop current up to {amperes(op, safe)} keeps the gear safe"
+    told += f", {amperes(op, holding)} hold the load"
     return (
         told if safe >= holding else f"{told}: no current does both, so let stops follow a ramp (stop: {{ramp: ...}})"
     )
@@ -211,7 +219,13 @@ def peaks(op: Any, row: Any) -> Words:
         return Words("", "how many momentary peaks this kind of gear permits is not known, or not what a stop needs")
     travel = math.degrees(op.number("figures.stop_travel"))
     source = "10^4 waves of the flexspline, Harmonic Drive catalogue SHG, p. 30"
-    return Words(source, f"{task.stop.stops_per_day:g} stops a day, each over at most {travel:.3g} deg of travel")
+    torque, factor = op.number("figures.stop_torque"), op.number("safety.peak_torque")
+    return Words(
+        source,
+        f"a stop takes {torque:.4g} N m x {factor:g} = {factor * torque:.4g}, above the repeated peak torque of "
+        f"{op.number('limits.repeated_peak_torque'):.4g}; {task.stop.stops_per_day:g} stops a day, each over at most "
+        f"{travel:.3g} deg of travel",
+    )
 
 
 def jam(op: Any, row: Any) -> Words:

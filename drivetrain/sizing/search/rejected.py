@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 
 from drivetrain.arrays import Array
+from drivetrain.drive.amplifier import from_dc
 from drivetrain.records import as_numbers
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.arm_stops import asks_stops
@@ -24,6 +25,7 @@ from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.missing import gaps, missing_words
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.judge.vary import MOST, Vary, first_edge, named_drives, task_number, worst_of_set
+from drivetrain.sizing.judge.words import AMPERES
 from drivetrain.sizing.results import Evaluation, RejectedPair
 from drivetrain.sizing.search.candidates import TABLE, Indices, candidates
 from drivetrain.sizing.search.problem import Problem, problem
@@ -256,7 +258,11 @@ def _figures(check: Check) -> str:
     required, available = (math.nan if v is None else v for v in (check.required, check.available))
     over = 100.0 * ((check.utilisation or 0.0) - 1.0)
     excess = f"{over:.3g} % over" if math.isfinite(over) else "without bound"
-    return f"{required:.4g} of {available:.4g} {check.unit} ({excess})"
+    factor = "" if check.factor == 1.0 else f"; the factor {check.factor:g} is in it"
+    if check.unit != "A":
+        return f"{required:.4g} of {available:.4g} {check.unit} ({excess}{factor})"
+    entered = [float(from_dc(value, check.current_basis)) for value in (required, available)]
+    return f"{entered[0]:.4g} of {entered[1]:.4g} A {AMPERES[check.current_basis]} ({excess}{factor})"
 
 
 def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:
