@@ -47,7 +47,7 @@ def check(evaluation, name):
 def two_links(make):
     """Two joints whose drives weigh nothing, without friction; the springs' swing is cut off by a slow rise."""
     gear = replace(make.gear, efficiency=0.7, momentary_torque=60.0, stiffness_1=2e4)
-    motor = replace(make.motor, no_load_current=None, no_load_speed=None)
+    motor = replace(make.motor, no_load_current=None, no_load_speed=None, coulomb_friction=0.0, viscous_friction=0.0)
     arm = make.planar_arm([0.4, 0.35], [2.0, 1.0])
     study = make.study(make.sines(2, samples=61, size=0.9), arm=arm, drive_mass=DriveMass.INCLUDED)
     catalog = Catalog({"m1": motor}, {"g1": gear})

@@ -57,6 +57,7 @@ def test_search_is_brute_force():
     """Every set of the four joints, judged one by one, of two pairs each."""
     data = document()
     data["joints"]["default"]["candidates"]["motors"]["keys"] = ["servo_5"]
+    data["motors"]["servo_5"] |= {"coulomb_friction": "0.2 N m", "viscous_friction": "5e-4 N m s/rad"}
     data["joints"]["default"]["candidates"]["gears"]["keys"] = ["cycloid_1200", "cycloid_2500"]
     small = load_study(data)
     sets = itertools.product(*(task.pairs for task in small.joints))

@@ -37,7 +37,7 @@ def two_links(make):
     """Two joints whose drives weigh nothing, frictionless; the gears bear little and lose 30 %."""
     arm = make.planar_arm([0.4, 0.35], [2.0, 1.0])
     gear = replace(make.gear, efficiency=0.7, momentary_torque=30.0)
-    motor = replace(make.motor, no_load_current=None, no_load_speed=None)
+    motor = replace(make.motor, no_load_current=None, no_load_speed=None, coulomb_friction=0.0, viscous_friction=0.0)
     study = make.study(make.sines(2, samples=61, size=0.9), arm=arm, drive_mass=DriveMass.INCLUDED)
     catalog = replace(study.catalog, motors={"m1": motor}, gears={"g1": gear})
     tasks = tuple(replace(task, friction=Friction()) for task in study.joints)
