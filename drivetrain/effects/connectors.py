@@ -146,6 +146,7 @@ class World:
     kinetic_energy: float
     potential_energy: float
     payload_energy: float  # that payloads have brought or taken [J]
+    payloads_passed: int  # how many of them are counted in it [-]
     tries: int  # how often this step has been solved before [-]
     again: int  # set by an effect that must tell something else for this step
     longest: float  # set by an effect: the step that it can follow [s]

@@ -279,13 +279,16 @@ def _energy_at(run: Run, t: float) -> float:
 
 @part
 def pass_payloads(run: Run, t: float) -> None:
-    """Payloads that come or go at an instant bring or take their energy."""
-    payloads = carray(run[AT.payloads], count_of(run, AT.payloads), PAYLOAD)
-    for k in range(1, len(payloads)):
+    """Payloads that come or go at an instant bring or take their energy, each once."""
+    payloads, world = carray(run[AT.payloads], count_of(run, AT.payloads), PAYLOAD), world_of(run)
+    for k in range(world.payloads_passed + 1, len(payloads)):
         instant = payloads[k].time
-        if 0.0 < instant and abs(instant - t) <= 1e-9 * max(1.0, t):
-            world_of(run).payload_energy -= _energy_at(run, np.nextafter(instant, -math.inf))
-            world_of(run).payload_energy += _energy_at(run, max(t, instant))
+        if instant > t + 1e-9 * max(1.0, t):
+            break
+        if instant > 0.0:
+            world.payload_energy -= _energy_at(run, np.nextafter(instant, -math.inf))
+            world.payload_energy += _energy_at(run, max(t, instant))
+        world.payloads_passed = k
 
 
 @part

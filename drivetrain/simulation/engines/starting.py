@@ -21,6 +21,7 @@ from drivetrain.simulation.recording import Event
 
 PASSES = 6  # states that depend on states that depend on states
 NEGLIGIBLE = 1e-6  # of a current
+STILL = 1e-6  # rad/s^2 or m/s^2, below which what friction holds only seems to move
 
 
 def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
@@ -176,7 +177,9 @@ def sinking(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
             continue
         moved = row[f"{joint}.{s.COMMAND_SPEED.name}"] or row[f"{joint}.{s.COMMAND_ACCELERATION.name}"]
         asked, flows = _holding(row, plan, joint, motor), row.get(f"{joint}.{s.CURRENT.name}", 0.0)
-        gives_way = row[f"{joint}.{s.ACCELERATION.name}"] * _load(row, joint) < 0.0
+        ratio = plan.body.ratios[plan.scene.joints.index(joint)]
+        moves = row.get(f"{joint}.{s.MOTOR_ACCELERATION.name}", ratio * row[f"{joint}.{s.ACCELERATION.name}"]) / ratio
+        gives_way = moves * _load(row, joint) < 0.0 and abs(moves) > STILL
         if not moved and gives_way and abs(asked) > (1.0 + NEGLIGIBLE) * abs(flows):
             detail = f"{joint} gives way though nothing is commanded: {asked:.3g} A would hold it, {flows:.3g} A flow"
             events.append(Event(0.0, "start", detail))
