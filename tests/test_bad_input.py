@@ -169,6 +169,11 @@ def test_no_catalogue_means_none(run: Run, tmp_path: Path) -> None:
     text = STUDY.replace("candidates: {pairs: [{motor: good, gear: good}]}", "candidates: {pairs: all}")
     (tmp_path / "door.yaml").write_text(text, encoding="utf-8")
     assert "door: no drive given; 1 pairs may be chosen" in run("check", "door.yaml")[1]
+    none = STUDY.replace(
+        "candidates: {pairs: [{motor: good, gear: good}]}", "candidates: {motors: {mass: [90 kg, null]}}"
+    )
+    (tmp_path / "door.yaml").write_text(none, encoding="utf-8")
+    assert "the study can be read, but nothing can be chosen for door" in run("check", "door.yaml")[1]
 
 
 @pytest.mark.parametrize("cell", CELLS)

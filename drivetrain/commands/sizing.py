@@ -246,4 +246,10 @@ def _summarise(study: Study, *, errors: bool) -> None:
             say(f"  {line}", errors=errors)
     warnings_first = sorted(study.notes, key=lambda note: not note.startswith("warning:"))
     listed("warnings and notes", warnings_first, most=MOST_NOTES)
-    say("the study can be used", errors=errors)
+    barred = [task.name for task in study.joints if task.drive is None and not task.pairs]
+    told = (
+        f"the study can be read, but nothing can be chosen for {', '.join(barred)}"
+        if barred
+        else "the study can be used"
+    )
+    say(told, errors=errors)

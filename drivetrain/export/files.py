@@ -16,6 +16,7 @@ def write_text(path: str | Path, text: str) -> Path:
     """
     place = Path(path)
     try:
+        place.parent.mkdir(parents=True, exist_ok=True)
         write_whole(place, text)
     except OSError as error:
         raise refusal(error, "path", place) from None

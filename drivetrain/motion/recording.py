@@ -191,7 +191,7 @@ def _mat(file: Path) -> Mapping[str, Any]:
         return {key: value for key, value in loadmat(file).items() if not key.startswith("__")}
     except NotImplementedError:
         raise InputError(Fault("file", "is a .mat of version 7.3", file.name, "save it with -v7")) from None
-    except (OSError, ValueError, TypeError) as error:
+    except Exception as error:  # what the reader of a damaged file raises is of many kinds
         raise InputError(Fault("file", f"cannot be read as .mat: {error}", file.name)) from None
 
 

@@ -198,7 +198,8 @@ def overall_sentence(evaluation: Evaluation) -> str:
     found = binding_place(evaluation)
     if found is None and evaluation.verdict is Verdict.FAIL:
         told = next(check.remark or check.name for check in evaluation.shared if check.verdict is Verdict.FAIL)
-        return f"{told[0].upper()}{told[1:]}."
+        named = told.partition(" ")[0] in {task.name for task in evaluation.study.joints}
+        return f"{told if named else told[0].upper() + told[1:]}."
     if found is None:
         return NOTHING
     place, check = found

@@ -330,6 +330,11 @@ class Selection:
         return bool(self.drives) and self.evaluation.feasible
 
     @property
+    def checks(self) -> pd.DataFrame:
+        """Every check of the chosen drives, as ``evaluation.checks``."""
+        return self.evaluation.checks
+
+    @property
     def sets(self) -> pd.DataFrame:
         """The best sets as a table, best first: objective, criteria, then motor and gear of each joint."""
         from drivetrain.sizing.tables import set_table

@@ -12,6 +12,7 @@ from scipy.io import savemat
 
 from drivetrain.errors import InputError
 from drivetrain.motion.read import read_motion
+from drivetrain.motion.recording import read_recording
 
 JOINTS = ("pan", "lift")
 TIME = np.linspace(0.0, 2.0, 81)
@@ -122,7 +123,8 @@ def test_mat_files_that_are_none(tmp_path: Path, held: dict, told: str) -> None:
 def test_files_that_are_no_mat_files(tmp_path: Path) -> None:
     for content in (b"", b"MATLAB 5.0", b"\x89HDF\r\n\x1a\n" + b"\0" * 600, bytes(range(256)) * 4):
         (tmp_path / "move.mat").write_bytes(content)
-        with pytest.raises(InputError):
-            read_motion(tmp_path / "move.mat", JOINTS)
+        for read in (read_motion, read_recording):
+            with pytest.raises(InputError):
+                read(tmp_path / "move.mat", JOINTS)
     with pytest.raises(InputError, match="cannot be read"):
         read_motion(tmp_path / "missing.mat", JOINTS)

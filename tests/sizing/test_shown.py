@@ -66,6 +66,7 @@ def test_tables_hold_what_the_objects_hold(selection: Any) -> None:
         assert row.utilisation == check.utilisation or (np.isnan(row.utilisation) and check.utilisation is None)
     assert "time [s]" in checks and checks.attrs["units"]["required"] == "unit"
 
+    pd.testing.assert_frame_equal(selection.checks, checks)
     sets = selection.sets
     assert len(sets) == len(selection.best_sets) == 3
     assert sets["objective"].tolist() == [one.objective for one in selection.best_sets]
