@@ -318,7 +318,9 @@ def test_a_failure_leaves_the_old_file(tmp_path: Path) -> None:
         write_urdf(random_arm(0), path, tip="link_1")
     assert path.read_text(encoding="utf-8") == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["arm.urdf"]
+    write_urdf(random_arm(0), tmp_path / "new" / "arm.urdf")
+    assert (tmp_path / "new" / "arm.urdf").is_file()
     with pytest.raises(InputError, match="cannot be written"):
-        write_urdf(random_arm(0), tmp_path / "missing" / "arm.urdf")
+        write_urdf(random_arm(0), path / "below_a_file.urdf")
     with pytest.raises(InputError, match="cannot be written"):
         write_urdf(random_arm(0), tmp_path)

@@ -79,7 +79,7 @@ def test_a_selection_in_which_no_joint_has_a_drive_still_has_a_page(selection: S
     assert "FAIL" in page and "no motor of the catalogue may drive it" in page
     assert json.loads(result_json(found))["verdict"] == "FAIL"
     assert any("no motor" in line.plain for line in verdict_lines(found))
-    assert "Elbow has no candidate." in [line.plain for line in verdict_lines(found)]
+    assert "elbow has no candidate." in [line.plain for line in verdict_lines(found)]
     cells = [list(column.cells) for column in verdict_table(nothing).columns]
     assert cells[0] == ["catalogue"] and cells[-1] == ["candidates of elbow"]
     assert "\u221e" not in page + "".join(str(cell) for column in cells for cell in column)
