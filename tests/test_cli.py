@@ -207,6 +207,8 @@ def test_currents(run: Run, write: Write, tmp_path: Path) -> None:
     header = (tmp_path / "deep" / "currents.csv").read_text(encoding="utf-8").splitlines()[0]
     assert header.startswith("time [s],joint,current [A]")
     assert run("currents", write(), "--rate", "100 Hz", "--out", "fast.csv")[0] == 0
+    code, _, errors = run("currents", write(), "--out", "c.h")
+    assert code == 2 and "must end in .csv without --scale" in errors
     head, columns = (tmp_path / "fast.csv").read_text(encoding="utf-8").splitlines()[:2]
     assert head == "# rate: 100 Hz, order of hold between samples: 1" and columns == header
 
