@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, NamedTuple, TypeVar
 
@@ -211,6 +211,16 @@ def best_of(amplifiers: Sequence[Amplifier]) -> Amplifier:
 def rates_supply(amplifier: Amplifier) -> bool:
     """Whether it should say which supply it bears: those of a catalogue, and those that say so."""
     return bool(amplifier.key) or (amplifier.min_voltage, amplifier.max_voltage) != (None, None)
+
+
+LEAST_PEAK_TIME = 1.0  # s, of an amplifier that prints none: 3.5 s of time constant, as in two shipped, at twice I_c
+
+
+def with_peak_time(amplifier: Amplifier) -> Amplifier:
+    """An amplifier that bears its peak current for as long as it does at least, where nobody says."""
+    both = amplifier.continuous_current is not None and amplifier.peak_current is not None
+    told = not both or judges_overload(amplifier)
+    return amplifier if told else replace(amplifier, peak_time=LEAST_PEAK_TIME)
 
 
 def judges_overload(amplifier: Amplifier) -> bool:

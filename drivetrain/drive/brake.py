@@ -72,6 +72,10 @@ class Brake:
             raise InputError(faults)
 
 
+LEAST_ENERGY = 26.0
+"""That a stop may turn into heat over static torque [J/(N m)], at least: 26.7 to 104 in the three shipped brakes that
+print both."""
+
 NO_BRAKE = Brake("", "motor")
 """Of a motor without one."""
 

@@ -21,6 +21,9 @@ SHEET_AMBIENT = 25.0  # C, at which makers print continuous values
 # frameless ones, whose friction is that of the joint's bearings.
 FRICTION_SHARE = 0.14
 LAG, FRAMELESS_LAG = 2e-3, 7e-3  # s
+# And a little less than the least of those that print a maximum speed: 0.929 to 4.3 times the no-load speed, 0.922 to
+# 4.2 times the speed at which kt w is the nominal voltage, and 5000 rpm, in 116 motors.
+SPEED_SHARE, SLOWEST_MOTOR = 0.92, 5000.0 * math.pi / 30.0  # -, rad/s
 
 
 class SourcedValue(NamedTuple):
@@ -112,6 +115,13 @@ def with_untold(motor: Motor) -> Motor:
         inductance = (FRAMELESS_LAG if motor.frameless else LAG) * motor.resistance
     told = friction == inductance == 0.0
     return motor if told else replace(motor, untold_friction=friction, untold_inductance=inductance)
+
+
+@law
+def least_max_speed(motor: Any) -> Any:
+    """How fast a motor may turn at least, where its row does not say [rad/s]."""
+    unloaded = known_or(motor.no_load_speed, abs(motor.nominal_voltage / motor.torque_constant))
+    return known_or(SPEED_SHARE * unloaded, SLOWEST_MOTOR)
 
 
 @law

@@ -23,6 +23,7 @@ from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.search.asked import satisfied
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
 from drivetrain.study.parts.candidates import with_brakes
 from drivetrain.study.parts.verdicts import Verdict
@@ -50,8 +51,8 @@ def unfailed_sets(study: Study, kept: Callable[[Drives], bool] = lambda _: True)
 
 
 def feasible_sets(study: Study, kept: Callable[[Drives], bool] = lambda _: True) -> list[Evaluation]:
-    """The evaluations of all sets that are feasible."""
-    return [found for _, found in unfailed_sets(study, kept) if found.feasible]
+    """The evaluations of all sets that are feasible, or would be but for data that a given drive lacks."""
+    return [found for _, found in unfailed_sets(study, kept) if satisfied(found)]
 
 
 def blanked(rng, row, names, share):

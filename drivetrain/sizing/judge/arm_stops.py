@@ -16,14 +16,15 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
+from drivetrain.drive.brake import LEAST_ENERGY
 from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
 from drivetrain.drive.friction import friction_curve
-from drivetrain.drive.gear import complete, drag_factor, mesh_of, onward
+from drivetrain.drive.gear import complete, drag_factor, least_momentary_torque, mesh_of, onward
 from drivetrain.drive.stops import braking_push, overshoot, stiff_spring, struck
 from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import InputError
 from drivetrain.motion.duty_cycle import Indices
-from drivetrain.records import as_record
+from drivetrain.records import as_record, known
 from drivetrain.sizing.demand.load_basis import counterbalance_torques
 from drivetrain.sizing.demand.stops import stop_starts
 from drivetrain.sizing.judge.cases import stop_current
@@ -324,33 +325,44 @@ def _told(study: Study, drives: Mapping[str, Drive], row: Requirement, braking: 
     ways = _ways(study, longest)
     every = [drives[task.name] for task in study.joints]
     limits = [math.inf if one.gear.direct else one.gear.momentary_torque for one in every]
-    yield _check(study, row, factor, worst.torque, limits, first, ways)
+    least = [float(least_momentary_torque(as_record(one.gear))) for one in every]
+    yield _check(study, row, factor, worst.torque, limits, least, first, ways)
     if heat:
         limits = [one.motor.brake.energy_per_stop if one.motor.brake.key else math.inf for one in every]
-        yield _check(study, BRAKE_HEAT, 1.0, longest.energy, limits, first, ways)
+        least = [LEAST_ENERGY * (one.motor.brake.static_torque or math.nan) for one in every]
+        yield _check(study, BRAKE_HEAT, 1.0, longest.energy, limits, least, first, ways)
 
 
 def _check(
-    study: Study, row: Requirement, factor: float, asked: Array, limits: list[float | None], first: Indices, ways: str
-) -> Check:
-    """What is asked of n joints from S states, held against the limit of each; the joint nearest to its limit tells."""
-    names = [task.name for task in study.joints]
-    silent = [name for name, limit in zip(names, limits, strict=True) if limit is None]
-    allowed, most = np.array([math.nan if one is None else one for one in limits]), asked.max(axis=0)
-    used = [utilisation(factor * one, limit) for one, limit in zip(most, allowed, strict=True)]
-    joint = int(np.nanargmax(np.append(used, -1.0)))
+    study: Study, row: Requirement, factor: float, asked: Array, limits: list[float | None], least: list[float],
+    first: Indices, ways: str,
+) -> Check:  # fmt: skip
+    """What is asked of n joints from S states, held against the limit of each; the joint nearest to its limit tells.
+
+    Of a limit that no sheet prints what a part bears at least stands in: what passes it is not checked.
+    """
+    names, most, assumed = (
+        [task.name for task in study.joints],
+        asked.max(axis=0),
+        np.array([x is None for x in limits]),
+    )
+    allowed = [less if one is None else one for one, less in zip(limits, least, strict=True)]
+    used = np.array([utilisation(factor * one, limit) for one, limit in zip(most, allowed, strict=True)])
+    fails = (used > 1.0) & ~assumed
+    joint = int(np.argmax(np.where(fails.any() & assumed, -1.0, np.nan_to_num(used, nan=math.inf))))
+    verdict = judged(float(used[joint]), study.safety.reserve)
+    doubtful = bool(assumed[joint]) and not used[joint] <= 1.0
+    state = int(np.argmax(asked[:, joint]))
+    time, limit = float(study.cycle.time[first[state]]), allowed[joint]
+    silent = [name for name, one in zip(names, assumed, strict=True) if one]
     lack = f"{row.sheet} is not in the catalogue row of {', '.join(silent)}" if silent else ""
-    if joint == len(names):
-        return Check(row.name, None, None, row.unit, None, Verdict.NOT_CHECKED, remark=f"{lack}; {ways}", factor=factor)
-    state, verdict = int(np.argmax(asked[:, joint])), judged(used[joint], study.safety.reserve)
-    if silent and verdict is not Verdict.FAIL:
-        verdict = Verdict.NOT_CHECKED
-    time = float(study.cycle.time[first[state]])
+    if doubtful:
+        lack += f": more than {limit:.4g} {row.unit}, which is assumed" if known(limit) else ""
     remark = "; ".join(filter(None, (f"{names[joint]}, in a stop from t = {time:.4g} s", ways, lack)))
     return Check(
-        row.name, factor * float(most[joint]), None if limits[joint] == math.inf else limits[joint], row.unit,
-        None if verdict is Verdict.NOT_CHECKED else float(used[joint]), verdict, time, f"{row.sheet} of {names[joint]}",
-        remark, factor=factor,
+        row.name, factor * float(most[joint]), limit if known(limit) and math.isfinite(limit) else None, row.unit,
+        None if doubtful else float(used[joint]), Verdict.NOT_CHECKED if doubtful else verdict, time,
+        f"{row.sheet} of {names[joint]}", remark, doubtful, factor,
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.drive.amplifier import Amplifier, available_voltage, judges_overload, rates_supply
+from drivetrain.drive.amplifier import Amplifier, available_voltage, judges_overload, rates_supply, with_peak_time
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import DRAG_REFERENCE, Gear, complete
@@ -50,8 +50,11 @@ class Setting:
         stiffness_share: Of a gear's printed stiffness that counts.
         supply: Voltage of the supply [V].
         listed: 1 where the amplifier is one of the catalogue, or the study states the supply that it bears, else 0.
-        overload: 1 where the amplifier says how long it bears more than its continuous current, else 0.
+        overload: 1 where the amplifier has a continuous current and one above it, else 0.
+        whole: 1, all of its overload; NaN where it does not say how long it bears that.
         rubs_as_told: 1 where the study states the friction of the motor, else 0.
+        life, bearing_life: 1 where the study wishes one of a joint that moves, and it rests on its gear, else 0.
+        ratio_limit: 1 where the study states a largest inertia ratio, else 0.
     """
 
     ambient: float = 0.0
@@ -81,8 +84,12 @@ class Setting:
     supply: float = 0.0
     listed: float = 0.0
     overload: float = 0.0
+    whole: float = UNKNOWN
     amplifier_heat: float = 0.0
     rubs_as_told: float = 0.0
+    life: float = 0.0
+    bearing_life: float = 0.0
+    ratio_limit: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -105,6 +112,24 @@ class Limits:
     continuous_current: float = UNKNOWN
     winding_temperature: float = UNKNOWN
     stiffness: float = UNKNOWN
+
+
+@dataclass(frozen=True)
+class StandIns:
+    """What a part bears at least where its sheet prints no limit; NaN where nothing tells.
+
+    Attributes:
+        momentary_torque, average_torque, input_speed, mean_input_speed: Of the gear [N m], [rad/s].
+        motor_speed: [rad/s].
+        brake_energy: Of a stop [J].
+    """
+
+    momentary_torque: float = UNKNOWN
+    average_torque: float = UNKNOWN
+    input_speed: float = UNKNOWN
+    mean_input_speed: float = UNKNOWN
+    motor_speed: float = UNKNOWN
+    brake_energy: float = UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -215,7 +240,7 @@ class Case:
         motor, gear: Sheets with the study's assumptions filled in.
         shaft, joint: Friction at the motor's shaft and at the gear's output.
         amplifier, safety, setting: Of the joint.
-        limits, figures, untold: Filled by the judge.
+        limits, figures, untold, stand_ins: Filled by the judge.
         direct: 1 for a drive without a gear, else 0.
         zero, one: For checks without an origin or a factor.
     """
@@ -230,6 +255,7 @@ class Case:
     limits: Limits = Limits()
     figures: Figures = Figures()
     untold: Untold = Untold()
+    stand_ins: StandIns = StandIns()
     direct: float = 0.0
     zero: float = 0.0
     one: float = 1.0
@@ -242,7 +268,7 @@ NOBODY = Drive(Motor("", 1.0, 1.0), Gear("", 1.0, kind="ideal", efficiency=1.0))
 
 def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
     """The numbers of a joint's task."""
-    duration, stop = float(demand.weights.sum()), task.stop
+    duration, stop, life = float(demand.weights.sum()), task.stop, study.safety.life is not None and demand.moves
     stops = None
     if stop.stops_per_day is not None and stop.service_life is not None:
         stops = stop.stops_per_day * stop.service_life / DAY
@@ -255,7 +281,8 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         task.gear_heat, study.cold_start, float(study.cold_start is not None),
         float(bool(task.brakes)), 0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
         1.0 - study.stiffness.scatter, study.supply.voltage, float(rates_supply(task.amplifier)),
-        float(judges_overload(task.amplifier)), task.amplifier_heat, float(task.motor_friction is not None),
+        *overload_asked(task.amplifier), task.amplifier_heat, float(task.motor_friction is not None), float(life),
+        float(life and rests_on_gear(task, demand)), float(study.safety.inertia_ratio is not None),
     )  # fmt: skip
 
 
@@ -277,12 +304,18 @@ def stop_current(stated: float | None, amplifier: Amplifier) -> float | None:
     return min(found, default=None)
 
 
+def overload_asked(amplifier: Amplifier) -> tuple[float, float]:
+    """Whether an amplifier's overload can be judged, and the whole of it where the amplifier says how long it lasts."""
+    told = judges_overload(amplifier)
+    return float(judges_overload(with_peak_time(amplifier))), 1.0 if told else UNKNOWN
+
+
 def put_amplifier(cases: Any, amplifier: Amplifier, task: JointTask) -> None:
     """Another amplifier in every case of a joint."""
     setting = cases["setting"]
-    cases["amplifier"] = as_record(amplifier)
+    cases["amplifier"] = as_record(with_peak_time(amplifier))
     setting["volts"] = available_voltage(amplifier, 1.0) * setting["supply"]
-    setting["listed"], setting["overload"] = rates_supply(amplifier), judges_overload(amplifier)
+    setting["listed"], (setting["overload"], setting["whole"]) = rates_supply(amplifier), overload_asked(amplifier)
     limit = stop_current(task.stop.current, amplifier)
     setting["stop_current"] = np.nan if limit is None else limit
 
@@ -319,7 +352,7 @@ def paired(study: Study, joint: int, demand: JointDemand, motors: tuple[Any, Any
         NOBODY.gear,
         Friction(),
         task.friction,
-        task.amplifier,
+        with_peak_time(task.amplifier),
         study.safety,
         setting_of(study, task, demand),
     )

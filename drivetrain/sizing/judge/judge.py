@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.drive.amplifier import conduction_loss, overload_share, standstill_current
-from drivetrain.drive.brake import holding_torque, stopping_energy
+from drivetrain.drive.brake import LEAST_ENERGY, holding_torque, stopping_energy
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import (
     breakaway_friction,
@@ -22,13 +22,18 @@ from drivetrain.drive.friction import (
     static_excess,
 )
 from drivetrain.drive.gear import (
+    AVERAGE_SHARE,
     DRAG_TEMPERATURES,
+    MEAN_SHARE,
     ROLLER_EXPONENT,
+    SLOWEST_INPUT,
+    SLOWEST_MEAN,
     bearing_arm,
     bearing_life,
     drag_factor,
     equivalent_load,
     grown_drag,
+    least_momentary_torque,
     life_of,
     mesh_loss_power,
     mesh_of,
@@ -43,7 +48,7 @@ from drivetrain.drive.gear import (
     wear,
 )
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
-from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
+from drivetrain.drive.motor_limits import continuous_current_limit, least_max_speed, short_time_torque
 from drivetrain.drive.stops import braked, braking_push, jam_torque, overshoot, stiff_spring, stop_rotor, struck
 from drivetrain.drive.thermal.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
 from drivetrain.jit import FAST, kernel, law
@@ -221,6 +226,13 @@ def set_limits(case: Any) -> None:
     limits.peak_current = known_or(min(peaks[0], peaks[1]), known_or(peaks[0], peaks[1]))
     limits.winding_temperature = motor.max_winding_temperature - case.safety.temperature_margin
     limits.stiffness = setting.stiffness_share * gear.stiffness_1
+    least = case.stand_ins
+    least.momentary_torque = least_momentary_torque(gear)
+    least.average_torque = AVERAGE_SHARE * gear.repeated_peak_torque
+    least.input_speed = SLOWEST_INPUT
+    least.mean_input_speed = known_or(MEAN_SHARE * gear.max_input_speed, SLOWEST_MEAN)
+    least.motor_speed = least_max_speed(motor)
+    least.brake_energy = LEAST_ENERGY * motor.brake.static_torque
     figures.input_speed = abs(gear.ratio) * setting.fastest
     figures.mean_input_speed = abs(gear.ratio) * setting.mean_speed
     set_untold(case)
@@ -307,16 +319,21 @@ def worst(case: Any, row: Any, checks: Any, stage: Any, used: Any, binding: Any,
 
 @law(fastmath=FAST)
 def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
-    """The first essential check that cannot be made, or when all is computed was not made; -1: none."""
+    """The first check that keeps a drive from being proven: an essential one that cannot be made, or when all is
+    computed was not made, or one that holds only if sheets that say less than others hide nothing; -1: none.
+    """
     torque = known(unknown_torque(case))
     for i in range(len(checks)):
         check = checks[i]
-        if check.essential == 0 or not asked(case, row, check):
+        if not asked(case, row, check):
             continue
-        unknown = math.isnan(row[check.required]) if final else check.stage >= TORQUE and not torque
-        if final and row[check.more] != 0.0:
-            unknown |= math.isnan(utilisation_of(case, row, check))
-        if unknown or math.isnan(row[check.limit]):
+        limit, lacks = known_or(row[check.limit], row[check.stand_in]), False
+        if final or check.stage < TORQUE:
+            lacks = math.isnan(utilisation_of(case, row, check))
+            lacks &= known(row[check.required] + limit) or (final and check.essential != 0)
+        if not final and check.essential != 0:
+            lacks |= (check.stage >= TORQUE and not torque) or (check.figured == 0 and math.isnan(limit))
+        if lacks:
             return np.int64(i)
     return NOTHING
 
@@ -329,14 +346,17 @@ def asked(case: Any, row: Any, check: Any) -> Any:
 
 @law(fastmath=FAST)
 def utilisation_of(case: Any, row: Any, check: Any) -> Any:
-    """Of one check of a case; NaN where it is not checked."""
+    """Of one check of a case; NaN where it is not checked, and where more is asked than what stands in for a limit."""
     if not asked(case, row, check):
         return np.nan
-    required = row[check.required] * row[check.factor] - row[check.origin]
-    available = row[check.limit] - row[check.origin]
+    required, limit = row[check.required] * row[check.factor] - row[check.origin], row[check.limit]
+    stands_in = math.isnan(limit) and known(row[check.stand_in])
+    available = (row[check.stand_in] if stands_in else limit) - row[check.origin]
     if check.rise != 0 and available <= 0.0:  # nothing may be as warm as the air
         return np.inf if known(required) else np.nan
     used = utilisation(required, available)
+    if stands_in and used > 1.0 and required < np.inf:
+        return np.nan
     return np.nan if in_doubt(used, row[check.more] * row[check.factor], available) else used
 
 

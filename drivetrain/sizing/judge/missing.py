@@ -28,6 +28,15 @@ SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")
 BEARING = {
     row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.asked == "setting.bearing" and row.essential
 }
+LIMITS = {
+    row.name: row.limit.replace("limits.average_torque", "gear.average_torque_limit")
+    .replace("setting.whole", "amplifier.peak_time").replace("motor.brake.", "brake.")
+    for row in CHECKS if row.stand_in
+}  # fmt: skip
+LIVES = {
+    "gear life L10": ("rated_life", "continuous_torque", "rated_speed"),
+    "output bearing life L10": ("bearing_dynamic_rating", "bearing_pitch_diameter", "bearing_offset"),
+}
 SPRINGS = {"arm first resonance": "stiffness_1", "arm tip deviation": "stiffness_1", "arm lost motion": "backlash"}
 LASTING = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 _ROW = re.compile(r"\S+\.csv row \d+")
@@ -59,7 +68,7 @@ class Gap:
     @property
     def place(self) -> str:
         """Joint, part and row in words."""
-        return f"{self.joint}: {self.part} {self.key} ({self.row})"
+        return f"{self.joint}: {' '.join(filter(None, (self.part, self.key)))} ({self.row})"
 
 
 def gap_lines(found: Iterable[Gap]) -> tuple[str, ...]:
@@ -143,6 +152,8 @@ def massless(study: Study, results: Mapping[str, JointResult]) -> tuple[str, ...
 
 def row_of(study: Study, part: Motor | Gear | Brake | Amplifier) -> str:
     """Where a sheet stands."""
+    if not part.key:
+        return f"{Path(study.path).name}: {_kind(part)}" if study.path else "of the study"
     row = _ROW.match(part.source)
     if row is not None:
         return row.group()
@@ -163,7 +174,18 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, gear, (limits or "bearing_offset", beside), bearing)
     if HOLDING in lacks:
         yield _gap(study, joint, motor.brake, ("static_torque",), (HOLDING,))
-    others = tuple(name for name in lacks if name not in (REPEATED, HOLDING, "gear stiffness", *BEARING))
+    parts = {"motor": motor, "gear": gear, "brake": motor.brake, "amplifier": joint.amplifier}
+    for name in (one for one in lacks if one in LIVES):
+        columns = tuple(column for column in LIVES[name] if getattr(gear, column) is None)
+        yield _gap(study, joint, gear, (" and ".join(columns), "(if none is asked for) no safety.life"), (name,))
+    unprinted = []
+    for name in (one for one in lacks if one in LIMITS):
+        part, _, column = LIMITS[name].partition(".")
+        if getattr(parts[part], column) is None:
+            unprinted.append(name)
+            yield _gap(study, joint, parts[part], (column,), (name,))
+    told = (REPEATED, HOLDING, "gear stiffness", *BEARING, *LIVES, *unprinted)
+    others = tuple(name for name in lacks if name not in told)
     if not others:
         return
     doubtful = tuple(one.name for one in joint.lacking if one.name in others and one.required and one.available)
@@ -238,8 +260,9 @@ def uncounted(evaluation: Evaluation) -> tuple[str, ...]:
 
 
 def _gap(
-    study: Study, joint: JointResult, part: Motor | Gear | Brake, columns: tuple[str, ...], checks: tuple[str, ...]
-) -> Gap:
+    study: Study, joint: JointResult, part: Motor | Gear | Brake | Amplifier, columns: tuple[str, ...],
+    checks: tuple[str, ...],
+) -> Gap:  # fmt: skip
     return Gap(joint.name, _kind(part), part.key, row_of(study, part), columns, checks)
 
 

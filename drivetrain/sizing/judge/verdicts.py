@@ -42,22 +42,29 @@ def told(op: Operation, row: Requirement) -> Check:
     words = row.words(op, row)
     required = _number(op.number(row.required) * factor * row.scale)
     limit = None if words.silent else _number(op.number(row.limit) * row.scale)
+    assumed = row.assumed if limit is None and not words.silent else ""
+    limit = _number(op.number(row.stand_in) * row.scale) if assumed else limit
     endless = required is not None and math.isinf(required)
     used = op.utilisation(row) if required is not None and (endless or limit is not None) else None
     instant = None if required is None or endless else op.instant(row.instant)
-    more, remark = op.number(row.more) * factor * row.scale, words.remark
-    if more != 0.0 and required is not None and limit is not None and (used is None or used <= 1.0):
+    more, remark, source = op.number(row.more) * factor * row.scale, words.remark, words.source
+    both = required is not None and limit is not None
+    if assumed and both:
+        source = f"assumed: {assumed}"
+        remark = remark if used is not None else "; ".join(filter(None, (remark, f"more than is assumed: {assumed}")))
+    elif more != 0.0 and both and (used is None or used <= 1.0):
         remark = "; ".join(filter(None, (_hidden(more, row.unit, used is None), remark)))
     if used is None:
+        essential = (row.essential or both) and not words.silent and op.number(row.asked) != 0.0
         remark = remark or "no limit in the catalogue row"
         required = None if words.silent else required
         return Check(
-            row.name, required, limit, row.unit, None, Verdict.NOT_CHECKED, None if words.silent else instant,
-            words.source, remark, row.essential and op.number(row.asked) != 0.0, factor, basis,
+            row.name, required, limit, row.unit, None, Verdict.NOT_CHECKED, None if words.silent else instant, source,
+            remark, essential, factor, basis,
         )  # fmt: skip
     verdict = judged(used, op.safety.reserve)
     return Check(
-        row.name, required, limit, row.unit, used, verdict, instant, words.source, remark, row.essential, factor, basis
+        row.name, required, limit, row.unit, used, verdict, instant, source, remark, row.essential, factor, basis
     )
 
 

@@ -72,6 +72,8 @@ def _unsaid(op: Any, row: Any) -> str:
 def overload(op: Any, row: Any) -> Words:
     """By which of the two models."""
     own = op.task.amplifier
+    if not known(op.number(row.limit)):
+        return Words("", "peak time is not stated")
     model = "peak current and peak time" if own.thermal_time_constant is None else "thermal time constant"
     return Words(f"{model} of {sheet_name(own) if own.key else 'the study'}")
 

@@ -40,6 +40,7 @@ from drivetrain.sizing.search.candidates import UNPRICED, Candidates, Domain, Do
 from drivetrain.sizing.search.problem import ROUNDING, Cut, Problem, Swing
 from drivetrain.sizing.search.propagate import Ranges
 from drivetrain.study.model import Study
+from drivetrain.study.parts.verdicts import lacking
 
 FEW, SOME = 24, 256  # candidates of a joint whose losses are counted one by one, and where the most is wanted too
 MOST_CUTS = 8
@@ -231,7 +232,9 @@ def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
     if asks_stops(study):
         if any(task.amplifiers for task in study.joints):
             study = evaluated(work, keys).study  # with the amplifiers that were chosen, whose peak current brakes
-        used = max([used, *(check.utilisation or 0.0 for check in stop_checks(study, drives))])
+        checks = tuple(stop_checks(study, drives))
+        used = max([used, *(check.utilisation or 0.0 for check in checks)])
+        used = math.inf if lacking(checks) else used
     return used
 
 
