@@ -11,6 +11,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from drivetrain.drive.drive import Drive
 from drivetrain.report.best_sets import equals_sentence, set_lines
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
 from drivetrain.report.words import (
@@ -27,7 +28,7 @@ from drivetrain.report.words import (
     required_text,
 )
 from drivetrain.sizing.judge.checks import REQUIREMENTS
-from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.sizing.results import Evaluation, JointResult, JointSeries, Selection
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
@@ -155,7 +156,8 @@ def explanation(evaluation: Evaluation, joints: tuple[str, ...], checks: tuple[s
             drive = joint.drive  # sources of its rows stand once, not with every check
             rows = [(kind, row) for kind, row in (("motor", drive.motor), ("gear", drive.gear)) if row.source]
             yield from (f"    {kind} {row.key}: {row.source}" for kind, row in rows)
-            for line in (line for check in found for line in check_lines(check)):
+            yield f"    {_constants(drive)}"
+            for line in (line for check in found for line in check_lines(check, joint.series)):
                 yield reduce(lambda text, part: text.replace(f" ({part[1].source})", ""), rows, line)
     for place in ("supply", "arm", "catalogue"):
         found = [
@@ -167,8 +169,30 @@ def explanation(evaluation: Evaluation, joints: tuple[str, ...], checks: tuple[s
             yield from (line for check in found for line in check_lines(check))
 
 
-def check_lines(check: Check) -> Iterator[str]:
-    """One check."""
+def _constants(drive: Drive) -> str:
+    """What the symbols of formulas stand for, of a drive; what its sheets do not say is left out."""
+    motor, gear = drive.motor, drive.gear
+    mesh = 1.0 if gear.direct else gear.efficiency if gear.mesh_efficiency is None else gear.mesh_efficiency
+    told = [
+        ("G", gear.ratio, ""), ("eta", mesh, ""), ("J of the rotor", motor.rotor_inertia, "kg m^2"),
+        ("J at the gear's input", None if gear.direct else gear.inertia, "kg m^2"), ("kt", motor.torque_constant, "N m/A"),
+        ("R", motor.resistance, "ohm"), ("L", motor.inductance, "H"), ("K1", gear.stiffness_1, "N m/rad"),
+    ]  # fmt: skip
+    return ", ".join(f"{name} = {value:.5g} {unit}".rstrip() for name, value, unit in told if value is not None)
+
+
+def _values(series: JointSeries, time: float) -> str:
+    """What the symbols stand for at an instant of the cycle."""
+    t = int(np.argmin(np.abs(series.time - time)))
+    told = [
+        ("w", series.speed, "rad/s"), ("dw/dt", series.acceleration, "rad/s^2"), ("T", series.gear_torque, "N m"),
+        ("motor torque", series.motor_torque, "N m"), ("i", series.current, "A"), ("voltage", series.voltage, "V"),
+    ]  # fmt: skip
+    return ", ".join(f"{name} = {row[t]:.5g} {unit}" for name, row, unit in told if np.isfinite(row[t]))
+
+
+def check_lines(check: Check, series: JointSeries | None = None) -> Iterator[str]:
+    """One check; with the series of its joint what they are at its instant."""
     shown = common_unit(check)
     unit, digits = printed_unit(shown), digits_near_limit(check.utilisation)
     limit = DASH if check.available is None else number(float(convert(check.available, check.unit, shown)), digits)
@@ -182,6 +206,7 @@ def check_lines(check: Check) -> Iterator[str]:
         ("limit", "" if check.available is None else f"{limit} {unit}".rstrip()),
         ("source", check.source),
         ("instant", "" if check.time is None else f"t = {number(check.time)} s of the cycle"),
+        ("then", "" if check.time is None or series is None else _values(series, check.time)),
         ("remark", check.remark),
     )
     yield from (f"    {name:<8} {text}" for name, text in lines if text)

@@ -103,7 +103,7 @@ def holding_figures(evaluation: Evaluation) -> dict[str, dict[str, tuple[float |
         same = all(one.drive.gear.holding == number for one in evaluation.joints.values())
         chosen = evaluation if same else evaluate_drives(evaluation.study, drives)
         for name, joint in chosen.joints.items():
-            asked = {check.name: check.required for check in joint.checks}
+            asked = {check.name: check.actual for check in joint.checks}
             if name in held:
                 found.setdefault(name, {})[choice] = (asked["motor RMS current"], asked["winding temperature"])
     return found
@@ -223,7 +223,12 @@ def _remarks(op: Operation) -> list[str]:
         )
     elif holds:
         remarks.append(f"the joint never moves: {HELD[op.study.holding]} counts")
-    if mesh_of(op.judgement.case.gear).driven <= 0.0:
+    locks = mesh_of(op.judgement.case.gear).driven <= 0.0
+    if holds and not locks and not op.drive.motor.brake.key:
+        remarks.append(
+            "holds a load at rest and has no brake: with the power off friction alone holds it (brake: true)"
+        )
+    if locks:
         remarks.append("the gear locks itself: the load cannot drive the motor, which must help it down")
     if not op.figures.heat_converged:
         remarks.append("magnet and housing temperature could not be matched: temperatures are approximate")

@@ -212,6 +212,8 @@ class Operation:
         """When a series of the drive or of its demand has its largest magnitude [s]; None for no series."""
         time = self.demand.time
         if series == "winding":
+            if self.network is None or self.network.winding_capacity is None:
+                return None  # its mean, of no instant
             first = self.demand.cycle.parts[int(self.figures.hottest_part)].start
             return float(time[first]) + (float(self.figures.hottest_time) if len(time) > 1 else 0.0)
         values = getattr(self, series, None) if hasattr(self, series) else getattr(self.demand, series, None)

@@ -20,6 +20,7 @@ from drivetrain.sizing.judge.cases import rests_on_gear, stop_temperature
 
 STANDS = "the joint never moves: one phase may carry the amplitude, sqrt(2) times its RMS"
 AMPERES = {"dc": "DC", "rms": "rms", "peak": "amplitude"}
+UNUSED = "the joint never moves: no turn uses up its life"
 NO_SHORT_TIME = "a short-time limit is not in the catalogue row"
 
 
@@ -267,6 +268,8 @@ def average_torque(op: Any, row: Any) -> Words:
 
 def gear_life(op: Any, row: Any) -> Words:
     """Only told when the study wants none."""
+    if not op.demand.moves:
+        return Words("", UNUSED, silent=True)
     if not known(op.number(row.limit)):
         return Words("", "rated life, torque and speed are not in the catalogue row together")
     remark = "for information: the study requires no life" if op.safety.life is None else ""
@@ -304,6 +307,8 @@ def bearing_life(op: Any, row: Any) -> Words:
     elsewhere, gear, lack = _carried_elsewhere(op), op.drive.gear, _bearing_lack(op)
     if elsewhere is not None:
         return elsewhere
+    if not op.demand.moves:
+        return Words("", UNUSED, silent=True)
     if gear.bearing_dynamic_rating is None:
         lack = "dynamic rating of the output bearing is not in the catalogue row"
     if lack:
