@@ -175,7 +175,8 @@ def _constants(drive: Drive) -> str:
     mesh = 1.0 if gear.direct else gear.efficiency if gear.mesh_efficiency is None else gear.mesh_efficiency
     told = [
         ("G", gear.ratio, ""), ("eta", mesh, ""), ("J of the rotor", motor.rotor_inertia, "kg m^2"),
-        ("J at the gear's input", None if gear.direct else gear.inertia, "kg m^2"), ("kt", motor.torque_constant, "N m/A"),
+        ("J at the gear's input", None if gear.direct else gear.inertia, "kg m^2"),
+        ("kt", motor.torque_constant, "N m/A"),
         ("R", motor.resistance, "ohm"), ("L", motor.inductance, "H"), ("K1", gear.stiffness_1, "N m/rad"),
     ]  # fmt: skip
     return ", ".join(f"{name} = {value:.5g} {unit}".rstrip() for name, value, unit in told if value is not None)

@@ -51,7 +51,7 @@ def test_a_drive_takes_the_first_amplifier_that_holds(make):
     assert found.feasible and checks_of(found)[HIGHEST].utilisation == pytest.approx(48.0 / 60.0)
     assert checks_of(found)["amplifier peak current"].source.startswith("peak current of amplifier fits")
     none = evaluate(one_joint(make, some[:3]))
-    assert none.verdict is Verdict.FAIL and none.joints["j1"].amplifier.key == "faint"
+    assert none.verdict is Verdict.FAIL and none.joints["j1"].amplifier.key == "short"  # the faint one has no end
     assert checks_of(evaluate(one_joint(make, some[2:3])))[HIGHEST].verdict is Verdict.FAIL
     dull = one_joint(make, (amplifier("dull", 9.0, 90.0, min_voltage=50.0),))
     assert checks_of(evaluate(dull))[LOWEST].verdict is Verdict.FAIL
@@ -66,7 +66,15 @@ def test_overload_is_that_of_the_current_over_the_cycle(make, model):
     own = AmplifierSheet("own", continuous_current=steady, peak_current=2.0 * steady, **model)
     found = checks_of(evaluate(one_joint(make, (limits_of(own),))))[OVERLOAD]
     assert found.required == pytest.approx(overload(own, current, study.cycle.time), rel=1e-9) and found.required > 0.0
-    assert OVERLOAD not in checks_of(evaluate(study))
+    assumed = checks_of(evaluate(study))[OVERLOAD]  # no time is told: a second at the peak current stands in
+    assert assumed.verdict is Verdict.PASS and assumed.source.startswith("assumed: ") and assumed.required == 0.0
+    short = AmplifierSheet("short", continuous_current=steady, peak_current=1.0001 * np.abs(current).max())
+    untold, timed = (
+        checks_of(evaluate(one_joint(make, (limits_of(replace(short, peak_time=time)),))))[OVERLOAD]
+        for time in (None, 1.0)
+    )
+    assert untold.required == timed.required
+    assert (untold.verdict is Verdict.NOT_CHECKED and untold.essential) == (timed.verdict is Verdict.FAIL)
     factor = replace(one_joint(make, (limits_of(own),)), safety=replace(study.safety, rms=1.2))
     assert checks_of(evaluate(factor))[OVERLOAD].verdict is Verdict.FAIL
 
