@@ -7,7 +7,8 @@
 
 Most is tried as plain Python (``plain_python.py``): a mutant is a function with another code, in a process of its own.
 Effects, the engines of simulation and the bounds of the search would take too long so, and are compiled, with nothing
-taken from the disk cache that the mutant is part of. A mutant meets the tests that call its function, one row of each first.
+taken from the disk cache that the mutant is part of.
+A mutant meets the tests that call its function, one row of each first.
 """
 
 from __future__ import annotations
