@@ -22,8 +22,11 @@ LIST, PART = ".drivetrain-files.json", ".part"
 LARGEST_TEXT = 256 << 20  # bytes: a day of six joints at 100 Hz is 0.5 GB as text, and nobody sizes with that
 
 
-def read_text(path: Path) -> str:
-    """The UTF-8 text of a file that a user names, its control characters spelled out; of an Excel sheet as CSV."""
+def read_text(path: Path, *, older: bool = False) -> str:
+    """The UTF-8 text of a file that a user names, its control characters spelled out; of an Excel sheet as CSV.
+
+    ``older``: UTF-16 and Windows' letters too, as older programs write them.
+    """
     try:
         book = path.parent if is_workbook(path.parent) else path  # or one of its sheets
         if book.stat().st_size > LARGEST_TEXT:
@@ -31,12 +34,21 @@ def read_text(path: Path) -> str:
             raise InputError(Fault("the file", problem, hint="keep what the study needs", file=str(path)))
         if is_workbook(book):
             return plain(_sheet_text(book, "" if book is path else path.stem))
-        return plain(path.read_text(encoding="utf-8-sig"))
+        return plain(_decoded(path.read_bytes()) if older else path.read_text(encoding="utf-8-sig"))
     except InputError:
         raise
     except (OSError, ValueError) as error:
         problem = str(error.strerror) if isinstance(error, OSError) else f"must be UTF-8 text: {error}"
         raise InputError(Fault("the file", f"cannot be read: {problem}", file=str(path))) from None
+
+
+def _decoded(raw: bytes) -> str:
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw.decode("utf-16")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", "replace")
 
 
 def is_there(path: Path, kind: Callable[[Path], bool] = Path.is_file) -> bool:
@@ -53,9 +65,13 @@ def is_workbook(path: Path) -> bool:
 
 
 def sheet_names(path: Path) -> list[str]:
-    """The sheets of a workbook."""
+    """The sheets of a workbook; capitals and spaces around a name do not count."""
     with _opened(path) as book:
-        return [str(name) for name in book.sheetnames]
+        return [_plain_name(name) for name in book.sheetnames]
+
+
+def _plain_name(sheet: str) -> str:
+    return sheet.strip().lower()
 
 
 def _sheet_text(path: Path, name: str) -> str:
@@ -63,7 +79,8 @@ def _sheet_text(path: Path, name: str) -> str:
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
     with _opened(path) as book:
-        sheet = book[name or book.sheetnames[0]]
+        names = {_plain_name(one): one for one in reversed(book.sheetnames)}
+        sheet = book[names[_plain_name(name)] if name else book.sheetnames[0]]
         for row in sheet.iter_rows(values_only=True):
             lines.writerow(["" if cell is None else _cell(cell) for cell in row])
     return text.getvalue()

@@ -16,7 +16,10 @@ LOSSES: dict[str, tuple[str, ...]] = {
         "the amplifier's I2t, the supply's bus, holding brakes", "friction that sticks: MuJoCo's creeps",
     ),
     "urdf": (_REFLECTED, _MESH, _STATIC, _FLEXIBLE, _MOTOR, _COUPLED, "gravity"),
-    "drake": (_REFLECTED, _MESH, _STATIC, _FLEXIBLE, _MOTOR, _COUPLED, "gravity"),
+    "drake": (
+        _REFLECTED, _MESH, _STATIC, _FLEXIBLE, _MOTOR,
+        "coupled motors: Drake passes over their transmissions, so that their reflected inertia is missing", "gravity",
+    ),
     "sdf": (
         f"{_REFLECTED}, and only Drake reads it there (drake:rotor_inertia, drake:gear_ratio)", _MESH, _STATIC,
         _FLEXIBLE, _MOTOR, "coupled motors: each counts at its own joint, which is another arm", "payload changes",
@@ -30,6 +33,11 @@ LOSSES: dict[str, tuple[str, ...]] = {
     "c": (
         "other payloads and drives than those it was written for", "springs and backlash of the gears",
         "counterbalances that follow a table", "a base that moves",
+    ),
+    "fmu": (
+        "all joints but one: an inertia stands for the arm, its weight and what other joints do to it is load_torque",
+        "springs and backlash of the gears", "inductance: the current follows its command at once",
+        "the amplifier's I2t, the supply's bus, holding brakes", "any Python but one in which drivetrain is installed",
     ),
 }  # fmt: skip
 """By the name of the format."""
