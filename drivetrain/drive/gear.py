@@ -367,9 +367,9 @@ def permitted_peaks(waves: Any, ratio: Any, travel: Any) -> Any:
 
 
 # What a silent row may hide: a little less than the least of the shipped rows that print it. Momentary over repeated
-# peak torque is 1.45 to 2.39 in 91 gears, average over repeated 0.245 to 1 in all but small spur gears, which print
-# both; mean over maximum input speed 0.386 to 1 in 182; the slowest are printed with 3500 and 2000 rpm.
-MOMENTARY_SHARE, AVERAGE_SHARE, MEAN_SHARE = 1.4, 0.24, 0.38
+# peak torque is 1.45 to 2.39 in 91 gears, mean over maximum input speed 0.386 to 1 in 182; the slowest are printed with
+# 3500 and 2000 rpm.
+MOMENTARY_SHARE, MEAN_SHARE = 1.4, 0.38
 SLOWEST_INPUT, SLOWEST_MEAN = 3500.0 * math.pi / 30.0, 2000.0 * math.pi / 30.0  # rad/s
 
 

@@ -233,7 +233,10 @@ def test_rejections_say_what_an_evaluation_says(make, kind):
         ):
             values = [getattr(found, name) for name in RejectedPair.__dataclass_fields__]
             for value, one in zip(values, wanted, strict=True):
-                assert value == one if isinstance(one, str) else value == pytest.approx(one, rel=CLOSE, nan_ok=True)
+                assert value == one if isinstance(one, str) else value == pytest.approx(one, rel=CLOSE, nan_ok=True), (
+                    values,
+                    wanted,
+                )
     assert [one.motor for one in table[1:3]] == [one[1] for one in expected[1:3]]
 
 

@@ -343,7 +343,7 @@ def _alone(study: Study, drives: Mapping[str, Given] | None, move: slice) -> flo
 
     def holds(factor: float) -> bool:
         result = evaluate(replace(study, cycle=retimed(own, whole, np.array([factor]))), drives)
-        return all(check.verdict is not Verdict.FAIL for _, check in _instants(result))
+        return not any(_fails(check) for _, check in _instants(result))
 
     return _edge(holds, 1.0)
 
@@ -354,9 +354,7 @@ def _repaired(at: Callable[[Array], Evaluation], moves: list[slice], edges: Arra
     for _ in range(REPAIRS):
         result = at(pace)
         time = result.study.cycle.time
-        failed = [
-            check.time for _, check in _instants(result) if check.verdict is Verdict.FAIL and check.time is not None
-        ]
+        failed = [check.time for _, check in _instants(result) if _fails(check) and check.time is not None]
         slow = {k for k, move in enumerate(moves) for t in failed if time[move.start] <= t <= time[move.stop - 1]}
         if not slow:
             break
@@ -393,7 +391,13 @@ def _edge(holds: Callable[[float], bool], start: float, *, quicker: bool = True)
 
 
 def _holds(evaluation: Evaluation) -> bool:
-    return all(check.verdict is not Verdict.FAIL for _, check in _checks(evaluation))
+    return not any(_fails(check) for _, check in _checks(evaluation))
+
+
+def _fails(check: Check) -> bool:
+    """Whether a check fails, or asks more than can be proven to hold though both numbers are known."""
+    doubtful = check.essential and check.verdict is Verdict.NOT_CHECKED
+    return check.verdict is Verdict.FAIL or (doubtful and None not in (check.required, check.available))
 
 
 def _checks(evaluation: Evaluation) -> list[tuple[str, Check]]:
@@ -405,7 +409,8 @@ def _instants(evaluation: Evaluation) -> list[tuple[str, Check]]:
     """The checks that bind at an instant, whatever happens in the rest of the cycle."""
     return [
         one for one in _checks(evaluation)
-        if one[1].time is not None and one[1].name not in OVER_THE_CYCLE and one[1].utilisation is not None
+        if one[1].time is not None and one[1].name not in OVER_THE_CYCLE
+        and (one[1].utilisation is not None or _fails(one[1]))
     ]  # fmt: skip
 
 
@@ -414,7 +419,7 @@ def _lasting(at: Callable[[Array], Evaluation], edges: Array, share: float) -> t
     if share == 0.0:
         return "", ""
     result = at(np.maximum(edges, share / (1.0 + 3.0 * CLOSE)))
-    failed = [one for one in _checks(result) if one[1].verdict is Verdict.FAIL]
+    failed = [one for one in _checks(result) if _fails(one[1])]
     place, check = max(failed, key=lambda one: one[1].utilisation or 0.0, default=("", None))
     return (place, "" if check is None else check.name)
 

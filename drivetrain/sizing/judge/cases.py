@@ -119,13 +119,12 @@ class StandIns:
     """What a part bears at least where its sheet prints no limit; NaN where nothing tells.
 
     Attributes:
-        momentary_torque, average_torque, input_speed, mean_input_speed: Of the gear [N m], [rad/s].
+        momentary_torque, input_speed, mean_input_speed: Of the gear [N m], [rad/s].
         motor_speed: [rad/s].
         brake_energy: Of a stop [J].
     """
 
     momentary_torque: float = UNKNOWN
-    average_torque: float = UNKNOWN
     input_speed: float = UNKNOWN
     mean_input_speed: float = UNKNOWN
     motor_speed: float = UNKNOWN

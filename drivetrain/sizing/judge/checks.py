@@ -116,8 +116,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "gear average torque", "N m", "figures.average_load_torque", "limits.average_torque", GEAR,
-        "average torque limit", words=words.average_torque, stand_in="stand_ins.average_torque",
-        assumed="0.24 times the repeated peak torque, less than in any of 193 gears that print both",
+        "average torque limit", words=words.average_torque,
         formula="(sum |n| |T|^e t / sum |n| t)^(1/e); of a joint that never moves the largest torque that it holds",
     ),
     Requirement(

@@ -22,7 +22,6 @@ from drivetrain.drive.friction import (
     static_excess,
 )
 from drivetrain.drive.gear import (
-    AVERAGE_SHARE,
     DRAG_TEMPERATURES,
     MEAN_SHARE,
     ROLLER_EXPONENT,
@@ -228,7 +227,6 @@ def set_limits(case: Any) -> None:
     limits.stiffness = setting.stiffness_share * gear.stiffness_1
     least = case.stand_ins
     least.momentary_torque = least_momentary_torque(gear)
-    least.average_torque = AVERAGE_SHARE * gear.repeated_peak_torque
     least.input_speed = SLOWEST_INPUT
     least.mean_input_speed = known_or(MEAN_SHARE * gear.max_input_speed, SLOWEST_MEAN)
     least.motor_speed = least_max_speed(motor)

@@ -29,8 +29,7 @@ BEARING = {
     row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.asked == "setting.bearing" and row.essential
 }
 LIMITS = {
-    row.name: row.limit.replace("limits.average_torque", "gear.average_torque_limit")
-    .replace("setting.whole", "amplifier.peak_time").replace("motor.brake.", "brake.")
+    row.name: row.limit.replace("setting.whole", "amplifier.peak_time").replace("motor.brake.", "brake.")
     for row in CHECKS if row.stand_in
 }  # fmt: skip
 LIVES = {
@@ -174,7 +173,9 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, gear, (limits or "bearing_offset", beside), bearing)
     if HOLDING in lacks:
         yield _gap(study, joint, motor.brake, ("static_torque",), (HOLDING,))
-    parts = {"motor": motor, "gear": gear, "brake": motor.brake, "amplifier": joint.amplifier}
+    parts: dict[str, Motor | Gear | Brake | Amplifier] = {
+        "motor": motor, "gear": gear, "brake": motor.brake, "amplifier": joint.amplifier,
+    }  # fmt: skip
     for name in (one for one in lacks if one in LIVES):
         columns = tuple(column for column in LIVES[name] if getattr(gear, column) is None)
         yield _gap(study, joint, gear, (" and ".join(columns), "(if none is asked for) no safety.life"), (name,))
