@@ -77,6 +77,10 @@ class Fastest:
     moves: tuple[MoveTime, ...]
     share: float
 
+    def __repr__(self) -> str:
+        verdict = self.evaluation.verdict
+        return f"Fastest({self.study.name}: {self.duration:.4g} s instead of {self.before:.4g} s, {verdict})"
+
     @property
     def feasible(self) -> bool:
         """Whether there is a pace at which every check holds."""
