@@ -22,8 +22,11 @@ LIST, PART = ".drivetrain-files.json", ".part"
 LARGEST_TEXT = 256 << 20  # bytes: a day of six joints at 100 Hz is 0.5 GB as text, and nobody sizes with that
 
 
-def read_text(path: Path) -> str:
-    """The UTF-8 text of a file that a user names, its control characters spelled out; of an Excel sheet as CSV."""
+def read_text(path: Path, *, older: bool = False) -> str:
+    """The UTF-8 text of a file that a user names, its control characters spelled out; of an Excel sheet as CSV.
+
+    ``older``: UTF-16 and Windows' letters too, as older programs write them.
+    """
     try:
         book = path.parent if is_workbook(path.parent) else path  # or one of its sheets
         if book.stat().st_size > LARGEST_TEXT:
@@ -31,12 +34,21 @@ def read_text(path: Path) -> str:
             raise InputError(Fault("the file", problem, hint="keep what the study needs", file=str(path)))
         if is_workbook(book):
             return plain(_sheet_text(book, "" if book is path else path.stem))
-        return plain(path.read_text(encoding="utf-8-sig"))
+        return plain(_decoded(path.read_bytes()) if older else path.read_text(encoding="utf-8-sig"))
     except InputError:
         raise
     except (OSError, ValueError) as error:
         problem = str(error.strerror) if isinstance(error, OSError) else f"must be UTF-8 text: {error}"
         raise InputError(Fault("the file", f"cannot be read: {problem}", file=str(path))) from None
+
+
+def _decoded(raw: bytes) -> str:
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw.decode("utf-16")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", "replace")
 
 
 def is_there(path: Path, kind: Callable[[Path], bool] = Path.is_file) -> bool:

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -246,6 +247,9 @@ def test_every_format_is_written(run: Run, tmp_path: Path) -> None:
         code, out, errors = run("export", study, "--to", name, "--out", tmp_path / file)
         assert code in (0, 1), errors
         assert "lost: " in out and (tmp_path / file).stat().st_size > 500
+    assert run("export", study, "--to", "fmu", "--out", tmp_path / "a.fmu")[0] == 2  # of which joint?
+    code, out, _ = run("export", study, "--to", "fmu", "--joint", "joint_2", "--out", tmp_path / "a.fmu")
+    assert code in (0, 1) and "lost: " in out and zipfile.is_zipfile(tmp_path / "a.fmu")
 
 
 def test_check_says_what_was_read_and_writes_nothing(run: Run, write: Write, tmp_path: Path) -> None:

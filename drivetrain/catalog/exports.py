@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -18,9 +19,9 @@ from drivetrain.catalog.importers import Basis, basis_of, no_basis, read_basis, 
 from drivetrain.catalog.schema import CHOICE, MOTORS, NUMBER, TABLES, Column, by_name
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.units import to_si
-from drivetrain.whole_files import is_workbook, read_text, write_files
+from drivetrain.whole_files import read_text, write_files
 
-NAMES = tuple(Path(name).stem for name in TABLES)
+NAMES = ("motors", "gears", "brakes", "amplifiers")
 SILENT = ("", "-", "–", "—", "n/a", "na", "nan")  # cells that say nothing
 _NUMBER = re.compile(r"([+\-−]?\d[\d.,'’\u00a0\u202f ]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 _UNIT = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,\s*([^,]*)|\bin\s+(\S+))\s*:?\s*", re.DOTALL)
@@ -94,6 +95,14 @@ HEADINGS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 
+class Heading(NamedTuple):
+    """Of a maker's column: its heading, the unit of its numbers where it says none, a factor on them."""
+
+    heading: str
+    unit: str = ""
+    times: float = 1.0
+
+
 @dataclass(frozen=True)
 class ExportMap:
     """Which heading of a maker's table is which column of ours.
@@ -114,19 +123,39 @@ class ExportMap:
 
     def __post_init__(self) -> None:
         if self.table not in NAMES:
-            raise InputError(Fault("table", "must be a table of a catalogue", self.table, nearest(self.table, NAMES)))
+            hint = nearest(str(self.table), NAMES)
+            raise InputError(Fault("table", "must be a table of a catalogue", self.table, hint))
         known, faults = by_name(TABLES[f"{self.table}.csv"]), []
         for part in ("columns", "fixed"):
-            for name in getattr(self, part):
+            entries = getattr(self, part)
+            if not isinstance(entries, Mapping):
+                raise InputError(Fault(part, "must be a mapping", entries))
+            for name in entries:
                 if name not in known:
                     faults.append(Fault(f"{part}.{name}", "is no column", name, nearest(str(name), known)))
-        for name, entry in self.columns.items():
-            if isinstance(entry, dict) and ("heading" not in entry or set(entry) - {"heading", "unit", "times"}):
-                faults.append(Fault(f"columns.{name}", "must have heading, and may have unit and times", sorted(entry)))
+        headings = {name: _heading(entry) for name, entry in self.columns.items()}
+        problem = "must be a heading, or have heading, and may have unit, a text, and times, a number"
+        faults += [
+            Fault(f"columns.{name}", problem, self.columns[name]) for name, one in headings.items() if one is None
+        ]
         if self.decimal not in (".", ","):
             faults.append(Fault("decimal", "must be . or ,", self.decimal))
+        if not isinstance(self.transposed, bool):
+            faults.append(Fault("transposed", "must be true or false", self.transposed))
         if faults:
             raise InputError(faults)
+        object.__setattr__(self, "columns", headings)
+
+
+def _heading(entry: Any) -> Heading | None:
+    """An entry of a map; None where it is none."""
+    if isinstance(entry, str | int | float) and not isinstance(entry, bool):
+        return Heading(str(entry))
+    if not isinstance(entry, Mapping) or "heading" not in entry or set(entry) - set(Heading._fields):
+        return None
+    found = Heading(**entry)._replace(heading=str(entry["heading"]))
+    number = isinstance(found.times, int | float) and not isinstance(found.times, bool) and math.isfinite(found.times)
+    return found if number and isinstance(found.unit, str) else None
 
 
 @dataclass(frozen=True)
@@ -149,9 +178,6 @@ def read_map(path: Path) -> ExportMap:
     if not isinstance(data, dict):
         raise InputError(Fault("map", "must be a mapping", hint=", ".join(known), file=str(path)))
     faults = [Fault(str(name), "is unknown", hint=nearest(str(name), known)) for name in data if name not in known]
-    faults += [
-        Fault(name, "must be a mapping") for name in ("columns", "fixed") if not isinstance(data.get(name, {}), dict)
-    ]
     if faults:
         raise InputError(faults)
     return ExportMap(**data)
@@ -200,17 +226,7 @@ def import_export(
 
 def _grid(path: Path) -> list[list[str]]:
     """The cells of a table, comma, semicolon or tab between them; text of older programs too."""
-    if is_workbook(path):
-        text = read_text(path)
-    else:
-        raw = path.read_bytes() if path.is_file() else b""
-        utf16 = raw[:2] in (b"\xff\xfe", b"\xfe\xff")
-        try:
-            text = raw.decode("utf-16") if utf16 else read_text(path)
-        except InputError:
-            if not path.is_file():
-                raise
-            text = raw.decode("cp1252", "replace")
+    text = read_text(path, older=True)
     lines = text.splitlines()
     counts = {mark: sum(line.count(mark) for line in lines) for mark in ("\t", ";", ",")}
     mark = next((one for one in ("\t", ";") if counts[one] >= max(1, len(lines) // 2)), ",")
@@ -235,10 +251,7 @@ def _known(headings: Any) -> int:
 
 def _places(given: ExportMap, grid: Sequence[Sequence[str]], path: Path) -> dict[str, tuple[int, int, str]]:
     """Of each of our columns the row and the place of its heading, and the heading as written."""
-    words: dict[str, tuple[str, ...]] = {
-        name: (_plain(str(entry["heading"] if isinstance(entry, dict) else entry)),)
-        for name, entry in given.columns.items()
-    }
+    words: dict[str, tuple[str, ...]] = {name: (_plain(entry.heading),) for name, entry in given.columns.items()}
     if not words:
         words = {name: (*HEADINGS.get(name, ()), name) for name in by_name(TABLES[f"{given.table}.csv"])}
     best: dict[str, tuple[int, int, str]] = {}
@@ -274,8 +287,7 @@ def _cell(
         return KINDS.get(text, text)
     if column.content != NUMBER:
         return text
-    entry = given.columns.get(column.name)
-    stated = entry if isinstance(entry, dict) else {}
+    stated: Heading = given.columns.get(column.name, Heading(heading))
     match = _NUMBER.fullmatch(text)
     number = None if match is None else _number(match[1], given.decimal)
     place = f"{'column' if given.transposed else 'row'} {line}, {heading}"
@@ -284,7 +296,7 @@ def _cell(
         faults.append(Fault(place, "must be a number", text, hint, str(path)))
         return ""
     own, ends = match[2].strip(), _UNIT.fullmatch(heading)
-    units = [str(stated.get("unit", "")), own, *(ends.groups()[1:] if ends else ())]
+    units = [stated.unit, own, *(ends.groups()[1:] if ends else ())]
     if column.name == "ratio":
         units = [one for one in units if one and one.replace(" ", "") != ":1"]
     unit = next((one for one in units if one), "")
@@ -293,7 +305,7 @@ def _cell(
         faults.append(Fault(place, "says no unit", text, hint, str(path)))
         return ""
     try:
-        value = number * float(stated.get("times", 1.0))
+        value = number * stated.times
         value = float(to_si(value, unit, place, unit=column.unit, file=str(path))) if column.unit else value
         return f"{value:.12g}"
     except InputError as error:

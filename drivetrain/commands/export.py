@@ -44,6 +44,7 @@ class Format(StrEnum):
     PHYSX = "physx"
     DRAKE = "drake"
     C = "c"
+    FMU = "fmu"
 
 
 @command
@@ -125,20 +126,26 @@ def export(
         str | None, typer.Option(metavar="NAME", help="That the tip carries, one of the study's.", show_default=False)
     ] = None,
     rate: Annotated[str, typer.Option(metavar="RATE", help="Of --to c, how often it will be called.")] = "1 kHz",
+    joint: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Of --to fmu, whose drive it is.", show_default=False)
+    ] = None,
 ) -> bool:
     """Write the arm with the drives that the study names or selects for another tool, and say what its format loses."""
     from drivetrain.control.c_code import write_c
     from drivetrain.control.commander import Commander
+    from drivetrain.export.fmu import write_fmu
     from drivetrain.export.limits import write_drive_urdf, write_physx, write_ros2
     from drivetrain.export.losses import lost
     from drivetrain.export.mjcf import write_mjcf
     from drivetrain.export.sdf import write_sdf
 
-    bare = payload is not None and to in (Format.ROS2, Format.PHYSX)
-    _, hertz, _, loaded = inputs(
+    bare = payload is not None and to in (Format.ROS2, Format.PHYSX, Format.FMU)
+    _, hertz, *_, loaded = inputs(
         lambda: writable(out, file=True),
         lambda: positive(rate, "Hz", "--rate"),
         lambda: refuse(bare, "--payload", f"means nothing to {to.value}, which holds drives alone"),
+        lambda: refuse(joint is not None and to is not Format.FMU, "--joint", f"means nothing to {to.value}"),
+        lambda: refuse(joint is None and to is Format.FMU, "--joint", "is needed: an FMU holds the drive of one joint"),
         lambda: load_chosen(study),
     )
     result = chosen(loaded)
@@ -154,6 +161,8 @@ def export(
     elif to is Format.C:
         write_c(Commander(result, rate=hertz, payload=payload), out)
         notes = lost("c")
+    elif to is Format.FMU:
+        notes = write_fmu(result, out, joint=joint or "")
     else:
         notes = write_drive_urdf(result, out, payload=payload)
     lines([*notes, f"{to.value}: {out}", f"verdict on these drives: {result.verdict}"])

@@ -6,6 +6,7 @@ from drivetrain.face import shown
 
 if TYPE_CHECKING:
     from drivetrain.export.currents import write_currents as write_currents
+    from drivetrain.export.fmu import write_fmu as write_fmu
     from drivetrain.export.limits import write_drive_urdf as write_drive_urdf
     from drivetrain.export.limits import write_physx as write_physx
     from drivetrain.export.limits import write_ros2 as write_ros2

@@ -31,6 +31,11 @@ LOSSES: dict[str, tuple[str, ...]] = {
         "other payloads and drives than those it was written for", "springs and backlash of the gears",
         "counterbalances that follow a table", "a base that moves",
     ),
+    "fmu": (
+        "all joints but one: an inertia stands for the arm, its weight and what other joints do to it is load_torque",
+        "springs and backlash of the gears", "inductance: the current follows its command at once",
+        "the amplifier's I2t, the supply's bus, holding brakes", "any Python but one in which drivetrain is installed",
+    ),
 }  # fmt: skip
 """By the name of the format."""
 

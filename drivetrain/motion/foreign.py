@@ -179,6 +179,22 @@ def bag_messages(file: Path, kind: str) -> list[Any]:
         raise InputError(Fault("file", f"cannot be read as a ROS bag: {error}", file.name)) from None
 
 
+def joint_states(file: Path, joints: Sequence[str]) -> tuple[Array, dict[str, Array]]:
+    """Instants [s] and what was measured of some joints in a ROS bag, each (N, n); of messages that name all of them.
+
+    Position, velocity and effort, as far as every such message holds them.
+    """
+    states = [one for one in bag_messages(file, "JointState") if {*joints} <= {*one.name}]
+    time = np.array([one.header.stamp.sec + 1e-9 * one.header.stamp.nanosec for one in states])
+    places = [[list(one.name).index(joint) for joint in joints] for one in states]
+    found = {}
+    for part in ("position", "velocity", "effort"):
+        rows = [np.asarray(getattr(one, part)) for one in states]
+        if all(len(row) == len(one.name) for row, one in zip(rows, states, strict=True)):
+            found[part] = np.array([row[at] for row, at in zip(rows, places, strict=True)])
+    return time - time[:1].sum(), found
+
+
 def _bag(path: Path, joint_names: Sequence[str]) -> Read:
     """Of the first trajectory of these joints that was sent, else of the positions that were measured."""
     wanted = {*joint_names}
@@ -191,14 +207,12 @@ def _bag(path: Path, joint_names: Sequence[str]) -> Read:
         whole = {name: np.array(one) for name, one in rows.items() if name == "q" or all(len(row) == n for row in one)}
         if all(len(row) == n for row in rows["q"]):
             return list(sent.joint_names), time, whole
-    states = [one for one in bag_messages(path, "JointState") if wanted <= {*one.name}]
-    if len(states) < 2:
+    time, measured = joint_states(path, joint_names)
+    if len(time) < 2 or "position" not in measured:
         told = f"holds neither a JointTrajectory nor two JointState of {', '.join(joint_names)}"
         raise InputError(Fault("file", told, file=str(path)))
-    stamps = np.array([one.header.stamp.sec + 1e-9 * one.header.stamp.nanosec for one in states])
-    time, kept = np.unique(stamps - stamps[0], return_index=True)
-    columns = [[list(states[k].name).index(joint) for joint in joint_names] for k in kept]
-    return joint_names, time, {"q": np.array([states[k].position[at] for k, at in zip(kept, columns, strict=True)])}
+    time, kept = np.unique(time, return_index=True)
+    return joint_names, time, {"q": measured["position"][kept]}
 
 
 READERS: dict[str, Callable[[Path, Sequence[str]], Read]] = {

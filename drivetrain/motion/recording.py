@@ -12,7 +12,7 @@ import numpy as np
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.motion.columns import Kind, assigned_columns
-from drivetrain.motion.foreign import BAGS, bag_messages
+from drivetrain.motion.foreign import BAGS, joint_states
 from drivetrain.motion.read import ACCELERATION, POSITION, VELOCITY
 from drivetrain.motion.table import Column, Table, read_table
 from drivetrain.units import split_header
@@ -203,20 +203,12 @@ def _mat(file: Path) -> Mapping[str, Any]:
 
 def _bag(file: Path, joints: tuple[str, ...]) -> Mapping[str, Any]:
     """Of the joint states in a ROS bag."""
-    rows: dict[str, list[float]] = {}
-    for message in bag_messages(file, "JointState"):
-        if not set(joints) <= set(message.name):
-            continue
-        stamp = message.header.stamp
-        rows.setdefault("time [s]", []).append(stamp.sec + 1e-9 * stamp.nanosec)
-        for joint in joints:
-            at = list(message.name).index(joint)
-            states = (message.position, message.velocity, message.effort)
-            for prefix, unit, values in zip(("q", "qd", "effort"), ("rad", "rad/s", "N m"), states, strict=True):
-                if len(values):
-                    rows.setdefault(f"{prefix}_{joint} [{unit}]", []).append(float(values[at]))
-    if not rows:
+    time, measured = joint_states(file, joints)
+    if not len(time):
         raise InputError(Fault("file", f"holds no JointState of {', '.join(joints)}", file.name))
-    start = rows["time [s]"][0]
-    rows["time [s]"] = [instant - start for instant in rows["time [s]"]]
-    return rows
+    kinds = {"position": ("q", "rad"), "velocity": ("qd", "rad/s"), "effort": ("effort", "N m")}
+    columns = {
+        f"{kinds[part][0]}_{joint} [{kinds[part][1]}]": column
+        for part, values in measured.items() for joint, column in zip(joints, values.T, strict=True)
+    }  # fmt: skip
+    return {"time [s]": time} | columns

@@ -7,7 +7,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-from drivetrain.drive.amplifier import from_dc
 from drivetrain.report.json_text import drives_data, job_data, json_text
 from drivetrain.report.pages.sheet import Extra
 from drivetrain.report.pages.spread_section import spread_data
@@ -97,10 +96,7 @@ def _amperes(check: Check) -> dict[str, Any] | None:
     """A current in the ampere that the study uses; nothing for what is none, or where both are one."""
     if check.unit != "A" or check.current_basis == "dc":
         return None
-    values = {name: getattr(check, name) for name in ("actual", "required", "available")}
-    return {"basis": check.current_basis} | {
-        name: None if value is None else from_dc(value, check.current_basis) for name, value in values.items()
-    }
+    return {"basis": check.current_basis} | {name: check.entered(name) for name in ("actual", "required", "available")}
 
 
 def _joint(joint: JointResult, mounting: float | None) -> dict[str, Any]:

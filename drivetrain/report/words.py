@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from drivetrain.drive.amplifier import from_dc
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
@@ -92,10 +91,8 @@ def in_study_amperes(check: Check) -> str:
     if check.unit != "A" or check.current_basis == "dc" or check.required is None:
         return ""
     digits = digits_near_limit(check.utilisation)
-    asked, limit = (
-        None if value is None else number(from_dc(value, check.current_basis), digits)
-        for value in (check.required, check.available)
-    )
+    found = [check.entered(name) for name in ("required", "available")]
+    asked, limit = (None if value is None else number(value, digits) for value in found)
     return f"{asked}{'' if limit is None else f' of {limit}'} A {AMPERES[check.current_basis]}"
 
 

@@ -206,25 +206,9 @@ def _carried(study: Study, repetitions: int) -> tuple[Effect, ...]:
 
 def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, options: SceneOptions) -> tuple[Effect, ...]:
     """The effects of one joint."""
-    travel = task.travel_per_turn or 1.0
     constant = torque_constant(drive.motor, drive.motor.reference_temperature)
-    volts = available_voltage(task.amplifier, study.supply.voltage)
-    effects: list[Effect] = [
-        PositionLoop(inertia * options.bandwidth**2, 2.0 * inertia * options.bandwidth, constant),
-        MotorCurrent(drive.motor, task.amplifier.peak_current or math.inf, volts),
-    ]
-    if options.friction:
-        effects += _friction(at_joint(drive.joint_friction, travel), "shaft" if task.coupled else "joint")
-        effects += _friction(shaft_friction(drive), "motor")
-    if known(unknown_loss(as_record(complete(drive.gear)))):
-        effects += [MeshLoss(drive.gear)] if options.mesh else []
-        effects += _drag(study, drive) if options.friction else []
-    elif options.friction and drive.gear.no_load_torque:
-        effects.append(DryFriction(Friction(coulomb=drive.gear.no_load_torque), "motor"))
-    effects += [CounterbalanceTorque(one, k + 1) for k, one in enumerate(task.counterbalances)]
-    network = thermal_network(drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
-    if options.heat and network is not None and network.winding_capacity is not None:
-        effects.append(WindingHeat(network, gear_heat=task.gear_heat))
+    loop = PositionLoop(inertia * options.bandwidth**2, 2.0 * inertia * options.bandwidth, constant)
+    effects: list[Effect] = [loop, *drive_effects(task, drive, surroundings(study), options)]
     single = task.travel_per_turn is None and not task.coupled
     if options.springs and drive.gear.stiffness_1 is not None and single:
         critical = 2.0 * math.sqrt(drive.gear.stiffness_1 * inertia)
@@ -232,13 +216,50 @@ def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, options:
     return tuple(effects)
 
 
-def _drag(study: Study, drive: Drive) -> list[Effect]:
-    """The gear's drag, where there is any: at the temperature that the study states, else at that of the housing."""
+@dataclass(frozen=True)
+class Surroundings:
+    """What a drive takes from around it."""
+
+    supply_voltage: float  # [V]
+    ambient: float  # [C]
+    drag_temperature: float  # at which the gear's drag is taken [C]
+    drag_follows: bool  # the housing from there on
+
+
+def surroundings(study: Study) -> Surroundings:
+    """Those of a study."""
+    cold = float(study.drag_temperature(study.ambient))
+    return Surroundings(study.supply.voltage, study.ambient, cold, study.gear_temperature is None)
+
+
+def drive_effects(
+    task: JointTask, drive: Drive, around: Surroundings, options: SceneOptions = DEFAULT_OPTIONS
+) -> list[Effect]:
+    """Those of a drive whose current is commanded: motor, frictions, losses, counterbalances, heat."""
+    volts = available_voltage(task.amplifier, around.supply_voltage)
+    effects: list[Effect] = [MotorCurrent(drive.motor, task.amplifier.peak_current or math.inf, volts)]
+    if options.friction:
+        law = at_joint(drive.joint_friction, task.travel_per_turn or 1.0)
+        effects += _friction(law, "shaft" if task.coupled else "joint")
+        effects += _friction(shaft_friction(drive), "motor")
+    if known(unknown_loss(as_record(complete(drive.gear)))):
+        effects += [MeshLoss(drive.gear)] if options.mesh else []
+        effects += _drag(drive, around) if options.friction else []
+    elif options.friction and drive.gear.no_load_torque:
+        effects.append(DryFriction(Friction(coulomb=drive.gear.no_load_torque), "motor"))
+    effects += [CounterbalanceTorque(one, k + 1) for k, one in enumerate(task.counterbalances)]
+    network = thermal_network(drive.motor, around.ambient, housing_to_ambient=task.housing_to_ambient)
+    if options.heat and network is not None and network.winding_capacity is not None:
+        effects.append(WindingHeat(network, gear_heat=task.gear_heat))
+    return effects
+
+
+def _drag(drive: Drive, around: Surroundings) -> list[Effect]:
+    """The gear's drag, where there is any: at the temperature that is stated, else at that of the housing."""
     found = mesh(drive.gear)
     if found.drag + found.seal + found.starting == 0.0:
         return []
-    stated = study.gear_temperature is None
-    return [GearDrag(drive.gear, float(study.drag_temperature(study.ambient)), follows=stated)]
+    return [GearDrag(drive.gear, around.drag_temperature, follows=around.drag_follows)]
 
 
 def _friction(law: Friction, side: Side) -> list[Effect]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from typing import Any
 
 import pytest
 
@@ -139,3 +140,20 @@ def test_every_fault_at_once(tmp_path):
     path.write_text("Part number,Torque constant,Terminal resistance\nA,30 mNm/A,1 Ohm\n", "utf-8")
     done = import_export(path, tmp_path / "out", ExportMap())
     assert done.rows == 0 and "ampere" in done.refused[0].problem and not done.file.exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "place"),
+    [
+        ({"columns": {"mass": {"heading": "W", "times": "twice"}}}, "columns.mass"),
+        ({"columns": {"mass": {"heading": "W", "times": float("nan")}}}, "columns.mass"),
+        ({"columns": {"mass": ["W"]}}, "columns.mass"),
+        ({"columns": ["W"]}, "columns"),
+        ({"table": None}, "table"),
+        ({"transposed": "no"}, "transposed"),
+    ],
+)
+def test_a_map_that_says_nothing_is_refused_by_its_place(given: dict[str, Any], place: str) -> None:
+    with pytest.raises(InputError) as error:
+        ExportMap(**given)
+    assert [fault.place for fault in error.value.faults] == [place]

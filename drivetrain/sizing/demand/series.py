@@ -222,37 +222,30 @@ def added_by(work: Workload, joint: int, drives: Sequence[int]) -> Added:
 
     A drive that does not load the joint adds nothing.
     """
-    basis, travel = work.basis[joint], work.study.joints[joint].travel_per_turn or 1.0
-    samples, rows = len(work.study.cycle.time), NUMBERS * len(drives)
-    stops = None if work.study.joints[joint].stop.ramp is None else work.stops
-    states = 0 if stops is None else len(stops.first)
-    held = work.resting[joint].force if work.study.joints[joint].brakes else np.zeros((len(basis.force), 0))
-    torque, inertia, static, stop = (np.zeros((rows, width)) for width in (samples, samples, held.shape[1], states))
-    wrench = np.zeros((rows, 6, samples if basis.told else 0))
+    basis, each, travel = work.basis[joint], _by_drives(work, joint), work.study.joints[joint].travel_per_turn or 1.0
+    found = Added(*(np.zeros((NUMBERS * len(drives), *series.shape[1:])) for series in each))
+    units: Any = (travel, 1.0, travel**2, travel, travel)
     for position, drive in enumerate(drives):
-        if drive not in basis.drives:
-            continue
-        to, at = (slice(NUMBERS * k, NUMBERS * (k + 1)) for k in (position, basis.drives.index(drive)))
-        torque[to], inertia[to] = travel * basis.force[at], travel**2 * basis.inertia[at]
-        static[to] = travel * held[at]
-        if stops is not None:
-            stop[to] = travel * stops.joints[joint].force[at]
-        if basis.told:
-            wrench[to] = basis.wrench[at].reshape(NUMBERS, samples, 6).transpose(0, 2, 1)
-    return Added(torque, wrench, inertia, stop, static)
+        if drive in basis.drives:
+            to = slice(NUMBERS * position, NUMBERS * (position + 1))
+            for added, unit, series in zip(found, units, each, strict=True):
+                added[to] = unit * series[basis.rows(drive)]
+    return found
 
 
 def loads_by(work: Workload, joint: int, drive: int) -> bool:
     """Whether any number of a drive changes what a joint carries."""
-    rows = work.basis[joint].rows(drive)
-    series = [work.basis[joint].force[rows], work.basis[joint].inertia[rows]]
-    if work.basis[joint].told:
-        series.append(work.basis[joint].wrench[rows])
-    if work.study.joints[joint].brakes:
-        series.append(work.resting[joint].force[rows])
-    if work.study.joints[joint].stop.ramp is not None and work.stops is not None:
-        series.append(work.stops.joints[joint].force[rows])
-    return any(row.any() for row in series)
+    return any(series[work.basis[joint].rows(drive)].any() for series in _by_drives(work, joint))
+
+
+def _by_drives(work: Workload, joint: int) -> Added:
+    """What a unit of each number of every drive in a joint's basis adds, in the joint's unit; empty where unasked."""
+    basis, task = work.basis[joint], work.study.joints[joint]
+    rows, nothing = len(basis.force), np.zeros((len(basis.force), 0))
+    samples = basis.wrench.shape[1] // 6 if basis.told else 0
+    wrench = basis.wrench[:, : 6 * samples].reshape(rows, samples, 6).transpose(0, 2, 1)
+    stop = nothing if task.stop.ramp is None or work.stops is None else work.stops.joints[joint].force
+    return Added(basis.force, wrench, basis.inertia, stop, work.resting[joint].force if task.brakes else nothing)
 
 
 def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[JointDemand, Work]:

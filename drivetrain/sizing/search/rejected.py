@@ -17,7 +17,6 @@ import numpy as np
 import pandas as pd
 
 from drivetrain.arrays import Array
-from drivetrain.drive.amplifier import from_dc
 from drivetrain.records import as_numbers
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.arm_stops import asks_stops
@@ -255,14 +254,13 @@ def _excess(check: Check) -> float:
 
 
 def _figures(check: Check) -> str:
-    required, available = (math.nan if v is None else v for v in (check.required, check.available))
+    found = [check.entered(name) for name in ("required", "available")]
+    required, available = (math.nan if value is None else value for value in found)
     over = 100.0 * ((check.utilisation or 0.0) - 1.0)
     excess = f"{over:.3g} % over" if math.isfinite(over) else "without bound"
     factor = "" if check.factor == 1.0 else f"; the factor {check.factor:g} is in it"
-    if check.unit != "A":
-        return f"{required:.4g} of {available:.4g} {check.unit} ({excess}{factor})"
-    entered = [float(from_dc(value, check.current_basis)) for value in (required, available)]
-    return f"{entered[0]:.4g} of {entered[1]:.4g} A {AMPERES[check.current_basis]} ({excess}{factor})"
+    unit = f"A {AMPERES[check.current_basis]}" if check.unit == "A" else check.unit
+    return f"{required:.4g} of {available:.4g} {unit} ({excess}{factor})"
 
 
 def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:

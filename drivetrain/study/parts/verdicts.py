@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from drivetrain.drive.amplifier import from_dc
+
 
 class Verdict(StrEnum):
     """What a check says. NOT CHECKED means that data are missing; it never counts as a pass."""
@@ -53,6 +55,18 @@ class Check:
     def actual(self) -> float | None:
         """What the task asks, without the safety factor [unit]."""
         return None if self.required is None else self.required / self.factor
+
+    def entered(self, name: str) -> float | None:
+        """One of its numbers as the user thinks of it: a current in the study's ampere.
+
+        Args:
+            name: ``actual``, ``required`` or ``available``.
+
+        Returns:
+            The number; None where it is not known.
+        """
+        value: float | None = getattr(self, name)
+        return value if value is None or self.unit != "A" else float(from_dc(value, self.current_basis))
 
 
 def worst(verdicts: object) -> Verdict:

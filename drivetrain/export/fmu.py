@@ -1,0 +1,300 @@
+"""The drive of one axis as a co-simulation FMU: our simulation of it, packed by pythonfmu."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from drivetrain.catalog.schema import GEAR_COLUMNS, MOTOR_COLUMNS
+from drivetrain.drive.amplifier import Amplifier
+from drivetrain.drive.brake import Brake
+from drivetrain.drive.counterbalance import Counterbalance
+from drivetrain.drive.drive import Drive, drive_inertia
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.dynamics.mass import mass_matrix
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.motor.given import GivenCurrent
+from drivetrain.effects.motor.rotor import ReflectedRotor
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.export.losses import lost
+from drivetrain.simulation.engines.engine import Outcome, RunOptions
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.planning.plan import Plan, plan
+from drivetrain.simulation.scene import Inertia, joint_scene
+from drivetrain.simulation.study_scene import Surroundings, drive_effects, surroundings
+from drivetrain.sizing.results import Evaluation
+from drivetrain.study.model import JointTask, Mount, Study
+from drivetrain.study.parts.mounting import loaded_arm
+from drivetrain.whole_files import refusal
+
+AXIS_FILE = "axis.json"
+AT_JOINT = "position speed acceleration gear_torque load_torque load_inertia start_position start_speed".split()
+SLIDING = {"rad": "m", "rad/s": "m/s", "rad/s^2": "m/s^2", "N m": "N", "kg m^2": "kg"}
+"""Units of what counts at the joint, where it slides."""
+SCRIPT = """from drivetrain.export.fmu_slave import DriveSlave
+
+# At every start pythonfmu 0.7 gives back one reference to this module's dictionary that it never took.
+DriveSlave.held.append(globals())
+
+
+class {name}(DriveSlave):
+    pass
+"""
+SHEET = {
+    "motor": (
+        "resistance torque_constant reference_temperature magnet_coefficient rotor_inertia coulomb_friction "
+        "viscous_friction nominal_voltage no_load_current no_load_speed resistance_winding_housing "
+        "resistance_housing_ambient resistance_winding_ambient winding_time_constant housing_time_constant"
+    ),
+    "gear": (
+        "ratio efficiency backdriving_efficiency no_load_torque mesh_efficiency drag_torque drag_speed "
+        "drag_speed_exponent drag_temperature_1 drag_temperature_2 seal_drag_torque starting_torque inertia"
+    ),
+}
+"""What a simulation takes of the rows."""
+UNITS = {
+    f"{part}.{one.name}": one.unit
+    for part, columns in (("motor", MOTOR_COLUMNS), ("gear", GEAR_COLUMNS))
+    for one in columns
+    if one.name in SHEET[part].split()
+}
+OUTPUTS = {
+    "position": ("rad", "of the joint"),
+    "speed": ("rad/s", "of the joint"),
+    "acceleration": ("rad/s^2", "of the joint"),
+    "gear_torque": ("N m", "through the mesh, at the gear's output"),
+    "motor_torque": ("N m", "by the current"),
+    "motor_speed": ("rad/s", "of the motor's shaft"),
+    "current": ("A", "that flows, DC equivalent"),
+    "voltage": ("V", "between the motor's terminals"),
+    "electrical_power": ("W", "into the motor"),
+    "winding_temperature": ("degC", "of the motor"),
+    "housing_temperature": ("degC", "of the motor"),
+}
+INPUTS = {
+    "current_command": ("A", "of the amplifier, DC equivalent; voltage and peak current limit it"),
+    "load_torque": ("N m", "on the joint from outside, positive along its axis, without load_inertia's own"),
+}
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis as an FMU keeps it, in SI; of a joint that slides torques are forces and angles lengths."""
+
+    joint: str
+    motor: Motor
+    gear: Gear
+    friction: Friction
+    motor_friction: Friction | None
+    amplifier: Amplifier
+    counterbalances: tuple[Counterbalance, ...]
+    around: Surroundings
+    travel_per_turn: float | None
+    housing_to_ambient: float | None
+    gear_heat: float
+    load_inertia: float  # that the joint moves, drive left out [kg m^2 or kg]
+    # at the start [rad or m], [rad/s or m/s]
+    position: float
+    speed: float
+
+    def text(self) -> str:
+        """As JSON."""
+        return json.dumps(asdict(self), indent=1) + "\n"
+
+    def parameters(self) -> dict[str, tuple[float, str, str]]:
+        """Value, unit and meaning of what may be set before a run, by name; of the rows what they know."""
+        found = {
+            "load_inertia": (self.load_inertia, "kg m^2", "that the joint moves, drive left out"),
+            "start_position": (self.position, "rad", "of the joint"),
+            "start_speed": (self.speed, "rad/s", "of the joint"),
+            "supply_voltage": (self.around.supply_voltage, "V", "behind the amplifier"),
+            "ambient": (self.around.ambient, "degC", "of the air; motor and gear begin as warm"),
+        }
+        if self.amplifier.peak_current is not None:
+            found["peak_current"] = self.amplifier.peak_current, "A", "of the amplifier, DC equivalent"
+        for name, unit in UNITS.items():
+            part, field = name.split(".")
+            value = getattr(getattr(self, part), field)
+            if value is not None:
+                found[name] = float(value), unit, f"of {getattr(self, part).key}, as its row says"
+        return found
+
+    def unit(self, name: str, unit: str) -> str:
+        """Of a parameter, input or output there."""
+        return unit if self.travel_per_turn is None or name not in AT_JOINT else SLIDING[unit]
+
+    def with_parameters(self, values: Mapping[str, float]) -> Axis:
+        """The axis with other values of ``parameters``."""
+        parts: dict[str, Any] = {}
+        for part in SHEET:
+            own = {name.partition(".")[2]: value for name, value in values.items() if name.startswith(f"{part}.")}
+            parts[part] = replace(getattr(self, part), **own)  # type: ignore[arg-type]
+        around = replace(self.around, supply_voltage=values["supply_voltage"], ambient=values["ambient"])
+        amplifier = replace(self.amplifier, peak_current=values.get("peak_current"))
+        return replace(
+            self, **parts, around=around, amplifier=amplifier, load_inertia=values["load_inertia"],
+            position=values["start_position"], speed=values["start_speed"],
+        )  # fmt: skip
+
+
+def read_axis(text: str) -> Axis:
+    """What ``Axis.text`` wrote."""
+    data: dict[str, Any] = json.loads(text)
+    data["motor"]["brake"] = _made(Brake, data["motor"]["brake"])
+    kinds = {"motor": Motor, "gear": Gear, "friction": Friction, "amplifier": Amplifier, "around": Surroundings}
+    parts = {name: _made(kind, data[name]) for name, kind in kinds.items()}
+    shaft = None if data["motor_friction"] is None else _made(Friction, data["motor_friction"])
+    balances = tuple(_made(Counterbalance, one) for one in data["counterbalances"])
+    return Axis(**data | parts | {"motor_friction": shaft, "counterbalances": balances})
+
+
+def _made(kind: Any, data: dict[str, Any]) -> Any:
+    """A dataclass from what JSON keeps of it."""
+    return kind(**{name: tuple(value) if isinstance(value, list) else value for name, value in data.items()})
+
+
+def axis_of(evaluation: Evaluation, joint: str) -> Axis:
+    """One axis of an evaluation.
+
+    Raises:
+        InputError: An unknown joint; one whose motor is coupled with others; a load table without ``load_inertia``.
+    """
+    study = evaluation.study
+    names = [task.name for task in study.joints]
+    if joint not in names:
+        raise InputError(Fault("joint", "is none of the study's", joint, nearest(joint, names)))
+    index = names.index(joint)
+    task, drive = study.joints[index], evaluation.joints[joint].drive
+    if task.coupled or task.sharing:
+        problem = "shares joints with other motors: an FMU holds one motor at one joint"
+        raise InputError(Fault(f"joints.{joint}", problem))
+    return Axis(
+        joint, drive.motor, drive.gear, drive.joint_friction, drive.motor_friction, task.amplifier,
+        task.counterbalances, surroundings(study), task.travel_per_turn, task.housing_to_ambient, task.gear_heat,
+        _load_inertia(study, evaluation, index), float(study.cycle.position[0, index]),
+        float(study.cycle.velocity[0, index]),
+    )  # fmt: skip
+
+
+def _load_inertia(study: Study, evaluation: Evaluation, index: int) -> float:
+    """What the joint moves where the cycle begins, all other joints held, its own drive left out."""
+    task = study.joints[index]
+    if study.arm is None:
+        if task.load_inertia is None:
+            hint = "such as 15 kg m^2"
+            place = f"joints.{task.name}.load_inertia"
+            raise InputError(Fault(place, "is needed for an FMU of a load table", hint=hint))
+        return float(task.load_inertia)
+    arm = loaded_arm(study, {name: one.drive for name, one in evaluation.joints.items()}, -1)
+    drive = evaluation.joints[task.name].drive
+    ratio = drive.gear.ratio / (task.travel_per_turn or 1.0)
+    whole = float(mass_matrix(arm, study.cycle.position[0])[index, index])
+    return whole - ratio**2 * drive_inertia(drive)
+
+
+class AxisRun:
+    """An axis that runs from one communication point to the next, its inputs held between them."""
+
+    def __init__(self, axis: Axis, *, step: float = 1e-3):
+        ratio = axis.gear.ratio / (axis.travel_per_turn or 1.0)
+        task = JointTask(
+            axis.joint, None, (), (), Mount(), None, axis.friction, axis.motor_friction, axis.amplifier,
+            travel_per_turn=axis.travel_per_turn, housing_to_ambient=axis.housing_to_ambient,
+            gear_heat=axis.gear_heat, counterbalances=axis.counterbalances,
+        )  # fmt: skip
+        drive = Drive(axis.motor, axis.gear, axis.friction, axis.motor_friction)
+        load = Inertia(axis.load_inertia, turning=axis.travel_per_turn is None, name=axis.joint)
+        once = np.zeros(1)
+        given = {"current_command": GivenCurrent(once, once), "load_torque": GivenTorque(once, once)}
+        rotor = ReflectedRotor(drive_inertia(drive), ratio)
+        effects = [*drive_effects(task, drive, axis.around), rotor, *given.values()]
+        self._plan: Plan = plan(joint_scene(load, effects, 1.0, position=axis.position, speed=axis.speed))
+        tables = [one.effect for one in self._plan.instances if one.effect.table(one.place).size]
+        self._inputs = {
+            name: self._plan.memory.view(self._plan.memory.numbers, f"table {tables.index(effect) + 1}")
+            for name, effect in given.items()
+        }
+        self._layout, self._engine, self._axis = self._plan.layout, FixedStep(step), axis
+        self._kept: dict[str, Any] | None = None
+        self.time = 0.0  # since the start [s]
+
+    def run(self, inputs: Mapping[str, float], end: float) -> dict[str, float]:
+        """Go on to an instant [s] and tell the outputs there; ``inputs`` hold until then."""
+        outcome = self._to(inputs, end)
+        if outcome.stopped_by is not None:
+            raise ArithmeticError(f"{outcome.stopped_by.name}: {outcome.stopped_by.detail}")
+        self._kept, self.time = outcome.kept, end
+        return self._told(outcome.rows[-1])
+
+    def now(self, inputs: Mapping[str, float]) -> dict[str, float]:
+        """The outputs where nothing has run yet."""
+        return self._told(self._to(inputs, self._engine.step).rows[0])
+
+    def _to(self, inputs: Mapping[str, float], end: float) -> Outcome:
+        for name, value in inputs.items():
+            self._inputs[name][1] = value
+        scene = replace(self._plan.scene, duration=end)
+        return self._engine.run(replace(self._plan, scene=scene), RunOptions(end, resume=self._kept))
+
+    def _told(self, row: Any) -> dict[str, float]:
+        joint = self._axis.joint
+        shown = {
+            name.removeprefix(f"{joint}."): float(row[column]) for name, (column, _) in self._layout.recorded.items()
+        }
+        shown["gear_torque"] = shown["mesh_torque"]
+        return {name: shown[name] for name in OUTPUTS if name in shown}
+
+
+def write_fmu(evaluation: Evaluation, path: str | Path, *, joint: str) -> tuple[str, ...]:
+    """Write the drive of one axis as a co-simulation FMU, FMI 2.0: amplifier, motor, gear, frictions, heat and a load.
+
+    Inputs are the commanded current and the torque on the joint from outside, outputs the joint's motion, torques,
+    current, voltage and temperatures; parameters are the numbers of the motor's and the gear's rows, the load's inertia
+    and the start. It runs this package's own simulation: who loads it needs a Python in which drivetrain is installed.
+
+    Args:
+        evaluation: Of a set of drives.
+        path: Of the file, ending in .fmu.
+        joint: Name of the joint.
+
+    Returns:
+        What the format loses.
+
+    Raises:
+        InputError: An unknown joint, one of coupled motors, a load table without ``load_inertia``, pythonfmu is not
+            installed, or the file cannot be written.
+
+    Reference: FMI 2.0.4, co-simulation; https://github.com/NTNU-IHB/PythonFMU.
+    """
+    try:
+        from pythonfmu import FmuBuilder
+    except ModuleNotFoundError:
+        raise InputError(Fault("export", "needs pythonfmu", "fmu", "pip install drivetrain[fmu]")) from None
+    place, axis = Path(path), axis_of(evaluation, joint)
+    if place.suffix != ".fmu":
+        raise InputError(Fault("path", "must end in .fmu", str(place)))
+    name = re.sub(r"\W", "_", f"drive_{joint}")
+    searched = list(sys.path)
+    with TemporaryDirectory() as folder:
+        script, data = Path(folder) / f"{name}.py", Path(folder) / AXIS_FILE
+        script.write_text(SCRIPT.format(name=name), encoding="utf-8")
+        data.write_text(axis.text(), encoding="utf-8")
+        try:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            FmuBuilder.build_FMU(script, dest=place, project_files=[data])
+        except OSError as error:
+            raise refusal(error, "path", place) from None
+        finally:  # the builder leaves its folder there
+            sys.path[:] = searched
+            sys.modules.pop(name, None)
+    return lost("fmu")

@@ -1,0 +1,179 @@
+"""The FMU of a drive, run by fmpy: against our own simulation, and equations of motion and heat written out here."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import fmpy
+import fmpy.validation
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from drivetrain.arm.coupling import differential, placed, with_coupling
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.counterbalance import Counterbalance
+from drivetrain.drive.drive import drive_inertia
+from drivetrain.drive.friction import Friction
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.motor.given import GivenCurrent
+from drivetrain.effects.motor.rotor import ReflectedRotor
+from drivetrain.errors import InputError
+from drivetrain.export.fmu import axis_of, read_axis, write_fmu
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Inertia, joint_scene
+from drivetrain.simulation.study_scene import drive_effects, surroundings
+from drivetrain.sizing.judge.evaluate import evaluate
+
+STEP, END = 0.01, 1.5  # s; of communication
+VISCOUS, OUTSIDE = 2e-6, Friction(coulomb=0.2, viscous=0.05)
+
+
+@pytest.fixture(scope="module")
+def found(make):
+    """Two joints at a wide supply; everything that warms, rubs and leans is in."""
+    motor = replace(make.motor, coulomb_friction=0.008, viscous_friction=VISCOUS, no_load_current=None)
+    tasks = tuple(
+        make.task(name, friction=OUTSIDE, amplifier=Amplifier(peak_current=40.0), gear_heat=0.5)
+        for name in ("j1", "j2")
+    )
+    tasks = (replace(tasks[0], counterbalances=(Counterbalance(torque=1.5),)), tasks[1])
+    arm = make.planar_arm([0.3, 0.3], [1.5, 1.0])
+    catalog = Catalog({"m1": motor}, {"g1": make.gear})
+    return evaluate(make.study(make.sines(2), arm=arm, joints=tasks, supply=Supply(300.0), catalog=catalog))
+
+
+@pytest.fixture(scope="module")
+def file(found, tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("fmu") / "deep" / "j1.fmu"
+    notes = write_fmu(found, path, joint="j1")
+    assert any("springs" in note for note in notes)
+    return path
+
+
+def given(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Current and load at the communication points: the axis is driven, then driven by its load, and turns back."""
+    return 12.0 * np.sin(4.0 * t) + 6.0 * np.cos(9.0 * t), 8.0 * np.cos(5.0 * t)
+
+
+@pytest.fixture(scope="module")
+def told(file: Path):
+    t = np.arange(0.0, END + 0.5 * STEP, STEP)
+    inputs = np.array(
+        list(zip(t, *given(t), strict=True)),
+        dtype=[("time", float), ("current_command", float), ("load_torque", float)],
+    )
+    return fmpy.simulate_fmu(
+        str(file), stop_time=END, output_interval=STEP, input=inputs,
+        fmi_call_logger=None, start_values={"start_speed": 0.5},
+    )  # fmt: skip
+
+
+def test_the_file_follows_the_standard(file: Path, found) -> None:
+    """By fmpy's own rules and schema; parameters are the row's numbers with its units."""
+    assert fmpy.validation.validate_fmu(str(file)) == []
+    described = {one.name: one for one in fmpy.read_model_description(str(file)).modelVariables}
+    motor, gear = found.joints["j1"].drive.motor, found.joints["j1"].drive.gear
+    for name, value, unit in (
+        ("motor.resistance", motor.resistance, "ohm"), ("motor.rotor_inertia", motor.rotor_inertia, "kg m^2"),
+        ("gear.efficiency", gear.efficiency, None), ("motor.torque_constant", motor.torque_constant, "N m/A"),
+    ):  # fmt: skip
+        assert (float(described[name].start), described[name].unit) == (value, unit)
+    # Points at the ends of both links, the second's drive at its joint, 1e-4 kg m^2 a link about its own centre.
+    other, q = found.joints["j2"].drive, found.study.cycle.position[0, 1]
+    mass = (1.5 + other.motor.mass + other.gear.mass) * 0.3**2 + 1.0 * 0.3**2 * (2.0 + 2.0 * np.cos(q)) + 2e-4
+    assert float(described["load_inertia"].start) == pytest.approx(mass, rel=1e-3)  # the rotor of the second
+
+
+def test_it_is_our_simulation(found, told) -> None:
+    """The scene made by hand, with the inputs as stairs, run in one go."""
+    task, drive = found.study.joints[0], found.joints["j1"].drive
+    axis = axis_of(found, "j1")
+    t = np.arange(0.0, END + 0.5 * STEP, STEP)
+    stairs = np.repeat(t, 2)[1:-1]
+    held = [np.repeat(values[:-1], 2) for values in given(t)]
+    effects = [
+        *drive_effects(task, drive, surroundings(found.study)), ReflectedRotor(drive_inertia(drive), drive.gear.ratio),
+        GivenCurrent(stairs, held[0]), GivenTorque(stairs, held[1]),
+    ]  # fmt: skip
+    scene = joint_scene(Inertia(axis.load_inertia), effects, END, position=axis.position, speed=0.5)
+    run = simulate(scene, solver=FixedStep(1e-3), interval=STEP)
+    for ours in ("position", "speed", "winding_temperature", "housing_temperature"):
+        np.testing.assert_allclose(told[ours], run[f"joint.{ours}"], rtol=1e-9, atol=1e-9)
+
+
+def test_it_follows_the_equations(found, told) -> None:
+    """Rotor, mesh by direction, friction on both sides and two thermal nodes, by scipy between the inputs' jumps."""
+    axis, size = axis_of(found, "j1"), 50.0
+    motor, inertia = axis.motor, axis.load_inertia
+    rotor = motor.rotor_inertia + axis.gear.inertia
+    back = 2.0 - 1.0 / 0.8
+    capacities = 20.0 / 1.0, 800.0 / 4.0  # time constants over thermal resistances [J/K]
+
+    def rates(t: float, y: np.ndarray, current: float, load: float) -> list[float]:
+        _, speed, winding, housing = y
+        constant = motor.torque_constant * (1.0 - 0.001 * (housing - 25.0))
+        shaft = np.sign(speed) * 0.008 + VISCOUS * size * speed
+        given_torque = constant * current - shaft  # at the shaft; rotor and mesh take it
+        outside = load + 1.5 - np.sign(speed) * 0.2 - 0.05 * speed
+        for share, driving in ((1.0 / 0.8, True), (back, False)):  # of the torque behind the mesh, at the shaft
+            acceleration = (size * given_torque + share * outside) / (inertia * share + size**2 * rotor)
+            mesh = inertia * acceleration - outside
+            if bool(mesh * speed >= 0.0) is driving:
+                break
+        lost = abs(mesh * speed) * (share - 1.0 if driving else 1.0 - share)
+        copper = motor.resistance * (1.0 + 0.0039 * (winding - 25.0)) * current**2
+        inner, outer = (winding - housing) / 1.0, (housing - 25.0) / 4.0
+        heat = shaft * size * speed + 0.5 * lost
+        return [speed, acceleration, (copper - inner) / capacities[0], (heat + inner - outer) / capacities[1]]
+
+    t = np.arange(0.0, END + 0.5 * STEP, STEP)
+    state, rows = np.array([axis.position, 0.5, 25.0, 25.0]), []
+    for k, (current, load) in enumerate(zip(*given(t), strict=True)):
+        rows.append(state)
+        run = solve_ivp(rates, (t[k], t[k] + STEP), state, args=(current, load), rtol=1e-8, atol=1e-10)
+        state = run.y[:, -1]
+    theirs = np.array(rows)
+    for i, name in enumerate(("position", "speed", "winding_temperature", "housing_temperature")):
+        spread = np.ptp(theirs[:, i])
+        # Measured 5e-4: the fixed step of 1 ms, which reversals and the mesh's changes of direction fall into.
+        np.testing.assert_allclose(told[name], theirs[:, i], atol=1e-3 * spread)
+    assert np.ptp(np.sign(theirs[5:, 1])) == 2.0 and np.ptp(theirs[:, 2]) > 1.0
+
+
+def test_parameters_and_limits(file: Path) -> None:
+    """A parameter set before the run counts; the amplifier's current and the supply's voltage limit what is told."""
+    short = {"stop_time": 0.05, "output_interval": 0.01}
+    still = {"load_inertia": 1e6, "start_speed": 0.0, "motor.coulomb_friction": 0.0}
+    run = fmpy.simulate_fmu(str(file), start_values=still | {"peak_current": 3.0, "current_command": 9.0}, **short)
+    np.testing.assert_allclose(run["current"], 3.0)
+    np.testing.assert_allclose(run["motor_torque"], 0.15, rtol=1e-3)
+    low = {"supply_voltage": 1.0, "motor.resistance": 0.5, "current_command": 9.0}
+    run = fmpy.simulate_fmu(str(file), start_values=still | low, **short)
+    np.testing.assert_allclose(run["current"], 0.95 / 0.5, rtol=5e-3)  # at rest R I is all the voltage; it warms
+    np.testing.assert_allclose(run["voltage"], 0.95, rtol=1e-6)
+
+
+def test_what_has_no_fmu(found, make, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="j1"):
+        write_fmu(found, tmp_path / "x.fmu", joint="j3")
+    with pytest.raises(InputError, match=r"\.fmu"):
+        write_fmu(found, tmp_path / "x.zip", joint="j1")
+    names = ("j2", "j3")
+    arm = with_coupling(make.planar_arm([0.4, 0.3, 0.3], [1.5, 1.0, 0.6]), placed(differential(), (1, 2), 3))
+    tasks = tuple(make.task(f"j{i}", coupled=names if i > 1 else ()) for i in (1, 2, 3))
+    wrist = evaluate(make.study(make.sines(3), arm=arm, joints=tasks))
+    with pytest.raises(InputError, match="shares"):
+        write_fmu(wrist, tmp_path / "x.fmu", joint="j3")
+    write_fmu(wrist, tmp_path / "x.fmu", joint="j1")
+    assert fmpy.simulate_fmu(str(tmp_path / "x.fmu"), stop_time=0.02)["time"][-1] == pytest.approx(0.02)
+    time = np.linspace(0.0, 1.0, 11)
+    with pytest.raises(InputError, match="load_inertia"):
+        axis_of(evaluate(make.study(make.table_cycle(time, time, time, time))), "j1")
+    axis = axis_of(found, "j1")
+    assert read_axis(axis.text()) == axis
+    sliding = replace(axis, travel_per_turn=0.01)
+    assert [sliding.unit(*one) for one in (("position", "rad"), ("motor_speed", "rad/s"))] == ["m", "rad/s"]
