@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_cli import Run, run  # noqa: F401
 
 import drivetrain as dt
-from tests.test_cli import Run, run  # noqa: F401
 
 TIME = np.linspace(0.0, 2.0, 201)
 POSITION = np.sin(np.pi * TIME / 2)[:, None] ** 2 * [0.5, 0.3]
@@ -155,3 +155,22 @@ def test_fastest_leaves_the_report_of_the_study_alone(run: Run, tmp_path: Path) 
     assert run("fastest", "chosen.yaml")[0] == 0
     assert report.read_bytes() == before
     assert len(list(tmp_path.glob("*fastest*_report/motion.csv"))) == 1
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "words"),
+    [
+        ("voltage: 48 V", "voltage 48 V", "lacks its colon"),
+        ("mass: 3 kg", "mass:3 kg", "space after it"),
+        ("cycle:\n  - {motion: there, payload: part}", "cycle:\n  {motion: there, payload: part}", "indented alike"),
+        ("peak_torque: 1.2", "peak_torque: 20 %", "1.2"),
+    ],
+)
+def test_slips_of_the_pen_are_told_with_their_fix(right: str, wrong: str, words: str, tmp_path: Path) -> None:
+    text = dt.study_template("planar-2r", tmp_path)
+    assert right in text
+    try:
+        told = " ".join(dt.load_study(text.replace(right, wrong, 1)).notes)
+    except dt.InputError as error:
+        told = str(error)
+    assert words in told

@@ -138,8 +138,8 @@ def _yaml_hint(words: str) -> str:
         return "indent with spaces, not tabs"
     if "mapping values are not allowed" in words:
         return (
-            "here or in the line before a key lacks its colon or the space after it; entries must be indented alike, and "
-            "a colon inside a text needs quotes around the text"
+            "here or in the line before a key lacks its colon or the space after it; entries must be indented alike, "
+            "and a colon inside a text needs quotes around the text"
         )
     if "block end" in words:
         return "entries of one list or mapping must be indented alike, all with a dash in front or all without"

@@ -44,6 +44,17 @@ def test_moves_are_what_lies_between_rests_and_dwells_stay(study: Study, found: 
     assert share.min() >= -1e-9 and share.max() <= 1.0 + 1e-9
 
 
+def test_no_joint_goes_faster_than_the_arm_lets_it(study: Study, found: Fastest) -> None:
+    assert study.arm is not None
+    free = np.abs(found.study.cycle.velocity).max(axis=0)
+    slow = replace(study, arm=replace(study.arm, speed_limits=np.array([0.6, 10.0]) * free))
+    held = fastest(slow, DRIVES)
+    assert held.feasible and held.duration > found.duration
+    fastest_of = np.abs(held.study.cycle.velocity).max(axis=0) / free
+    assert 0.59 < fastest_of[0] <= 0.6 * (1.0 + 1e-9)
+    assert {(move.place, move.check) for move in held.moves} == {("joint_1", "the arm's speed limit")}
+
+
 def test_the_speed_is_that_of_the_position(found: Fastest) -> None:
     """Independently of the factors: the trapezoid sum of the retimed speed is the way."""
     cycle = found.study.cycle
