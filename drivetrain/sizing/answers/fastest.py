@@ -69,7 +69,8 @@ class Fastest:
         evaluation: Of the drives on it.
         before: Length of the study's own cycle [s].
         moves: In their order.
-        share: Of its time in the study, below which what counts over the cycle lets no move go; 0: it does not bind.
+        share: Of its time in the study, or as it is timed within, below which what counts over the cycle lets no move
+            go; 0: it does not bind.
     """
 
     study: Study
@@ -121,7 +122,7 @@ def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
     best = _paced(study, drives, cycle, moves)
     if best.feasible and best.share == 0.0:
         again = _paced(study, drives, *_timed(study, drives, best, cycle, moves))
-        if again.feasible and again.share == 0.0 and again.duration < best.duration:
+        if again.feasible and again.duration < best.duration:
             best = again
     return Fastest(best.evaluation.study, best.evaluation, cycle.duration, _move_times(cycle, moves, best), best.share)
 
