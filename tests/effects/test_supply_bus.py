@@ -60,6 +60,11 @@ def test_the_resistor_caps_the_voltage_and_burns_the_rest() -> None:
     assert capped.series["scene.bus_voltage"].values.max() == pytest.approx(56.0, abs=0.01)
     assert capped.series["scene.brake_resistor_energy"].values[-1] > 5.0
     assert abs(capped.series["energy_error"].values).max() < 1e-3
+    volts, drawn = capped["scene.bus_voltage"], capped["scene.delivered_power"]
+    held, full = abs(volts - 48.0) < 1e-6, abs(volts - 56.0) < 1e-6
+    assert min(held.sum(), full.sum(), (~held & ~full).sum()) > 10
+    assert capped["scene.source_power"] == pytest.approx(np.where(held, np.maximum(drawn, 0.0), 0.0), abs=1e-9)
+    assert capped["scene.brake_resistor_power"] == pytest.approx(np.where(full, -drawn, 0.0), abs=1e-9)
 
 
 def test_at_the_threshold_the_resistor_burns_what_comes_back_in_either_engine() -> None:

@@ -6,8 +6,9 @@
     python tests/hard/mutants.py rate FILE ...                  the table of docs/trust.md
 
 Most is tried as plain Python (``plain_python.py``): a mutant is a function with another code, in a process of its own.
-Effects and the engines of simulation would take too long so, and are compiled, with nothing taken from the disk cache
-that the mutant is part of. A mutant meets the tests that call its function, one row of each first.
+Effects, the engines of simulation and the bounds of the search would take too long so, and are compiled, with nothing
+taken from the disk cache that the mutant is part of.
+A mutant meets the tests that call its function, one row of each first.
 """
 
 from __future__ import annotations
@@ -31,13 +32,13 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PACKAGE = ROOT / "drivetrain"
-PLAIN = ("drive", "dynamics/core", "sizing/judge", "sizing/search/bounds.py", "solvers", "control/laws.py")
-COMPILED = ("effects", "simulation/core", "simulation/engines")
+PLAIN = ("drive", "dynamics/core", "sizing/judge", "solvers", "control/laws.py")
+COMPILED = ("effects", "simulation/core", "simulation/engines", "sizing/search/bounds.py")
 PLAIN_TESTS = ("drive", "control", "dynamics", "agreement", "solvers", "sizing", "identification", "hard")
 COMPILED_TESTS = (
     "effects", "simulation", "hard", "accuracy", "sizing/test_evaluate.py", "sizing/test_missing_data.py",
     "sizing/test_supply_checks.py", "sizing/test_gear_heat.py", "sizing/test_brakes.py", "sizing/test_stops.py",
-    "sizing/test_amplifiers.py", "sizing/test_stiffness_checks.py",
+    "sizing/test_amplifiers.py", "sizing/test_stiffness_checks.py", "sizing/test_bounds.py",
 )  # fmt: skip
 LAWS = ("law", "kernel", "part", "exact", "fast", "command", "joint_law", "table_law", "scene_law")
 WHOLE = ("effects/control/", "effects/friction/", "effects/gear/", "effects/loads/", "effects/motor/",

@@ -92,7 +92,9 @@ def random_scene(rng: np.random.Generator) -> Scene:
         own = [ROTORS[rng.integers(2)], *GEARS[rng.integers(3)], *ELECTRIC[rng.integers(len(ELECTRIC))]]
         own += [effect for effect in MORE if rng.random() < 0.35]
         if any(isinstance(one, MovingBelt) for one in own):
-            own = [one for one in own if not isinstance(one, LuGreFriction)] + [DryFriction(LAW, "joint")]
+            rigid = not any(isinstance(one, FlexibleJoint | Backlash) for one in own)
+            left_out = (LuGreFriction, *((MeshLoss, HoldingBrake, GearDrag) if rigid else ()))
+            own = [one for one in own if not isinstance(one, left_out)] + [DryFriction(LAW, "joint")]
         effects[name] = tuple({type(one): one for one in own}.values())
     count, whole = len(names), [(StiffSupply(48.0), SupplyBus(48.0, 0.01, 500.0))[rng.integers(2)]]
     places = np.column_stack([np.sin(3.0 * TIME + i) for i in range(count)])

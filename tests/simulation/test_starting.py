@@ -1,5 +1,7 @@
 """Where a run begins: under load nothing moves that is not commanded to, whatever loop holds it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -85,6 +87,14 @@ def test_what_cannot_be_held_says_so() -> None:
     weak = [dt.CascadeLoop(20.0, 0.5, 0.1, peak_current=2.0), dt.MotorCurrent(MOTOR, 2.0)]
     event = next(one for one in dt.simulate(scene(weak)).events if one.name == "start")
     assert event.time == 0.0 and f"{HOLDING:.3g} A would hold it, 2 A flow" in event.detail
+    # Enough to hold, more than that, or a command to move: nothing gives way.
+    enough = [dt.CascadeLoop(20.0, 0.5, 0.1, peak_current=2.0 * HOLDING), dt.MotorCurrent(MOTOR)]
+    more = [dt.GivenCurrent(TIME, np.full(2, 1.1 * HOLDING)), dt.MotorCurrent(MOTOR)]
+    falls = replace(STAY.motion, acceleration=np.full((2, 1), -1.0))
+    told = scene(weak)
+    told = replace(told, effects=told.effects | {"scene": (dt.CommandedMotion(falls),)})
+    for one in (scene(enough), scene(more), told):
+        assert "start" not in {event.name for event in dt.simulate(one).events}
 
 
 def test_given_states() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -148,6 +149,45 @@ def test_bounds_without_width_rule_out_nearly_as_much_as_the_judge(make, kind):
     assert rejected > 100
     # The ripple of the winding and voltages of the warm motor are not bounded: that would change no node count.
     assert missed < 0.13 * rejected
+
+
+EXACT = ("joint_torque", "motor_torque", "rms_torque", "axial_load", "cold_torque", "cold_current")
+# Middle of the bound over the judge's figure: a bound that is right and of no use would pass every test of the search.
+TIGHT = {
+    "load_torque": 0.99, "average_load_torque": 0.99, "momentary_torque": 0.97, "stop_motor_torque": 0.95,
+    "tilting_moment": 0.94, "radial_load": 0.95, "bearing_static_load": 0.94, "holding_torque": 0.99,
+    "winding_temperature": 0.7, "motor_current": 0.99, "rms_current": 0.99, "voltage": 0.89, "energy": 0.95,
+}  # fmt: skip
+
+
+def test_bounds_without_width_are_figures_of_the_judge(make):
+    ratios = {name: [] for name in TIGHT}
+    for seed, kind in itertools.product(range(8), TASKS.KINDS):
+        offered = candidates(TASKS.random_study(make, seed, kind))
+        rng = np.random.default_rng(seed)
+        chosen = {joint: int(some_pairs(rng, offered, joint, 1)[0]) for joint in range(len(offered.joints))}
+        for joint, offer in enumerate(offered.joints):
+            for pair in some_pairs(rng, offered, joint, 6):
+                numbers, pairs = offered.numbers_of(chosen | {joint: int(pair)}), np.array([pair])
+                found = offered.judge(joint, pairs, numbers, until=np.inf, quick=False)
+                if found.lacking[0] >= 0 or not np.isfinite(found.used[0]):
+                    continue
+                offer.interval(numbers, numbers)
+                _, energy, _ = bounded(offer, pairs, until=np.inf, energies=True)
+                bound, exact = offer.records.sheets.case[0].figures.copy(), found.cases[0].figures
+                bound.energy = energy[0]
+                if exact.energy > 0.0 and found.used[0] <= 1.0:
+                    ratios["energy"].append(bound.energy / exact.energy)
+                for name in EXACT:
+                    if np.isfinite(exact[name]):
+                        assert bound[name] == pytest.approx(exact[name], rel=CLOSE), (kind, seed, joint, pair, name)
+                for name in TIGHT.keys() - {"energy"}:
+                    if np.isfinite(bound[name]) and np.isfinite(exact[name]):
+                        assert bound[name] <= exact[name] * (1.0 + CLOSE), (kind, seed, joint, pair, name)
+                        ratios[name] += [bound[name] / exact[name]] if exact[name] else []
+                if np.isfinite(bound.gear_life) and np.isfinite(exact.gear_life):
+                    assert bound.gear_life >= exact.gear_life * (1.0 - CLOSE)
+    assert {name: np.median(found) > TIGHT[name] for name, found in ratios.items()} == dict.fromkeys(TIGHT, True)
 
 
 @pytest.mark.parametrize("kind", TASKS.KINDS)

@@ -27,7 +27,7 @@ class Own:
 
 @table_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
-    if t >= table[0, 0] and table[interval_of(table, t), 1] > 0.0:
+    if table[interval_of(table, t), 1] > 0.0:
         motor = joint.motor
         motor.hold_forward += own.holding
         motor.hold_backward += own.holding

@@ -54,10 +54,8 @@ def _now(own: Any, constant: float, speed: float) -> float:
     """The current at an instant.
 
     The state follows a back-emf that is held over each step, half a step late; who looks at an instant is told what it
-    comes to where the back-emf goes on as the speed does.
+    comes to where the back-emf goes on as the speed does. Before the first step it is the state.
     """
-    if own.step == 0.0:  # no step yet
-        return own.current
     return own.current + (own.end - 2.0 * own.mean) * constant * (speed - own.middle)
 
 

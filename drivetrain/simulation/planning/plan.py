@@ -16,6 +16,7 @@ from drivetrain.effects.signals import (
     JOINT_HOLD_FORWARD,
     KINETIC_ENERGY,
     MESH_DRIVING,
+    MOTOR_HOLD_FORWARD,
     PAYLOAD_ENERGY,
     POTENTIAL_ENERGY,
     SURFACE_SPEED,
@@ -165,6 +166,7 @@ def plan(scene: Scene) -> Plan:
     instances = ranked(found)
     _check_shafts(instances)
     _check_meshes_alone(instances)
+    _check_belts(instances, body)
     known = directory(instances, whole, [i in body.springs for i in range(body.n)])
     groups, accounts = ordered(instances), ordered(instances, told=True)
     memory = lay_out(groups, accounts, body, known, scene.joints)
@@ -276,6 +278,19 @@ def _check_meshes_alone(instances: Sequence[Instance]) -> None:
         Fault(f"effects[{joint!r}]", f"has {len(listed)} mesh losses ({', '.join(listed)})", None, hint)
         for joint, listed in kinds.items()
         if len(listed) > 1
+    ]
+    if faults:
+        raise InputError(faults)
+
+
+def _check_belts(instances: Sequence[Instance], body: Mechanics) -> None:
+    """That friction in the motor and in the mesh is not made to follow a belt: of a rigid joint all slides one way."""
+    belts = {one.place.joint for one in instances if SURFACE_SPEED in one.ports.contributes} - set(body.springs)
+    hint = "give the joint a spring (FlexibleJoint), which lets motor and joint slide each its own way"
+    faults = [
+        Fault(one.title, "rubs behind the gear of a rigid joint on a moving belt", None, hint)
+        for one in instances
+        if one.place.joint in belts and {MOTOR_HOLD_FORWARD, MESH_DRIVING} & set(one.ports.contributes)
     ]
     if faults:
         raise InputError(faults)
