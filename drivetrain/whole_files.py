@@ -65,9 +65,13 @@ def is_workbook(path: Path) -> bool:
 
 
 def sheet_names(path: Path) -> list[str]:
-    """The sheets of a workbook."""
+    """The sheets of a workbook; capitals and spaces around a name do not count."""
     with _opened(path) as book:
-        return [str(name) for name in book.sheetnames]
+        return [_plain_name(name) for name in book.sheetnames]
+
+
+def _plain_name(sheet: str) -> str:
+    return sheet.strip().lower()
 
 
 def _sheet_text(path: Path, name: str) -> str:
@@ -75,7 +79,8 @@ def _sheet_text(path: Path, name: str) -> str:
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
     with _opened(path) as book:
-        sheet = book[name or book.sheetnames[0]]
+        names = {_plain_name(one): one for one in reversed(book.sheetnames)}
+        sheet = book[names[_plain_name(name)] if name else book.sheetnames[0]]
         for row in sheet.iter_rows(values_only=True):
             lines.writerow(["" if cell is None else _cell(cell) for cell in row])
     return text.getvalue()

@@ -252,6 +252,13 @@ def test_every_format_is_written(run: Run, tmp_path: Path) -> None:
     assert code in (0, 1) and "lost: " in out and zipfile.is_zipfile(tmp_path / "a.fmu")
 
 
+@pytest.mark.parametrize("command", [("simulate",), ("accuracy",), ("export", "--to", "mjcf", "--out", "a.xml")])
+def test_closed_loops_are_refused_before_drives_are_sought(run: Run, tmp_path: Path, command: tuple[str, ...]) -> None:
+    name, *more = command
+    code, _, errors = run(name, ROOT / "examples" / "palletiser" / "study.yaml", *more)
+    assert code == 2 and "closed loops" in errors and "selected first" not in errors
+
+
 def test_check_says_what_was_read_and_writes_nothing(run: Run, write: Write, tmp_path: Path) -> None:
     before = {write(), tmp_path / "door.csv"}
     code, out, _ = run("check", tmp_path / "door.yaml")

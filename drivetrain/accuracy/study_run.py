@@ -20,7 +20,7 @@ from drivetrain.simulation.engines.inverse import Inverse
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
-from drivetrain.simulation.study_scene import axis_faults
+from drivetrain.simulation.study_scene import axis_faults, refuse_unsimulated
 from drivetrain.sizing.judge.evaluate import Given, evaluate, evaluate_drives
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.search.search import select
@@ -154,6 +154,7 @@ def _evaluation(
             hint = "an evaluation and a selection have their drives"
             raise InputError(Fault("drives", "go with a study", hint=hint))
         return complete(what) if isinstance(what, Selection) else what
+    refuse_unsimulated(what)
     given = gives_all(what)
     if drives is not None:
         own = {name: drive for name, drive in drives.items() if isinstance(drive, Drive)}

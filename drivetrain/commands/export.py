@@ -131,6 +131,7 @@ def export(
     ] = None,
 ) -> bool:
     """Write the arm with the drives that the study names or selects for another tool, and say what its format loses."""
+    from drivetrain.arm.arm import refuse_loops
     from drivetrain.control.c_code import write_c
     from drivetrain.control.commander import Commander
     from drivetrain.export.fmu import write_fmu
@@ -148,6 +149,8 @@ def export(
         lambda: refuse(joint is None and to is Format.FMU, "--joint", "is needed: an FMU holds the drive of one joint"),
         lambda: load_chosen(study),
     )
+    if loaded.arm is not None:
+        refuse_loops(loaded.arm)  # before drives are sought for it
     result = chosen(loaded)
     notes: tuple[str, ...]
     if to is Format.MJCF:

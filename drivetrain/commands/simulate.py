@@ -193,6 +193,7 @@ def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) ->
     from drivetrain.simulation.planning.plan import plan
     from drivetrain.simulation.recording import load_recording
     from drivetrain.simulation.run import simulate
+    from drivetrain.simulation.study_scene import refuse_unsimulated
     from drivetrain.sizing.results import Verdict
     from drivetrain.study.parts.simulation import Simulation
 
@@ -201,6 +202,7 @@ def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) ->
 
     def load() -> Any:
         loaded = load_chosen(path)
+        refuse_unsimulated(loaded)
         said[0] = loaded.simulation
         return loaded
 

@@ -185,7 +185,7 @@ class Commander:
     @property
     def overload(self) -> Array:
         """Share of the amplifiers' I2t that is used up [-], (n,); 0 where it is not told."""
-        room = [overload_room(one["amplifier"]) if one["overloads"] else math.inf for one in self.axes]
+        room = [(overload_room(one["amplifier"]) if one["overloads"] else 0.0) or math.inf for one in self.axes]
         return np.asarray(self.axes["overload"] / np.array(room))
 
     def reset(self, *, winding: Any = None, housing: Any = None) -> None:

@@ -174,12 +174,13 @@ def axis_of(evaluation: Evaluation, joint: str) -> Axis:
     if joint not in names:
         raise InputError(Fault("joint", "is none of the study's", joint, nearest(joint, names)))
     index = names.index(joint)
-    task, drive = study.joints[index], evaluation.joints[joint].drive
+    task, judged = study.joints[index], evaluation.joints[joint]
+    drive = judged.drive
     if task.coupled or task.sharing:
         problem = "shares joints with other motors: an FMU holds one motor at one joint"
         raise InputError(Fault(f"joints.{joint}", problem))
     return Axis(
-        joint, drive.motor, drive.gear, drive.joint_friction, drive.motor_friction, task.amplifier,
+        joint, drive.motor, drive.gear, drive.joint_friction, drive.motor_friction, judged.amplifier,
         task.counterbalances, surroundings(study), task.travel_per_turn, task.housing_to_ambient, task.gear_heat,
         _load_inertia(study, evaluation, index), float(study.cycle.position[0, index]),
         float(study.cycle.velocity[0, index]),

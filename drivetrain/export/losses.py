@@ -16,7 +16,10 @@ LOSSES: dict[str, tuple[str, ...]] = {
         "the amplifier's I2t, the supply's bus, holding brakes", "friction that sticks: MuJoCo's creeps",
     ),
     "urdf": (_REFLECTED, _MESH, _STATIC, _FLEXIBLE, _MOTOR, _COUPLED, "gravity"),
-    "drake": (_REFLECTED, _MESH, _STATIC, _FLEXIBLE, _MOTOR, _COUPLED, "gravity"),
+    "drake": (
+        _REFLECTED, _MESH, _STATIC, _FLEXIBLE, _MOTOR,
+        "coupled motors: Drake passes over their transmissions, so that their reflected inertia is missing", "gravity",
+    ),
     "sdf": (
         f"{_REFLECTED}, and only Drake reads it there (drake:rotor_inertia, drake:gear_ratio)", _MESH, _STATIC,
         _FLEXIBLE, _MOTOR, "coupled motors: each counts at its own joint, which is another arm", "payload changes",

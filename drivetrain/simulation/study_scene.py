@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
@@ -43,6 +43,13 @@ from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.study.model import JointTask, Study, refuse_moving_base
 from drivetrain.study.parts.mounting import loaded_arm
+
+
+def refuse_unsimulated(study: Study) -> None:
+    """Raises InputError for what no engine knows: a moving base, closed loops, two motors on one axis."""
+    refuse_moving_base(study, "a simulation")
+    if study.arm is not None:
+        refuse_loops(study.arm)
 
 
 def axis_faults(study: Study) -> list[Fault]:
@@ -128,7 +135,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
     Raises:
         InputError: Neither an arm nor one axis whose load's inertia is told, a joint without a drive.
     """
-    refuse_moving_base(study, "a simulation")
+    refuse_unsimulated(study)
     faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
     faults += axis_faults(study) if study.arm is None else []
     faults += _apart(study.cycle)

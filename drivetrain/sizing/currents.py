@@ -21,6 +21,7 @@ from drivetrain.sizing.demand.load_basis import all_numbers, counterbalance_torq
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import Study
 
+ROUNDING = 1e-12  # of the largest current
 PARTS = (
     "inertia", "gravity", "velocity", "counterbalance", "given torque", "joint friction", "mesh loss", "gear drag",
     "motor friction", "rotor inertia",
@@ -115,9 +116,13 @@ def _joint_table(evaluation: Evaluation, joint: JointResult, loads: dict[str, Ar
     }
     for name, values in _motor_parts(evaluation.study, joint, loads).items():
         columns[f"{name} current [A]"] = values / constant
+    for name, values in columns.items():
+        if name.endswith("[A]"):  # parts are differences: of what rounding leaves nothing is told
+            columns[name] = np.where(np.abs(values) > ROUNDING * np.abs(series.current).max(), values, 0.0)
     columns |= over
     columns["lost acceleration [rad/s^2]"] = _lost_acceleration(joint, series.motor_torque - torque)
-    return pd.DataFrame(columns)
+    # No minus before a zero.
+    return pd.DataFrame({name: one + 0.0 if np.asarray(one).dtype == float else one for name, one in columns.items()})
 
 
 def _constant(torque: Array, current: Array, cold: float) -> float:

@@ -14,7 +14,7 @@ from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.kinematics import tip_pose
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
-from drivetrain.errors import InputError
+from drivetrain.errors import InputError, PhysicsWarning
 
 MJCF = """<mujoco model="crane"><compiler angle="{angle}" eulerseq="{sequence}"/><option gravity="0 1 -9"/>
 <default><joint damping="0.3"/>
@@ -126,6 +126,10 @@ def test_drake_reads_the_same_arm(tmp_path: Path) -> None:
         ("a.xml", ("<worldbody>", '<include file="x.xml"/><worldbody>'), "include"),
         ("a.xml", ('mass="2"', 'mass="-2"'), "negative"),
         ("a.xml", ('name="plate"', 'name="post"'), "twice"),
+        ("a.xml", ("<compiler ", '<compiler inertiafromgeom="true" '), "inertiafromgeom"),
+        ("a.xml", ("<compiler ", '<compiler boundmass="3" '), "boundmass"),
+        ("a.xml", ('eulerseq="xyz"', 'eulerseq="xy"'), "eulerseq"),
+        ("a.sdf", ('<model name="crane">', '<model name="crane"><static>1</static>'), "static"),
         ("a.sdf", ('relative_to="mark"', 'relative_to="mrak"'), "mark"),
         ("a.sdf", ('relative_to="lift"', 'relative_to="boom"'), "itself"),
         ("a.sdf", ('type="prismatic"', 'type="universal"'), "floating"),
@@ -140,6 +144,76 @@ def test_files_that_hold_no_arm(tmp_path: Path, file: str, change: tuple[str, st
     (tmp_path / file).write_text(text.replace(*change))
     with pytest.raises(InputError, match=told):
         load_arm(tmp_path / file)
+
+
+@pytest.mark.parametrize(
+    ("change", "note"),
+    [
+        (("<compiler ", '<option><flag gravity="disable"/></option><compiler autolimits="true"/><compiler '), ""),
+        (('<joint name="swing"', '<joint stiffness="5" name="swing"'), "stiffness"),
+    ],
+)
+def test_mujoco_options_that_count(tmp_path: Path, change: tuple[str, str], note: str) -> None:
+    """Weight switched off, options in several places, springs that are not taken over."""
+    text = MJCF.format(angle="degree", sequence="xyz")
+    assert change[0] in text
+    path = tmp_path / "arm.xml"
+    path.write_text(text.replace(*change, 1))
+    arm, model = load_arm(path), mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    assert not note or any(note in one for one in arm.notes)
+    for q in np.random.default_rng(8).uniform(-1.0, 1.0, (4, arm.n)):
+        data.qpos[:] = q
+        mujoco.mj_forward(model, data)
+        still = np.zeros(arm.n)
+        np.testing.assert_allclose(inverse_dynamics(arm, q, still, still), data.qfrc_bias, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ('<model name="crane">', '<model name="crane"><pose>1 2 3 0.4 -0.5 0.6</pose>'),
+        ('<joint name="hold" type="fixed"><parent>world</parent><child>base</child></joint>', ""),
+        (
+            '<link name="base"><pose>0.1 0 0 0 0 0.3</pose></link>',
+            '<link name="base"><pose>0 0 0 0.5 0 1</pose></link>',
+        ),
+    ],
+)
+def test_drake_s_model_stands_askew(tmp_path: Path, change: tuple[str, str]) -> None:
+    """The model turned in the world, or its root link in the model: weight falls along the world's z all the same."""
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
+    path = tmp_path / "crane.sdf"
+    text = SDF.replace("<pose>0.1 0 0 0 0 0.3</pose>", "<pose>0.1 0 0 0.2 0.7 0.3</pose>") if not change[1] else SDF
+    assert change[0] in text
+    path.write_text(text.replace(*change))
+    arm, plant = load_arm(path), MultibodyPlant(time_step=0.0)
+    Parser(plant).AddModels(str(path))
+    if not change[1]:
+        free = MultibodyPlant(time_step=0.0)
+        Parser(free).AddModels(str(path))
+        free.Finalize()
+        stands = free.EvalBodyPoseInWorld(free.CreateDefaultContext(), free.GetBodyByName("base"))
+        plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"), stands)
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    for q in np.random.default_rng(9).uniform(-1.0, 1.0, (4, 2)):
+        plant.SetPositions(context, q)
+        gravity = -plant.CalcGravityGeneralizedForces(context)
+        np.testing.assert_allclose(inverse_dynamics(arm, q, [0, 0], [0, 0]), gravity, atol=1e-10)
+        np.testing.assert_allclose(mass_matrix(arm, q), plant.CalcMassMatrix(context), atol=1e-12)
+
+
+def test_links_that_sdf_makes_heavy(tmp_path: Path) -> None:
+    """Without <inertial> a link has SDF's 1 kg and 1 kg m^2; the notes say so, and that it is hard to believe."""
+    path = tmp_path / "crane.sdf"
+    path.write_text(re.sub(r"<inertial><pose>0 0.1 0.2.*?</inertial>", "", SDF, flags=re.S))
+    with pytest.warns(PhysicsWarning, match="boom"):
+        arm = load_arm(path)
+    assert arm.masses[1] == 1.0 and any("boom: no <inertial>" in note for note in arm.notes)
+    np.testing.assert_allclose(arm.inertias[1], np.eye(3), atol=1e-12)
 
 
 def test_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -66,6 +66,17 @@ def test_catalogue_is_that_of_the_tables(folder):
     assert found.pairs == wanted.pairs
 
 
+def test_capitals_and_spaces_of_a_sheet_s_name_do_not_count(folder):
+    """A sheet called ``Motors `` was passed over unseen."""
+    named = {
+        "Motors ": TABLES["motors"],
+        "GEARS": TABLES["gears"],
+        **{k: v for k, v in TABLES.items() if k not in ("motors", "gears")},
+    }
+    found, wanted = dt.read_catalog(workbook(folder / "parts.xlsx", named)), dt.read_catalog(folder)
+    assert (list(found.motors), list(found.gears)) == (list(wanted.motors), list(wanted.gears))
+
+
 def test_lint_reads_it_too(folder):
     found = dt.catalog.lint(workbook(folder / "parts.xlsx", TABLES))
     assert [(one.row, one.column, one.problem) for one in found] == [

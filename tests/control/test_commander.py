@@ -137,6 +137,14 @@ def test_overload_folds_back_when_amplifiers_do(make) -> None:
         assert commander.overload[0] == pytest.approx(1.0)
 
 
+def test_an_amplifier_without_overload_has_none_used_up(make) -> None:
+    """Its continuous current is its peak current: there is no room to fill, so none is told."""
+    amplifier = Amplifier(peak_current=3.0, continuous_current=3.0, peak_time=2.0)
+    commander = Commander(evaluate(lossy(make, amplifier=amplifier)), rate=100.0)
+    commander(np.zeros(3), np.zeros(3), np.full(3, 100.0))
+    np.testing.assert_array_equal(commander.overload, np.zeros(3))
+
+
 @pytest.mark.parametrize("speed", [0.0, 2.0])
 def test_a_winding_that_grows_hot_gets_less(make, speed: float) -> None:
     """Against both nodes integrated by small steps of their own, friction of a motor that turns warming the housing;

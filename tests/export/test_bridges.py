@@ -165,29 +165,42 @@ def test_mujoco_follows_our_voltages(make, tmp_path: Path, which: str, motors: s
 
 
 class InPinocchio:
-    """A file's arm with the rotors that its tags tell: reflected at the joint, and their own inertia on the link."""
+    """A file's arm with the rotors that its tags tell: reflected at the joints, and their own inertia on the link."""
 
     def __init__(self, text: str, arm: Arm):
         self.model = pin.buildModelFromXML(text)
         self.data = self.model.createData()
-        for actuator in ElementTree.fromstring(text).iter("actuator"):
-            index = arm.joint_names.index(actuator.get("name").removesuffix("_motor"))
-            inertia = float(actuator.find("{http://drake.mit.edu}rotor_inertia").get("value"))
-            ratio = float(actuator.find("{http://drake.mit.edu}gear_ratio").get("value"))
-            self.model.armature[index] = ratio**2 * inertia
-            if index:
-                axis = arm.home[index - 1, :3, :3].T @ arm.screws[index, :3]
-                body = self.model.inertias[index]
-                tensor = body.inertia + inertia * np.outer(axis, axis)
-                self.model.inertias[index] = pin.Inertia(body.mass, body.lever, tensor)
+        self.reflected = np.zeros((arm.n, arm.n))
+        for transmission in ElementTree.fromstring(text).iter("transmission"):
+            joints = [arm.joint_names.index(one.get("name")) for one in transmission.iter("joint")]
+            for turns, actuator in zip(_turns(transmission), transmission.iter("actuator"), strict=True):
+                index = arm.joint_names.index(actuator.get("name").removesuffix("_motor"))
+                inertia = float(actuator.find("{http://drake.mit.edu}rotor_inertia").get("value"))
+                self.reflected[np.ix_(joints, joints)] += inertia * np.outer(turns, turns)
+                if index:
+                    axis = arm.home[index - 1, :3, :3].T @ arm.screws[index, :3]
+                    body = self.model.inertias[index]
+                    tensor = body.inertia + inertia * np.outer(axis, axis)
+                    self.model.inertias[index] = pin.Inertia(body.mass, body.lever, tensor)
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         place = pin.integrate(self.model, pin.neutral(self.model), q)
-        return np.array(pin.crba(self.model, self.data, place, pin.Convention.WORLD))
+        return np.array(pin.crba(self.model, self.data, place, pin.Convention.WORLD)) + self.reflected
 
 
-def test_pinocchio_has_our_mass_matrix(make, tmp_path: Path) -> None:
-    found = ur5(make)
+def _turns(transmission: ElementTree.Element) -> np.ndarray:
+    """Of each motor, for a turn of each joint, as transmission_interface defines its types."""
+    size = np.array([float(one.findtext("mechanicalReduction", "1")) for one in transmission.iter("actuator")])
+    if transmission.findtext("type") == "transmission_interface/SimpleTransmission":
+        return size[:, np.newaxis]
+    assert transmission.findtext("type") == "transmission_interface/DifferentialTransmission"
+    of_joints = np.array([float(one.findtext("mechanicalReduction", "1")) for one in transmission.iter("joint")])
+    return size[:, np.newaxis] * np.array([[1.0, 1.0], [1.0, -1.0]]) * of_joints
+
+
+@pytest.mark.parametrize("which", WHICH)
+def test_pinocchio_has_our_mass_matrix(make, tmp_path: Path, which: str) -> None:
+    found = WHICH[which](make)
     notes = write_drive_urdf(found, tmp_path / "arm.urdf")
     assert any("reflected" in note for note in notes)
     arm = reflected(found)
@@ -243,6 +256,25 @@ def test_drake_has_our_mass_matrix(make, tmp_path: Path, payload: str | None) ->
         assert other.plant.num_actuators() == arm.n
         for q in poses(arm.n):
             wanted = mass_matrix(arm, q)
+            np.testing.assert_allclose(
+                other.mass_matrix(q), wanted, atol=1.0001 * allowed + 1e-12 * np.abs(wanted).max()
+            )
+
+
+def test_drake_loses_the_coupling_as_we_say(make, tmp_path: Path) -> None:
+    """Of URDF the coupled rotors whole, but for what they weigh; in SDF each counts at its own joint."""
+    found = coupled(make)
+    arm = reflected(found)
+    bare, spin = at_level(arm, RotorLevel.NONE), 80.0**2 * arm.rotors[0].axial_inertia
+    own = sum(rotor.axial_inertia for rotor in arm.rotors)
+    for name, write, kept, allowed in (
+        ("arm.sdf", write_sdf, [spin, spin, spin], 0.0), ("arm.urdf", write_drive_urdf, [spin, 0.0, 0.0], own),
+    ):  # fmt: skip
+        notes = write(found, tmp_path / name)
+        assert any("coupled motors" in note for note in notes)
+        other = InDrake(tmp_path / name, arm)
+        for q in poses(arm.n):
+            wanted = mass_matrix(bare, q) + np.diag(kept)
             np.testing.assert_allclose(
                 other.mass_matrix(q), wanted, atol=1.0001 * allowed + 1e-12 * np.abs(wanted).max()
             )

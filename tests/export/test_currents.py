@@ -18,6 +18,7 @@ from drivetrain.errors import InputError
 from drivetrain.export.currents import write_currents
 from drivetrain.export.scales import current_scales
 from drivetrain.shipped import shipped
+from drivetrain.sizing.currents import PARTS, current_commands
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.read import load_study
 
@@ -199,3 +200,16 @@ def test_full_scales_that_nobody_states(make) -> None:
 def test_endings_that_no_writer_has(make_one, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.csv, \.h, \.yaml"):
         write_currents(make_one, tmp_path / "c.txt", current_scales(make_one, "amperes"))
+
+
+def test_nothing_is_told_of_what_rounding_leaves(ur5) -> None:
+    """No part below 1e-12 of the largest current, no minus before a zero, and the parts still add up."""
+    table = current_commands(ur5)
+    parts = [f"{part} current [A]" for part in PARTS]
+    for _, rows in table.groupby("joint"):
+        values, whole = rows[parts].to_numpy(), rows["current [A]"].to_numpy()
+        most = np.abs(whole).max()
+        assert not ((values != 0.0) & (np.abs(values) < 1e-12 * most)).any()
+        np.testing.assert_allclose(values.sum(axis=1), whole, atol=1e-11 * most)
+    numbers = table.select_dtypes(float).to_numpy()
+    assert not (np.signbit(numbers) & (numbers == 0.0)).any()

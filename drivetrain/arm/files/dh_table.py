@@ -120,6 +120,9 @@ def _json_links(path: Path) -> list[tuple[int, Link]]:
 # ---------------------------------------------------------------- Robotics Toolbox
 
 _CLASS = re.compile(r"(Link|DHLink|Revolute|Prismatic|RevoluteDH|PrismaticDH|RevoluteMDH|PrismaticMDH)")
+_FIELD = "m|r|I|qlim|Jm|G|B|Tc|theta|d|a|alpha|sigma|offset|mdh"
+_LOOPED = re.compile(rf"\w\s*[({{]\s*[A-Za-z]\w*\s*[)}}]\s*(\.({_FIELD})\s*=[^=]|=\s*{_CLASS.pattern}\b)")
+"""Of MATLAB: a link, or something of one, whose number is a variable."""
 _VECTOR = ("theta", "d", "a", "alpha", "sigma", "offset")  # of Link([...])
 _TENSOR = ("Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Ixz")
 _FUNCTIONS: dict[str, Any] = {
@@ -143,8 +146,7 @@ def _toolbox_links(path: Path, convention: str) -> list[tuple[int, Link]]:
     except (SyntaxError, ValueError, RecursionError) as error:
         raise InputError(Fault("the file", f"cannot be read: {error}", file=str(path))) from None
     for line, target, node in steps:
-        call = node.func if isinstance(node, ast.Call) else None
-        name = getattr(call, "id", getattr(call, "attr", ""))
+        name = _called(node) if isinstance(node, ast.Call) else ""
         makes = _CLASS.fullmatch(name)
         try:
             if makes and isinstance(node, ast.Call):
@@ -174,9 +176,18 @@ def _toolbox_links(path: Path, convention: str) -> list[tuple[int, Link]]:
 Step = tuple[int, Any, ast.expr]  # line, what is set (a name, or a link's number and field), and to what
 
 
+def _called(call: ast.Call) -> str:
+    """The name of a function, its module left out."""
+    return str(getattr(call.func, "id", getattr(call.func, "attr", "")))
+
+
 def _python_steps(text: str) -> Iterator[Step]:
     """Names set to values and links made, in the order of the text."""
-    found: list[Any] = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Assign | ast.Call)]
+    nodes = list(ast.walk(ast.parse(text)))
+    for loop in (one for one in nodes if isinstance(one, ast.For | ast.While | ast.ListComp | ast.GeneratorExp)):
+        if any(isinstance(one, ast.Call) and _CLASS.fullmatch(_called(one)) for one in ast.walk(loop)):
+            raise ValueError(f"line {loop.lineno} makes links in a loop: write them out")
+    found: list[Any] = [node for node in nodes if isinstance(node, ast.Assign | ast.Call)]
     for node in sorted(found, key=lambda one: (one.lineno, one.col_offset)):
         if isinstance(node, ast.Call):
             yield node.lineno, None, node
@@ -200,6 +211,8 @@ def _matlab_steps(text: str) -> Iterator[Step]:
 
 
 def _matlab_step(text: str, line: int) -> Iterator[Step]:
+    if _LOOPED.search(text):
+        raise ValueError(f"line {line} makes links in a loop: write them out")
     if not (found := re.fullmatch(r"\s*(\w+)\s*(?:[({](\d+)[)}])?\s*(?:\.(\w+))?\s*=\s*([^=].*)", text)):
         return
     name, index, field, value = found.groups()
@@ -234,7 +247,7 @@ def _value(node: ast.AST, names: dict[str, Any]) -> Any:
     if isinstance(node, ast.BinOp) and type(node.op) in _OPERATIONS:
         return _OPERATIONS[type(node.op)](np.float64(1.0) * _value(node.left, names), _value(node.right, names))
     if isinstance(node, ast.Call):
-        name = getattr(node.func, "id", getattr(node.func, "attr", ""))
+        name = _called(node)
         if name in _FUNCTIONS and len(node.args) == 1:
             return _FUNCTIONS[name](_value(node.args[0], names))
     raise ValueError(f"{ast.unparse(node)} is not known")

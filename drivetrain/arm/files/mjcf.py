@@ -51,17 +51,25 @@ def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
     """
     root = read_document(path)
     reader = Reader(str(path))
-    compiler = next(iter(root.findall("compiler")), ElementTree.Element("compiler"))
-    option = next(iter(root.findall("option")), ElementTree.Element("option"))
+    compiler, option, flag = (_merged(root, path) for path in ("compiler", "option", "option/flag"))
     for tag in DROPPED:
         if root.find(f".//{tag}") is not None:
             reader.faults.add(f"<{tag}>", "is not read", hint=SAVED)
+    for name in ("settotalmass", "boundmass", "boundinertia"):
+        if float(reader.numbers(compiler, name, "compiler", [0.0])[0]) > 0.0:
+            reader.faults.add(f"compiler {name}", "changes what bodies weigh and is not read", hint=SAVED)
+    if compiler.get("inertiafromgeom") == "true":
+        reader.faults.add("compiler inertiafromgeom", "what geoms weigh is not computed", "true", SAVED)
+    sequence = compiler.get("eulerseq", "xyz")
+    if len(sequence) != 3 or {*sequence.lower()} - {*"xyz"}:
+        reader.faults.add("compiler eulerseq", "must be three of x, y, z, X, Y, Z", sequence)
+        sequence = "xyz"
     turn = 1.0 if compiler.get("angle", "degree") == "radian" else math.pi / 180.0
     defaults: dict[str, dict[str, dict[str, str]]] = {}
     for one in root.findall("default"):
         _defaults(one, "main", {}, defaults)
     limits = compiler.get("autolimits", "true") == "true"
-    reading = _Reading(reader, turn, compiler.get("eulerseq", "xyz"), limits, defaults)
+    reading = _Reading(reader, turn, sequence, limits, defaults)
     reading.links[BASE] = UrdfLink(BASE, None)
     for world in root.findall("worldbody"):
         for body in world.findall("body"):
@@ -73,9 +81,18 @@ def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
         if root.find(tag) is not None:
             reading.notes.append(f"ignored: <{tag}>")
     gravity = reader.numbers(option, "gravity", "option", [0.0, 0.0, -9.81])
+    gravity = 0.0 * gravity if flag.get("gravity") == "disable" else gravity
     name = root.get("model", path.stem)
     drives = {joint: reading.drives.get(joint, UrdfDrive()) for joint in reading.joints}
     return UrdfModel(name, str(path), reading.links, reading.joints, drives, (), tuple(reading.notes)), gravity
+
+
+def _merged(root: ElementTree.Element, path: str) -> ElementTree.Element:
+    """Of elements that stand several times the attributes together, the later ones first."""
+    found = ElementTree.Element(path)
+    for one in root.findall(path):
+        found.attrib.update(one.attrib)
+    return found
 
 
 def _defaults(
@@ -105,6 +122,8 @@ def _body(reading: _Reading, element: ElementTree.Element, parent: str, above: A
     name = element.get("name") or f"body_{len(reading.links)}"
     inherited, place = element.get("childclass", inherited), f"body {name}"
     frame = above @ _pose(reading, element, place)
+    if float(reading.reader.numbers(element, "gravcomp", place, [0.0])[0]):
+        reading.notes.append(f"{place}: gravcomp not used: it is weight that somebody must carry")
     joints = [*element.findall("joint"), *element.findall("freejoint")]
     for i, written in enumerate(joints or [None]):
         link = name if i + 1 == max(len(joints), 1) else f"{name}_{i + 1}"
@@ -150,6 +169,8 @@ def _joint(
     reading.drives[name] = UrdfDrive(numbers["damping"] or None, numbers["frictionloss"] or None)
     if float(reader.numbers(element, "armature", place, [0.0])[0]):
         reading.notes.append(f"joint {name}: armature not used, as no ratio tells the rotor's inertia")
+    if float(reader.numbers(element, "stiffness", place, [0.0])[0]):
+        reading.notes.append(f"joint {name}: its spring (stiffness) is not used: state it under counterbalances")
     return pose(point=-anchor)
 
 

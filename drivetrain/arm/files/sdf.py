@@ -44,6 +44,8 @@ def read_sdf(path: Path) -> UrdfModel:
     for tag in ("include", "model"):
         if model.find(tag) is not None:
             reader.faults.add(f"<{tag}>", "inside a model is not read")
+    if _text(model, "static").lower() in ("true", "1"):
+        reader.faults.add("<static>", "says that nothing in the model moves", "true")
     places = _Places(reader, model)
     joints, drives, own = dict[str, UrdfJoint](), dict[str, UrdfDrive](), dict[str, Array]()
     elements = {_name(reader, one): one for one in model.findall("joint")}
@@ -53,12 +55,19 @@ def read_sdf(path: Path) -> UrdfModel:
         joints[name], drives[name] = _joint(reader, places, own, name, element)
     links = {_name(reader, one): one for one in model.findall("link")}
     found = {name: _link(reader, places, own, name, one) for name, one in links.items()}
+    roots = [name for name in found if not any(joint.child == name for joint in joints.values())]
+    stand = inverse_pose(places.of(WORLD)) @ places.of(roots[0]) if len(roots) == 1 else np.eye(4)
+    if not np.allclose(stand[:3, :3], np.eye(3), atol=1e-9):  # nothing holds it to the world; weight falls along that
+        held = UrdfJoint("world_fixed", "fixed", WORLD, roots[0], stand, np.eye(3)[2], 0.0, 0.0, math.inf, "", "")
+        joints[held.name], drives[held.name] = held, UrdfDrive()
     if any(joint.parent == WORLD for joint in joints.values()):
         found = {WORLD: UrdfLink(WORLD, None), **found}
     check_names(reader, found, joints)
     reader.faults.raise_any()
     drives = {name: drives[name] for name, joint in joints.items() if joint.movable}
-    return UrdfModel(model.get("name", path.stem), str(path), found, joints, drives, (), ())
+    bare = [joint.child for joint in joints.values() if links[joint.child].find("inertial") is None]
+    notes = tuple(f"link {name}: no <inertial>, so 1 kg and 1 kg m^2 about each axis, SDF's default" for name in bare)
+    return UrdfModel(model.get("name", path.stem), str(path), found, joints, drives, (), notes)
 
 
 class _Places:
@@ -67,7 +76,8 @@ class _Places:
     def __init__(self, reader: Reader, model: ElementTree.Element):
         self._reader = reader
         self._elements = {one.get("name", ""): one for tag in ("link", "joint", "frame") for one in model.findall(tag)}
-        self._known = {MODEL: np.eye(4), WORLD: np.eye(4), "": np.eye(4)}
+        stand = _pose(reader, model.find("pose"), "model")
+        self._known = {MODEL: np.eye(4), WORLD: inverse_pose(stand), "": np.eye(4)}
         self._open: set[str] = set()
 
     def of(self, name: str) -> Array:
@@ -122,8 +132,7 @@ def _pose(reader: Reader, written: ElementTree.Element | None, place: str) -> Ar
 
 def _link(reader: Reader, places: _Places, own: dict[str, Array], name: str, element: ElementTree.Element) -> UrdfLink:
     inertial, place = element.find("inertial"), f"link {name}"
-    if inertial is None:
-        return UrdfLink(name, None)
+    inertial = ElementTree.Element("inertial") if inertial is None else inertial  # 1 kg then
     mass = _number(reader, inertial, "mass", place, 1.0)
     if mass < 0.0:
         reader.faults.add(place, "its mass must not be negative [kg]", mass)
@@ -164,10 +173,11 @@ def _joint(
     }
     drive = UrdfDrive(**{key: None if value is None or math.isnan(value) else value for key, value in known.items()})
     before = own.get(parent, places.of(parent))
+    mimic = None if axis_element is None else axis_element.find("mimic")
     speed = _number(reader, limit, "velocity", place, math.inf)
     joint = UrdfJoint(
         name, KINDS.get(kind, kind), parent, child, inverse_pose(before) @ here, unit(axis),
         _number(reader, limit, "lower", place, -math.inf), _number(reader, limit, "upper", place, math.inf),
-        speed if speed > 0.0 else math.inf, "", "",
+        speed if speed > 0.0 else math.inf, "" if mimic is None else mimic.get("joint", "?"), "",
     )  # fmt: skip
     return joint, drive
