@@ -125,6 +125,8 @@ def tip_deflection(evaluation: Evaluation, *, beams: Mapping[int, Beam] = NO_BEA
     study = evaluation.study
     arm = _arm(evaluation)
     check_beams(arm, beams)
+    if beams:
+        refuse_moving_base(study, "the bending of links")
     cycle = study.cycle
     results = tuple(evaluation.joints.values())
     torque = np.column_stack([joint.series.gear_torque for joint in results])
@@ -187,7 +189,6 @@ def _arm(evaluation: Evaluation) -> Arm:
     if arm is None:
         hint = "a load table gives torque and speed, not where a tip is"
         raise InputError(Fault("arm", "is needed to compute how its tip deflects", hint=hint))
-    refuse_moving_base(evaluation.study, "deflection")
     return arm
 
 

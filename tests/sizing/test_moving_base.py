@@ -34,6 +34,13 @@ SWINGS = {
 }  # fmt: skip
 
 
+SPRINGS = {
+    f"G{ratio}": GEAR | {"ratio": float(ratio), "stiffness_1": slope, "backlash": 3e-4}
+    for ratio, slope in ((80, 2.0e5), (120, 3.0e5))
+}  # fmt: skip
+STIFF = {"first_resonance": "3 Hz", "tip_deviation": "5 mm", "lost_motion": "2 mm"}
+
+
 def document(**changes):
     """A PUMA that moves for 1.5 s each way and rests for the other second of four."""
     places = [[0.0, -0.9, 0.5, 0.2, 0.4, 0.0], [0.9, -0.2, 1.1, -0.5, 0.9, 1.0]]
@@ -142,9 +149,20 @@ def test_a_base_that_is_pushed_is_another_gravity():
     names = ",".join(f"q_base_{axis} [{'m' if axis in 'xyz' else 'rad'}]"
                      for axis in ("x", "y", "z", "yaw", "pitch", "roll"))  # fmt: skip
     text = "\n".join([f"time [s],{names}", *lines])
-    pushed = dt.load_study(document(base={"motion": {"samples": text, "smoothing": 0.0}}, open_cycle=True))
-    heavier = dt.load_study(document(base=None, gravity=[0.0, -2.0, -9.81 - 1.5], open_cycle=True))
+    common = {"open_cycle": True, "gears": SPRINGS, "stiffness": STIFF}
+    pushed = dt.load_study(document(base={"motion": {"samples": text, "smoothing": 0.0}}, **common))
+    heavier = dt.load_study(document(base=None, gravity=[0.0, -2.0, -9.81 - 1.5], **common))
     found, wanted = dt.evaluate(pushed), dt.evaluate(heavier)
+    stiff, others, still = (
+        {check.name: check for check in one.shared if check.name.startswith("arm ")}
+        for one in (found, wanted, dt.evaluate(dt.load_study(document(base=None, **common))))
+    )
+    assert len(stiff) == 3
+    for name, other in others.items():
+        assert (stiff[name].required, stiff[name].available) == pytest.approx(
+            (other.required, other.available), rel=2e-4
+        )
+    assert stiff["arm tip deviation"].required > 1.05 * still["arm tip deviation"].required
     for name, joint in wanted.joints.items():
         for check, other in zip(found.joints[name].checks, joint.checks, strict=True):
             if other.required is not None:
@@ -168,14 +186,19 @@ def test_swinging_more_asks_more():
         assert use[1] > use[0]
 
 
-def test_search_is_brute_force():
-    """Every set of three joints with two pairs each, the others given, judged one by one."""
+@pytest.mark.parametrize("stiff", [{}, {"tip_deviation": "0.27 mm"}, {"first_resonance": "30 Hz"}])
+def test_search_is_brute_force(stiff):
+    """Every set of three joints with two pairs each, the others given, judged one by one; the springs count too."""
     listed = {"pairs": [{"motor": "M1", "gear": "G80"}, {"motor": "M2", "gear": "G120"}]}
     names = [f"joint_{i}" for i in (1, 2, 3)]
     own = {name: {"candidates": listed, "output_bearing": "external"} for name in names}
     given = {"drive": {"motor": "M1", "gear": "G120"}, "output_bearing": "external"}
     swings = {"roll": {"amplitude": "25 deg", "period": "2 s"}, "z": {"amplitude": "0.5 m", "period": "2 s"}}
-    study = dt.load_study(document(joints={"default": given} | own, base=swings))
+    study = dt.load_study(
+        document(
+            joints={"default": given} | own, base=swings, **({"gears": SPRINGS, "stiffness": stiff} if stiff else {})
+        )
+    )
     sets = itertools.product(*(task.pairs or (task.drive,) for task in study.joints))
     found = [dt.evaluate(study, dict(zip(study.arm.joint_names, one, strict=True))) for one in sets]
     good = [one.objective for one in found if one.feasible]
@@ -203,7 +226,6 @@ def test_currents_add_up(study):
         ({"base": {"motion": {"waypoints": [[0] * 6, [0, 0, 1, 0, 0, 0]], "profile": "quintic",
                               "durations": ["1 s"]}}}, "lasts 1 s"),
         ({"stop": {}}, "a base that moves a stop is checked along a ramp"),
-        ({"stiffness": {"first_resonance": "5 Hz"}}, "on a base that moves"),
         ({"selection": {"curves": ["cycle_time"]}}, "by its own clock"),
         ({"mix": [{"share": 1.0, "cycle": [{"motion": "there"}, {"motion": "back"}]}], "cycle": None}, "with mix"),
     ],
@@ -216,7 +238,8 @@ def test_what_a_base_does_not_go_with(changes, words):
 
 def test_what_is_refused_with_a_moving_base(study):
     evaluation = dt.evaluate(study)
-    for call in (dt.simulate, dt.Commander, dt.tip_deflection):
+    beam = dt.Beam(dt.round_tube(0.1, 0.09, 70e9, 26e9), [0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
+    for call in (dt.simulate, dt.Commander, lambda one: dt.tip_deflection(one, beams={1: beam})):
         with pytest.raises(dt.InputError, match="moves as the study gives it"):
             call(evaluation)
     with pytest.raises(dt.InputError, match="another pace"):
