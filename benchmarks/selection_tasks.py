@@ -161,8 +161,9 @@ def chain_study(study: Study, joints: int, samples: int) -> Study:
     tip[0, 3] = ends[-1]
     names = tuple(f"joint_{i + 1}" for i in range(joints))
     arm = dt.Arm.from_screws(home, screws, masses, inertias, tip, joint_points=points, joint_names=names)
+    own = study.joints[0]
     tasks = tuple(
-        JointTask(name, None, (), (), Mount("parent"), None, FRICTIONLESS, None, study.joints[0].amplifier)
+        JointTask(name, None, (), (), Mount("parent"), None, FRICTIONLESS, None, own.amplifier, stop=own.stop)
         for name in names
     )
     supply = replace(study.supply, peak_power=None, mean_power=None, regenerated_power=None)

@@ -8,15 +8,29 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from drivetrain.commands import accuracy, answers, catalog, export, identify, serve, simulate, sizing, sweep, warm
 from drivetrain.commands.shared import DEBUG, FITS, failure
 from drivetrain.version import __version__
 
+
+class _Commands(TyperGroup):
+    """The commands; what is wrong with an option, in the program's words alone."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except typer.BadParameter as error:
+            error.message = error.message.removeprefix("Value error, ")
+            raise
+
+
 app = typer.Typer(
+    cls=_Commands,
     name="drivetrain",
     help="Can this motor and gear drive this arm through these motions, and which ones can?",
     no_args_is_help=True,

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 # Characters that command a terminal or turn text round, and halves of characters that no encoding knows.
 _COMMANDS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 _LONGEST = 200  # characters of a value or a place, as told; of a sentence ten times that
+_T = TypeVar("_T")
 LARGEST = 1e60  # of any number that comes in, in SI: far beyond all machines, and its fifth power is still a number
 
 
@@ -81,3 +83,45 @@ def nearest(name: str, known: Iterable[str]) -> str:
         return ""
     shown = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
     return f"known: {shown}"
+
+
+def whole_name(place: str, what: str, short: str, names: Iterable[str], faults: list[Fault]) -> str:
+    """The name itself; else the only one that begins with it, or contains it: elbow for elbow_joint; else a fault."""
+    known, low = list(names), short.lower()
+    kinds = (
+        [name for name in known if name == short],
+        [name for name in known if name.lower().startswith(low)],
+        [name for name in known if low in name.lower()],
+    )
+    fits = next((kind for kind in kinds if kind), []) if short else []
+    if not fits:
+        faults.append(Fault(place, f"is no {what}", short, nearest(short, known)))
+    elif len(fits) > 1:
+        faults.append(Fault(place, f"is short for several: {', '.join(fits)}", short, "write more of it"))
+    return fits[0] if len(fits) == 1 else short
+
+
+def whole_names(place: str, what: str, asked: Iterable[str], names: Iterable[str]) -> list[str]:
+    """Names as they are known, each as above.
+
+    Raises:
+        InputError: Every name that none or several begin with or contain.
+    """
+    faults, known = list[Fault](), list(names)
+    found = [whole_name(place, what, one, known, faults) for one in asked]
+    if faults:
+        raise InputError(faults)
+    return found
+
+
+def by_whole_name(
+    place: str, what: str, given: Mapping[str, _T], names: Iterable[str], faults: list[Fault]
+) -> dict[str, _T]:
+    """What is given by names, by the whole ones."""
+    known, found = list(names), dict[str, _T]()
+    for short, value in given.items():
+        name = whole_name(f"{place}.{short}", what, short, known, faults)
+        if name in found:
+            faults.append(Fault(f"{place}.{short}", f"stands for {name}, which is given twice"))
+        found[name] = value
+    return found

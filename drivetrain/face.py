@@ -64,7 +64,7 @@ def guarded(found: Any, room: str) -> Any:
     if isinstance(found, type) and not issubclass(found, Exception | Enum | tuple):
         for kind in (one for one in found.__mro__ if one.__module__.startswith("drivetrain.")):
             for name, method in list(vars(kind).items()):
-                if name == "__init__" or not name.startswith("_"):
+                if name in ("__init__", "__call__") or not name.startswith("_"):
                     _guard_method(kind, name, method)
     return found
 

@@ -10,8 +10,7 @@ import pytest
 from test_cli import CHOICE, GIVEN, Run, Write, run, write  # noqa: F401
 
 import drivetrain as dt
-from drivetrain.commands.shared import whole_names
-from drivetrain.errors import InputError
+from drivetrain.errors import InputError, whole_names
 from drivetrain.study.chosen import with_drives
 
 ARM = """# An arm of our own

@@ -15,8 +15,8 @@ from drivetrain.arm.pose_solver import JointPath, PathLostError, follow, inverse
 from drivetrain.arrays import Array, checked_array, checked_numbers
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.motion import Motion
+from drivetrain.motion.point_to_point import MotionLimits, joined, joint_move, limit_rows, rest, sampled_law
 from drivetrain.motion.profiles import PROFILES, Law, PathLimits, Profile
-from drivetrain.motion.waypoints import MotionLimits, joined, joint_move, limit_rows, rest, sampled_law
 from drivetrain.spatial.rotations import is_rotation
 from drivetrain.spatial.tool_path import STANDING, PathSamples, Piece, ToolPath
 from drivetrain.units import Quantity, Vector

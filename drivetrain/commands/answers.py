@@ -21,8 +21,6 @@ from drivetrain.commands.shared import (
     refuse,
     report_folder,
     say,
-    whole_name,
-    whole_names,
     working,
     write_page,
 )
@@ -42,9 +40,8 @@ def why_not(
     from drivetrain.study.read import load_study
 
     [loaded] = inputs(lambda: load_study(study), out=out)
-    name = None if joint is None else whole_name(joint, [task.name for task in loaded.joints])
     with working("searching for what would let it pass"):
-        found = why_not(loaded, name, motor, gear)
+        found = why_not(loaded, joint, motor, gear)
         page = why_not_report(found)
     for answer in found.answers:
         first, *rest = why_not_lines(found, answer)
@@ -60,12 +57,13 @@ def explain(
     check: Annotated[list[str] | None, typer.Option(help="This check only; may be repeated.")] = None,
 ) -> bool:
     """Say how each check comes about: formula, numbers, instant, limit and its source."""
+    from drivetrain.errors import whole_names
     from drivetrain.report.verdict_lines import explanation
     from drivetrain.sizing.judge.checks import REQUIREMENTS
 
     known = [row.name for row in REQUIREMENTS]
     checks, (loaded, names) = inputs(
-        lambda: whole_names("--check", "check", check, known),
+        lambda: whole_names("--check", "check", check or (), known),
         lambda: load_joints(study, joint, "supply", "arm"),
     )
     found = chosen(loaded)
@@ -238,7 +236,7 @@ def fastest(
     with working("finding the fastest cycle"):
         found = fastest(loaded, drives)
     lines(fastest_lines(found))
-    folder = out or report_folder(loaded.name)
+    folder = out or report_folder(f"{loaded.name} fastest")  # beside the report of the study as it is
     files = write_outputs(folder, found.evaluation)
     written = write_files(folder, {"motion.csv": motion_csv(found.study)})
     say(f"motion: {written['motion.csv']}")

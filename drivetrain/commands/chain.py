@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drivetrain.commands.shared import refuse, say, whole_names, working
+from drivetrain.commands.shared import refuse, say, working
 
 if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation, Selection
@@ -34,8 +34,11 @@ def load_chosen(path: Path) -> Study:
 
 def load_joints(path: Path, asked: list[str] | None, *others: str) -> tuple[Study, list[str]]:
     """A study as above, and the names of the joints that are asked for, or of others beside them."""
+    from drivetrain.errors import whole_names
+
     loaded = load_chosen(path)
-    return loaded, whole_names("--joint", "joint of the study", asked, [*(one.name for one in loaded.joints), *others])
+    known = [*(one.name for one in loaded.joints), *others]
+    return loaded, whole_names("--joint", "joint of the study", asked or (), known)
 
 
 def _result(path: Path) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import re
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
@@ -175,44 +175,6 @@ def writable(out: Path | None, *, file: bool = False, option: str = "--out") -> 
     there = next(one for one in (folder, *folder.parents) if one.exists())
     refuse(not there.is_dir(), option, f"must be a folder, but {there} is a file", str(out))
     refuse(not os.access(there, os.W_OK | os.X_OK), option, f"there is no right to write into {there}", str(out))
-
-
-def whole_names(option: str, what: str, asked: Iterable[str] | None, names: Sequence[str]) -> list[str]:
-    """Names as they are known, from what may be their beginning, or a part that no other has: elbow for elbow_joint.
-
-    Raises:
-        InputError: Every name that none or several begin with or contain.
-    """
-    from drivetrain.errors import Fault, InputError, nearest
-
-    found, faults = [], []
-    for one in asked or ():
-        fits = _meant(one, names)
-        found += fits[:1]
-        if not fits:
-            faults.append(Fault(option, f"is no {what}", one, nearest(one, names)))
-        elif len(fits) > 1:
-            faults.append(Fault(option, f"is short for several: {', '.join(fits)}", one, "write more of it"))
-    if faults:
-        raise InputError(faults)
-    return found
-
-
-def whole_name(short: str, names: Sequence[str]) -> str:
-    """The one name that is meant; what was asked where none or several are, to be refused with all else."""
-    fits = _meant(short, names)
-    return fits[0] if len(fits) == 1 else short
-
-
-def _meant(short: str, names: Sequence[str]) -> list[str]:
-    """The name itself; else all that begin with it; else all that contain it, capitals or not."""
-    low = short.lower()
-    kinds = (
-        [name for name in names if name == short],
-        [name for name in names if name.lower().startswith(low)],
-        [name for name in names if low in name.lower()],
-    )
-    return next((kind for kind in kinds if kind), []) if short else []
 
 
 def say(text: str, *, errors: bool = False) -> None:

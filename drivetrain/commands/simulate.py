@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from drivetrain.arm.arm import Arm
     from drivetrain.arrays import Array
     from drivetrain.errors import Fault
+    from drivetrain.simulation.planning.plan import Plan
     from drivetrain.simulation.recording import Recording
     from drivetrain.sizing.results import Evaluation
     from drivetrain.solvers.solver import Solver
@@ -58,9 +59,17 @@ def simulate(
     duration: Annotated[
         str | None, typer.Option(help="How long.  [default: the study's cycle; of an arm 3 s]", show_default=False)
     ] = None,
-    start: Annotated[
+    begin: Annotated[
         str, typer.Option("--from", help="Of an arm, where it starts: 30 deg for all joints, or [0, 30, 0] deg.")
     ] = "0 rad",
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="equilibrium|STATES",
+            show_default=False,
+            help="Of a study: equilibrium, or states in place of its own: elbow.current=0 A,elbow.speed=0.1 rad/s.",
+        ),
+    ] = None,
     solver: Annotated[
         Method | None,
         typer.Option(help="Of a study fixed, adaptive or inverse; of an arm adaptive, rk4, semi-implicit or euler."),
@@ -85,12 +94,16 @@ def simulate(
     """Let a study's arm run its cycle with its drives; or let a passive arm go, without drives, friction or losses."""
     if Path(what).suffix.lower() in STUDIES:
         misplaced = _not_of(
-            "an arm without drives; the study says where it starts", {"--from": start != "0 rad", "--tip": tip}
+            "an arm without drives; the study says where it starts", {"--from": begin != "0 rad", "--tip": tip}
         )
-        asked = Asked(duration, None if solver is None else solver.value, step, effects, tolerance, resume, out, verify)
+        asked = Asked(
+            duration, None if solver is None else solver.value, step, effects, tolerance, resume, out, verify, start
+        )
         return _run_study(Path(what), asked, misplaced)
-    for_studies = {"--effects": effects, "--tolerance": tolerance, "--resume": resume, "--verify": verify}
-    _run_arm(what, _not_of("studies", for_studies), (duration, start, step, tip), solver or Method.ADAPTIVE, out)
+    for_studies = {
+        "--effects": effects, "--tolerance": tolerance, "--resume": resume, "--verify": verify, "--start": start,
+    }  # fmt: skip
+    _run_arm(what, _not_of("studies", for_studies), (duration, begin, step, tip), solver or Method.ADAPTIVE, out)
     return True
 
 
@@ -106,6 +119,7 @@ class Asked:
     resume: Path | None = None
     out: Path | None = None
     verify: bool = False
+    start: str | None = None
 
 
 def _not_of(whose: str, given: Mapping[str, object]) -> list[Callable[[], None]]:
@@ -212,6 +226,9 @@ def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) ->
         load,
         lambda: _options(said[0], asked),
         lambda: whole_run(asked.verify, earlier[0] if earlier else None),
+        lambda: refuse(
+            asked.start is not None and asked.resume is not None, "--start", "goes with a run from its start"
+        ),
         *misplaced,
         out=asked.out,
     )
@@ -220,13 +237,16 @@ def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) ->
         built = study_scene(result, options, progress=step)
     ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))
     say(str(ready))
+    given = _given(asked.start, ready)
     interval, engine = interval_of(ready.scene.duration), engine_of(options)
     with _share("simulating") as share:
-        recording = simulate(ready.scene, solver=engine, interval=interval, resume=earlier[0], progress=share)
+        recording = simulate(
+            ready.scene, solver=engine, interval=interval, resume=earlier[0], progress=share, start=given
+        )
     basis = basis_of(built.full, result)
     if asked.verify:
         with _share("once more, finer") as share:
-            recording = verified(recording, ready.scene, engine, basis, interval=interval, progress=share)
+            recording = verified(recording, ready.scene, engine, basis, interval=interval, progress=share, start=given)
     whole = options.solver != "inverse" and recording.stopped_by is None
     decided = decision(recording, built.scene, basis) if whole else None
     found = SimulationFound(
@@ -239,6 +259,32 @@ def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) ->
     write_page(loaded, asked.out, {"simulation.html": page})
     _save(recording, asked.out or report_folder(loaded.name))
     return recording.stopped_by is None and (decided is None or decided.verdict is not Verdict.FAIL)
+
+
+def _given(text: str | None, scene: Plan) -> str | dict[str, float]:
+    """How a run begins: in equilibrium, or with states by name."""
+    from drivetrain.errors import Fault, InputError, nearest
+    from drivetrain.simulation.run import EQUILIBRIUM
+    from drivetrain.units import quantity
+
+    if text is None or text.strip() == EQUILIBRIUM:
+        return EQUILIBRIUM
+    given: dict[str, float] = {}
+    faults, known = [], list(scene.memory.states)
+    for part in text.split(","):
+        name, _, value = (word.strip() for word in part.partition("="))
+        if name not in known:
+            hint = nearest(name, known) or f"{EQUILIBRIUM}, or NAME=VALUE of {', '.join(known)}"
+            faults.append(Fault("--start", "is no state of the scene", name, hint))
+            continue
+        unit = scene.layout.recorded[name][1]
+        try:
+            given[name] = quantity(value, "degC" if unit == "C" else unit, f"--start {name}")
+        except InputError as error:
+            faults += error.faults
+    if faults:
+        raise InputError(faults)
+    return given
 
 
 @contextmanager

@@ -126,6 +126,10 @@ class Commander:
         self._function = callback(types.void(types.CPointer(types.voidptr)), _tick).ctypes
         self.carry(payload)
 
+    def __repr__(self) -> str:
+        carried = self.payload or "no payload"
+        return f"Commander({self.study.name}: {len(self.joints)} joints at {self.rate:g} Hz, {carried})"
+
     def carry(self, payload: str | None) -> None:
         """From the next tick on the tip carries a payload.
 

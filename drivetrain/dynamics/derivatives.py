@@ -29,6 +29,9 @@ class TorqueDerivatives:
     qd: Array
     qdd: Array
 
+    def __repr__(self) -> str:
+        return f"TorqueDerivatives(by q, qd, qdd: {' x '.join(map(str, self.q.shape))} each)"
+
 
 @dataclass(frozen=True, eq=False)
 class AccelerationDerivatives:
@@ -43,6 +46,9 @@ class AccelerationDerivatives:
     q: Array
     qd: Array
     tau: Array
+
+    def __repr__(self) -> str:
+        return f"AccelerationDerivatives(by q, qd, tau: {' x '.join(map(str, self.q.shape))} each)"
 
 
 def inverse_dynamics_derivatives(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> TorqueDerivatives:

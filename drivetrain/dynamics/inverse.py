@@ -36,6 +36,9 @@ class DriveTorques:
     gear: Array
     motor: Array
 
+    def __repr__(self) -> str:
+        return f"DriveTorques(gear, motor: {' x '.join(map(str, self.gear.shape))} each)"
+
 
 @dataclass(frozen=True, eq=False)
 class JointLoads:

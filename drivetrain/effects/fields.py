@@ -92,6 +92,10 @@ def _wanted(hint: Any) -> str:
         return " or ".join(_wanted(part) for part in get_args(hint))
     if get_origin(hint) is Literal:
         return _WORDS[str]
+    if get_origin(hint) is tuple:
+        first, *others = get_args(hint)
+        same = "several, each " if others == [...] else ""
+        return same + " with ".join(_wanted(part) for part in (first, *others) if part is not ...)
     return _WORDS.get(hint) or (hint.__name__ if isinstance(hint, type) else str(hint))
 
 
@@ -110,7 +114,10 @@ def _fits(value: Any, hint: Any) -> bool:
         return number
     if hint is int:
         return number and math.isfinite(value) and value == int(value)
-    if get_origin(hint) is tuple and len({*parts} - {...}) == 1:
-        several = isinstance(value, Iterable) and not isinstance(value, str | dict) and getattr(value, "ndim", 1) != 0
-        return several and all(_fits(one, parts[0]) for one in value)
+    if get_origin(hint) is tuple:
+        if not isinstance(value, Iterable) or isinstance(value, str | dict) or getattr(value, "ndim", 1) == 0:
+            return False
+        several = tuple(value)
+        kinds = parts[:1] * len(several) if ... in parts else parts
+        return len(several) == len(kinds) and all(map(_fits, several, kinds))
     return not isinstance(hint, type) or isinstance(value, hint)

@@ -10,7 +10,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import CurrentBasis, from_dc, to_dc
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, by_whole_name, nearest
 from drivetrain.sizing.results import Evaluation, JointResult
 
 SCALES = ("amperes", "cia402", "analogue", "counts")
@@ -62,17 +62,16 @@ def current_scales(
         CiA 402 (IEC 61800-7-201): target torque over 1000 is its share of the motor rated torque [mN m]. Drives
         command target/1000 of the rated current, as far as 0x6076 and 0x6075 are tied by the motor's torque constant.
     """
-    faults = []
+    faults: list[Fault] = []
     if scale not in SCALES:
         faults.append(Fault("scale", f"must be {', '.join(SCALES)}", scale, nearest(scale, SCALES)))
     bases = ("rms", "peak", TORQUE) if scale == "cia402" else ("dc", "rms", "peak")
     if basis is not None and basis not in bases:
         faults.append(Fault("basis", f"must be {', '.join(bases)}", basis, nearest(basis, bases)))
     given = dict(full_scale) if isinstance(full_scale, Mapping) else dict.fromkeys(evaluation.joints, full_scale)
+    given = by_whole_name("full_scale", "joint of the study", given, evaluation.joints, faults)
     for name, value in given.items():
-        if name not in evaluation.joints:
-            faults.append(Fault("full_scale", "is no joint of the study", name, nearest(name, evaluation.joints)))
-        elif value is not None and not 0.0 < value < math.inf:
+        if value is not None and not 0.0 < value < math.inf:
             faults.append(Fault(f"full_scale.{name}", "must be positive", value))
     if faults:
         raise InputError(faults)

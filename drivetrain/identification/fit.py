@@ -32,6 +32,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.identification.consistency import nearest_consistent
 from drivetrain.identification.least_squares import Problem, base_parameters, problem_of
 from drivetrain.motion.recording import MeasuredMotion
+from drivetrain.notebook import shown
 from drivetrain.records import as_record
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.study.model import Study, refuse_moving_base
@@ -87,7 +88,11 @@ class Identification:
 
     def __repr__(self) -> str:
         better = int((self.errors["identified"] < self.errors["given"]).sum())
-        return f"<Identification: {len(self.base)} base parameters, better on {better} of {len(self.errors)} joints>"
+        return f"Identification({len(self.base)} base parameters, better on {better} of {len(self.errors)} joints)"
+
+    def _repr_html_(self) -> str:
+        unit = ["N m" if screw[:3].any() else "N" for screw in self.arm.screws]
+        return shown(f"{self!r}; RMS torque and errors on data held out", self.errors.assign(unit=unit))
 
     def plot(self, path: Any = None) -> Any:
         """Measured and modelled torque of every joint over time.

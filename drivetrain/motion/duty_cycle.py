@@ -315,9 +315,9 @@ def _gaps(blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: boo
             if abs(gap) <= GAP_ALLOWED or (closing and may_stay_open):
                 notes[f"warning: {where}: {told}"] = None
                 continue
-            fix = "add a motion back, or allow the cycle to stay open" if closing else "add a motion between them"
+            fix = "add a motion back, or open_cycle: true" if closing else "add a motion between them"
             problem = f"{'the cycle does not close' if closing else 'a gap'}: {told}"
-            faults[where + joint] = Fault(f"cycle, {where}", problem, gap, fix)
+            faults[where + joint] = Fault(f"cycle, {where}", problem, None, fix)
     if faults:
         raise InputError(faults.values())
     return list(notes)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +63,11 @@ class MeasuredMotion:
             if values is not None:
                 object.__setattr__(self, kind.name, checked_array(values, (len(time), n), kind.name))
 
+    def __repr__(self) -> str:
+        measured = ", ".join(kind.name for kind in (POSITION, *RATES) if getattr(self, kind.name) is not None)
+        length = f"{len(self.time)} samples, {self.time[-1] - self.time[0]:.4g} s"
+        return f"MeasuredMotion({self.name}: {len(self.joint_names)} joints, {length}; {measured})"
+
 
 def read_recording(
     path: str | Path, joint_names: Sequence[str], *, columns: Mapping[str, str] | None = None, name: str = ""
@@ -106,7 +111,8 @@ def read_recording(
     found = assigned_columns(table, joints, (POSITION, *RATES))
     faults = [*table.faults, *found.faults]
     if found.time is None or faults:
-        raise InputError(faults)
+        hint = "columns= says what each column is, such as columns={'t': 'time [s]', 'phi': 'q [rad]'}"
+        raise InputError([replace(one, hint=hint) if one.place.startswith("column ") else one for one in faults])
     notes = [f"{len(table.rows)} samples from {file.name}", *found.notes]
     values: dict[str, Array] = {}
     for kind in (POSITION, *RATES):

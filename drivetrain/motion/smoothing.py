@@ -357,4 +357,5 @@ def _with_jitter(time: Array, values: Array, noise: float, jitter: float) -> Smo
 
 def _check_count(time: Array, least: int) -> None:
     if len(time) < least:
-        raise InputError(Fault("time", f"needs at least {least} samples to be differentiated", len(time)))
+        hint = "points between which the arm is to move are `waypoints` of a motion"
+        raise InputError(Fault("time", f"needs at least {least} samples to be differentiated", len(time), hint))

@@ -45,7 +45,7 @@ def result_data(result: Evaluation | Selection, *, folder: Path | None = None) -
         "objective": {
             "name": study.objective,
             "value": result.objective,
-            "unit": _objective_unit(evaluation),
+            "unit": study.objective_unit,
             "remark": "; ".join(uncounted(evaluation)),
         },
         "criteria": dict(sorted(evaluation.criteria.items())),
@@ -71,11 +71,6 @@ def _study_file(path: str, folder: Path | None) -> str | None:
         return Path(os.path.relpath(path, folder or ".")).as_posix()
     except ValueError:  # another drive of Windows
         return str(Path(path).resolve())
-
-
-def _objective_unit(evaluation: Evaluation) -> str:
-    """Nothing for a price where nobody says the currency, and for a weighted sum."""
-    return {"mass": "kg", "energy": "J", "price": evaluation.study.prices.currency}.get(evaluation.study.objective, "")
 
 
 CHECK = ("name", "actual", "factor", "required", "available", "unit", "utilisation")

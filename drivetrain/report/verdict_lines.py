@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import reduce
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drivetrain.drive.drive import Drive
+from drivetrain.errors import whole_names
 from drivetrain.report.best_sets import equals_sentence, set_lines
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
 from drivetrain.report.words import (
@@ -141,14 +142,24 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     return lines
 
 
-def explanation(evaluation: Evaluation, joints: tuple[str, ...], checks: tuple[str, ...]) -> Iterator[str]:
+def explanation(evaluation: Evaluation, joints: Sequence[str] = (), checks: Sequence[str] = ()) -> Iterator[str]:
     """Every wanted check of every wanted joint.
 
     Args:
         evaluation: Of the drives.
-        joints: Names, ``supply`` and ``arm`` among them; empty: all.
-        checks: Names; empty: all.
+        joints: Names or parts that no other has, ``supply`` and ``arm`` among them; empty: all.
+        checks: Names, the same; empty: all.
+
+    Raises:
+        InputError: Names that none or several have.
     """
+    places = ("supply", "arm", "catalogue")
+    joints = whole_names("joint", "joint of the study", joints, [*evaluation.joints, *places])
+    checks = whole_names("check", "check", checks, [row.name for row in REQUIREMENTS])
+    return _explained(evaluation, joints, checks)
+
+
+def _explained(evaluation: Evaluation, joints: Collection[str], checks: Collection[str]) -> Iterator[str]:
     for name, joint in evaluation.joints.items():
         found = [one for one in joint.checks if not checks or one.name in checks]
         if found and (not joints or name in joints):

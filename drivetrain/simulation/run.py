@@ -11,6 +11,9 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
+from drivetrain.effects.gear.springs import Backlash
+from drivetrain.effects.loads.tip_contact import TipContact
+from drivetrain.effects.loads.wall_spring import WallSpring
 from drivetrain.effects.motor.supply_bus import SupplyBus
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
@@ -30,6 +33,8 @@ EQUILIBRIUM = "equilibrium"
 MOST_ROWS = 1e8
 BUS, SINKS, BUS_OFF = "scene.bus_voltage", 0.99, 1e-3  # of the nominal voltage: a source that is too weak; an error
 MOST_CHECKED = 1e6  # steps
+STRIKES = (Backlash, WallSpring, TipContact)
+STRUCK, NOTHING = 0.01, 1e-6  # of a speed or current; [rad/s, m/s or A]
 BEYOND = 1e30  # no number of an arm; its square is still one
 
 
@@ -62,7 +67,7 @@ def simulate(
     kept = None if resume is None else dict(resume.kept)
     outcome = engine.run(ready, RunOptions(interval, progress, kept, given))
     recording = _recording(ready, engine, outcome, kept or {}, given)
-    told = _bus_event(ready, engine, recording, given) if resume is None else ()
+    told = _step_events(ready, engine, recording, given, interval) if resume is None else ()
     return replace(recording, events=(*recording.events, *told)) if told else recording
 
 
@@ -111,29 +116,65 @@ def _recording(
     return Recording(rows[:, 0], series, outcome.counters, tuple(events), stopped, about, kept)
 
 
-def _bus_event(plan: Plan, engine: Engine, recording: Recording, given: Mapping[str, float]) -> tuple[Event, ...]:
-    """Where the source cannot hold the bus, what its voltage is off by, found at half the step, and the step it needs.
+def _step_events(
+    plan: Plan, engine: Engine, recording: Recording, given: Mapping[str, float], interval: float
+) -> tuple[Event, ...]:
+    """What a fixed step sees too little of, found at half the step: a bus that sinks, and what strikes.
 
-    A bus that sinks limits every drive behind it, and what these draw then decides when it sinks.
+    A bus that sinks limits every drive behind it, and what these draw then decides when it sinks. What strikes, or
+    strikes back, does it when it did before: a step that misses the instant misses all that comes after.
     """
-    volts = [one.effect.voltage for one in plan.instances if isinstance(one.effect, SupplyBus)]
-    if not volts or not isinstance(engine, FixedStep) or recording.stopped_by is not None:
+    if not isinstance(engine, FixedStep) or recording.stopped_by is not None:
         return ()
     if plan.scene.duration > MOST_CHECKED * engine.step:
         return ()
-    found, nominal = recording[BUS], volts[0]
-    if found.min() >= SINKS * nominal:
+    bus = [one.effect for one in plan.instances if isinstance(one.effect, SupplyBus)]
+    sinks = any(recording[BUS].min() < SINKS * one.voltage for one in bus)
+    if not sinks and not any(isinstance(one.effect, STRIKES) for one in plan.instances):
         return ()
-    finer = engine.finer().run(plan, RunOptions(1e-3 * engine.step, start=given)).rows  # every node
-    apart = np.abs(np.interp(recording.time, finer[:, 0], finer[:, plan.layout.recorded[BUS][0]]) - found)
+    # Of the bus, which limits at once, every node.
+    finer = engine.finer().run(plan, RunOptions(1e-3 * engine.step if sinks else interval, start=given))
+    if finer.stopped_by is not None:
+        return ()
+    told = [*_bus_event(bus[0].voltage, engine, recording, plan, finer.rows)] if sinks else []
+    return (*told, *_strike_event(engine, recording, plan, finer.rows))
+
+
+def _bus_event(nominal: float, engine: FixedStep, recording: Recording, plan: Plan, finer: Array) -> tuple[Event, ...]:
+    """What the voltage of a bus that sinks is off by, and the step that it needs."""
+    apart = np.abs(_apart(recording, plan, finer, BUS))
     off = float(apart.max()) / nominal / (1.0 - 0.5**2)  # its error falls with the square of the step
     if off <= BUS_OFF:
         return ()
     detail = (
-        f"the bus sinks to {found.min():.3g} V and its voltage is off by {100.0 * off:.2g} %: "
+        f"the bus sinks to {recording[BUS].min():.3g} V and its voltage is off by {100.0 * off:.2g} %: "
         f"a step of {0.9 * engine.step * math.sqrt(BUS_OFF / off):.2g} s would hold {100.0 * BUS_OFF:g} %"
     )
     return (Event(float(recording.time[int(np.argmax(apart))]), "bus", detail),)
+
+
+def _strike_event(engine: FixedStep, recording: Recording, plan: Plan, finer: Array) -> tuple[Event, ...]:
+    """The speed or current that half the step changes most, of its largest value; by RMS, as instants may differ."""
+    shares = {}
+    for name in (f"{joint}.{what}" for joint in plan.scene.joints for what in ("speed", "current")):
+        if name in recording.series:
+            largest = float(np.abs(recording[name]).max())
+            apart = _apart(recording, plan, finer, name)
+            shares[name] = math.sqrt(float(np.mean(apart**2))) / largest if largest > NOTHING else 0.0
+    worst = max(shares, key=lambda name: shares[name])
+    if shares[worst] <= STRUCK:
+        return ()
+    detail = (
+        f"half the step changes {worst} by {100.0 * shares[worst]:.2g} % RMS: what strikes does it within a step of "
+        f"{engine.step:g} s; try a shorter one, or AdaptiveStep"
+    )
+    return (Event(float(recording.time[-1]), "step", detail),)
+
+
+def _apart(recording: Recording, plan: Plan, finer: Array, name: str) -> Array:
+    """What rows of a finer run have beside a recording."""
+    later = np.interp(recording.time, finer[:, 0], finer[:, plan.layout.recorded[name][0]])
+    return np.asarray(later - recording[name])
 
 
 def _limits(plan: Plan, rows: Array) -> tuple[Event, ...]:

@@ -81,7 +81,7 @@ class Scene:
             wanted = "scene" if name == WHOLE else "joint"
             for effect in listed:
                 if not isinstance(effect, Effect):
-                    faults.append(Fault(f"effects[{name!r}]", "must be effects", effect))
+                    faults.append(Fault(f"effects[{name!r}]", "must be an effect, made with its numbers", effect))
                 elif effect.scope != wanted:
                     problem = f"is an effect of a {effect.scope}, not of a {wanted}"
                     faults.append(Fault(f"effects[{name!r}]", problem, type(effect).__name__))
@@ -118,8 +118,12 @@ def _check_kinds(body: object, effects: object) -> None:
         hint = "such as {'joint_1': (effect, effect), 'scene': (effect,)}"
         faults.append(Fault("effects", "must be effects by the name of their joint", effects, hint))
     else:
-        several = [(name, one) for name, one in effects.items() if not isinstance(one, Effect | Iterable)]
-        faults += [Fault(f"effects[{name!r}]", "must be effects", one) for name, one in several]
+        hint = "such as dt.DryFriction(...): an object, neither its name nor its class"
+        faults += [
+            Fault(f"effects[{name!r}]", "must be an effect, or several", one, hint)
+            for name, one in effects.items()
+            if isinstance(one, str) or not isinstance(one, Effect | Iterable)
+        ]
     if faults:
         raise InputError(faults)
 

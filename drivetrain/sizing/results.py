@@ -13,7 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.motor_limits import operating_region
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import whole_names
 from drivetrain.notebook import axes_of, shown
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, Verdict, lacking, verdict_of
@@ -206,7 +206,7 @@ class Evaluation:
 
         Args:
             ax: Where to draw; None: a new figure.
-            joint: Name; None: the joint nearest to a limit.
+            joint: Name, or a part that no other has; None: the joint nearest to a limit.
 
         Returns:
             The axes.
@@ -215,9 +215,8 @@ class Evaluation:
             InputError: No such joint, or no joint at all.
         """
         used = {name: one.binding.utilisation or 0.0 if one.binding else 0.0 for name, one in self.joints.items()}
-        name = max(used, key=used.__getitem__, default="") if joint is None else joint
-        if name not in self.joints:
-            raise InputError(Fault("joint", "is no joint of this evaluation", name, nearest(name, self.joints)))
+        asked = max(used, key=used.__getitem__, default="") if joint is None else joint
+        [name] = whole_names("joint", "joint of this evaluation", [asked], self.joints)
         one, ax = self.joints[name], axes_of(ax)
         motor, at = one.drive.motor, one.drive.motor.reference_temperature
         corners = operating_region(motor, one.amplifier, self.study.supply.voltage, at, at)
@@ -336,10 +335,10 @@ class Selection:
 
     @property
     def sets(self) -> pd.DataFrame:
-        """The best sets as a table, best first: objective, criteria, then motor and gear of each joint."""
+        """The best sets as a table, best first: objective and criteria (units in ``attrs``), then drives of joints."""
         from drivetrain.sizing.tables import set_table
 
-        return set_table(self.best_sets)
+        return set_table(self.best_sets, self.study)
 
     @property
     def rejected(self) -> pd.DataFrame:
@@ -357,7 +356,8 @@ class Selection:
                     for name, values in columns.items()
                 }
             )
-        table.attrs = {"units": {"required": "unit", "available": "unit", "utilisation": "1"}}
+        units = {"required": "unit", "available": "unit", "utilisation": "1", "objective": self.study.objective_unit}
+        table.attrs = {"units": units}
         return table
 
     def __repr__(self) -> str:
@@ -372,7 +372,7 @@ class Selection:
 
         Args:
             ax: Where to draw; None: a new figure.
-            joint: Name; None: the joint nearest to a limit.
+            joint: Name, or a part that no other has; None: the joint nearest to a limit.
 
         Returns:
             The axes.

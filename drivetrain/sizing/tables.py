@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check
 
 ALL = "all joints"  # where a check of all joints together stands
@@ -31,7 +32,7 @@ def check_table(checks: Mapping[str, Iterable[Check]]) -> pd.DataFrame:
     return table
 
 
-def set_table(sets: Sequence[Any]) -> pd.DataFrame:
+def set_table(sets: Sequence[Any], study: Study) -> pd.DataFrame:
     """Sets of drives, one a row, best first: objective and criteria, then motor and gear of each joint."""
     rows = []
     for one in sets:
@@ -41,5 +42,6 @@ def set_table(sets: Sequence[Any]) -> pd.DataFrame:
             row |= {f"{joint} motor": motor, f"{joint} gear": gear}
         rows.append(row)
     table = pd.DataFrame(rows)
-    table.attrs = {"units": {"mass [kg]": "kg", "energy [J]": "J", "utilisation": "1"}}
+    units = {"mass [kg]": "kg", "energy [J]": "J", "utilisation": "1", "price": study.prices.currency}
+    table.attrs = {"units": units | {"objective": study.objective_unit}}
     return table

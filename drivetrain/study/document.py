@@ -137,7 +137,12 @@ def _yaml_hint(words: str) -> str:
     if "\\t" in words:
         return "indent with spaces, not tabs"
     if "mapping values are not allowed" in words:
-        return "a colon inside a text needs quotes around the text, and entries must be indented alike"
+        return (
+            "here or in the line before a key lacks its colon or the space after it; entries must be indented alike, "
+            "and a colon inside a text needs quotes around the text"
+        )
+    if "block end" in words:
+        return "entries of one list or mapping must be indented alike, all with a dash in front or all without"
     return ""
 
 

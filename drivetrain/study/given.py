@@ -174,6 +174,8 @@ def _free_name(motion: Any, taken: Mapping[str, Any]) -> str:
 
 def _samples(motion: Any, data: Mapping[str, Any], place: str) -> dict[str, str]:
     """A motion as the lines of a motion file."""
+    if isinstance(motion, str | Path):
+        return {"file": str(motion)}
     if isinstance(motion, pd.DataFrame):
         return {"samples": _framed(motion, data).to_csv(index=False)}
     own = None
@@ -185,8 +187,11 @@ def _samples(motion: Any, data: Mapping[str, Any], place: str) -> dict[str, str]
                  for joint in motion.joint_names]  # fmt: skip
         return _table(motion.time, (motion.torque, motion.speed, motion.acceleration), names, place)
     if not isinstance(motion, tuple) or len(motion) not in (2, 3, 4):
-        problem = f"{_SHAPES}; or a Motion or a DataFrame"
+        problem = f"{_SHAPES}; or a Motion, a DataFrame or the path of a file"
         raise InputError(Fault(place, problem, type(motion).__name__, "a list is a cycle of such motions"))
+    if data.get("arm") is None:
+        hint = "name one; or give a LoadTable of torques and speeds, for a single axis without an arm"
+        raise InputError(Fault("arm", "is missing: positions over time need one", hint=hint))
     width = np.shape(motion[1])[1] if np.ndim(motion[1]) == 2 else 1
     joints = _joints(data) or [(name, "rad") for name in own or map(str, range(1, width + 1))]
     kinds = list(zip(("q", "qd", "qdd"), ("", "/s", "/s^2"), strict=True))[: len(motion) - 1]

@@ -429,6 +429,11 @@ class Study:
         """What selection minimises: ``mass``, ``price``, ``energy`` or ``weighted``."""
         return self.wanted.objective
 
+    @property
+    def objective_unit(self) -> str:
+        """Its unit; empty for a price where nobody says the currency, and for a weighted sum."""
+        return {"mass": "kg", "energy": "J", "price": self.prices.currency}.get(self.objective, "")
+
 
 def refuse_moving_base(study: Study, what: str) -> None:
     """Raises InputError where the base of the study's arm moves, with which something is not computed."""

@@ -28,8 +28,8 @@ def study(
     Args:
         arm: Name of a built-in arm, path of a file, or an ``Arm``; None: the motion is a load table.
         motion: ``(t, q)`` or ``(t, q, qd, qdd)`` with t [s], (N,), and the others [rad or m], (N, n); a ``Motion``, a
-            ``LoadTable``, or a DataFrame with the columns of a motion file. A list of these is the cycle, in which
-            ``{"dwell": "0.5 s"}`` and ``{"motion": (t, q), "payload": "box"}`` may stand too.
+            ``LoadTable``, a DataFrame with the columns of a motion file, or the path of one. A list of these is the
+            cycle, in which ``{"dwell": "0.5 s"}`` and ``{"motion": (t, q), "payload": "box"}`` may stand too.
         motors, gears: Sheets by key, as in a study file; ``Motor`` and ``Gear`` objects; or a DataFrame or a CSV file
             with the columns of a catalogue. Without ``catalogs`` they are the only ones considered.
         drives: ``(motor key, gear key)`` for all joints, or such pairs by joint name; gear None: direct drive. Left

@@ -51,7 +51,17 @@ def note_implausible(
             if isinstance(motion, Motion):
                 _doubt_motion(motion, over(form.motions[name], form.motions.get(DEFAULT, MotionForm())), arm, ledger)
     _doubt_ratios(form, ledger)
+    _doubt_factors(form, ledger)
     _doubt_joints(form, joints, ledger)
+
+
+def _doubt_factors(form: StudyForm, ledger: Ledger) -> None:
+    """Safety factors that take load away."""
+    for name in ("peak_torque", "rms", "speed", "voltage", "bearing_static_safety", "bearing_load_factor", "brake"):
+        factor = getattr(form.safety, name)
+        if factor < 1.0:
+            problem = f"a factor of {factor:g} lets more pass than the limit allows"
+            ledger.warning(("safety", name), problem, hint=f"for a reserve of {100 * factor:.3g} %, {1 + factor:g}")
 
 
 def _reach(arm: Arm) -> float:

@@ -83,6 +83,26 @@ def test_simulate_goes_on_from_a_recording(tmp_path: Path) -> None:
         assert ended[1][f"{name}.current"][-1] == pytest.approx(ended[0][f"{name}.current"][-1], rel=1e-9, abs=1e-12)
 
 
+def test_simulate_starts_from_given_states(tmp_path: Path) -> None:
+    study, quick = write(tmp_path), ("--effects", "heat", "--duration", "20 ms", "--out", tmp_path / "out")
+    code, output = run("simulate", study, *quick, "--start", "joint_1.speed=6 deg/s, joint_2.position=2 deg")
+    assert code in (0, 1), output
+    recording = load_recording(tmp_path / "out" / "recording.npz")
+    assert recording["joint_1.speed"][0] == pytest.approx(np.radians(6.0))
+    assert recording["joint_2.position"][0] == pytest.approx(np.radians(2.0))
+    assert "given: joint_1.speed, joint_2.position" in recording.about["start"]
+    code, output = run(
+        "simulate", study, *quick, "--start", "joint_1.speed=6, joint_1.sped=6 deg/s, joint_2.speed=1 kg"
+    )
+    assert code == 2 and "3 errors" in output and "'joint_1.speed'" in output, output
+    code, output = run(
+        "simulate", study, *quick, "--start", "equilibrium", "--resume", tmp_path / "out" / "recording.npz"
+    )
+    assert code == 2 and "goes with a run from its start" in output
+    code, output = run("simulate", "planar-2r", "--start", "equilibrium")
+    assert code == 2 and "--start" in output and "is for studies" in output
+
+
 def test_simulate_by_the_inverse_engine_and_with_effects_chosen(tmp_path: Path) -> None:
     study = write(tmp_path, "simulation: {effects: auto, tolerance: 2 %, step: 1 ms}\n")
     code, output = run("simulate", study, "--out", tmp_path / "auto")

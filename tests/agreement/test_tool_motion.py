@@ -15,8 +15,8 @@ from drivetrain.arm.pose_solver import inverse_kinematics
 from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
+from drivetrain.motion.point_to_point import MotionLimits
 from drivetrain.motion.profiles import Quintic, SCurve, Trapezoid
-from drivetrain.motion.waypoints import MotionLimits
 from drivetrain.spatial.rotations import exp_rotation
 
 START = np.array([0.1, -1.2, 1.4, -1.7, -1.5, 0.3])

@@ -22,6 +22,7 @@ from drivetrain.commands.serve import server_of
 from drivetrain.report.pages.live_page import LivePage
 
 MOST_BYTES, MOST_SECONDS = 2_500_000, 2.0
+A4 = 688  # px: 210 mm without margins of 14 mm
 READING = "return document.getElementById('readings-0').rows[0].cells[2].textContent"
 DRAWN = "return ['view', 'all'].includes(document.documentElement.dataset.drawn)"
 HAS_PICTURES = "return !!document.getElementById('data')"
@@ -104,9 +105,20 @@ def check(page: Path, width: int) -> list[str]:
                 faults.append("the ratio as judged does not give the numbers as judged")
         faults += switched(driver)
         faults += faults_of(driver)
+        faults += on_paper(driver)
     finally:
         driver.quit()
     return faults
+
+
+def on_paper(driver: webdriver.Chrome) -> list[str]:
+    """What is cut off on the narrower of A4 and Letter, with all that is folded unfolded."""
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    screen = {"width": A4, "height": 1000, "deviceScaleFactor": 1, "mobile": False}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    driver.execute_script("for (const one of document.querySelectorAll('details')) one.open = true;")
+    wide = driver.execute_script("return document.documentElement.scrollWidth")
+    return [f"{wide} px wide on paper of {A4}"] if wide > A4 else []
 
 
 def switched(driver: webdriver.Chrome) -> list[str]:

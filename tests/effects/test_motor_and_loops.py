@@ -192,3 +192,9 @@ def test_bad_numbers_are_refused_where_they_are_given() -> None:
         GivenCurrent([1.0, 0.0], [0.0, 0.0])
     with pytest.raises(InputError, match="says nothing of joint"):
         plan(joint_scene(1.0, [CommandedMotion(Motion("m", ("other",), np.arange(2.0), *[np.zeros((2, 1))] * 3))], 1.0))
+
+
+@pytest.mark.parametrize("constants", [(0.1, 0.2), {"joint": 0.1}, (("joint",),), (("joint", "0.1"),)])
+def test_torque_constants_are_pairs(constants: object) -> None:
+    with pytest.raises(InputError, match="each a text with a number"):
+        ComputedTorque(30.0, constants)  # type: ignore[arg-type]

@@ -18,6 +18,7 @@ from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.holding_brake import HoldingBrake
 from drivetrain.effects.friction.lugre_friction import LuGreFriction
 from drivetrain.effects.friction.moving_belt import MovingBelt
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
@@ -207,3 +208,14 @@ def test_commands_bend_where_their_jerk_jumps() -> None:
     once = np.array([0.0, 0.7, 1.1, 1.6])
     assert CommandedMotion(motion, 2).knots(1e-9) == pytest.approx([*once, *1.6 + once])
     assert CommandedMotion(motion).knots(0.9) == pytest.approx([0.0, 1.6])  # no jump is that large
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_brake_bounds_while_it_is_engaged(engine: Any) -> None:
+    run = run_of(engine, WALL, HoldingBrake(0.04, None, (0.2, 0.7), (0.5,), 0.05, 0.1))
+    t = run.time
+    engaged = ((t > 0.25) & (t < 0.6)) | (t > 0.75)
+    apart = np.abs(t[:, None] - [0.25, 0.6, 0.75]).min(axis=1) > 1e-6
+    for bound, size in (("hold", 0.04), ("slide", 0.03)):
+        for way in ("forward", "backward"):
+            holds(run[f"joint.motor_{bound}_{way}"][apart], size * engaged[apart])

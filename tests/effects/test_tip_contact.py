@@ -13,6 +13,8 @@ from drivetrain.effects.friction.viscous_friction import ViscousFriction
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.tip_contact import TipContact
 from drivetrain.errors import InputError
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene
@@ -70,3 +72,20 @@ def test_faults_come_together() -> None:
     with pytest.raises(InputError) as error:
         TipContact((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, -1.0)
     assert len(error.value.faults) == 3
+
+
+@pytest.mark.parametrize("engine", [AdaptiveStep(), FixedStep(1e-4)])
+def test_force_power_and_energy_are_those_of_how_deep_the_tip_is(engine: Engine) -> None:
+    arm = slider()
+    joint = (GivenTorque([0.0, 0.5, 1.0], [60.0, -20.0, 60.0]), ViscousFriction(Friction(viscous=5.0)))
+    wall, normal = TipContact((0.1, 0.3, -0.2), (-2.0, 1.0, 0.5), 5e3, 300.0), np.array([-2.0, 1.0, 0.5]) / 5.25**0.5
+    scene = Scene(arm, {arm.joint_names[0]: joint, "scene": (wall,)}, 1.0)
+    found = simulate(scene, solver=engine, interval=1e-3)
+    place, speed = (np.stack([found[f"scene.tip{kind}_{axis}"] for axis in "xyz"]) for kind in ("", "_speed"))
+    deep, into = normal @ ([[0.1], [0.3], [-0.2]] - place), -normal @ speed
+    force = np.where(deep > 0.0, np.maximum(5e3 * deep + 300.0 * into, 0.0), 0.0)
+    assert (force > 0.0).sum() > 50 and (deep < 0.0).sum() > 50
+    assert found["scene.contact_force"] == pytest.approx(force, rel=1e-9, abs=1e-9)
+    power = np.where(deep > 0.0, (force - 5e3 * deep) * into, 0.0)
+    assert found["scene.contact_power"] == pytest.approx(power, rel=1e-9, abs=1e-9)
+    assert found["scene.contact_spring_energy"] == pytest.approx(2.5e3 * np.maximum(deep, 0.0) ** 2, abs=1e-12)

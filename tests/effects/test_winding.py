@@ -22,6 +22,7 @@ from drivetrain.effects.motor.supply_bus import StiffSupply
 from drivetrain.effects.motor.winding import Winding
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
@@ -54,6 +55,9 @@ def test_voltage_driven_against_scipy() -> None:
         return [voltage / 82e-6, (RATIO * 0.0302 * current - DRAG * speed) / WHOLE]
 
     expected = solve_ivp(rates, (0.0, 0.1), [0.0, 0.0], method="Radau", rtol=1e-10, atol=1e-12).y[:, -1]
+    exact = simulate(scene, solver=AdaptiveStep())
+    assert last(exact, "joint.current") == pytest.approx(expected[0], rel=1e-4)
+    assert last(exact, "joint.speed") == pytest.approx(expected[1], rel=1e-5)
     errors = []
     for step in (2e-3, 1e-3):
         run = simulate(scene, solver=FixedStep(step))

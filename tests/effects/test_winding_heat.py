@@ -9,8 +9,10 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects.friction.dry_friction import DryFriction
-from drivetrain.effects.motor.given import GivenCurrent
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.motor.given import GivenCurrent, GivenVoltage
 from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.winding import Winding
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.simulation.engines.fixed_step import FixedStep
@@ -111,3 +113,31 @@ def test_under_a_tolerance_heat_is_as_exact_as_asked(interval: float) -> None:
         known = solve_ivp(rates, (0.0, 300.0), [0.0, 0.0], method="Radau", rtol=1e-11, atol=1e-9, t_eval=run.time)
         errors.append(np.abs(run["joint.winding_temperature"] - 25.0 - known.y[0]).max())
     assert errors[0] < 0.05 and errors[1] < 2e-3 and errors[2] < 5e-5
+
+
+def test_a_housing_that_warms_at_once_does_not_shake_the_current() -> None:
+    """Drag warms the magnets by 90 K/s, while the winding alone is slow: against Radau on the equations written out."""
+    motor = Motor("m", 0.03, 0.4, inductance=3e-6)
+    network, drag = ThermalNetwork(3.0, 5.0, 10.0, 5.0, 25.0), 0.05
+    effects = [
+        GivenVoltage([0.0], [40.0]), Winding(motor), WindingHeat(network),
+        ViscousFriction(Friction(viscous=drag), "motor"),
+    ]  # fmt: skip
+    run = simulate(joint_scene(0.5, effects, 1.0, speed=99.0), interval=2e-3)
+
+    def rates(_: float, x: np.ndarray) -> list[float]:
+        current, speed, winding, housing = x
+        resistance, constant = 0.03 * (1.0 + 0.0039 * (winding - 25.0)), 0.4 * (1.0 - 0.001 * (housing - 25.0))
+        flow = (winding - housing) / 3.0
+        return [
+            (40.0 - resistance * current - constant * speed) / 3e-6, (constant * current - drag * speed) / 0.5,
+            (resistance * current**2 - flow) / 10.0, (flow + drag * speed**2 - (housing - 25.0) / 5.0) / 5.0,
+        ]  # fmt: skip
+
+    known = solve_ivp(rates, (0.0, 1.0), [0.0, 99.0, 25.0, 25.0], method="Radau", rtol=1e-9, t_eval=run.time)
+    assert known.y[3, -1] > 100.0
+    # In steps of 0.15 s the torque constant would fall by 1.4 % each: 18 A at once.
+    late = run.time > 0.01
+    assert np.abs(run["joint.current"] - known.y[0])[late].max() < 1.0
+    for name, values in zip(("speed", "winding_temperature", "housing_temperature"), known.y[1:], strict=True):
+        assert run[f"joint.{name}"][-1] == pytest.approx(values[-1], rel=3e-3)

@@ -17,8 +17,8 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor, exact_current_step
 from drivetrain.drive.thermal.heat import periodic_temperature, temperature_of_current, thermal_network
 from drivetrain.drive.thermal.warm_up import warm_up
+from drivetrain.motion.point_to_point import MotionLimits, waypoint_motion
 from drivetrain.motion.profiles import Quintic, SCurve, Trapezoid
-from drivetrain.motion.waypoints import MotionLimits, waypoint_motion
 from drivetrain.spatial.beams import box_tube, end_deflection, round_tube
 from drivetrain.spatial.inertia import cuboid, cylinder, ellipsoid
 from drivetrain.spatial.poses import adjoint, exp_pose, inverse_pose, log_pose

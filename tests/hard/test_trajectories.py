@@ -8,8 +8,8 @@ from hard_case import Figure, hard_case
 
 from drivetrain.errors import InputError
 from drivetrain.motion.duty_cycle import Step, build_cycle
+from drivetrain.motion.point_to_point import waypoint_motion
 from drivetrain.motion.profiles import Profile, Quintic, SCurve, Trapezoid
-from drivetrain.motion.waypoints import waypoint_motion
 
 PROFILES: list[Profile] = [Quintic(), Trapezoid(), SCurve()]
 NAMES = ("shoulder", "elbow")

@@ -6,8 +6,8 @@ import pytest
 from drivetrain.errors import InputError
 from drivetrain.motion.duty_cycle import Step, build_cycle, sample_weights
 from drivetrain.motion.motion import LoadTable, Motion
+from drivetrain.motion.point_to_point import waypoint_motion
 from drivetrain.motion.profiles import Quintic, Trapezoid
-from drivetrain.motion.waypoints import waypoint_motion
 
 GO = waypoint_motion("go", ("a",), [[0.0], [1.0]], profile=Trapezoid(), durations=[1.0], sample_time=0.1)
 BACK = waypoint_motion("back", ("a",), [[1.0], [0.0]], profile=Quintic(), durations=[2.0], sample_time=0.1)
@@ -66,7 +66,7 @@ def test_gaps_and_an_open_end_are_all_told():
         build_cycle([Step(GO), Step(GO)])
     places = [fault.place for fault in caught.value.faults]
     assert places == ["cycle, go to go", "cycle, end (go) to start (go)"]
-    assert all(fault.value == -1.0 for fault in caught.value.faults)
+    assert all("a stands at 1 and goes on from 0" in fault.problem for fault in caught.value.faults)
     with pytest.raises(InputError, match="does not close"):
         build_cycle([Step(GO)])
     cycle = build_cycle([Step(GO)], may_stay_open=True)

@@ -7,8 +7,8 @@ import pytest
 
 from drivetrain.motion.checks import limit_notes
 from drivetrain.motion.duty_cycle import Step, build_cycle
+from drivetrain.motion.point_to_point import waypoint_motion
 from drivetrain.motion.profiles import Trapezoid
-from drivetrain.motion.waypoints import waypoint_motion
 
 FREE = np.array([math.inf, math.inf])
 MOTION = waypoint_motion(

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
+from drivetrain.motion.point_to_point import waypoint_motion
 from drivetrain.motion.profiles import Quintic, SCurve, Trapezoid
 from drivetrain.motion.read import read_load_table, read_motion
 from drivetrain.motion.smoothing import SavitzkyGolay, SmoothingSpline
-from drivetrain.motion.waypoints import waypoint_motion
 
 JOINTS = ("shoulder", "elbow")
 MOTION = waypoint_motion(

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivetrain.errors import InputError
+from drivetrain.motion.point_to_point import MotionLimits, waypoint_motion
 from drivetrain.motion.profiles import Quintic, SCurve, Trapezoid
-from drivetrain.motion.waypoints import MotionLimits, waypoint_motion
 
 PROFILES = [Trapezoid(), Quintic(), SCurve()]
 POINTS = [[0.0, 0.0], [1.0, -2.0], [1.0, -2.0], [0.3, 0.5]]

@@ -348,3 +348,17 @@ def test_progress_can_stop_it() -> None:
     whole = simulate(scene, solver=Rodas4(1e-6))
     joined = np.concatenate([part["joint.position"], rest["joint.position"]])
     np.testing.assert_array_equal(joined, whole["joint.position"])
+
+
+def test_an_integrator_comes_to_rest_at_the_limit() -> None:
+    """A lift by hardly more current than its load: the integrator would grow and fall back again at any instant."""
+    still = np.zeros((2, 1))
+    to_one = CommandedMotion(Motion("to one", ("joint",), np.array([0.0, 3.0]), still + 1.0, still, still))
+    effects: list[Effect] = [
+        MotorCurrent(Motor("m", 1.0, 1.0)), CascadeLoop(5.0, 2.0, 0.05, peak_current=11.0), to_one,
+    ]  # fmt: skip
+    scene = joint_scene(Inertia(1.0, 10.0), effects, 3.0, position=0.0)
+    run = simulate(scene, solver=AdaptiveStep(dt.Rodas5P(1e-7)))
+    assert run.stopped_by is None
+    fixed = simulate(scene, solver=FixedStep(5e-5))
+    np.testing.assert_allclose(run["joint.position"], fixed["joint.position"], atol=2e-3)

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import drivetrain as dt
@@ -92,3 +93,27 @@ def test_a_spring_whose_pieces_overlap() -> None:
 def test_an_ordinary_run_says_nothing() -> None:
     run = dt.simulate(dt.joint_scene(1.0, [dt.WallSpring(1.0)], 1.0, position=0.1))
     assert run.events == ()
+
+
+def test_what_strikes_within_a_step_is_said() -> None:
+    """A swing of 158 rad/s on a wall's spring: a step of a millisecond runs ahead of the cosine, and says so."""
+    swing = math.sqrt(2.5e4)
+    off, told = [], []
+    for step in (1e-3, 1e-4):
+        scene = dt.joint_scene(1.0, [dt.WallSpring(2.5e4)], 2.0, position=0.01)
+        run = dt.simulate(scene, solver=dt.FixedStep(step))
+        apart = run["joint.speed"] + 0.01 * swing * np.sin(swing * run.time)
+        off.append(math.sqrt(float(np.mean(apart**2))) / (0.01 * swing))
+        told += [named(run, "step")]
+    assert off[0] > 0.1 and "joint.speed" in told[0][0].detail and "AdaptiveStep" in told[0][0].detail
+    assert off[1] < 0.01 and not told[1]
+
+
+def test_play_that_rattles_is_said() -> None:
+    """Between flanks of 1 mrad at 2000 rad/s no step of a millisecond finds the instants of the strikes."""
+    gear = dt.Gear("g", 1.0, stiffness_1=2e6, backlash=1e-3)
+    effects = [dt.ReflectedRotor(1.0, 1.0), dt.Backlash(gear), dt.WallSpring(100.0)]
+    scene = dt.joint_scene(1.0, effects, 1.0, position=0.1)
+    run, known = (dt.simulate(scene, solver=solver) for solver in (dt.FixedStep(), dt.AdaptiveStep(dt.Rodas5P(1e-9))))
+    assert np.abs(run["joint.speed"] - known["joint.speed"]).max() > 0.05 * known["joint.speed"].max()
+    assert named(run, "step") and not named(known, "step")

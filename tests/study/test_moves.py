@@ -10,7 +10,7 @@ import pytest
 from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.errors import InputError
-from drivetrain.motion.waypoints import MotionLimits
+from drivetrain.motion.point_to_point import MotionLimits
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.spatial.poses import pose, pose_from_xyz_rpy

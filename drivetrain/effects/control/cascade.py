@@ -20,6 +20,7 @@ from drivetrain.errors import Fault
 from drivetrain.jit import law
 
 MOST_DELAY = 3  # samples
+SOFT = 1e-3  # of the limit, within which a continuous integrator comes to rest: a rate that jumped would have no step
 DELAY = Range("must be 0, 1 or 2 samples", 0.0, MOST_DELAY - 1.0, low_included=True)
 NOTCH_DAMPING = Range("must be above 0 and at most 10 [-]", 0.0, 10.0)
 
@@ -43,15 +44,18 @@ def speed_error(gains: Any, wanted: Any, place: float, speed: float) -> float:
 
 
 @law
-def asked_current(gains: Any, error: float, gathered: float, span: float) -> Any:
-    """What a cascade asks for, and how its integrator grows."""
+def asked_current(gains: Any, error: float, gathered: float, span: float, soft: float) -> Any:
+    """What a cascade asks for, and how its integrator grows; beyond the limit less, within a soft share of it not."""
     grown = gains.speed * gains.rate * error
     asked = gains.speed * error + gathered + span * grown
-    if not abs(asked) > gains.peak:
+    beyond, band = abs(asked) - gains.peak, soft * gains.peak
+    if not beyond > 0.0:
         return asked, grown, True
     # At the limit the integrator only goes back: what it gathered there would have to be undone.
     asked = gains.peak if asked > 0.0 else -gains.peak
-    return asked, 0.0 if asked * error > 0.0 else grown, False
+    if asked * error > 0.0:
+        grown = grown * (1.0 - beyond / band) if beyond < band else 0.0
+    return asked, grown, False
 
 
 def missing_current(place: Place, signals: Mapping[str, float]) -> float:
@@ -138,7 +142,7 @@ def _follow(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, gains, motor = joint.pin, own.gains, joint.motor
     wanted = command_of(joint, gains.coupled)
     error = speed_error(gains, wanted, motor.position, motor.speed)
-    asked, grown, free = asked_current(gains, error, own.integrated_current, 0.5 * h)
+    asked, grown, free = asked_current(gains, error, own.integrated_current, 0.5 * h, SOFT)
     if free:
         pin.damping += gains.speed
         pin.stiffness += gains.speed * gains.position
@@ -237,7 +241,7 @@ def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
     error = zeros[0] * whole + own.notched_once
     own.notched_once = zeros[1] * whole - poles[1] * error + own.notched_twice
     own.notched_twice = zeros[2] * whole - poles[2] * error
-    asked, grown, _ = asked_current(own.gains, error, own.integrated_current, own.period)
+    asked, grown, _ = asked_current(own.gains, error, own.integrated_current, own.period, 0.0)
     own.integrated_current += own.period * grown
     # What is computed now is given out some samples later.
     waiting = own.waiting_current

@@ -24,13 +24,17 @@ from drivetrain.errors import Fault
 from drivetrain.jit import law
 
 SHARE = 0.005  # of the winding's time constant, between two steps
+MOST = 0.2  # K that losses may bring to a node between two steps, whose resistance and torque constant else would jump
 
 
 @dataclass
 class Own:
     """What it keeps."""
 
-    period: float  # between two steps of the temperatures [s]
+    # between two steps of the temperatures, at most [s], [J]
+    period: float
+    most_copper: float
+    most_iron: float
     gear_heat: float  # share of the gear's loss that warms the housing [-]
     # [C], thermal resistances [K/W]
     ambient: float
@@ -110,7 +114,8 @@ def _accept(t: Any, h: Any, own: Any, joint: Any) -> None:
     own.copper += h * heat.copper_loss
     own.iron += h * _into_housing(own, joint)
     own.clock += h
-    if own.clock < own.period * (1.0 - 1e-9):
+    little = own.copper < own.most_copper and own.iron < own.most_iron
+    if little and own.clock < own.period * (1.0 - 1e-9):
         return
     own.winding_temperature, own.housing_temperature = warmed(own)
     own.copper = own.iron = own.clock = 0.0
@@ -125,8 +130,8 @@ class WindingHeat(Effect):
     Attributes:
         network: Resistances and capacities; the winding's must be known.
         winding, housing: Temperatures at the start [C]; None: those of the air.
-        every: Time between two steps of the temperatures under fixed steps [s]; None: a two-hundredth of the winding's
-            time constant.
+        every: Longest time between two steps of the temperatures under fixed steps [s]; None: a two-hundredth of the
+            winding's time constant. Losses that would warm a node by more than 0.2 K in it make it shorter.
         gear_heat: Share of the gear's loss that warms the housing; 0: the gear is mounted elsewhere [-].
     """
 
@@ -182,7 +187,9 @@ class WindingHeat(Effect):
             decay, modes = (part.real for part in np.linalg.eig(flow))  # real; numpy from 2.5 on types them complex
             inverse = np.linalg.inv(modes)
         period = self.every or SHARE * (net.winding_time_constant or 1.0)
-        return Own(period, self.gear_heat, net.ambient, inner, outer, modes.ravel(), inverse.ravel(), decay)
+        winding = net.winding_capacity or math.inf
+        most = MOST * winding, MOST * (winding if inner == 0.0 else net.housing_capacity or math.inf)
+        return Own(period, *most, self.gear_heat, net.ambient, inner, outer, modes.ravel(), inverse.ravel(), decay)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         ambient = self.network.ambient

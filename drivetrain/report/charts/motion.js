@@ -217,6 +217,8 @@ page.setup(function () {
       let low = 0, high = n - 1;
       while (high - low > 1) { const middle = (low + high) >> 1; if (time[middle] > value) high = middle; else low = middle; }
       sample = Math.abs(time[high] - value) < Math.abs(time[low] - value) ? high : low;
+      const used = (k) => Math.max(...joints.map((joint) => joint.live.used[k]));
+      if (sample && time[sample - 1] === time[sample] && used(sample - 1) > used(sample)) sample -= 1;  // of a step the harder side
       now.value = time[sample];
       byId("time-told").textContent = `${time[sample].toFixed(3)} s`;
       const segment = motion.segments.find(([ends]) => time[sample] <= ends[1]);

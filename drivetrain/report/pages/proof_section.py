@@ -6,7 +6,7 @@ import math
 
 from drivetrain.report.best_sets import HEADINGS, WORDS, equals_sentence, set_rows
 from drivetrain.report.pages.sheet import Section, SheetTable
-from drivetrain.report.quantities import number
+from drivetrain.report.quantities import DASH, number
 from drivetrain.sizing.results import Selection
 
 UNITS = {"mass": "\u00a0kg", "energy": "\u00a0J"}
@@ -17,8 +17,8 @@ WORK = {
     "candidates tested": "tests of a candidate against bounds",
     "candidates judged": "candidates evaluated by all checks",
     "descents": "descents to a whole set",
-    "sets that fit": "whole sets met that hold every check",
-    "equal sets judged": "equals of the best set, or of the last of the best, that hold every check",
+    "sets that fit": "whole sets met that pass every check",
+    "equal sets judged": "equals of the best set, or of the last of the best, that pass every check",
     "disagreements": "sets on which compiled code and evaluation differed, taken out",
 }  # "pushed" only orders the search
 
@@ -36,7 +36,7 @@ def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
     """What is proven, in words."""
     worth = WORDS[selection.study.objective]
     if selection.drives and proven:
-        first = f"No other allowed set of drives that holds every check has {worth}."
+        first = f"No other allowed set of drives that passes every check has {worth}."
         words = (f"{selection.proof}." if selection.proof != "optimal" else "", equals_sentence(selection))
         return (first, *(text for text in words if text))
     if proven:
@@ -51,15 +51,20 @@ def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
 
 def _sets(selection: Selection) -> tuple[SheetTable, ...]:
     """The best sets side by side, where there are several."""
-    weighted = selection.study.objective == "weighted"
-    rows = tuple(
-        (str(row.rank), *((row.objective,) if weighted else ()), row.mass, row.price, row.energy, row.utilisation,
-         "; ".join(row.changes))
-        for row in set_rows(selection)
-    )  # fmt: skip
-    headings = ("set", *((HEADINGS["weighted"],) if weighted else ()), "mass [kg]", "price", "energy a cycle [J]",
-                "highest utilisation", "differs from the first at")  # fmt: skip
-    title = f"The best sets: {len(rows)} that hold every check, best first"
+    found, currency = set_rows(selection), selection.study.prices.currency
+    columns = {"set": [str(row.rank) for row in found]}
+    if selection.study.objective == "weighted":
+        columns[HEADINGS["weighted"]] = [row.objective for row in found]
+    columns["mass [kg]"] = [row.mass for row in found]
+    if any(row.price != DASH for row in found):
+        columns[f"price [{currency}]" if currency else "price"] = [row.price for row in found]
+    columns |= {
+        "energy a cycle [J]": [row.energy for row in found],
+        "highest utilisation": [row.utilisation for row in found],
+        "differs from the first at": ["; ".join(row.changes) for row in found],
+    }
+    headings, rows = tuple(columns), tuple(zip(*columns.values(), strict=True))
+    title = f"The best sets: {len(rows)} that pass every check, best first"
     return (SheetTable(headings, rows, title, tuple(range(len(headings) - 1))),) if rows else ()
 
 

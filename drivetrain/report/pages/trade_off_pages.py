@@ -38,7 +38,7 @@ def front_section(found: Front, chosen: DriveSet | None = None) -> Section:
     figures: tuple[tuple[Chart, str], ...] = ()
     if found.points:
         caption = (
-            "Each dot is a set of drives that holds every check and that no other set beats in all criteria; point "
+            "Each dot is a set of drives that passes every check and that no other set beats in all criteria; point "
             "at it for its drives."
         )
         bend = knee(found)
@@ -57,7 +57,7 @@ def front_section(found: Front, chosen: DriveSet | None = None) -> Section:
 def front_sentence(found: Front) -> str:
     """The answer in words."""
     if not found.points:
-        return f"No set of drives holds every check ({found.proof})."
+        return f"No set of drives passes every check ({found.proof})."
     spans = []
     for name in found.names:
         values = [point.criteria[name] for point in found.points]

@@ -114,7 +114,7 @@ class OptimumCurve:
     @property
     def table(self) -> pd.DataFrame:
         """Every selection made as a table, by value: objective, criteria, then motor and gear of each joint."""
-        table = set_table(self.points)
+        table = set_table(self.points, self.study)
         table.insert(0, f"{self.vary} [{self.unit}]", [point.value for point in self.points])
         return table
 

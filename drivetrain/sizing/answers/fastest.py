@@ -1,10 +1,10 @@
 """The fastest cycle that given drives can hold: the way kept, every move as quick as their real limits allow.
 
 Each move, from rest to rest, first keeps its form and takes another time, as short as all limits allow that bind at an
-instant: torque and speed of the gear, current, voltage over speed, bearings, the supply's peaks. What counts over the
-whole cycle, heat before all, may then need more: no move is then quicker than a common share of its time in the study.
-Where it does not, the way of each move is timed anew within: at each place as quick as torque at gear and motor and
-speed let it be. What is quicker in the end counts, and every check is made on it.
+instant: torque and speed of the gear, current, voltage over speed, bearings, the supply's peaks, the arm's own speed
+limits. What counts over the whole cycle, heat before all, may then need more: no move is then quicker than a common
+share of its time in the study. Where it does not, the way of each move is timed anew within: at each place as quick as
+torque at gear and motor and speed let it be. What is quicker in the end counts, and every check is made on it.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ CLOSE = 1e-3  # of the factor, to the safe side
 GRID = 160  # pieces of a move that is timed within
 FINEST = 1.0 / 400.0  # of a move's way between two points of its spline
 REPAIRS = 60  # steps of a move that fails beside the others, though it held alone
+SPEED_LIMIT = "the arm's speed limit"
 OVER_THE_CYCLE = {"winding temperature"}  # told with an instant, and yet of the whole cycle
 
 
@@ -68,7 +69,8 @@ class Fastest:
         evaluation: Of the drives on it.
         before: Length of the study's own cycle [s].
         moves: In their order.
-        share: Of its time in the study, below which what counts over the cycle lets no move go; 0: it does not bind.
+        share: Of its time in the study, or as it is timed within, below which what counts over the cycle lets no move
+            go; 0: it does not bind.
     """
 
     study: Study
@@ -76,6 +78,10 @@ class Fastest:
     before: float
     moves: tuple[MoveTime, ...]
     share: float
+
+    def __repr__(self) -> str:
+        verdict = self.evaluation.verdict
+        return f"Fastest({self.study.name}: {self.duration:.4g} s instead of {self.before:.4g} s, {verdict})"
 
     @property
     def feasible(self) -> bool:
@@ -91,6 +97,7 @@ class Fastest:
 def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
     """The shortest cycle in which the drives hold every check, dwells and the way of each move kept.
 
+    No joint goes faster than the arm's own speed limits, those of its file.
     Where no check over the whole cycle binds, heat before all, moves are timed within too: accelerations then step.
 
     Args:
@@ -115,7 +122,7 @@ def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
     best = _paced(study, drives, cycle, moves)
     if best.feasible and best.share == 0.0:
         again = _paced(study, drives, *_timed(study, drives, best, cycle, moves))
-        if again.feasible and again.share == 0.0 and again.duration < best.duration:
+        if again.feasible and again.duration < best.duration:
             best = again
     return Fastest(best.evaluation.study, best.evaluation, cycle.duration, _move_times(cycle, moves, best), best.share)
 
@@ -241,7 +248,7 @@ def _allowed(best: _Paced) -> tuple[Array, Array, Array]:
         drawn = np.stack([series.motor_torque, series.motor_speed], axis=1)
         share, *_ = np.linalg.lstsq(drawn, series.voltage, rcond=None)
         volts[:, i] = share * used["voltage"] / np.abs(series.voltage).max()
-    return torque, speed, volts
+    return torque, np.minimum(speed, _limits(best.evaluation.study)), volts
 
 
 def _way(cycle: Cycle, move: slice) -> _Way:
@@ -337,7 +344,7 @@ def retimed(cycle: Cycle, moves: list[slice], factors: Array) -> Cycle:
 
 
 def _alone(study: Study, drives: Mapping[str, Given] | None, move: slice) -> float:
-    """The share of its time that a move may take as far as instants go."""
+    """The share of its time that a move may take as far as instants and the arm's speed limits go."""
     own = _cut(study.cycle, move)
     whole = [slice(0, len(own.time))]
 
@@ -345,7 +352,18 @@ def _alone(study: Study, drives: Mapping[str, Given] | None, move: slice) -> flo
         result = evaluate(replace(study, cycle=retimed(own, whole, np.array([factor]))), drives)
         return not any(_fails(check) for _, check in _instants(result))
 
-    return _edge(holds, 1.0)
+    return max(_edge(holds, 1.0), float(_speed_share(study, own.velocity).max()))
+
+
+def _speed_share(study: Study, velocity: Array) -> Array:
+    """Speeds over the arm's limits, by joint, at their largest, (n,)."""
+    return np.abs(velocity).max(axis=0) / _limits(study)
+
+
+def _limits(study: Study) -> Array:
+    """Speeds that the arm allows, (n,)."""
+    assert study.arm is not None
+    return study.arm.speed_limits
 
 
 def _repaired(at: Callable[[Array], Evaluation], moves: list[slice], edges: Array) -> Array:
@@ -435,5 +453,10 @@ def _move_times(before: Cycle, moves: list[slice], best: _Paced) -> tuple[MoveTi
             alone = evaluate(replace(result.study, cycle=_cut(after, move)), result.drives)
             place, most = max(_instants(alone), key=lambda one: one[1].utilisation or 0.0, default=("", None))
             check, at = ("", math.nan) if most is None else (most.name, most.time or start)
+            speed = _speed_share(result.study, after.velocity[move])
+            if most is None or speed.max() > (most.utilisation or 0.0):
+                joint = int(speed.argmax())
+                fast = move.start + int(np.abs(after.velocity[move, joint]).argmax())
+                place, check, at = after.joint_names[joint], SPEED_LIMIT, float(after.time[fast])
         found.append(MoveTime(name, start, length, end - start, place, check, at))
     return tuple(found)

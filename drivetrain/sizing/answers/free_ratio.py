@@ -23,7 +23,7 @@ from drivetrain.drive.gear import Gear, average_torque, torque_exponent
 from drivetrain.drive.matching import GearFamily, fitted_family, ideal_family, ratio_of_least_rms
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import continuous_current
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, by_whole_name, nearest
 from drivetrain.sizing.answers.ratio import partners, rms_torque, terms_of
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.judge.evaluate import Pair
@@ -255,8 +255,8 @@ class _Design:
 def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: Mapping[str, Pair]) -> _Design:
     """Motors, families and the drives of the other joints."""
     names = [task.name for task in study.joints]
-    strangers = [name for name in wanted if name not in names]
-    faults = [Fault("free", "is no joint of the study", name, nearest(name, names)) for name in strangers]
+    faults: list[Fault] = []
+    wanted = by_whole_name("free", "joint of the study", wanted, names, faults)
     if not wanted:
         hint = "give a joint `free_ratio: {ratio: [30, 160]}`"
         faults.append(Fault("joints", "none of them has a free ratio", hint=hint))

@@ -26,7 +26,7 @@ from drivetrain.drive.matching import (
     ratio_of_least_rms,
     torque_terms,
 )
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, whole_names
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import Pair, given_drives
 from drivetrain.sizing.judge.vary import Number, Setup, edges, named_drives, ratio_number
@@ -135,6 +135,10 @@ class RatioStudy:
     notes: tuple[str, ...]
     lacking: tuple[Check, ...] = ()  # essential checks that could not be made: with one no ratio is proven to fit
 
+    def __repr__(self) -> str:
+        windows = ", ".join(f"{one.low:.4g} to {one.high:.4g}" for one in self.windows) or "no ratio"
+        return f"RatioStudy({self.joint}: {self.motor} with {self.gear or 'an ideal gear'}, fits at {windows})"
+
     @property
     def feasible(self) -> bool:
         """Whether some ratio is proven to fit."""
@@ -171,7 +175,7 @@ def ratio_study(
 
     Args:
         study: The task.
-        joint: Name of the joint.
+        joint: Name of the joint, or a part that no other name has.
         drives: Keys of (motor, gear) by joint name; a joint that is not named keeps the drive the study gives it.
         motor, gear: Keys for this joint, in place of those; gear "" is an ideal gear without limits, taken also where
             only a motor is known.
@@ -184,8 +188,7 @@ def ratio_study(
         InputError: Unknown joints, motors or gears, a joint without a drive, or ratios that are not positive.
     """
     names = [task.name for task in study.joints]
-    if joint not in names:
-        raise InputError(Fault("joint", "is no joint of the study", joint, nearest(joint, names)))
+    [joint] = whole_names("joint", "joint of the study", [joint], names)
     index, own = names.index(joint), (drives or {}).get(joint, study.joints[names.index(joint)].drive) or ("", "")
     wanted = (own[0] if motor is None else motor, own[1] if gear is None else gear)
     keys = given_drives(study, {**(drives or {}), joint: wanted} if any(wanted) else drives or {})

@@ -16,7 +16,7 @@ import numpy as np
 from drivetrain.catalog.read import compatible_pairs
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, whole_name
 from drivetrain.sizing.answers.ratio import NearGear, near_gears, partners
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import NO_GEAR, Pair
@@ -180,7 +180,7 @@ def why_not(
 
     Args:
         study: The task.
-        joint: Name of the joint; None: all of them.
+        joint: Name of the joint, or a part that no other name has; None: all of them.
         motor: Key or part number; None: any that goes with the gear.
         gear: Key or part number, "" or "none" for a direct drive; None: any that goes with the motor.
         selection: From ``select``; None: selected here.
@@ -193,7 +193,7 @@ def why_not(
         InputError: Neither motor nor gear is named, or no joint, motor or gear has the name; all of them at once, with
             the nearest names.
     """
-    key, wheel = _named(study, joint, motor, gear)
+    joint, key, wheel = _named(study, joint, motor, gear)
     found = select(study) if selection is None else selection
     chosen, family = found.evaluation.drives, WorkFamily(study)
     setup = Setup(family.at(TaskChange()), named_drives(study, chosen))
@@ -202,14 +202,13 @@ def why_not(
     return WhyNot(study, key, wheel, found, tuple(_answer(question, i, cost) for i in joints))
 
 
-def _named(study: Study, joint: str | None, motor: str | None, gear: str | None) -> tuple[str | None, str | None]:
-    """The keys of the rows that are meant."""
+def _named(study: Study, joint: str | None, motor: str | None, gear: str | None) -> tuple[str | None, ...]:
+    """The joint and the keys of the rows that are meant."""
     faults: list[Fault] = []
-    names = [task.name for task in study.joints]
-    if joint is not None and joint not in names:
-        faults.append(Fault("joint", "is no joint of the study", joint, nearest(joint, names)))
+    if joint is not None:
+        joint = whole_name("joint", "joint of the study", joint, [task.name for task in study.joints], faults)
     if motor is None and gear is None:
-        hint = "keys of the catalogue: --motor KEY, --gear KEY"
+        hint = "by its key or part number in the catalogue"
         faults.append(Fault("part", "name a motor, a gear or both", hint=hint))
     bare = {key: row for key, row in study.catalog.motors.items() if not row.brake.key}
     key = motor if motor in study.catalog.motors or motor is None else _key("motor", motor, bare, faults)
@@ -218,7 +217,7 @@ def _named(study: Study, joint: str | None, motor: str | None, gear: str | None)
         wheel = _key("gear", wheel, study.catalog.gears, faults)
     if faults:
         raise InputError(faults)
-    return key, wheel
+    return joint, key, wheel
 
 
 def _key(what: str, name: str, rows: Mapping[str, Motor] | Mapping[str, Gear], faults: list[Fault]) -> str:

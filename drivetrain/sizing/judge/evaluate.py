@@ -11,7 +11,7 @@ import numpy as np
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.gear import HOLDING, mesh_of
 from drivetrain.drive.motor import winding_resistance
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, by_whole_name, nearest
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.judge.arm_stops import stop_checks
 from drivetrain.sizing.judge.missing import massless
@@ -127,11 +127,8 @@ def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
     if not isinstance(drives, Mapping):
         raise InputError(Fault("drives", "must give (motor key, gear key) by joint name", drives))
     names = [task.name for task in study.joints]
-    faults = [
-        Fault(f"drives.{name}", "is no joint of the study", name, nearest(name, names))
-        for name in drives
-        if name not in names
-    ]
+    faults: list[Fault] = []
+    drives = by_whole_name("drives", "joint of the study", drives, names, faults)
     found: dict[str, Pair] = {}
     for task in study.joints:
         given = next((drives[name] for name in (task.name, *task.sharing) if name in drives), task.drive)

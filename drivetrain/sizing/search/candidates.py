@@ -39,7 +39,7 @@ from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.objectives import amplifier_price
 from drivetrain.sizing.judge.parts import Parts, parts_of
-from drivetrain.sizing.search.bounds import WIDER, Brake, Offer, Sheets, bound_candidates, open_span, span_of
+from drivetrain.sizing.search.bounds import Brake, Offer, Sheets, bound_candidates, open_span, span_of
 from drivetrain.study.model import JointTask, Study
 
 Indices = NDArray[np.int64]
@@ -135,16 +135,32 @@ class Judged:
 
 
 class Loads(NamedTuple):
-    """Loads of a joint without drives at some samples, and what a unit of each number of the drives adds to them.
-
-    The drives are those of other joints, the joint's own last where it counts.
-    """
+    """Loads of a joint without drives at some samples, and what a unit of each number of some drives adds to them."""
 
     start: Array  # (..., M); (0,) where nobody asks
-    rows: Array  # (K, ..., M)
+    rows: Array  # (K, NUMBERS, all of start)
+    drives: Indices  # joints of the drives, the joint's own last where it counts, (K,)
+
+    def ends(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """Both ends that open choices leave, as of ``start``; low, high: numbers of all joints' drives."""
+        half, (bottom, top) = np.zeros(self.rows.shape[:2]), np.empty((2, self.start.size))
+        open_span(self.start.ravel(), self.drives, self.rows, low, high, half, bottom, top)
+        return bottom.reshape(self.start.shape), top.reshape(self.start.shape)
+
+    def least(self, low: Array, high: Array) -> Array:
+        """The least magnitudes that open choices leave."""
+        least, most = self.ends(low, high)
+        return np.maximum(np.maximum(least, -most), 0.0)
 
 
-UNASKED = Loads(np.zeros(0), np.zeros((0, 0)))
+def loads_with(start: Array, rows: Array, drives: Sequence[int]) -> Loads:
+    """Loads with rows of the same shape, NUMBERS for each of the drives that have any."""
+    count = len(rows) // NUMBERS
+    rows = np.ascontiguousarray(rows).reshape(count, NUMBERS, start.size)
+    return Loads(np.ascontiguousarray(start), rows, np.array(drives[:count], dtype=np.int64))
+
+
+UNASKED = Loads(np.zeros(0), np.zeros((0, NUMBERS, 0)), np.zeros(0, dtype=np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,13 +206,13 @@ class JointOffer:
         open_span(offer.load, offer.others, offer.rows, low, high, offer.half, whole.low, whole.high)
         found = whole.still
         if self.heavy.start.size:
-            found[:3] = [series.max() for series in _bearing_loads(self._least(self.heavy, low, high))]
+            found[:3] = [series.max() for series in _bearing_loads(self.heavy.least(low, high))]
         for at, loads in ((3, self.held), (4, self.swung), (5, self.stops)):
             if loads.start.size:
-                found[at] = self._least(loads, low, high).max()
+                found[at] = loads.least(low, high).max()
         if self.brake.start.size:
             memory = self.records.brake
-            least, most = self._ends(self.brake, low, high)
+            least, most = self.brake.ends(low, high)
             for ends, *found_ends in zip((memory.torque, memory.static, memory.inertia), least, most, strict=True):
                 ends[:] = found_ends
         return whole.low, whole.high
@@ -204,24 +220,10 @@ class JointOffer:
     def load_at(self, sample: int, low: Array, high: Array) -> tuple[Array, Array]:
         """Both ends of the torque at one sample that open choices leave, friction and own drive in it [N m], (1,)."""
         load, rows, own = self.work.load.torque, self.rows.torque, self.work.added.torque
-        at = Loads(load[[sample]], np.concatenate([rows[:, [sample]], own[:, [sample]]]))
-        shown = self.records.whole.shown[sample]
-        least, most = self._ends(at, low, high)
+        drives, shown = (*self.others, self.joint), self.records.whole.shown[sample]
+        at = loads_with(load[[sample]], np.concatenate([rows[:, [sample]], own[:, [sample]]]), drives)
+        least, most = at.ends(low, high)
         return least + shown, most + shown
-
-    def _least(self, loads: Loads, low: Array, high: Array) -> Array:
-        """The least magnitudes that open choices leave."""
-        least, most = self._ends(loads, low, high)
-        return np.maximum(np.maximum(least, -most), 0.0)
-
-    def _ends(self, loads: Loads, low: Array, high: Array) -> tuple[Array, Array]:
-        """Both ends that open choices leave."""
-        drives = [*self.others, self.joint][: len(loads.rows) // NUMBERS]
-        middle = 0.5 * (low[drives] + high[drives]).ravel()
-        half = 0.5 * (high[drives] - low[drives]).ravel()
-        half = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0)
-        centre, wide = loads.start + np.tensordot(middle, loads.rows, 1), np.tensordot(half, np.abs(loads.rows), 1)
-        return centre - wide, centre + wide
 
     def bounded(
         self, pairs: Indices, base: Array, cost: Array, exact: Mask, *, until: float, energies: bool,
@@ -409,16 +411,18 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
     offered = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))
 
+    drives = (*others, joint)
+
     def largest(name: str, *series: Array) -> Loads:
         """Loads where they are largest in each stretch."""
         at = np.unique([_peaks(one) for one in series])
-        load, others, mine = (getattr(one, name)[..., at] for one in (offered.load, rows, offered.added))
-        return Loads(load, np.concatenate([others, mine]))
+        load, beside, mine = (getattr(one, name)[..., at] for one in (offered.load, rows, offered.added))
+        return loads_with(load, np.concatenate([beside, mine]), drives)
 
     heavy = UNASKED if demand.wrench is None else largest("wrench", *_bearing_loads(offered.load.wrench))
     held = UNASKED if demand.static_torque is None else largest("static", np.abs(demand.static_torque))
     stops = largest("stop", np.abs(offered.load.stop)) if len(demand.stop.torque) else UNASKED
-    brake, braking = _brakes(offered, rows)
+    brake, braking = _brakes(offered, rows, others)
     few, size = offered.few, 2 * STRETCHES
     assert few is not None
     nowhere = {name: np.zeros(size) for name in few.motion._fields[:-2]}
@@ -446,7 +450,7 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     )  # fmt: skip
     swung = UNASKED
     if plain["setting"]["resonance"].any() and offered.load.inertia.size:
-        swung = Loads(offered.load.inertia, np.concatenate([rows.inertia, offered.added.inertia]))
+        swung = loads_with(offered.load.inertia, np.concatenate([rows.inertia, offered.added.inertia]), drives)
     offer = JointOffer(
         joint, demand, offered, tuple(others), rows, heavy, held, stops, swung, braking, few, records,
         study.joints[joint].drive is not None, study.joints[joint],
@@ -455,7 +459,7 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     return offer
 
 
-def _brakes(work: Work, rows: Added) -> tuple[Brake, Loads]:
+def _brakes(work: Work, rows: Added, others: Sequence[int]) -> tuple[Brake, Loads]:
     """Where stops at a current limit are looked at: of each stretch the fastest sample, and the one of most torque."""
     motion, load, own = work.motion, work.load, work.added
     at = np.zeros(0, dtype=np.int64)
@@ -479,7 +483,7 @@ def _brakes(work: Work, rows: Added) -> tuple[Brake, Loads]:
         np.ascontiguousarray(own.torque[:, at]), np.ascontiguousarray(own.inertia[:, at]), *np.zeros((3, 2, len(at))),
     )  # fmt: skip
     start = three(load.torque[at], load.inertia[at])
-    return brake, Loads(start, three(rows.torque[:, at], rows.inertia[:, at]))
+    return brake, loads_with(start, three(rows.torque[:, at], rows.inertia[:, at]), others)
 
 
 def _bearing_loads(wrench: Array) -> tuple[Array, Array, Array]:

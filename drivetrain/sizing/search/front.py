@@ -68,7 +68,7 @@ class Front:
     @property
     def table(self) -> pd.DataFrame:
         """The sets as a table, by their first criterion: criteria, then motor and gear of each joint."""
-        return set_table(self.points).drop(columns="objective", errors="ignore")
+        return set_table(self.points, self.study).drop(columns="objective", errors="ignore")
 
     def __repr__(self) -> str:
         return f"Front({self.study.name}: {len(self.points)} sets by {', '.join(self.names)}, {self.proof})"

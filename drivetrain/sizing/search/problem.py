@@ -104,8 +104,10 @@ class Problem:
         used, left, count = np.zeros(len(domain)), np.arange(len(domain)), 0
         for more, amplifier in offer.dearer_of_rest() if self.price else ((0.0, None),):
             offer.take(amplifier)
-            base, least = self.share + self.price * more, cost[left]
-            least = np.maximum(least, base[domain.pairs[left]]) if more and not self.energy else least
+            base, least = self.share, cost[left]
+            if more:
+                base = self.share + self.price * more
+                least = least if self.energy else np.maximum(least, base[domain.pairs[left]])
             looked, used[left], _, _ = offer.bounded(
                 domain.pairs[left], base, least, domain.exact[left], until=1.0 + ROUNDING,
                 energies=self.energy != 0.0, weight=self.energy, room=limit, full=full,

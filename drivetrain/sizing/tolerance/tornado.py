@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
+from drivetrain.errors import whole_names
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.tolerance.draws import Draws, Source, deviated, from_uniform, sources
 from drivetrain.sizing.tolerance.monte_carlo import SUPPLY, drives_of
@@ -79,6 +80,8 @@ class Effects:
         """The tornado of one check."""
         joints, supply = figures_of(self.evaluation)
         names = list(self.evaluation.joints)
+        [joint] = whole_names("joint", "joint of the study", [joint], [*names, SUPPLY])
+        [check] = whole_names("check", "check of it", [check], SUPPLY_NAMES if joint == SUPPLY else NAMES)
         if joint == SUPPLY:
             ends, nominal = self.supply[..., SUPPLY_NAMES.index(check)], float(supply[SUPPLY_NAMES.index(check)])
             arms = self.arms_supply[:, SUPPLY_NAMES.index(check)]

@@ -20,10 +20,10 @@ from drivetrain.motion.checks import TURNS_BELIEVED, limit_notes
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle, Step, build_cycle
 from drivetrain.motion.mix import build_mix, share_faults
 from drivetrain.motion.motion import LoadTable, Motion, sampled
+from drivetrain.motion.point_to_point import MotionLimits, waypoint_motion
 from drivetrain.motion.profiles import PROFILES
 from drivetrain.motion.read import read_load_table, read_motion
 from drivetrain.motion.smoothing import Parabolas, SavitzkyGolay, Smoothing
-from drivetrain.motion.waypoints import MotionLimits, waypoint_motion
 from drivetrain.spatial.poses import pose
 from drivetrain.spatial.rotations import exp_rotation, rotation_from_rpy, unit
 from drivetrain.spatial.tool_path import rotations

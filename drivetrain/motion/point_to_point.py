@@ -92,6 +92,9 @@ def waypoint_motion(
     return joined(name, joint_names, blocks, f"{len(points)} waypoints, {type(profile).__name__} profile")
 
 
+waypoints = waypoint_motion  # as studies and the guide call it
+
+
 def limit_rows(limits: MotionLimits, n: int, place: str) -> Array:
     """Speed, acceleration and jerk limits of every joint, (3, n)."""
     rows, faults = np.empty((3, n)), []
