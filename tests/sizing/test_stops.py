@@ -60,10 +60,18 @@ def test_a_stop_is_judged_with_the_least_warm_drag_that_may_be(cold, told, count
     assert stop_temperature(SimpleNamespace(setting=setting)) == counted
 
 
+@pytest.mark.parametrize("still", [(), (0,), (1,)])
 @pytest.mark.parametrize("ramp", [0.05, 0.3])
-def test_a_ramp_asks_what_inverse_dynamics_says(two_links, ramp):
-    """From each sample, at the start, in the middle and just before standstill; to rounding of the basis."""
-    study = stopped(two_links, ramp=ramp)
+def test_a_ramp_asks_what_inverse_dynamics_says(two_links, ramp, still):
+    """From each sample, at the start, in the middle and just before standstill; to rounding of the basis.
+
+    A joint that stands still bears what the other one does in its stop.
+    """
+    cycle = two_links.cycle
+    moved = {name: getattr(cycle, name).copy() for name in ("velocity", "acceleration")}
+    for rates in moved.values():
+        rates[:, still] = 0.0
+    study = stopped(replace(two_links, cycle=replace(cycle, **moved)), ramp=ramp)
     arm, cycle = geared(study), study.cycle
     largest = np.zeros(2)
     for share in (0.0, 0.5, 1.0):

@@ -104,10 +104,10 @@ def momentary(op: Any, row: Any) -> Words:
     if not known(case.figures.stop_torque):
         return said._replace(remark=_no_stop(op) + lack)
     cycle = f"the cycle by itself needs {case.figures.load_torque:.4g} N m"
-    if case.setting.moves == 0.0:
+    stop = op.demand.stop
+    if case.setting.moves == 0.0 and not len(stop.torque):
         return said._replace(remark=f"the joint never moves: there is nothing to stop; {cycle}{lack}")
     if case.setting.ramped != 0.0:
-        stop = op.demand.stop
         worst = int(np.argmax(np.abs(stop.torque)))
         begin, speed = op.demand.time[stop.first[worst]], abs(op.demand.speed[stop.first[worst]])
         return said._replace(

@@ -289,7 +289,7 @@ def bound(case: Any, row: Any, checks: Any, span: Span, brake: Brake, amounts: A
     stop = least_hard_stop(case, brake, amounts)
     figures.momentary_torque, figures.stop_motor_torque = larger(found.load, stop.load), stop.torque
     if not peaks:
-        if known(span.still[5]) and setting.moves != 0.0:
+        if known(span.still[5]):
             figures.momentary_torque = larger(figures.momentary_torque, span.still[5])
         figures.average_load_torque = least_average(case, span)
         figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
