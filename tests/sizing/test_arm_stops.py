@@ -24,7 +24,7 @@ from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
-from drivetrain.sizing.judge.arm_stops import Braking, march
+from drivetrain.sizing.judge.arm_stops import Braking, march, stop_checks
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.stiffness import loaded_arms
@@ -215,6 +215,18 @@ def test_a_power_failure_needs_the_time_to_bite_and_may_be_ruled_out(two_links):
     study = with_brakes_of(two_links, BRAKE)
     kept = tuple(replace(task, stop=replace(task.stop, power_off=False)) for task in study.joints)
     assert not {OFF, HEAT} & {one.name for one in evaluate(replace(study, joints=kept)).shared}
+
+
+@pytest.mark.parametrize("share", [0.5, 0.999, 1.001, 2.0])
+def test_a_quick_look_says_the_same(two_links, share):
+    """It stops at the first torque beyond a limit; what holds it follows to the end."""
+    study, (full,) = two_links, stop_checks(two_links, drives_of(two_links))
+    row = study.catalog.gears["g1"]
+    gear = replace(row, momentary_torque=full.required / share)
+    study = replace(study, catalog=replace(study.catalog, gears={"g1": gear}))
+    (full,), (quick,) = (tuple(stop_checks(study, drives_of(study), quick=one)) for one in (False, True))
+    assert quick.verdict is full.verdict and (full.verdict is Verdict.FAIL) == (share > 1.0)
+    assert quick.required == full.required if share < 1.0 else quick.required <= full.required
 
 
 def test_selection_respects_stops_of_all_joints(two_links):

@@ -42,6 +42,7 @@ LONGEST, FASTEST = 5.0, 300.0  # s and rad/s, beyond which a stop is said to hav
 INSTANT = 1e-12  # s: rounding of sums of steps
 ROUNDS = 8  # in which the directions of power through the meshes are found
 SLIPPING = 1e-9  # rad/s: of a joint that is about to
+OVER = 1.0 + 1e-9  # of a limit, by which a torque is beyond it whatever the rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,15 +154,17 @@ class _Driven:
         return np.column_stack([struck(*series) + 0.0 * series[1] for series in parts])
 
 
-def march(study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices) -> tuple[Stops, Stops]:
-    """Stops of an arm from some samples of its cycle."""
+def march(
+    study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices, enough: Array | None = None
+) -> tuple[Stops, Stops]:
+    """Stops of an arm from some samples of its cycle; followed until a gear's torque is more than ``enough``, (n,)."""
     twice = np.concatenate([first, first])
     torque, travel, energy = np.zeros((3, len(twice), len(study.joints)))
     found = Stops(twice, torque, travel, energy, np.full(len(twice), math.inf))
     for arm, chosen in loaded_arms(study, drives):
         rows = np.flatnonzero(chosen[twice])
         if len(rows):
-            _march(_driven(study, arm, drives), study, braking, found, rows, (rows >= len(first))[:, None])
+            _march(_driven(study, arm, drives), study, braking, found, rows, (rows >= len(first))[:, None], enough)
     halves = zip(*(np.split(getattr(found, field.name), 2) for field in fields(found)), strict=True)
     lossy, lossless = (Stops(*half) for half in halves)
     return lossy, lossless
@@ -183,7 +186,9 @@ def _driven(study: Study, arm: Arm, drives: Mapping[str, Drive]) -> _Driven:
     )  # fmt: skip
 
 
-def _march(driven: _Driven, study: Study, braking: Braking, found: Stops, rows: Indices, free: Any) -> None:
+def _march(
+    driven: _Driven, study: Study, braking: Braking, found: Stops, rows: Indices, free: Any, enough: Array | None
+) -> None:
     """Fill some rows of what is found: those of one payload; free: which lose nothing, (S, 1)."""
     cycle, back = study.cycle, np.linalg.inv(driven.turns).T
     start = found.first[rows]
@@ -202,6 +207,8 @@ def _march(driven: _Driven, study: Study, braking: Braking, found: Stops, rows: 
         most = driven.most(own, speed, torque - own * acceleration, before)
         swung = np.where(locks & (speed != 0.0), np.inf, np.minimum(swung, most))
         found.torque[rows] = np.maximum(found.torque[rows], driven.onward * np.where(ramped, np.abs(torque), swung))
+        if enough is not None and ((found.torque[rows] > enough) & ~free).any():  # torques count where there is loss
+            return
         moving = ((way != 0.0) & braking.ends).any(axis=1) | (~bitten & braking.ends).any(axis=1)
         found.duration[rows[~moving]] = time[~moving]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -265,8 +272,11 @@ def asks_stops(study: Study) -> bool:
     return _stops_at_current(study) or any(task.brakes and task.stop.power_off for task in study.joints)
 
 
-def stop_checks(study: Study, drives: Mapping[str, Drive]) -> Iterator[Check]:
-    """The checks of a set of drives, of every joint by name; none where none is asked."""
+def stop_checks(study: Study, drives: Mapping[str, Drive], *, quick: bool = False) -> Iterator[Check]:
+    """The checks of a set of drives, of every joint by name; none where none is asked.
+
+    ``quick``: of a set that fails no more than that is found.
+    """
     if study.arm is None or not study.cycle.velocity.any():
         return
     every, tasks = [drives[task.name] for task in study.joints], study.joints
@@ -278,14 +288,13 @@ def stop_checks(study: Study, drives: Mapping[str, Drive]) -> Iterator[Check]:
         limits = np.array([(i or 0.0) * one.motor.torque_constant for i, one in zip(currents, every, strict=True)])
         unknown = [task.name for task, i in zip(tasks, currents, strict=True) if i is None and task.stop.ramp is None]
         lack = f"no current of a stop is known at {', '.join(unknown)}" if unknown else silent
-        yield from _told(study, drives, AT_CURRENT, Braking(limits, nothing, ramps), lack)
+        yield from _told(study, drives, AT_CURRENT, Braking(limits, nothing, ramps), lack, quick)
     if any(one.motor.brake.key and task.stop.power_off for one, task in zip(every, tasks, strict=True)):
         brakes = [one.motor.brake for one in every]
         limits = np.array([one.static_torque or 0.0 for one in brakes])
         delays = np.array([one.engage_time or 0.0 for one in brakes])
-        yield from _told(
-            study, drives, POWER_OFF, Braking(limits, delays, open_end), silent or _lacks(drives, _brake_lacks)
-        )
+        lack = silent or _lacks(drives, _brake_lacks)
+        yield from _told(study, drives, POWER_OFF, Braking(limits, delays, open_end), lack, quick)
 
 
 def _stops_at_current(study: Study) -> bool:
@@ -308,14 +317,20 @@ def _brake_lacks(drive: Drive) -> str:
     return " and ".join(f"the brake's {name.replace('_', ' ')}" for name in names if getattr(own, name) is None)
 
 
-def _told(study: Study, drives: Mapping[str, Drive], row: Requirement, braking: Braking, lack: str) -> Iterator[Check]:
+def _told(
+    study: Study, drives: Mapping[str, Drive], row: Requirement, braking: Braking, lack: str, quick: bool
+) -> Iterator[Check]:
     """The checks of one kind of stop."""
+    every = [drives[task.name] for task in study.joints]
+    limits = [math.inf if one.gear.direct else one.gear.momentary_torque for one in every]
+    least = [float(least_momentary_torque(as_record(one.gear))) for one in every]
     heat, factor = row is POWER_OFF, study.safety.peak_torque
     moving = np.flatnonzero(study.cycle.velocity.any(axis=1))
     first = stop_starts(study.cycle, np.arange(len(study.cycle.time)) if heat else moving)
     if not lack:
         try:
-            worst, longest = march(study, drives, braking, first)
+            enough = np.array(_stood_in(limits, least)) * (OVER / factor) if quick else None
+            worst, longest = march(study, drives, braking, first, enough)
         except InputError as error:  # a linkage that does not reach so far
             lack = f"a stop cannot be followed: {error.faults[0]}"
     if lack:
@@ -323,9 +338,6 @@ def _told(study: Study, drives: Mapping[str, Drive], row: Requirement, braking: 
             yield Check(one.name, None, None, one.unit, None, Verdict.NOT_CHECKED, remark=lack)
         return
     ways = _ways(study, longest)
-    every = [drives[task.name] for task in study.joints]
-    limits = [math.inf if one.gear.direct else one.gear.momentary_torque for one in every]
-    least = [float(least_momentary_torque(as_record(one.gear))) for one in every]
     yield _check(study, row, factor, worst.torque, limits, least, first, ways)
     if heat:
         limits = [one.motor.brake.energy_per_stop if one.motor.brake.key else math.inf for one in every]
@@ -341,12 +353,8 @@ def _check(
 
     Of a limit that no sheet prints what a part bears at least stands in: what passes it is not checked.
     """
-    names, most, assumed = (
-        [task.name for task in study.joints],
-        asked.max(axis=0),
-        np.array([x is None for x in limits]),
-    )
-    allowed = [less if one is None else one for one, less in zip(limits, least, strict=True)]
+    names, most = [task.name for task in study.joints], asked.max(axis=0)
+    assumed, allowed = np.array([one is None for one in limits]), _stood_in(limits, least)
     used = np.array([utilisation(factor * one, limit) for one, limit in zip(most, allowed, strict=True)])
     fails = (used > 1.0) & ~assumed
     joint = int(np.argmax(np.where(fails.any() & assumed, -1.0, np.nan_to_num(used, nan=math.inf))))
@@ -364,6 +372,10 @@ def _check(
         None if doubtful else float(used[joint]), Verdict.NOT_CHECKED if doubtful else verdict, time,
         f"{row.sheet} of {names[joint]}", remark, doubtful, factor,
     )  # fmt: skip
+
+
+def _stood_in(limits: list[float | None], least: list[float]) -> list[float]:
+    return [less if one is None else one for one, less in zip(limits, least, strict=True)]
 
 
 def _ways(study: Study, stops: Stops) -> str:

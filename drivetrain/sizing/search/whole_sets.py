@@ -232,7 +232,7 @@ def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
     if asks_stops(study):
         if any(task.amplifiers for task in study.joints):
             study = evaluated(work, keys).study  # with the amplifiers that were chosen, whose peak current brakes
-        checks = tuple(stop_checks(study, drives))
+        checks = tuple(stop_checks(study, drives, quick=True))
         used = max([used, *(check.utilisation or 0.0 for check in checks)])
         used = math.inf if lacking(checks) else used
     return used
