@@ -85,7 +85,7 @@ def test_the_command_writes_what_python_runs(tmp_path: Path, door: dt.Study) -> 
 @pytest.mark.parametrize(
     ("drives", "told"),
     [
-        ({"hing": DRIVE["hinge"]}, "hinge"),
+        ({"hindge": DRIVE["hinge"]}, "hinge"),
         ({"hinge": ("maxon_625859x", "maxon_223094")}, "is not in the catalogue"),
         ({}, "has no drive"),
     ],

@@ -155,7 +155,7 @@ EXACT = ("joint_torque", "motor_torque", "rms_torque", "axial_load", "cold_torqu
 # Middle of the bound over the judge's figure: a bound that is right and of no use would pass every test of the search.
 TIGHT = {
     "load_torque": 0.99, "average_load_torque": 0.99, "momentary_torque": 0.97, "stop_motor_torque": 0.95,
-    "tilting_moment": 0.94, "radial_load": 0.95, "bearing_static_load": 0.94, "holding_torque": 0.99,
+    "tilting_moment": 0.91, "radial_load": 0.95, "bearing_static_load": 0.94, "holding_torque": 0.99,
     "winding_temperature": 0.7, "motor_current": 0.99, "rms_current": 0.99, "voltage": 0.89, "energy": 0.95,
     "wanted_stiffness": 0.99,
 }  # fmt: skip
@@ -236,10 +236,7 @@ def test_rejections_say_what_an_evaluation_says(make, kind):
         ):
             values = [getattr(found, name) for name in RejectedPair.__dataclass_fields__]
             for value, one in zip(values, wanted, strict=True):
-                assert value == one if isinstance(one, str) else value == pytest.approx(one, rel=CLOSE, nan_ok=True), (
-                    values,
-                    wanted,
-                )
+                assert value == one if isinstance(one, str) else value == pytest.approx(one, rel=CLOSE, nan_ok=True)
     assert [one.motor for one in table[1:3]] == [one[1] for one in expected[1:3]]
 
 

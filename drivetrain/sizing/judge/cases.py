@@ -54,7 +54,7 @@ class Setting:
         whole: 1, all of its overload; NaN where it does not say how long it bears that.
         rubs_as_told: 1 where the study states the friction of the motor, else 0.
         life, bearing_life: 1 where the study wishes one of a joint that moves, and it rests on its gear, else 0.
-        ratio_limit: 1 where the study states a largest inertia ratio, else 0.
+        ratio_limit: 1 where the study states a largest inertia ratio, and tells the load's inertia, else 0.
     """
 
     ambient: float = 0.0
@@ -281,7 +281,8 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         float(bool(task.brakes)), 0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
         1.0 - study.stiffness.scatter, study.supply.voltage, float(rates_supply(task.amplifier)),
         *overload_asked(task.amplifier), task.amplifier_heat, float(task.motor_friction is not None), float(life),
-        float(life and rests_on_gear(task, demand)), float(study.safety.inertia_ratio is not None),
+        float(life and rests_on_gear(task, demand)),
+        float(study.safety.inertia_ratio is not None and demand.load_inertia is not None),
     )  # fmt: skip
 
 
