@@ -107,6 +107,12 @@ def struck(stiffness: Any, inertia: Any, speed: Any, static: Any, torque: Any) -
 
 
 @law
+def rotor_energy(motor: Any, gear: Any, speed: Any) -> Any:
+    """Of rotor and gear's input at a speed of the output [J]; NaN where the rotor's inertia is unknown."""
+    return 0.5 * (motor.rotor_inertia + known_or(gear.inertia, 0.0)) * (gear.ratio * speed) ** 2
+
+
+@law
 def jam_torque(spring: Any, energy: Any, push: Any) -> Any:
     """Largest torque of a gear whose output is held fast: ``energy`` of the rotor [J] and ``push`` of its motor, at the
     output [N m], into the spring: U(T) = energy + push phi(T). Lossless, from no torque.

@@ -154,6 +154,27 @@ def test_the_safe_current_is_the_largest_one(two_links):
     assert used[0] < 1.0 < used[1]
 
 
+def test_the_current_that_spares_a_jammed_gear(two_links):
+    """As the remark tells it, to its three digits; a rotor that winds the spring too far by itself has none."""
+    stiff = replace(two_links.catalog.gears["g1"], stiffness_1=2e4)
+    study = replace(two_links, catalog=replace(two_links.catalog, gears={"g1": stiff}))
+
+    def jammed(current, most):
+        catalog = replace(study.catalog, gears={"g1": replace(stiff, momentary_torque=most)})
+        return check(
+            evaluate(stopped(replace(study, catalog=catalog), current=current, jam=True)), "j1", "gear torque in a jam"
+        )
+
+    coast = float(re.search(r"([\d.]+) N m with the motor off", jammed(20.0, 30.0).remark).group(1))
+    most = 1.5 * coast * study.safety.peak_torque
+    told = jammed(20.0, most)
+    assert told.verdict is Verdict.FAIL
+    safe = float(re.search(r"no more than ([\d.]+) A \(DC\)", told.remark).group(1))
+    used = [one.required / one.available for one in (jammed(safe * f, most) for f in (0.98, 1.02))]
+    assert used[0] < 1.0 < used[1]
+    assert "the rotor does it alone" in jammed(20.0, 0.9 * coast * study.safety.peak_torque).remark
+
+
 def test_what_holds_the_load_is_asked_of_the_current(two_links):
     """The torque without what the joint's own acceleration asks, over ratio and torque constant."""
     study = stopped(two_links, current=5.0)

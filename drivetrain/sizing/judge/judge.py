@@ -48,7 +48,16 @@ from drivetrain.drive.gear import (
 )
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
 from drivetrain.drive.motor_limits import continuous_current_limit, least_max_speed, short_time_torque
-from drivetrain.drive.stops import braked, braking_push, jam_torque, overshoot, stiff_spring, stop_rotor, struck
+from drivetrain.drive.stops import (
+    braked,
+    braking_push,
+    jam_torque,
+    overshoot,
+    rotor_energy,
+    stiff_spring,
+    stop_rotor,
+    struck,
+)
 from drivetrain.drive.thermal.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
@@ -165,9 +174,9 @@ def set_mechanics(case: Any, found: Any) -> None:
 @law
 def set_jam(case: Any) -> None:
     """What an output that is held fast at top speed makes of the gear."""
-    gear, motor, setting, figures = case.gear, case.motor, case.setting, case.figures
-    spring, push = stiff_spring(gear), abs(gear.ratio) * motor.torque_constant * setting.stop_current
-    energy = 0.5 * (motor.rotor_inertia + known_or(gear.inertia, 0.0)) * (gear.ratio * setting.fastest) ** 2
+    gear, figures = case.gear, case.figures
+    spring, push = stiff_spring(gear), abs(gear.ratio) * case.motor.torque_constant * case.setting.stop_current
+    energy = rotor_energy(case.motor, gear, case.setting.fastest)
     if known(energy + spring.slope_3):
         figures.coast_torque, figures.jam_torque = jam_torque(spring, energy, 0.0), np.nan
         if known(push):

@@ -12,7 +12,17 @@ from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import friction_curve
 from drivetrain.drive.gear import Gear, drag_factor, mesh_of, torque_exponent
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.stops import braked, braking_limit, braking_push, overshoot, stiff_spring, stop_rotor, struck
+from drivetrain.drive.stops import (
+    braked,
+    braking_limit,
+    braking_push,
+    jam_torque,
+    overshoot,
+    rotor_energy,
+    stiff_spring,
+    stop_rotor,
+    struck,
+)
 from drivetrain.drive.thermal.heat import rms_rule_validity
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
@@ -239,7 +249,24 @@ def jam(op: Any, row: Any) -> Words:
     told = f"{coast:.4g} N m with the motor off"
     if not known(op.number(row.required)):
         told += "; with it on not known: no current of a stop is stated"
+    told += _safe_jam(op, row)
     return said._replace(remark=f"{told}; {said.remark}" if said.remark else told)
+
+
+def _safe_jam(op: Any, row: Any) -> str:
+    """Up to which current the gear bears a jam, where it bears less than this one."""
+    from scipy.optimize import brentq
+
+    case, limit = op.judgement.case, op.number(row.limit) / op.number(row.factor)
+    if not op.number(row.required) > limit:
+        return ""
+    if op.number("figures.coast_torque") >= limit:
+        return "; no current keeps it safe: the rotor does it alone"
+    spring, energy = stiff_spring(case.gear), rotor_energy(case.motor, case.gear, case.setting.fastest)
+    per_ampere = abs(float(case.gear.ratio * case.motor.torque_constant))
+    most = op.number("setting.stop_current")
+    safe = brentq(lambda current: jam_torque(spring, energy, per_ampere * current) - limit, 0.0, most)
+    return f"; with no more than {amperes(op, safe)} of the amplifier it bears that"
 
 
 def stop_current(op: Any, row: Any) -> Words:
