@@ -188,14 +188,13 @@ def set_stop(case: Any, motion: Any, torque: Any, inertia: Any, stop: Any, stopp
     """What stops from every state of the cycle ask of the gear; NaN where that is not known."""
     gear, setting, figures = case.gear, case.setting, case.figures
     figures.stop_torque = np.nan
-    if len(stop) > 0:  # all joints on a ramp: one that stands still bears what the others do
+    if setting.ramped != 0.0:
         figures.stop_travel = 0.5 * setting.fastest * setting.stop_ramp
+    if len(stop) > 0:  # all joints on a ramp: one that stands still bears what the others do
         figures.stop_torque, figures.stop_motor_torque = ramped_stop(case, stop, stopping)
     elif setting.moves == 0.0:
         figures.stop_torque, figures.stop_motor_torque, figures.stop_travel = 0.0, unknown_torque(case), 0.0
-    elif setting.ramped != 0.0:
-        figures.stop_travel = 0.5 * setting.fastest * setting.stop_ramp
-    elif len(inertia) > 0 and known(setting.stop_current + unknown_torque(case)):
+    elif setting.ramped == 0.0 and len(inertia) > 0 and known(setting.stop_current + unknown_torque(case)):
         found = hard_stop(case, motion, torque, inertia, trace)
         figures.stop_torque, figures.stop_motor_torque, figures.stop_travel = found
     figures.stop_torque *= onward(gear)
