@@ -25,7 +25,7 @@ from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, whole_names
 from drivetrain.export.losses import lost
 from drivetrain.simulation.engines.engine import Outcome, RunOptions
 from drivetrain.simulation.engines.fixed_step import FixedStep
@@ -171,8 +171,7 @@ def axis_of(evaluation: Evaluation, joint: str) -> Axis:
     """
     study = evaluation.study
     names = [task.name for task in study.joints]
-    if joint not in names:
-        raise InputError(Fault("joint", "is none of the study's", joint, nearest(joint, names)))
+    (joint,) = whole_names("joint", "joint of the study", [joint], names)
     index = names.index(joint)
     task, judged = study.joints[index], evaluation.joints[joint]
     drive = judged.drive
@@ -266,7 +265,7 @@ def write_fmu(evaluation: Evaluation, path: str | Path, *, joint: str) -> tuple[
     Args:
         evaluation: Of a set of drives.
         path: Of the file, ending in .fmu.
-        joint: Name of the joint.
+        joint: Name of the joint, or a part that no other has.
 
     Returns:
         What the format loses.
@@ -284,7 +283,7 @@ def write_fmu(evaluation: Evaluation, path: str | Path, *, joint: str) -> tuple[
     place, axis = Path(path), axis_of(evaluation, joint)
     if place.suffix != ".fmu":
         raise InputError(Fault("path", "must end in .fmu", str(place)))
-    name = re.sub(r"\W", "_", f"drive_{joint}")
+    name = re.sub(r"\W", "_", f"drive_{axis.joint}")
     searched = list(sys.path)
     with TemporaryDirectory() as folder:
         script, data = Path(folder) / f"{name}.py", Path(folder) / AXIS_FILE
