@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 
 from drivetrain.report.pages.report_page import html_report
@@ -49,16 +47,5 @@ def write_outputs(
 def currents_csv(evaluation: Evaluation, *, rate: float | None = None, hold: int = 1) -> str:
     """The current commands as CSV text; at a rate [Hz] a comment line says which, and how values are held."""
     table = current_commands(evaluation, rate=rate, hold=hold)
-    text = io.StringIO()
-    if rate is not None:
-        text.write(f"# rate: {rate:.9g} Hz, order of hold between samples: {hold}\n")
-    columns = [
-        [f"{value:.6g}" if value == value else "" for value in table[name].tolist()]  # NaN is no value
-        if table[name].dtype.kind == "f"
-        else table[name].tolist()
-        for name in table.columns
-    ]
-    rows = csv.writer(text, lineterminator="\n")  # half the time that pandas takes
-    rows.writerow(table.columns)
-    rows.writerows(zip(*columns, strict=True))
-    return text.getvalue()
+    head = "" if rate is None else f"# rate: {rate:.9g} Hz, order of hold between samples: {hold}\n"
+    return head + str(table.to_csv(index=False, lineterminator="\n", float_format="%.6g"))
