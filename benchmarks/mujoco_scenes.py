@@ -102,7 +102,7 @@ def error(found: Answer, reference: Answer) -> float:
 
 def run_ours(twin: Twin, engine: Engine) -> Answer:
     """This package's answer."""
-    run = simulate(twin.plan, solver=engine, interval=INTERVAL)
+    run = simulate(twin.plan, solver=engine, interval=INTERVAL, checked=False)
     if run.stopped_by is not None:
         raise RuntimeError(str(run.stopped_by))
     series, names = run.series, twin.scene.joints

@@ -101,7 +101,7 @@ def microseconds(scene: Scene) -> tuple[float, Recording]:
     run = simulate(ready, duration=0.01)
     for _ in range(RUNS):
         begin = time.process_time()
-        run = simulate(ready, interval=0.5)
+        run = simulate(ready, interval=0.5, checked=False)
         best = min(best, time.process_time() - begin)
     return 1e6 * best / run.counters["steps"], run
 

@@ -90,7 +90,7 @@ def simulate(
     whole_run(verify, resume)
     recording = run.simulate(
         ready, solver=engine, duration=duration, interval=usual, resume=resume, progress=progress,
-        start=start,
+        start=start, checked=not verify,
     )  # fmt: skip
     if not verify:
         return recording

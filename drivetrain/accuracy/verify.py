@@ -12,6 +12,7 @@ from drivetrain.accuracy.decision import Basis, decision, tip_travel
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.cost_results import Decision
 from drivetrain.simulation.engines.engine import Engine, Progress
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.recording import Event, Recording
 from drivetrain.simulation.run import EQUILIBRIUM, simulate
 from drivetrain.simulation.scene import Scene
@@ -34,7 +35,10 @@ def verified(
     """The recording with ``verified``: every quantity that it decides, as it is and as a finer run has it."""
     if recording.stopped_by is not None:
         return recording
-    finer = simulate(scene, solver=engine.finer(), interval=interval, progress=progress, start=start)
+    ready = plan(scene)
+    finer = simulate(
+        ready, solver=engine.finer(ready.period), interval=interval, progress=progress, start=start, checked=False
+    )
     if finer.stopped_by is not None:
         detail = f"a run with {finer.about['solver']} stops at {finer.stopped_by.time:.6g} s: {finer.stopped_by.detail}"
         return replace(recording, events=(*recording.events, Event(float(recording.time[-1]), "verify", detail)))

@@ -241,7 +241,13 @@ def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) ->
     interval, engine = interval_of(ready.scene.duration), engine_of(options)
     with _share("simulating") as share:
         recording = simulate(
-            ready.scene, solver=engine, interval=interval, resume=earlier[0], progress=share, start=given
+            ready.scene,
+            solver=engine,
+            interval=interval,
+            resume=earlier[0],
+            progress=share,
+            start=given,
+            checked=not asked.verify,
         )
     basis = basis_of(built.full, result)
     if asked.verify:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,9 +11,6 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.effects.gear.springs import Backlash
-from drivetrain.effects.loads.tip_contact import TipContact
-from drivetrain.effects.loads.wall_spring import WallSpring
 from drivetrain.effects.motor.supply_bus import SupplyBus
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
@@ -32,9 +29,9 @@ DEFAULT_INTERVAL = 0.01  # s
 EQUILIBRIUM = "equilibrium"
 MOST_ROWS = 1e8
 BUS, SINKS, BUS_OFF = "scene.bus_voltage", 0.99, 1e-3  # of the nominal voltage: a source that is too weak; an error
-MOST_CHECKED = 1e6  # steps
-STRIKES = (Backlash, WallSpring, TipContact)
-STRUCK, NOTHING = 0.01, 1e-6  # of a speed or current; [rad/s, m/s or A]
+MOST_CHECKED = 5e4  # steps, at most 0.3 s more
+MOST_TRIED, MOST_KNOWN, MOST_COMPARED = 4e5, 100_000, 2e4  # of a bus that sinks: steps of each engine, rows
+ALLOWED, NOTHING = 0.01, 1e-6  # of what is decided, that half the step may change; [its unit]
 BEYOND = 1e30  # no number of an arm; its square is still one
 
 
@@ -47,8 +44,9 @@ def simulate(
     resume: Recording | None = None,
     progress: Progress | None = None,
     start: str | Mapping[str, float] = EQUILIBRIUM,
+    checked: bool = True,
 ) -> Recording:
-    """What happens when a scene runs."""
+    """What happens when a scene runs; checked, a fixed step that sees too little of it says so."""
     if not isinstance(scene, Scene | Plan):
         raise InputError(Fault("scene", "must be a scene or its plan", type(scene).__name__))
     engine = engine_of(solver)
@@ -67,7 +65,7 @@ def simulate(
     kept = None if resume is None else dict(resume.kept)
     outcome = engine.run(ready, RunOptions(interval, progress, kept, given))
     recording = _recording(ready, engine, outcome, kept or {}, given)
-    told = _step_events(ready, engine, recording, given, interval) if resume is None else ()
+    told = _step_events(ready, engine, recording, given, interval) if checked and resume is None else ()
     return replace(recording, events=(*recording.events, *told)) if told else recording
 
 
@@ -119,62 +117,96 @@ def _recording(
 def _step_events(
     plan: Plan, engine: Engine, recording: Recording, given: Mapping[str, float], interval: float
 ) -> tuple[Event, ...]:
-    """What a fixed step sees too little of, found at half the step: a bus that sinks, and what strikes.
+    """What a fixed step sees too little of, found by a run at half the step.
 
-    A bus that sinks limits every drive behind it, and what these draw then decides when it sinks. What strikes, or
-    strikes back, does it when it did before: a step that misses the instant misses all that comes after.
+    A bus that sinks limits every drive behind it, and what these draw then decides when it sinks. What strikes, sticks
+    or hunts a little later does all that comes after otherwise.
     """
     if not isinstance(engine, FixedStep) or recording.stopped_by is not None:
         return ()
-    if plan.scene.duration > MOST_CHECKED * engine.step:
+    if plan.scene.duration > MOST_CHECKED * min(engine.step, plan.period):
         return ()
-    bus = [one.effect for one in plan.instances if isinstance(one.effect, SupplyBus)]
-    sinks = any(recording[BUS].min() < SINKS * one.voltage for one in bus)
-    if not sinks and not any(isinstance(one.effect, STRIKES) for one in plan.instances):
-        return ()
-    # Of the bus, which limits at once, every node.
-    finer = engine.finer().run(plan, RunOptions(1e-3 * engine.step if sinks else interval, start=given))
-    if finer.stopped_by is not None:
-        return ()
-    told = [*_bus_event(bus[0].voltage, engine, recording, plan, finer.rows)] if sinks else []
-    return (*told, *_strike_event(engine, recording, plan, finer.rows))
+    told = _bus_event(engine, recording, plan, given)
+    finer = engine.finer(plan.period).run(plan, RunOptions(interval, start=given))
+    return told if finer.stopped_by is not None else (*told, *_step_event(engine, recording, plan, finer.rows))
 
 
-def _bus_event(nominal: float, engine: FixedStep, recording: Recording, plan: Plan, finer: Array) -> tuple[Event, ...]:
-    """What the voltage of a bus that sinks is off by, and the step that it needs."""
-    apart = np.abs(_apart(recording, plan, finer, BUS))
-    off = float(apart.max()) / nominal / (1.0 - 0.5**2)  # its error falls with the square of the step
-    if off <= BUS_OFF:
+def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mapping[str, float]) -> tuple[Event, ...]:
+    """What the voltage of a bus that sinks is off by beside AdaptiveStep, and a step that was found to hold it."""
+    nominal = max((one.effect.voltage for one in plan.instances if isinstance(one.effect, SupplyBus)), default=0.0)
+    if not nominal or recording[BUS].min() >= SINKS * nominal:
+        return ()
+    every, column = plan.scene.duration / MOST_COMPARED, plan.layout.recorded[BUS][0]
+    known = AdaptiveStep(most_steps=MOST_KNOWN).run(plan, RunOptions(every, start=given))
+    if known.stopped_by is not None:
+        return ()
+
+    def off(time: Array, volts: Array) -> Array:
+        return np.abs(volts - np.interp(time, known.rows[:, 0], known.rows[:, column])) / nominal
+
+    apart = off(recording.time, recording[BUS])
+    worst, step, k = float(apart.max()), engine.step, int(np.argmax(apart))
+    if worst <= BUS_OFF:
+        return ()
+    told, left = "try AdaptiveStep", worst
+    while left > BUS_OFF:
+        step = float(f"{step * min(0.9 * BUS_OFF / left, 0.5):.2g}")  # when limits bind follows the grid
+        if plan.scene.duration > MOST_TRIED * step:
+            break
+        rows = FixedStep(step).run(plan, RunOptions(every, start=given)).rows
+        left = float(off(rows[:, 0], rows[:, column]).max())
+    else:
+        told = f"a step of {step:g} s holds {100.0 * BUS_OFF:g} %"
+    detail = f"the bus sinks to {recording[BUS].min():.3g} V and its voltage is off by {100.0 * worst:.2g} %: {told}"
+    return (Event(float(recording.time[k]), "bus", detail),)
+
+
+def _step_event(engine: FixedStep, recording: Recording, plan: Plan, finer: Array) -> tuple[Event, ...]:
+    """What half the step changes most of what a recording decides."""
+    shares: dict[str, float] = {}
+    for joint in plan.scene.joints:
+        for what, measures in LOOKED.items():
+            name = f"{joint}.{what}"
+            if name in recording.series:
+                here, there = recording[name], _of(finer, recording, plan, name)
+                size = np.ptp(there) if what == "position" else np.abs(there).max()
+                if size > NOTHING:
+                    shares |= {f"{name} {words}": measure(here, there) for words, measure in measures.items()}
+    worst = max(shares, key=lambda name: shares[name], default="")
+    if not worst or shares[worst] <= ALLOWED:
         return ()
     detail = (
-        f"the bus sinks to {recording[BUS].min():.3g} V and its voltage is off by {100.0 * off:.2g} %: "
-        f"a step of {0.9 * engine.step * math.sqrt(BUS_OFF / off):.2g} s would hold {100.0 * BUS_OFF:g} %"
-    )
-    return (Event(float(recording.time[int(np.argmax(apart))]), "bus", detail),)
-
-
-def _strike_event(engine: FixedStep, recording: Recording, plan: Plan, finer: Array) -> tuple[Event, ...]:
-    """The speed or current that half the step changes most, of its largest value; by RMS, as instants may differ."""
-    shares = {}
-    for name in (f"{joint}.{what}" for joint in plan.scene.joints for what in ("speed", "current")):
-        if name in recording.series:
-            largest = float(np.abs(recording[name]).max())
-            apart = _apart(recording, plan, finer, name)
-            shares[name] = math.sqrt(float(np.mean(apart**2))) / largest if largest > NOTHING else 0.0
-    worst = max(shares, key=lambda name: shares[name])
-    if shares[worst] <= STRUCK:
-        return ()
-    detail = (
-        f"half the step changes {worst} by {100.0 * shares[worst]:.2g} % RMS: what strikes does it within a step of "
-        f"{engine.step:g} s; try a shorter one, or AdaptiveStep"
+        f"half the step changes {worst} by {100.0 * shares[worst]:.2g} %: what strikes, sticks or turns round within a "
+        f"step of {engine.step:g} s; try a shorter one, or AdaptiveStep"
     )
     return (Event(float(recording.time[-1]), "step", detail),)
 
 
-def _apart(recording: Recording, plan: Plan, finer: Array, name: str) -> Array:
-    """What rows of a finer run have beside a recording."""
-    later = np.interp(recording.time, finer[:, 0], finer[:, plan.layout.recorded[name][0]])
-    return np.asarray(later - recording[name])
+def _of(finer: Array, recording: Recording, plan: Plan, name: str) -> Array:
+    """What a finer run has at the instants of a recording."""
+    return np.interp(recording.time, finer[:, 0], finer[:, plan.layout.recorded[name][0]])
+
+
+def _rms(values: Array) -> float:
+    return math.sqrt(float(np.mean(values**2)))
+
+
+def _way(here: Array, there: Array) -> float:
+    """The largest distance, of the way."""
+    return float(np.abs(there - here).max() / np.ptp(there))
+
+
+def _peak(here: Array, there: Array) -> float:
+    return abs(float(np.abs(here).max() / np.abs(there).max()) - 1.0)
+
+
+def _mean(here: Array, there: Array) -> float:
+    return abs(_rms(here) / _rms(there) - 1.0)
+
+
+LOOKED: dict[str, dict[str, Callable[[Array, Array], float]]] = {
+    "position": {"on its way": _way}, "current": {"at its peak": _peak, "RMS": _mean}, "mesh_torque": {"RMS": _mean},
+}  # fmt: skip
 
 
 def _limits(plan: Plan, rows: Array) -> tuple[Event, ...]:

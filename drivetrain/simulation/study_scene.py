@@ -133,12 +133,18 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
         The scene.
 
     Raises:
-        InputError: Neither an arm nor one axis whose load's inertia is told, a joint without a drive.
+        InputError: Neither an arm nor one axis whose load's inertia is told, a joint without a drive or with several
+            amplifiers to choose from.
     """
     refuse_unsimulated(study)
     faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
     faults += axis_faults(study) if study.arm is None else []
     faults += _apart(study.cycle)
+    hint = "evaluate and select choose: take the study of what they find"
+    for task in study.joints:
+        if task.amplifiers:
+            some = ", ".join(one.key for one in task.amplifiers)
+            faults.append(Fault(f"joints.{task.name}.amplifier", "is still to be chosen", some, hint))
     if faults:
         raise InputError(faults)
     start = study.cycle.position[0]

@@ -160,7 +160,7 @@ def test_a_bus_that_breaks_down_is_solved_with_the_currents() -> None:
     assert 0 < fixed.counters["parted"] < 1000
     # What that is off by is said, with the step that holds it; one as short says nothing more.
     (told,) = (event for event in fixed.events if event.name == "bus")
-    step = float(re.findall(r"a step of (\S+) s would hold 0.1 %", told.detail)[0])
+    step = float(re.findall(r"a step of (\S+) s holds 0.1 %", told.detail)[0])
     finer = speeding(WEAK, FixedStep(step))
     assert np.abs(finer["scene.bus_voltage"] - written_out(finer.time)[3]).max() < 1e-3 * WEAK.voltage
     assert not [event for event in (*finer.events, *fine.events) if event.name == "bus"]
@@ -185,6 +185,12 @@ def test_a_quick_move_on_a_weak_supply_at_the_default_step() -> None:
         run = runs[setting]
         assert np.abs(run["joint.position"] - best["joint.position"]).max() < 2.0 * within
         assert np.abs(run["energy_error"]).max() < 1e-4 * np.ptp(run["joint.electrical_energy"])
+    # What a step is off by is said, and a step that holds it.
+    (told,) = (event for event in runs[1e-3].events if event.name == "bus")
+    held = simulate(scene, solver=FixedStep(float(re.findall(r"a step of (\S+) s holds 0.1 %", told.detail)[0])))
+    close = simulate(scene, solver=AdaptiveStep(Rodas5P(1e-9)), interval=1e-4)
+    volts = np.interp(held.time, close.time, close["scene.bus_voltage"])
+    assert np.abs(held["scene.bus_voltage"] - volts).max() < 1e-3 * WEAK.voltage
     drawn = best["scene.source_energy"][-1]
     assert runs[1e-3]["scene.source_energy"][-1] == pytest.approx(drawn, rel=3e-3)
     # Tighter is better, of the voltage that the tolerance is of.

@@ -29,6 +29,7 @@ from drivetrain.effects.laws import joint_law
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.tip_contact import TipContact
 from drivetrain.effects.loads.wall_spring import WallSpring
+from drivetrain.effects.motor.current_loop import CurrentLoop
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.effects.motor.winding_heat import WindingHeat
@@ -362,3 +363,23 @@ def test_an_integrator_comes_to_rest_at_the_limit() -> None:
     assert run.stopped_by is None
     fixed = simulate(scene, solver=FixedStep(5e-5))
     np.testing.assert_allclose(run["joint.position"], fixed["joint.position"], atol=2e-3)
+
+
+def test_a_mesh_without_load_or_friction_starts_from_rest() -> None:
+    """Under a loop whose command begins as the cube of time the first push is as small as numbers go."""
+    u = np.linspace(0.0, 1.0, 101)
+    place, speed, turn = (
+        values[:, None] / 0.5**k
+        for k, values in enumerate(
+            (10 * u**3 - 15 * u**4 + 6 * u**5, 30 * u**2 * (1 - u) ** 2, 60 * u * (1 - 3 * u + 2 * u**2))
+        )
+    )
+    motor = Motor("m", 0.3, 0.03, inductance=8e-5)
+    effects = [
+        FullRotor(2e-5, 50.0), MeshLoss(Gear("g", 50.0, kind="spur", efficiency=0.8)), CurrentLoop(motor, 3000.0),
+        CascadeLoop(20.0, 0.5, 0.02, 30.0), CommandedMotion(Motion("move", ("joint",), 0.5 * u, place, speed, turn)),
+    ]  # fmt: skip
+    scene = joint_scene(1.0, effects, 0.7)
+    run, fixed = simulate(scene, solver=AdaptiveStep()), simulate(scene, solver=FixedStep(2e-5))
+    assert run.stopped_by is None
+    assert np.abs(run["joint.position"] - fixed["joint.position"]).max() < 2e-6

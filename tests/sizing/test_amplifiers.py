@@ -11,7 +11,9 @@ from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, AmplifierSheet, best_of, limits_of, overload
+from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.errors import InputError
+from drivetrain.simulation.study_scene import scene_of
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.front import pareto_front
 from drivetrain.sizing.search.search import select
@@ -129,6 +131,17 @@ def every_set(study):
             parts = [(motors[joint.motor], gears[joint.gear]) for joint in one.joints.values()]
             prices = [[motor.price, gear.price, own.price] for (motor, gear), own in zip(parts, taken, strict=True)]
             yield one.criteria | {"price": np.sum(np.array(prices, dtype=float))}
+
+
+def test_a_scene_runs_behind_the_amplifier_that_was_chosen(make):
+    found = evaluate(one_joint(make, (amplifier("weak", 4.0, 5.0), amplifier("strong", 90.0, 90.0))))
+    drives = {name: joint.drive for name, joint in found.joints.items()}
+    limit = next(
+        one.peak_current for one in scene_of(found.study, drives).effects["j1"] if isinstance(one, MotorCurrent)
+    )
+    assert limit == found.joints["j1"].amplifier.peak_current
+    with pytest.raises(InputError, match=r"joints\.j1\.amplifier: is still to be chosen \(found 'weak, strong'\)"):
+        scene_of(one_joint(make, (amplifier("weak", 4.0, 5.0), amplifier("strong", 90.0, 90.0))), drives)
 
 
 def test_selection_with_amplifiers_is_brute_force(make):

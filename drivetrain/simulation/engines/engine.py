@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -48,8 +49,8 @@ class Engine(ABC):
         """Relative, that is wanted of it [-]; 0: it has none."""
         return 0.0
 
-    def finer(self) -> Engine:
-        """The same at half the step or a tenth of the tolerance."""
+    def finer(self, period: float = math.inf) -> Engine:
+        """The same at half the step, or of samples no further apart than a period [s], or a tenth of the tolerance."""
         raise InputError(Fault("verify", "needs an engine with a step or a tolerance", type(self).__name__))
 
     @abstractmethod

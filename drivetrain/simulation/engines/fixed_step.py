@@ -299,8 +299,8 @@ class FixedStep(Engine):
     def __post_init__(self) -> None:
         check_positive("FixedStep.step", self.step, "s")
 
-    def finer(self) -> FixedStep:
-        return FixedStep(0.5 * self.step)
+    def finer(self, period: float = math.inf) -> FixedStep:
+        return FixedStep(0.5 * min(self.step, period))
 
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
         """Run a plan with fixed steps."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -114,6 +115,11 @@ class Plan:
     def instances(self) -> tuple[Instance, ...]:
         """All effects, in their order."""
         return tuple(chain.from_iterable(group.instances for group in self.groups))
+
+    @property
+    def period(self) -> float:
+        """The shortest between two samples [s]; infinite: nothing is sampled."""
+        return min((one.effect.period for one in self.instances if one.effect.period is not None), default=math.inf)
 
     @cached_property
     def coordinates(self) -> list[str]:
