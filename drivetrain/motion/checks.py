@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault
-from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.motion.duty_cycle import Cycle, told_unit
 from drivetrain.motion.motion import Motion
 from drivetrain.motion.smoothing import UNIFORM, is_uniform
-from drivetrain.units import from_si
+from drivetrain.units import factor, from_si
 
 SHORTEST = 1e-12  # s between two instants: rates over less are rounding, and their squares overflow
 FAULTS_SHOWN = 5  # of one kind in one column
@@ -50,6 +50,7 @@ class Series(NamedTuple):
     values: Array  # in SI, (N,)
     rows: tuple[int, ...]  # line number in the file of every sample
     file: str  # the file
+    unit: str = ""  # of its values in the file: in it they are told
 
 
 def time_faults(time: Series, *, pairs: bool) -> list[Fault]:
@@ -91,13 +92,13 @@ def sampling_notes(time: Array, positions: list[Array]) -> list[str]:
 
 def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) -> list[Fault]:
     """Where a position leaves its course within one or two samples."""
-    length = np.diff(time)
+    length, scale = np.diff(time), factor(series.unit)
     step = np.abs(np.diff(series.values))
     faults = [
         Fault(
             _place(series, i + 1),
             f"position steps at t = {time[i]:.6g} s",
-            float(series.values[i + 1]),
+            float(series.values[i + 1] / scale),
             "",
             series.file,
         )
@@ -110,10 +111,12 @@ def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) 
     for group in groups[:FAULTS_SHOWN]:
         first, size = int(group[0]), float(series.values[group[0] + 1] - series.values[group[0]])
         what = "jumps" if len(group) == 1 else "has a spike"
-        what = f"position {what} by {size:.4g} [rad or m] at t = {time[first + 1]:.6g} s"
+        what = f"position {what} by {size / scale:.4g} {series.unit} at t = {time[first + 1]:.6g} s"
         turned = turns and abs(abs(size) - 2.0 * math.pi) < 0.2 * math.pi
         hint = "the angle is wrapped: unwrap it" if turned else "no drive can follow; if it is meant, sample it finer"
-        faults.append(Fault(_place(series, first + 1), what, float(series.values[first + 1]), hint, series.file))
+        faults.append(
+            Fault(_place(series, first + 1), what, float(series.values[first + 1] / scale), hint, series.file)
+        )
     if len(groups) > FAULTS_SHOWN:
         more = f"{len(groups) - FAULTS_SHOWN} more jumps like this"
         faults.append(Fault(f"column {series.name}", more, None, "", series.file))
@@ -131,15 +134,15 @@ def isolated(sizes: Array, times_larger: float) -> NDArray[np.bool_]:
     return np.asarray((sizes > times_larger * third) & (sizes > 0.0))
 
 
-def spike_doubts(time: Array, acceleration: Array, joint: str) -> list[str]:
-    """Warnings about accelerations of one or two samples."""
+def spike_doubts(time: Array, acceleration: Array, joint: str, unit: str) -> list[str]:
+    """Warnings about accelerations of one or two samples, told in the unit of the positions."""
     size = np.abs(acceleration)
     spikes = np.flatnonzero(isolated(size, SPIKE) & (size > SPIKE_SHARE * size.max()))
     if not len(spikes):
         return []
     worst = int(spikes[size[spikes].argmax()])
-    told = f"acceleration of {joint} has a spike of {acceleration[worst]:.4g} at t = {time[worst]:.6g} s"
-    return [f"warning: {told} [rad/s^2 or m/s^2]: peak torque will be that of the spike"]
+    told = f"acceleration of {joint} has a spike of {acceleration[worst] / factor(unit):.4g} {unit}/s^2"
+    return [f"warning: {told} at t = {time[worst]:.6g} s: peak torque will be that of the spike"]
 
 
 def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -> tuple[list[Fault], list[str]]:
@@ -235,23 +238,16 @@ def limit_notes(
     for side, beyond, limit in sides:
         for joint in np.flatnonzero(beyond.max(axis=0) > ROUNDING):
             worst = int(beyond[:, joint].argmax())
-            unit, factor = _limit_unit(slides, int(joint))
+            unit, factor = told_unit(slides, int(joint))
             value, bound = factor * float(motion.position[worst, joint]), factor * float(limit[joint])
             problem = f"goes {side} {bound:.6g} at t = {motion.time[worst]:.4g} s [{unit}]"
             faults.append(Fault(f"{name}, joint {motion.joint_names[joint]}", problem, value, "", file))
     speed = np.abs(motion.velocity)
     for joint in np.flatnonzero(speed.max(axis=0) > np.asarray(speed_limits) * (1.0 + ROUNDING)):
-        worst, (unit, factor) = int(speed[:, joint].argmax()), _limit_unit(slides, int(joint))
-        rate = unit.replace(" or ", "/s or ") + "/s"
+        worst, (unit, factor) = int(speed[:, joint].argmax()), told_unit(slides, int(joint))
+        rate = unit.replace(" or", "/s or") + "/s"
         warnings.append(
             f"warning: {name}: joint {motion.joint_names[joint]} reaches {factor * speed[worst, joint]:.4g} at "
             f"t = {motion.time[worst]:.4g} s, above the arm's speed limit {factor * speed_limits[joint]:.4g} [{rate}]"
         )
     return LimitNotes(tuple(faults), tuple(warnings))
-
-
-def _limit_unit(slides: Sequence[bool] | None, joint: int) -> tuple[str, float]:
-    """The unit in which a joint is told of, and what it counts of an SI unit."""
-    if slides is None:
-        return "rad or m", 1.0
-    return ("m", 1.0) if slides[joint] else ("deg", math.degrees(1.0))

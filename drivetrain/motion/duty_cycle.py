@@ -6,6 +6,7 @@ A mix of several such cycles, each with its share of the time of use, is one ``C
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -155,7 +156,7 @@ class _Block:
     torque: Array
 
 
-def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False) -> Cycle:
+def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: Sequence[bool] | None = None) -> Cycle:
     """The steps one after another as one period.
 
     A dwell holds the position before it (the first one: the position after it) at no speed; between load tables it
@@ -164,6 +165,7 @@ def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False) -> Cycle:
     Args:
         steps: In their order; all motions, or all load tables, with dwells between.
         may_stay_open: Let the last position differ from the first, for a task done once or an index table.
+        slides: Which joints slide, (n,), so that messages speak of m and deg; None: of rad or m.
 
     Returns:
         The cycle, from time 0.
@@ -186,8 +188,8 @@ def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False) -> Cycle:
         if any(step.motion is None for step in steps):
             notes.append("dwells between load tables hold the last torque at no speed")
     else:
-        notes += _gaps(blocks, joint_names, may_stay_open)
-    notes += _speed_steps(blocks, joint_names)
+        notes += _gaps(blocks, joint_names, may_stay_open, slides)
+    notes += _speed_steps(blocks, joint_names, slides)
     payload_names = tuple(dict.fromkeys(step.payload for step in steps if step.payload is not None))
     carried = [-1 if step.payload is None else payload_names.index(step.payload) for step in steps]
     lengths = [len(block.time) for block in blocks]
@@ -302,14 +304,23 @@ def _meetings(blocks: list[_Block]) -> list[tuple[str, _Block, _Block, bool]]:
     return [*pairs, (f"end ({blocks[-1].label}) to start ({blocks[0].label})", blocks[-1], blocks[0], True)]
 
 
-def _gaps(blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: bool) -> list[str]:
+def told_unit(slides: Sequence[bool] | None, joint: int) -> tuple[str, float]:
+    """The unit in which a joint is told of, and what it counts of an SI unit."""
+    if slides is None:
+        return "rad or m", 1.0
+    return ("m", 1.0) if slides[joint] else ("deg", math.degrees(1.0))
+
+
+def _gaps(
+    blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: bool, slides: Sequence[bool] | None
+) -> list[str]:
     """Notes on small gaps of position between steps; large ones raise."""
     faults: dict[str, Fault] = {}
     notes: dict[str, None] = {}
     for where, before, after, closing in _meetings(blocks):
-        for joint, end, start in zip(joint_names, before.position[-1], after.position[0], strict=True):
-            gap = float(start - end)
-            told = f"{joint} stands at {end:.6g} and goes on from {start:.6g} [rad or m]"
+        for i, (joint, end, start) in enumerate(zip(joint_names, before.position[-1], after.position[0], strict=True)):
+            gap, (unit, times) = float(start - end), told_unit(slides, i)
+            told = f"{joint} stands at {times * end:.6g} and goes on from {times * start:.6g} [{unit}]"
             if abs(gap) <= GAP_SEEN:
                 continue
             if abs(gap) <= GAP_ALLOWED or (closing and may_stay_open):
@@ -323,13 +334,16 @@ def _gaps(blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: boo
     return list(notes)
 
 
-def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...]) -> list[str]:
+def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...], slides: Sequence[bool] | None) -> list[str]:
     """Notes on steps of speed between steps of the cycle."""
     peak = np.max([np.abs(block.velocity).max(axis=0) for block in blocks], axis=0)
     notes: dict[str, None] = {}
     for where, before, after, _ in _meetings(blocks):
         step = after.velocity[0] - before.velocity[-1]
         for index in np.flatnonzero(np.abs(step) > SPEED_STEP_SEEN * peak):
-            told = f"speed of {joint_names[index]} steps by {step[index]:.4g} [rad/s or m/s]"
+            unit, times = told_unit(slides, int(index))
+            told = (
+                f"speed of {joint_names[index]} steps by {times * step[index]:.4g} [{unit.replace(' or', '/s or')}/s]"
+            )
             notes[f"warning: {where}: {told}; the impulse it takes is not counted"] = None
     return list(notes)

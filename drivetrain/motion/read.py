@@ -90,7 +90,7 @@ def read_motion(
         rows, how, some = _joint(time, table, found.found, joint, smoothing, faults)
         notes += some
         notes += _consistency(time, table, found.found, joint, still, faults)
-        notes += spike_doubts(time, rows[2], joint)
+        notes += spike_doubts(time, rows[2], joint, found.found["position", joint].column.unit)
         blocks.append(rows)
         ways.append(how)
     if faults:
@@ -186,7 +186,7 @@ def _kind_faults(found: Assigned, joints: tuple[str, ...], units: Sequence[str] 
 
 
 def _series(found: Found, table: Table) -> Series:
-    return Series(found.column.header, found.values, table.rows, table.file)
+    return Series(found.column.header, found.values, table.rows, table.file, found.column.unit)
 
 
 def _resolution(found: Found) -> float:

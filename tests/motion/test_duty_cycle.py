@@ -67,8 +67,10 @@ def test_gaps_and_an_open_end_are_all_told():
     places = [fault.place for fault in caught.value.faults]
     assert places == ["cycle, go to go", "cycle, end (go) to start (go)"]
     assert all("a stands at 1 and goes on from 0" in fault.problem for fault in caught.value.faults)
-    with pytest.raises(InputError, match="does not close"):
-        build_cycle([Step(GO)])
+    with pytest.raises(InputError, match=r"does not close: a stands at 57\.2958 and goes on from 0 \[deg\]"):
+        build_cycle([Step(GO)], slides=[False])
+    with pytest.raises(InputError, match=r"stands at 1 and goes on from 0 \[m\]"):
+        build_cycle([Step(GO)], slides=[True])
     cycle = build_cycle([Step(GO)], may_stay_open=True)
     assert any(note.startswith("warning: end (go) to start (go)") for note in cycle.notes)
 
@@ -90,8 +92,10 @@ def test_steps_of_speed_between_motions_are_doubted():
     warnings = [note for note in notes if note.startswith("warning")]
     assert len(warnings) == 2
     assert "go" not in warnings[0]
-    assert "steps by -0.3" in warnings[0]
+    assert "steps by -0.3 [rad/s or m/s]" in warnings[0]
     assert "steps by 0.3" in warnings[1]
+    turning = build_cycle([Step(running), Step(BACK)], slides=[False])
+    assert any("steps by -17.19 [deg/s]" in note for note in turning.notes)
 
 
 def test_load_tables_count_position_from_their_speed_and_hold_their_torque():

@@ -239,6 +239,15 @@ def test_steps_spikes_and_wraps(tmp_path, change, said):
     assert f"row {62 if 'spike' in said else 103}," in faults[0]
 
 
+def test_a_jump_is_told_in_the_unit_of_its_column(tmp_path):
+    jump = np.degrees(np.where(TIME > 1.0, WAVES[:, 1] + 0.5, WAVES[:, 1]))
+    header = [HEADER[0], HEADER[1], "q_elbow [deg]"]
+    (fault,) = faults_of(write(tmp_path, header, [TIME, WAVES[:, 0], jump]))
+    after = float(jump[101])
+    assert f"jumps by {after - float(jump[100]):.4g} deg at t = 1.01 s" in fault
+    assert f"found {after:.8g}" in fault
+
+
 @pytest.mark.parametrize("profile", [Trapezoid(), Trapezoid(0.02), Quintic(), SCurve()], ids=str)
 @pytest.mark.parametrize("sample_time", [0.001, 0.01, 0.05])
 @pytest.mark.parametrize("digits", [3, 12])

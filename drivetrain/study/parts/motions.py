@@ -73,17 +73,17 @@ def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions
     return motions
 
 
-def resolve_cycle(form: StudyForm, motions: Motions, ledger: Ledger) -> Cycle | None:
+def resolve_cycle(form: StudyForm, arm: Arm | None, motions: Motions, ledger: Ledger) -> Cycle | None:
     """The repeated task; None when it cannot be built."""
     if form.mix is not None:
-        cycle = _mix(form, form.mix, motions, ledger)
+        cycle = _mix(form, form.mix, arm, motions, ledger)
     else:
         entries = form.cycle
         if entries is None:
             entries = _only_motion(form, ledger)
         elif not entries:
             ledger.fault(("cycle",), "must have at least one motion")
-        cycle = _cycle(form, entries, ("cycle",), motions, ledger)
+        cycle = _cycle(form, entries, ("cycle",), arm, motions, ledger)
     run = [entry for part in form.mix for entry in part.cycle] if form.mix is not None else form.cycle
     if run is not None:
         unused = {name for name in form.motions if name != DEFAULT} - {entry.motion for entry in run}
@@ -144,7 +144,7 @@ def _check_return(motion: Motion, swings: dict[str, Swing], duration: float, led
         ledger.fault(("base",), problem, hint=hint)
 
 
-def _mix(form: StudyForm, parts: list[MixForm], motions: Motions, ledger: Ledger) -> Cycle | None:
+def _mix(form: StudyForm, parts: list[MixForm], arm: Arm | None, motions: Motions, ledger: Ledger) -> Cycle | None:
     """Several cycles with their shares of use; None after a fault."""
     if form.cycle is not None:
         ledger.fault(("mix",), "cannot stand beside cycle", hint="make the cycle one part of the mix")
@@ -157,7 +157,7 @@ def _mix(form: StudyForm, parts: list[MixForm], motions: Motions, ledger: Ledger
     for i, name in enumerate(names):
         if name in names[:i]:
             ledger.fault(("mix", i, "name"), "stands twice in the mix", name)
-    cycles = [_cycle(form, part.cycle, ("mix", i, "cycle"), motions, ledger) for i, part in enumerate(parts)]
+    cycles = [_cycle(form, part.cycle, ("mix", i, "cycle"), arm, motions, ledger) for i, part in enumerate(parts)]
     ready = [cycle for cycle in cycles if cycle is not None]
     if not parts or len(ready) < len(parts) or ledger.spoiled(("mix",)):
         return None
@@ -167,7 +167,9 @@ def _mix(form: StudyForm, parts: list[MixForm], motions: Motions, ledger: Ledger
     return mixed
 
 
-def _cycle(form: StudyForm, entries: list[CycleForm], place: Place, motions: Motions, ledger: Ledger) -> Cycle | None:
+def _cycle(
+    form: StudyForm, entries: list[CycleForm], place: Place, arm: Arm | None, motions: Motions, ledger: Ledger
+) -> Cycle | None:
     """One repeated run of motions; None after a fault."""
     known = len(ledger.faults)
     names = [name for name in form.motions if name != DEFAULT]
@@ -186,7 +188,7 @@ def _cycle(form: StudyForm, entries: list[CycleForm], place: Place, motions: Mot
     cycle: Cycle | None = None
     with ledger.gather(place):
         steps: list[Step] = [one.made(motion=motions.get(one.motion or "")) for one in entries]
-        cycle = build_cycle(steps, may_stay_open=form.open_cycle)
+        cycle = build_cycle(steps, may_stay_open=form.open_cycle, slides=None if arm is None else _slides(arm))
     return cycle
 
 
