@@ -28,11 +28,11 @@ from drivetrain.drive.gear import NO_GEAR, complete, drag_torque, mesh_of
 from drivetrain.dynamics.from_positions import rates_from_positions
 from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.dynamics.regressor import COLUMN, ROW, parameter_names, torque_parameters, torque_regressor
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, whole_names
 from drivetrain.identification.consistency import nearest_consistent
 from drivetrain.identification.least_squares import Problem, base_parameters, problem_of
 from drivetrain.motion.recording import MeasuredMotion
-from drivetrain.notebook import shown
+from drivetrain.notebook import axes_of, shown
 from drivetrain.records import as_record
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.study.model import Study, refuse_moving_base
@@ -40,6 +40,7 @@ from drivetrain.study.parts.mounting import loaded_arm
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
 
 FOLDS = 10
 MOST_SAMPLES = 20_000  # of longer recordings every second, third, ... is used
@@ -94,28 +95,29 @@ class Identification:
         unit = ["N m" if screw[:3].any() else "N" for screw in self.arm.screws]
         return shown(f"{self!r}; RMS torque and errors on data held out", self.errors.assign(unit=unit))
 
-    def plot(self, path: Any = None) -> Any:
-        """Measured and modelled torque of every joint over time.
+    def plot(self, ax: Axes | None = None, *, joint: str | None = None) -> Axes:
+        """Measured and modelled torque of one joint over time.
 
         Args:
-            path: Of a .png or .svg file to write; None: none.
+            ax: Where to draw; None: a new figure.
+            joint: Name, or a part that no other has; None: the joint whose torque is modelled worst.
 
         Returns:
-            The matplotlib figure.
-        """
-        from matplotlib.figure import Figure
+            The axes.
 
-        figure = Figure(figsize=(9.0, 1.8 * self.arm.n), layout="constrained")
-        axes = figure.subplots(self.arm.n, 1, sharex=True, squeeze=False)[:, 0]
-        for i, (axis, name) in enumerate(zip(axes, self.arm.joint_names, strict=True)):
-            axis.plot(self.time, self.measured[:, i], color="0.6", label="measured")
-            axis.plot(self.time, self.modelled[:, i], color="C0", linewidth=0.9, label="identified")
-            axis.set_ylabel(f"{name}\n[{'N m' if self.arm.screws[i, :3].any() else 'N'}]")
-        axes[0].legend(loc="upper right")
-        axes[-1].set_xlabel("time [s]")
-        if path is not None:
-            figure.savefig(path)
-        return figure
+        Raises:
+            InputError: No such joint.
+        """
+        names = self.arm.joint_names
+        worst = names[int(np.abs(self.measured - self.modelled).max(axis=0).argmax())]
+        [name] = whole_names("joint", "joint of this arm", [worst if joint is None else joint], names)
+        i, ax = names.index(name), axes_of(ax)
+        ax.plot(self.time, self.measured[:, i], color="0.6", label="measured")
+        ax.plot(self.time, self.modelled[:, i], color="C0", linewidth=0.9, label="identified")
+        unit = "N m" if self.arm.screws[i, :3].any() else "N"
+        ax.set(xlabel="time [s]", ylabel=f"{'torque' if unit == 'N m' else 'force'} [{unit}]", title=name)
+        ax.legend(loc="upper right")
+        return ax
 
 
 def identify(

@@ -81,8 +81,13 @@ def identification_page(found: Identification) -> str:
     """The report of an identification: errors on data held out, contributions, base parameters, all parameters."""
     import io
 
-    picture = io.StringIO()
-    found.plot().savefig(picture, format="svg")
+    from matplotlib.figure import Figure
+
+    picture, names = io.StringIO(), found.arm.joint_names
+    figure = Figure(figsize=(9.0, 1.8 * len(names)), layout="constrained")
+    for ax, name in zip(figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0], names, strict=True):
+        found.plot(ax, joint=name)
+    figure.savefig(picture, format="svg")
     svg = picture.getvalue()
     tables = {
         "Torque on data held out [N m or N]": found.errors,

@@ -139,6 +139,10 @@ def test_a_study_with_drives_losses_and_a_counterbalance() -> None:
     measured = dt.MeasuredMotion("driven", arm.joint_names, motion.time, *rates, motor_torque=torque)
     guess = driven(arm, [dt.Friction(viscous=5.0, coulomb=3.0, load_share=0.02)] * arm.n)
     found = dt.identify(guess, measured, load_friction=True)
+    joint = found.arm.joint_names[-1]
+    drawn = found.plot(joint=joint)
+    assert (drawn.get_title(), drawn.get_ylabel()) == (joint, "torque [N m]")
+    assert found.plot(drawn) is drawn
     assert found.study is not None and found.study.arm is found.arm
     assert [task.friction for task in found.study.joints] == list(found.friction)
     assert (found.errors["identified"] < 0.2 * found.errors["given"]).all()
