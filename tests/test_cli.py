@@ -338,7 +338,7 @@ def test_init_writes_once(run: Run, tmp_path: Path) -> None:
     assert code == 2 and "already there" in errors and "--force" in errors
     assert (tmp_path / "mine.yaml").read_text(encoding="utf-8") == "edited"
     assert run("init", "mine.yaml", "--force")[0] == 0
-    assert "schema_version" in (tmp_path / "mine.yaml").read_text(encoding="utf-8")
+    assert "\nname: Mine\n" in (tmp_path / "mine.yaml").read_text(encoding="utf-8")
     code, out, _ = run("check", "mine.yaml")
     assert code == 0 and "pairs may be chosen" in out
     assert "motors: " in out and "filtered out" in out and "combinations are published as fitting" in out

@@ -79,7 +79,9 @@ def init(
         writable(file, file=True)
         refuse(file.exists() and not force, str(file), "is already there", hint="choose another name, or give --force")
 
-    _, text = inputs(target, lambda: study_template(arm, file.parent))
+    name = file.stem.replace("_", " ").strip()  # so two studies in one folder have a report each
+    name = f"{name[:1].upper()}{name[1:]}" or "My arm"
+    _, text = inputs(target, lambda: study_template(arm, file.parent, name))
     write_files(file.parent, {file.name: text})
     say(f"wrote {file}")
     say(f"next: edit it, then `drivetrain check {file}` and `drivetrain select {file}`")

@@ -25,12 +25,13 @@ _SCREW = """
     travel_per_turn: 10 mm/rev"""
 
 
-def study_template(arm: str = "ur5-corrected", folder: Path | None = None) -> str:
+def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name: str = "My arm") -> str:
     """The text of a study that loads and runs, with comments on what to change.
 
     Args:
         arm: A built-in one, or a file.
         folder: In which the study will stand, and from which it names the file; None: the working directory.
+        name: Of the study, and so of the folder of its reports.
     """
     file = None if arm in builtin_names() else Path(arm)
     tip = tip_among_several(file) if file is not None and file.is_file() else None
@@ -45,7 +46,9 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None) -> st
         if tip is None
         else f"\ntip: {scalar(tip)} # the file has several chains: which link carries the payload",
         builtin=", ".join(builtin_names()),
+        name=scalar(name),
         first=loaded.joint_names[0],
+        first_unit="mm" if slides[0] else "deg",
         joints=", ".join(loaded.joint_names),
         pair=", ".join(loaded.joint_names[-2:]),
         unit="" if any(slides) else "\n    unit: deg",

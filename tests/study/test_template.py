@@ -99,7 +99,9 @@ def test_a_hand_is_the_tip_and_not_one_of_its_fingers(tmp_path: Path) -> None:
 
 
 def test_a_slide_has_a_screw_and_no_gear(tmp_path: Path) -> None:
-    (task,) = load_study(written(tmp_path, "slide")).joints
+    file = written(tmp_path, "slide")
+    assert " [mm], ..." in file.read_text(encoding="utf-8")  # the header that a recording would have
+    (task,) = load_study(file).joints
     assert task.travel_per_turn == pytest.approx(0.01 / math.tau) and {gear for _, gear in task.pairs} == {""}
 
 
