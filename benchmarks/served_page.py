@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 import drivetrain as dt
-from drivetrain.commands.serve import server_of
+from drivetrain.commands.server import server_of
 from drivetrain.report.pages.live_page import LivePage
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"

@@ -255,9 +255,7 @@ def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) ->
             recording = verified(recording, ready.scene, engine, basis, interval=interval, progress=share, start=given)
     whole = options.solver != "inverse" and recording.stopped_by is None
     decided = decision(recording, built.scene, basis) if whole else None
-    found = SimulationFound(
-        result, recording, decided, str(ready), built.words, _limits(result), options.current_bandwidth
-    )
+    found = SimulationFound(result, recording, decided, str(ready), built.words, _limits(result))
     with working("drawing"):
         page = simulation_report(found)
     say("")

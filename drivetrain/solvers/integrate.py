@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.integrate import DOP853
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
@@ -192,6 +191,8 @@ class _ScipyStepper:
         self._inner, self._curve = self._begin(None), None  # type: Any, Any
 
     def _begin(self, first_step: float | None) -> Any:
+        from scipy.integrate import DOP853  # takes long to import, and few runs use it
+
         own = self._settings
         longest = math.inf if own.largest_step is None else own.largest_step
         return DOP853(

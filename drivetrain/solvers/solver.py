@@ -154,7 +154,7 @@ class DormandPrince54(Adaptive):
 
     def compiled_settings(self, size: int) -> Method:
         largest = math.inf if self.largest_step is None else self.largest_step
-        return tableaux.DORMAND_PRINCE, np.full(size, self.atol), {"rtol": self.rtol, "largest_step": largest}
+        return tableaux.dormand_prince(), np.full(size, self.atol), {"rtol": self.rtol, "largest_step": largest}
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,10 @@ conditions of order.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
-from scipy.integrate import RK45
 
 from drivetrain.arrays import Array
 from drivetrain.solvers.records import METHOD
@@ -157,14 +156,18 @@ Reference: Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and nume
 Differential Equations package, BIT Numerical Mathematics 63 (2023) 27; the digits as its author's code ships them.
 """
 
-DORMAND_PRINCE = _explicit(
-    5.0, np.append(RK45.C, 1.0), np.pad(np.vstack([np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B, RK45.B]),
-    ((0, 0), (0, 1))), RK45.E.copy(), np.ascontiguousarray(RK45.P.T), reuses=True,
-)  # fmt: skip
-"""Order 5 with a check of order 4, as scipy ships it.
 
-Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), table II.5.2.
-"""
+@cache
+def dormand_prince() -> Tableau:
+    """Order 5 with a check of order 4, as scipy ships it.
+
+    Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), table II.5.2.
+    """
+    from scipy.integrate import RK45  # takes long to import, and few runs use it
+
+    a = np.pad(np.vstack([np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B, RK45.B]), ((0, 0), (0, 1)))
+    return _explicit(5.0, np.append(RK45.C, 1.0), a, RK45.E.copy(), np.ascontiguousarray(RK45.P.T), reuses=True)
+
 
 _WEIGHTS = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
 RUNGE_KUTTA = _explicit(

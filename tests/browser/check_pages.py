@@ -18,7 +18,7 @@ from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
 import drivetrain as dt
-from drivetrain.commands.serve import server_of
+from drivetrain.commands.server import server_of
 from drivetrain.report.pages.live_page import LivePage
 
 MOST_BYTES, MOST_SECONDS = 2_500_000, 2.0

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import drivetrain as dt
-from drivetrain.commands.serve import server_of
+from drivetrain.commands.server import server_of
 from drivetrain.drive.matching import scaled_gear
 from drivetrain.report.pages.live_page import LivePage
 from drivetrain.sizing.judge.evaluate import evaluate_drives

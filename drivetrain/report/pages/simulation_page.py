@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from drivetrain.report.charts.run_charts import FRICTION, run_charts
-from drivetrain.report.pages.loops_page import bode_section
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS
 from drivetrain.report.quantities import DASH, number, printed_unit, with_unit
@@ -30,13 +29,11 @@ class SimulationFound:
     plan: str  # printed
     effects: str  # that were in, in words
     limits: Mapping[str, Mapping[str, float]]  # current [A] and voltage [V] by joint
-    current_bandwidth: float  # of the current loops [rad/s]
 
 
 def simulation_report(found: SimulationFound) -> str:
     """The page."""
-    sections = [_run(found), _plan(found), bode_section(found.evaluation, found.current_bandwidth)]
-    return sheet(found.evaluation.study, "What happens when it runs", sections)
+    return sheet(found.evaluation.study, "What happens when it runs", [_run(found), _plan(found)])
 
 
 def simulation_lines(found: SimulationFound) -> list[str]:
