@@ -6,6 +6,7 @@ import mpmath as mp
 import numpy as np
 import pinocchio as pin
 import pytest
+from four_bar import four_bar
 from in_pinocchio import InPinocchio
 from random_arms import EVERY_JOINT, error, motion, pose, random_arm, rotors_of
 
@@ -255,24 +256,6 @@ def test_rows_told_twice_share_their_multiplier() -> None:
     assert (twice.rank == 1).all()
     assert (twice.missed < 1e-10).all()
     assert (constraint_projectors(arm, [floor, floor], q).rank == 1).all()
-
-
-def four_bar() -> tuple[Arm, LoopClosure, np.ndarray]:
-    """Crank, coupler and rocker of 0.4, 1.0 and 0.8 m, the far pin 0.9 m away."""
-    lengths, masses = np.array([0.4, 1.0, 0.8]), np.array([1.0, 2.0, 1.5])
-    ends = np.concatenate([[0.0], np.cumsum(lengths)])
-    homes = np.tile(np.eye(4), (3, 1, 1))
-    homes[:, 0, 3] = 0.5 * (ends[1:] + ends[:-1])
-    screws = np.zeros((3, 6))
-    screws[:, 2], screws[:, 4] = 1.0, -ends[:-1]
-    moments = masses * lengths**2 / 12.0
-    tip = np.eye(4)
-    tip[0, 3] = ends[-1]
-    arm = Arm.from_screws(homes, screws, masses, [np.diag([0.0, m, m]) for m in moments], tip, (0.0, -9.81, 0.0))
-    ground = np.eye(4)
-    ground[0, 3] = 0.9
-    loop = LoopClosure(Attachment.tip(arm), Attachment.base(ground), ClosingJoint.HINGE)
-    return arm, loop, closed_position(arm, loop, [1.2, -0.9, -1.5])
 
 
 def test_planar_loop_finds_its_rank() -> None:

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from drivetrain.effects.friction.lugre_friction import LuGreFriction
 from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.errors import InputError
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
@@ -60,6 +61,20 @@ def test_stiff_bristles_in_long_steps() -> None:
     assert abs(bend).max() <= 1.0 / 1e6 * (1.0 + 1e-9)
     assert run.series["joint.position"].values[-1] == pytest.approx(0.5, abs=2e-3)  # v^2 / 2 at a unit of friction
     assert abs(run.series["joint.speed"].values[-1]) < 1e-3  # the bristles have no damping
+
+
+@pytest.mark.parametrize("side, ratio", [("joint", 1.0), ("motor", -3.0)])
+def test_what_bends_comes_back_and_what_slips_is_lost(side: str, ratio: float) -> None:
+    """Work put in is in the bristles, in the body or lost, but for an error of the second power of the step."""
+    time, errors = np.linspace(0.0, 2.0, 201), []
+    push = GivenTorque(time, 1.4 * abs(ratio) * np.sin(6.0 * time))  # slips, sticks, turns about
+    law = LuGreFriction(1e3, 1.0, 1.5, 0.05, damping=3.0, viscous=0.1, side=side)
+    for step in (1e-3, 2.5e-4):
+        scene = joint_scene(Inertia(1.0), [law, push, ReflectedRotor(0.1, ratio)], 2.0)
+        run = simulate(scene, solver=FixedStep(step))
+        assert (np.diff(run[f"joint.{side}_lugre_energy"]) >= 0.0).all()
+        errors.append(np.abs(run["energy_error"]).max() / run[f"joint.{side}_lugre_energy"][-1])
+    assert errors[0] < 2e-6 and errors[1] < 0.09 * errors[0]  # 1/16, and a little of the next power
 
 
 def test_faults_come_together() -> None:

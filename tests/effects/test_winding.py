@@ -23,6 +23,7 @@ from drivetrain.effects.motor.winding import Winding
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
@@ -136,11 +137,16 @@ def test_without_inductance_it_is_the_quasi_static_motor() -> None:
     assert apart[2] < 0.15 * apart[1]
 
 
-def test_the_loop_starts_without_a_layer() -> None:
-    given = GivenCurrent(np.array([0.0]), np.array([4.0]))
-    scene = joint_scene(Inertia(1e30), [ReflectedRotor(0.0, 1.0), CurrentLoop(MOTOR, 6283.0), given], 0.01)
-    run = simulate(scene, interval=1e-3)
-    assert run.series["joint.current"].values == pytest.approx(np.full(11, 4.0), abs=1e-9)
+@pytest.mark.parametrize("engine", [FixedStep(), AdaptiveStep()])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize("command, volts", [(4.0, 1e3), (30.0, 1e3), (30.0, 2.0)])
+def test_the_loop_starts_without_a_layer(command: float, volts: float, way: float, engine: Engine) -> None:
+    """At its command, at its peak, or at what the voltage leaves: the shaft turns on and on at 20 rad/s."""
+    loop = CurrentLoop(MOTOR, 6283.0, peak_current=10.0, fed_forward=0.4)
+    effects = [ReflectedRotor(0.0, 1.0), loop, GivenCurrent(np.array([0.0]), np.array([way * command]))]
+    run = simulate(joint_scene(Inertia(1e12), [*effects, StiffSupply(volts)], 0.01, speed=20.0), solver=engine)
+    room = (volts - way * 0.0302 * 20.0) / 0.299
+    np.testing.assert_allclose(run["joint.current"], way * min(command, 10.0, room), rtol=1e-9)
 
 
 def test_bad_parts_are_refused_together() -> None:

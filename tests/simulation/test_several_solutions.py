@@ -1,5 +1,7 @@
 """Two coupled joints let go at one instant, where one that slides may relieve the other: one rule, and it is told."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -64,3 +66,39 @@ def test_bounds_reached_together_on_a_ramp_are_left_together(engine: Engine) -> 
     loose = [event.time for event in run.events if event.name == "breakaway"]
     assert len(loose) >= 2 and loose[0] == loose[1] == pytest.approx(0.1, abs=1.1e-3)
     assert any(event.name == "several solutions" for event in run.events)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_it_is_told_where_another_set_fits_and_only_there(seed: int) -> None:
+    """Four bars, one push at all joints: every set of joints that may hold instead is tried, written out."""
+    rng, n, names = np.random.default_rng(seed), 4, list("abcd")
+    home, screws = np.array([np.eye(4)] * n), np.zeros((n, 6))
+    home[:, 0, 3], screws[:, 2], screws[:, 4] = np.arange(n) + 0.5, 1.0, -np.arange(n)
+    bars = np.array([np.diag([1e-3, 1.0 / 12.0, 1.0 / 12.0])] * n)
+    chain = dt.Arm.from_screws(home, screws, np.ones(n), bars, gravity=(0.0, 0.0, 0.0), joint_names=names)
+    bent, push = rng.uniform(-2.5, 2.5, n), rng.choice([-1.0, 1.0], n) * rng.uniform(1.5, 3.5, n)
+    law = dt.DryFriction(Friction(coulomb=COULOMB, static=STATIC))
+    time = [0.0, 0.01, 0.01, 0.02]
+    effects = {one: (law, dt.GivenTorque(time, [0.0, 0.0, k, k])) for one, k in zip(names, push, strict=True)}
+    run = dt.simulate(dt.Scene(chain, effects, 0.02, bent, np.zeros(n)), solver=dt.FixedStep(1e-5), interval=1e-3)
+    mass = dt.mass_matrix(chain, bent)
+
+    def slack(modes: np.ndarray) -> float:
+        """By how much [N m, rad/s^2] what holds and slides so fits; below 0: it does not."""
+        free = modes != 0
+        change = np.zeros(n)
+        change[free] = np.linalg.solve(mass[np.ix_(free, free)], (push - COULOMB * modes)[free])
+        held = STATIC - np.abs(push - mass @ change)[~free]
+        return min([*held, *(change * modes)[free]])
+
+    first = [event for event in run.events if event.time < 0.01 + 2e-5]
+    loose = {event.detail[0]: 1 if "forward" in event.detail else -1 for event in first if event.name == "breakaway"}
+    found = np.array([loose.get(one, 0) for one in names])
+    assert slack(found) > 0.0
+    others = [found * keep for keep in product((0, 1), repeat=n)]
+    others = [one for one in others if one.any() and (one != found).any()]
+    best = max((slack(one) for one in others), default=-1.0)
+    told = [event.detail[0] for event in first if event.name == "several solutions"]
+    if abs(best) > 1e-3:  # nearer than that the step's length decides
+        assert len(told) == (best > 0.0)
+        assert not told or any(one[names.index(told[0])] == 0 and slack(one) > 0.0 for one in others)
