@@ -144,7 +144,9 @@ def test_the_loop_starts_without_a_layer(command: float, volts: float, way: floa
     """At its command, at its peak, or at what the voltage leaves: the shaft turns on and on at 20 rad/s."""
     loop = CurrentLoop(MOTOR, 6283.0, peak_current=10.0, fed_forward=0.4)
     effects = [ReflectedRotor(0.0, 1.0), loop, GivenCurrent(np.array([0.0]), np.array([way * command]))]
-    run = simulate(joint_scene(Inertia(1e12), [*effects, StiffSupply(volts)], 0.01, speed=20.0), solver=engine)
+    run = simulate(
+        joint_scene(Inertia(1e12), [*effects, StiffSupply(volts)], 0.01, speed=20.0), solver=engine, interval=1e-3
+    )
     room = (volts - way * 0.0302 * 20.0) / 0.299
     np.testing.assert_allclose(run["joint.current"], way * min(command, 10.0, room), rtol=1e-9)
 

@@ -234,6 +234,23 @@ def test_a_given_drive_without_data_leaves_the_others_to_be_chosen(two_joints, t
     assert select(replace(study, catalog=mended)).feasible
 
 
+@pytest.mark.parametrize(
+    ("table", "row", "check", "limit"),
+    [
+        ("motors", {"peak_torque": 2.9, "stall_torque": 9.0}, "motor peak torque", 2.9),
+        ("motors", {"stall_torque": 9.0}, "motor peak torque", 0.05 * 30.0),
+        ("motors", {"peak_current": None, "stall_torque": 9.0}, "motor peak torque", 9.0),
+        ("motors", {"peak_current": None}, "motor peak torque", 0.05 * 48.0 / 0.3),
+        ("gears", {"repeated_peak_torque": None}, "gear repeated peak torque", 20.0),
+        ("gears", {"average_torque_limit": 17.0}, "gear average torque", 17.0),
+        ("gears", {"average_torque_limit": None}, "gear average torque", 20.0),
+    ],
+)
+def test_the_number_next_best_is_the_limit(two_joints, table, row, check, limit):
+    found = {one.name: one for one in evaluate(holed(two_joints, table, **row)).joints["j1"].checks}
+    assert found[check].available == pytest.approx(limit, rel=1e-12)
+
+
 def test_a_failing_check_is_told_before_missing_data(two_joints):
     bare = holed(two_joints, "gears", efficiency=None)
     slow = {"m1": replace(bare.catalog.motors["m1"], max_speed=1.0)}
