@@ -45,7 +45,7 @@ class Arm:
             is joint i. See ``coupling.py``.
         linkage: The bodies of an arm with closed loops, whose rows here are its driven joints; see ``closures.py``.
         name: What to call the arm.
-        notes: What the reader of a report should know: ignored tags, doubtful numbers.
+        notes: What the reader of a report should know: ignored tags, implausible numbers.
         file: Of which it was read, where its links have shapes to draw; empty: none.
     """
 

@@ -149,7 +149,7 @@ class Supply:
     Attributes:
         voltage: [V].
         peak_power, mean_power: Limits over all joints together [W].
-        regenerated_power: Largest mean power it takes back or burns in a brake resistor [W].
+        regenerated_power: Largest mean regenerated power that it accepts or burns in a brake resistor [W].
         capacity: Of the bus behind it [F].
         max_voltage: That the bus may reach [V].
         threshold: At which the brake resistor comes on [V].

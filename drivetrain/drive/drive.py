@@ -48,7 +48,7 @@ class Drive:
         gear: A direct drive has a gear of kind ``ideal`` with ratio 1 and efficiency 1.
         joint_friction: At the gear's output shaft, outside the mesh (joint bearings, seals, cables).
         motor_friction: At the motor shaft, replacing what the motor's no-load data imply; None: from the sheet.
-        assumptions: What was assumed where a sheet was silent, in words, with the source of the assumption.
+        assumptions: What was assumed where a data sheet gives no value, in words, with the source of the assumption.
     """
 
     motor: Motor

@@ -41,7 +41,7 @@ class Friction:
         viscous: [N m s/rad].
         viscous_negative: The same at negative speed [N m s/rad].
         static: Breakaway torque in both directions [N m]; None: equal to coulomb.
-        stribeck_speed: Where the static excess has fallen to 1/e [rad/s]; None: it is gone at any speed.
+        stribeck_speed: Where the static excess has dropped to 1/e [rad/s]; None: it is gone at any speed.
         stribeck_exponent: Shape of that fall.
         tanh_speed: Where Coulomb's torque rises with the speed w as tanh(w/w_s), w_s [rad/s]; None: at once. It holds
             at rest all the same. A sigmoid 2/(1 + exp(-w/w_s)) - 1 is tanh(w/(2 w_s)): twice its speed.
@@ -87,7 +87,7 @@ def book_curves(static: float, kinetic: float, viscous: float, stribeck_speed: f
         static: Torque that starts the motion [N m]; in (b) and (c) it also slides.
         kinetic: Torque of (d) to (f) while sliding, without its viscous part [N m]; smaller than ``static``.
         viscous: [N m s/rad].
-        stribeck_speed: Of (f), where the static excess has fallen to 1/e [rad/s].
+        stribeck_speed: Of (f), where the static excess has dropped to 1/e [rad/s].
 
     Returns:
         (a) viscous; (b) Coulomb; (c) static plus viscous; (d) static and kinetic; (e) static, kinetic and viscous;

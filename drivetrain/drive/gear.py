@@ -499,7 +499,7 @@ def gear_life(gear: Gear, average_torque: float, average_input_speed: float) -> 
         average_input_speed: Mean magnitude over the whole cycle, rests included [rad/s].
 
     Returns:
-        [s]; infinite when nothing turns or nothing loads it; None where the sheet has no rated life, torque or speed.
+        [s]; infinite when nothing turns or nothing loads it; None where no rated life, torque or speed is given.
 
     Reference:
         L = L_rated (n_rated / n_average) (T_rated / T_average)^e, Harmonic Drive catalogues HFUS-2A p. 19, SHG p. 30.

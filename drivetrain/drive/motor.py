@@ -81,7 +81,7 @@ class Motor:
         diameter, length: [m].
         price: In the user's currency; empty in the shipped catalogue.
         source: File and row, sheet, edition: what a report prints.
-        untold_friction, untold_inductance: That it may have at most where its sheet is silent [N m], [H], see
+        untold_friction, untold_inductance: That it may have at most where its data sheet gives no value [N m], [H], see
             ``motor_limits.with_untold``; 0 where it tells.
         brake: On its shaft, counted in inertia, mass and price (``braked``).
     """
@@ -241,7 +241,7 @@ def terminal_voltage(
     winding_temperature: Array | float,
     magnet_temperature: Array | float,
 ) -> Array:
-    """Voltage between the terminals; where the sheet has no inductance its term is left out.
+    """Voltage between the terminals; without an inductance its term is left out.
 
     Args:
         motor: The sheet.

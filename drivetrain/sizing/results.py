@@ -1,4 +1,4 @@
-"""What the checks say: verdicts with numbers, for one joint, for the arm, and for every candidate that fell."""
+"""What the checks say: verdicts with numbers, for one joint, for the arm, and for every rejected candidate."""
 
 from __future__ import annotations
 
@@ -241,7 +241,7 @@ REJECTED = ("joint", "motor", "gear", "check", "required", "available", "unit", 
 
 @dataclass(frozen=True)
 class RejectedPair:
-    """A candidate that fell: at the joint, with the drives chosen after it.
+    """A rejected candidate: at the joint, with the drives chosen after it.
 
     Attributes:
         joint, motor, gear: Names.

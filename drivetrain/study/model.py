@@ -133,9 +133,9 @@ class Stop:
         current: With which the motor brakes [A], in the convention of the amplifier; None: its peak current.
         ramp: Time in which every speed falls to 0 on a straight line [s]; None: the motor brakes with that current.
         rise: Time in which the current comes, without a ramp [s].
-        stops_per_day: How many; None: the permitted number of momentary peaks is not judged.
+        stops_per_day: How many; None: the permitted number of momentary peaks is not checked.
         service_life: Of the arm [s]; None: the same.
-        jam: Whether the gear must bear an output that is held fast at full speed; else that is told, not judged.
+        jam: Whether the gear must bear an output that is held fast at full speed; else for information.
         power_off: Whether gears and holding brakes must bear the power going off at any instant; false where the supply
             outlives it, so that brakes bite at rest alone.
     """
@@ -225,8 +225,8 @@ class Safety:
         voltage: On terminal voltage.
         reserve: A check that passes with utilisation above ``1 - reserve`` is MARGINAL.
         temperature_margin: Kept below the winding's limit [K].
-        inertia_ratio: Largest reflected load inertia over rotor inertia; None: reported, not judged.
-        life: Wanted of gears and their output bearings [s]; None: reported, not judged.
+        inertia_ratio: Largest reflected load inertia over rotor inertia; None: for information.
+        life: Wanted of gears and their output bearings [s]; None: for information.
         bearing_static_safety: On the static load of an output bearing: 1.5 is usual, 2 with shocks, 3 for precision.
         bearing_load_factor: On the mean load of an output bearing in its life: up to 1.2 smooth, up to 1.5 usual, up
             to 3 with shocks.
@@ -270,7 +270,7 @@ class StiffnessWish:
 
 @dataclass(frozen=True)
 class GearAssumption:
-    """What the study assumes of gears of one kind where the sheet is silent; None: nothing.
+    """What the study assumes of gears of one kind where the data sheet gives no value; None: nothing.
 
     Attributes:
         efficiency: Power out over power in when the motor drives.
@@ -287,7 +287,7 @@ class GearAssumption:
 
 @dataclass(frozen=True)
 class MotorAssumption:
-    """What the study assumes of motors where the sheet is silent; None: nothing.
+    """What the study assumes of motors where the data sheet gives no value; None: nothing.
 
     Attributes:
         max_winding_temperature: [C].
@@ -411,7 +411,7 @@ class Study:
     def drag_temperature(self, ambient: Any) -> Any:
         """At which the drag of gears is taken in air of a temperature [C]: that of a machine just switched on.
 
-        Sheets hold at 20 C, and colder air makes a colder gear. Warmth of its own does not count, nor do hotter
+        Data sheets are for 20 C, and colder air makes a colder gear. Warmth of its own does not count, nor do hotter
         surroundings: a warm gear drags less, and a worse mounting or hotter air would make verdicts better.
 
         Args:

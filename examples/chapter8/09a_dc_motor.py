@@ -37,7 +37,7 @@ def main(picture: Path) -> None:
     figure = Figure(figsize=(9.0, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2)
     left.fill(short[:, 1], short[:, 0], color="0.75", label=f"20 A, {VOLTS:g} V for a short time")
-    left.fill(lasts[:, 1], lasts[:, 0], color="0.9", label="for ever")
+    left.fill(lasts[:, 1], lasts[:, 0], color="0.9", label="continuous")
     curve = np.array([0.0, stall_torque(MOTOR)])
     left.plot(curve, no_load_speed(MOTOR) - resistance / kt**2 * curve, "C0--", label="speed-torque curve of 48 V")
     left.plot(torque, speed, "C3o", label=f"rated power {torque * speed:.0f} W")

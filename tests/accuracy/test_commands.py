@@ -59,7 +59,7 @@ def test_simulate_writes_page_and_recording(tmp_path: Path) -> None:
     assert code in (0, 1), output
     assert "Plan of two links" in output and "verdict" in output
     page = (tmp_path / "out" / "simulation.html").read_text(encoding="utf-8")
-    for word in ("The run", "Plan", "Loops", "anti-resonance", "data-chart"):
+    for word in ("The run", "Plan", "data-chart"):
         assert word in page
     recording = load_recording(tmp_path / "out" / "recording.npz")
     assert recording.stopped_by is None

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import ast
+import inspect
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from types import FunctionType
 
 import pytest
 
+import drivetrain as dt
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.verdict_lines import verdict_lines
 from drivetrain.sizing.results import Selection
@@ -89,6 +93,16 @@ def test_messages_and_help(folder: str) -> None:
         for hit in found(text)
     ]
     assert not hits, "\n".join(hits)
+
+
+def test_help_on_public_names_and_the_schema() -> None:
+    documented = {name: getattr(dt, name) for name in dt.__all__ if isinstance(getattr(dt, name), type | FunctionType)}
+    for name, one in list(documented.items()):
+        members = vars(one).items() if isinstance(one, type) else ()
+        documented |= {f"{name}.{part}": member for part, member in members if not part.startswith("_")}
+    hits = [f"{name}: {hit}" for name, one in documented.items() for hit in found(inspect.getdoc(one) or "")]
+    assert not hits, "\n".join(hits)
+    assert not found(json.dumps(dt.json_schema()))
 
 
 def test_readme_docs_and_templates() -> None:

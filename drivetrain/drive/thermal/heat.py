@@ -88,7 +88,7 @@ class PeriodicTemperature:
 def periodic_temperature(
     network: ThermalNetwork, motor: Motor, time: Array, motor_torque: Array, *, housing_loss: Array | None = None
 ) -> PeriodicTemperature:
-    """The temperatures of a torque cycle that repeats for ever, with winding and magnets as warm as they make them.
+    """The temperatures of a torque cycle repeated without end, with winding and magnets as warm as they make them.
 
     The resistance follows the winding at every instant, the torque constant the mean housing temperature.
 
@@ -112,7 +112,7 @@ def periodic_temperature(
 def temperature_of_current(
     network: ThermalNetwork, motor: Motor, time: Array, current: Array, *, housing_loss: Array | None = None
 ) -> PeriodicTemperature:
-    """The temperatures of a current cycle that repeats for ever, with the winding as warm as it makes it.
+    """The temperatures of a current cycle repeated without end, with the winding as warm as it makes it.
 
     Args:
         network: From ``thermal_network``.

@@ -53,7 +53,7 @@ class ThermalNetwork:
 def thermal_network(motor: Motor, ambient: float, *, housing_to_ambient: float | None = None) -> ThermalNetwork | None:
     """The two thermal nodes of a motor, or one where its sheet prints one resistance from winding to ambient.
 
-    Capacities are time constants over resistances of the sheet, so another mounting changes the housing's time
+    Capacities are time constants over resistances of the data sheet, so another mounting changes the housing's time
     constant and not its capacity.
 
     Args:

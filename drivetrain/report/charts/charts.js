@@ -48,7 +48,7 @@ const page = (function () {
         major_tick_line_color: colour("muted"), minor_tick_line_color: null,
       });
     for (const grid of figure.center) grid.grid_line_color = colour("faint");
-    if (!rows) figure.min_border_left = 72;
+    if (!rows) figure.setv({ min_border_left: 72, min_border_right: 16 }); // room for half of the last label
     for (const [axis, log] of [[figure.below[0], spec.log_x], [figure.left[0], spec.log_y]])
       if (log) axis.ticker = new Bokeh.LogTicker({ mantissas: [1, 2, 5] });
     if (rows) {

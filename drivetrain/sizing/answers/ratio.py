@@ -169,9 +169,9 @@ def ratio_study(
 ) -> RatioStudy:
     """What the ratio of one joint's gear decides: torque, speed, heat, every check, and the window in which all hold.
 
-    The gear is a template: its ratio is varied continuously, everything else on its sheet is kept (see
+    The gear is a template: its ratio is varied continuously, everything else on its data sheet is kept (see
     ``scaled_gear``). The drives of the other joints stay as they are. The joint's own ratio changes what it asks of
-    the joints before it, through its rotor's reaction; those are not judged here, ``reaction`` tells how much it is.
+    the joints before it, through its rotor's reaction; those are not checked here, ``reaction`` says how much it is.
 
     Args:
         study: The task.

@@ -38,7 +38,8 @@ class Requirement:
         stage: After which it can be made.
         sheet: What the limit is called where a sheet or the study prints it.
         factor: On what is required.
-        more: What a silent sheet may hide on top (``cases.Untold``): a check that holds only without it is not made.
+        more: What may come on top where the data sheet gives no value (``cases.Untold``): a check that holds only
+            without it is not made.
         origin: From which both are counted, as a winding's rise from the ambient temperature.
         stand_in, assumed: Field with what a part bears at least where its sheet prints no limit, and in words: what
             holds only against more is not made.

@@ -50,11 +50,11 @@ def select(
         progress: Told how far the search is: an object with ``advance(done, total, text)`` or a function.
 
     Returns:
-        The drives, their evaluation, the next best sets, the bound below which no set can be, every candidate that
-        fell beside the drives; when nothing fits the nearest set and what would fix it. Sets whose objectives are
-        equal to 1e-9 come in the order of their energy a cycle, those of equal energy in that of their largest
-        utilisation; the proof is one of this order, and up to 1000 equals of the best set are counted. Nothing else
-        orders them: neither how often a search was stopped, nor the machine.
+        The drives, their evaluation, the runners-up, the lower bound, every rejected candidate; when nothing fits the
+        nearest set and what would fix it. Sets whose objectives are equal to 1e-9 come in the order of their energy a
+        cycle, those of equal energy in that of their largest utilisation; the proof is one of this order, and up to
+        1000 equals of the best set are counted. Nothing else orders them: neither how often a search was stopped, nor
+        the machine.
 
     Raises:
         InputError: Options that make no sense of the study; ``resume`` is of another study, or asks for something else.

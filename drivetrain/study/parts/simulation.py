@@ -97,7 +97,7 @@ class Control:
 
 @dataclass(frozen=True)
 class Teeth:
-    """What a motor's magnets pull at its teeth; sheets hold no such data.
+    """What a motor's magnets pull at its teeth; data sheets do not give it.
 
     Attributes:
         amplitude: Of the cogging torque at the motor's shaft [N m]; 0: none.
