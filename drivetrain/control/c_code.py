@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.control.commander import FAR, TURNS_AT, UNMIXED_AT, Commander
-from drivetrain.control.laws import TARGETS, Arm, command
+from drivetrain.control.commander import BASE_AT, FAR, LINKS_AT, TURNS_AT, Commander
+from drivetrain.control.laws import TARGETS, Chains, command
 from drivetrain.control.symbols import Tape, c_lines, c_number
 from drivetrain.version import __version__
 from drivetrain.whole_files import write_files
@@ -60,10 +60,14 @@ def c_texts(commander: Commander, *, name: str = "commander", header: str = "com
         "current: DC-equivalent amperes; 0 is returned, or 1 where an input is not finite: nothing has changed then",
         f"joints: {', '.join(commander.joints)}",
     ]
+    if commander.memory[BASE_AT].size:
+        head.append("base: its position, then velocity, then acceleration, of x, y, z, yaw, pitch, roll [m, rad, s]")
     size, state = f"{name.upper()}_JOINTS", f"{name}_state"
+    carried = commander.memory[BASE_AT].size
+    base = f" const double base[{carried}]," if carried else ""
     step = (
         f"int {name}_step({state} *s, const double q[{size}], const double qd[{size}], const double qdd[{size}],\n"
-        f"    const double measured_q[{size}], const double measured_qd[{size}], double current[{size}])"
+        f"    const double measured_q[{size}], const double measured_qd[{size}],{base} double current[{size}])"
     )
     guard = re.sub(r"\W", "_", header).upper()
     comment = [f"/* {line.replace('*/', '* /')} */" for line in head]
@@ -87,6 +91,7 @@ def c_texts(commander: Commander, *, name: str = "commander", header: str = "com
         comment[0], f'#include "{header}"', "#include <math.h>", "",
         f"void {name}_start({state} *s)", "{", *begun, "}", "", step, "{",
         "    double size = 0.0;", "    int i;", f"    for (i = 0; i < {size}; i++)", f"        size += {squares};",
+        *([f"    for (i = 0; i < {carried}; i++)", "        size += base[i] * base[i];"] if carried else []),
         f"    if (!(size < {FAR * FAR!r}))", "        return 1;", "    {",
         *(f"    {line}" for line in c_lines(tape, finals)), *ends, "    }",
         f"    for (i = 0; i < {size}; i++)", "        current[i] = s->current[i];", "    return 0;", "}",
@@ -96,9 +101,9 @@ def c_texts(commander: Commander, *, name: str = "commander", header: str = "com
 
 def _traced(tape: Tape, commander: Commander) -> dict[str, list[Any]]:
     """What one tick leaves of the states, from symbols for states and targets."""
-    links, rotors, joints, bodies, spread = (_plain(one) for one in commander.memory[1:6])
-    turns, unmixed = (commander.memory[at].tolist() for at in (TURNS_AT, UNMIXED_AT))
-    axes = _plain(commander.axes)
+    arm, axes = Chains(*(_plain(one) for one in commander.memory[LINKS_AT : TURNS_AT + 3])), _plain(commander.axes)
+    for k, row in enumerate(arm.base):
+        row[:] = [tape.input(f"base[{len(row) * k + j}]") for j in range(len(row))]
     targets = [
         [tape.input(f"{row}[{i}]") for i in range(len(axes))] for row in ("q", "qd", "qdd", "measured_q", "measured_qd")
     ]
@@ -106,7 +111,7 @@ def _traced(tape: Tape, commander: Commander) -> dict[str, list[Any]]:
         axis.current, axis.overload = tape.input(f"s->current[{i}]"), tape.input(f"s->overload[{i}]")
         axis.heat.winding_temperature = tape.input(f"s->winding_temperature[{i}]")
         axis.heat.housing_temperature = tape.input(f"s->housing_temperature[{i}]")
-    command(Arm(links, rotors, joints, bodies, spread, turns, unmixed), axes, targets, np.inf)
+    command(arm, axes, targets, np.inf)
     return {
         "current": [axis.current for axis in axes],
         "overload": [axis.overload for axis in axes],

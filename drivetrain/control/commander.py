@@ -9,51 +9,62 @@ from typing import Any
 import numpy as np
 from numba import carray, types
 
+from drivetrain.arm.arm import Arm, refuse_loops
+from drivetrain.arm.bodies import on_moving_base
 from drivetrain.arm.coupling import shaft_torques
 from drivetrain.arrays import Array, checked_number
-from drivetrain.control.laws import TARGETS, Arm, Axis, Balances, command
+from drivetrain.control.laws import TARGETS, Axis, Balances, Chains, command
 from drivetrain.drive.amplifier import available_voltage, judges_overload, overload_room
 from drivetrain.drive.drive import shaft_friction
 from drivetrain.drive.gear import complete
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.dynamics.closed import chain_arms
 from drivetrain.dynamics.core.blocks import JOINT_ALONE
-from drivetrain.dynamics.core.packed import Packed, packed
+from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.dynamics.core.recursion import LINKS_ALONE
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.jit import callback
+from drivetrain.motion.base import BASE_JOINTS
 from drivetrain.records import as_records, record_type
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.model import JointTask, Study, refuse_moving_base
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.mounting import loaded_arm
 
 FADE = 10.0  # K below the winding's limit over which the current fades: what sensors and models are off by
 SLOW = 0.01  # of a joint's largest speed in the cycle: friction fades below
 AXIS = record_type(Axis)
 FAR = 1e150  # what can still be squared and summed
-SIZES, LINKS_AT, ROTORS_AT, JOINTS_AT, BODIES_AT, SPREAD_AT, TURNS_AT, UNMIXED_AT, AXES_AT, TARGETS_AT = range(10)
+SIZES, LINKS_AT, ROTORS_AT, JOINTS_AT, BODIES_AT, CHAINS_AT, SPREAD_AT, GEARED_AT, BASE_AT = range(9)
+TURNS_AT, UNMIXED_AT, SHARES_AT, AXES_AT, TARGETS_AT = range(9, 14)
 
 
 def _tick(run: Any) -> None:
     """One tick, on memory of which the addresses are told."""
-    sizes = carray(run[SIZES], 5, np.int64)
-    n, wide = sizes[0], sizes[1]
+    sizes = carray(run[SIZES], 7, np.int64)
+    n, wide, chains, carried = sizes[0], sizes[1], sizes[2], sizes[3]
     targets = carray(run[TARGETS_AT], (len(TARGETS), n), np.float64)
+    base = carray(run[BASE_AT], (3, carried), np.float64)
     size, whole = 0.0, 0.0
     for i in range(n):
         size += targets[0, i] * targets[0, i]
         for k in range(len(TARGETS)):
             whole += targets[k, i] * targets[k, i]
-    sizes[4] = 0 if whole < FAR * FAR else 1
-    if sizes[4] != 0:
+    for i in range(carried):
+        size += base[0, i] * base[0, i]
+        whole += base[0, i] * base[0, i] + base[1, i] * base[1, i] + base[2, i] * base[2, i]
+    sizes[6] = 0 if whole < FAR * FAR else 1
+    if sizes[6] != 0:
         return
-    bodies = carray(run[BODIES_AT], wide + 2, LINKS_ALONE)
-    arm = Arm(
-        carray(run[LINKS_AT], sizes[2], LINK), carray(run[ROTORS_AT], sizes[3], ROTOR),
-        carray(run[JOINTS_AT], wide + 1, JOINT_ALONE), bodies, carray(run[SPREAD_AT], (wide, n), np.float64),
-        carray(run[TURNS_AT], (n, n), np.float64), carray(run[UNMIXED_AT], (n, n), np.float64),
+    square = (n, n)
+    arm = Chains(
+        carray(run[LINKS_AT], sizes[4], LINK), carray(run[ROTORS_AT], sizes[5], ROTOR),
+        carray(run[JOINTS_AT], wide + chains, JOINT_ALONE), carray(run[BODIES_AT], wide + 2 * chains, LINKS_ALONE),
+        carray(run[CHAINS_AT], (chains, 2), np.int64), carray(run[SPREAD_AT], (wide, n), np.float64),
+        carray(run[GEARED_AT], (wide, n), np.float64), base, carray(run[TURNS_AT], square, np.float64),
+        carray(run[UNMIXED_AT], square, np.float64), carray(run[SHARES_AT], square, np.float64),
     )  # fmt: skip
     command(arm, carray(run[AXES_AT], n, AXIS), targets, size)
 
@@ -75,9 +86,9 @@ class Commander:
         payload: That the tip carries, by its name in the study; None: nothing.
 
     Raises:
-        InputError: A study without an arm, a joint without a drive, or one of which torque or heat lack data, or with
-            more than three counterbalances or one that follows a table; an unknown payload; a rate or bandwidth that
-            is not positive.
+        InputError: A study without an arm, or of one with closed loops; a joint without a drive, or one of which
+            torque or heat lack data, or with more than three counterbalances or one that follows a table; an unknown
+            payload; a rate or bandwidth that is not positive.
     """
 
     def __init__(
@@ -94,7 +105,8 @@ class Commander:
         study = study_or_evaluation if isinstance(study_or_evaluation, Study) else study_or_evaluation.study
         if study.arm is None:
             raise InputError(Fault("arm", "is needed: of a load table only its own cycle can be commanded"))
-        refuse_moving_base(study, "a commander")
+        if study.arm.linkage is not None and study.arm.linkage.loops.pins:
+            refuse_loops(study.arm)
         step = 1.0 / checked_number(rate, "rate", "Hz", above=0.0)
         checked_number(bandwidth, "bandwidth", "rad/s", above=0.0)
         given = study_or_evaluation if isinstance(study_or_evaluation, Evaluation) else evaluate(study)
@@ -144,36 +156,43 @@ class Commander:
             raise InputError(Fault("payload", "is none of the study's", payload, nearest(payload, names)))
         arm = loaded_arm(self.study, self._drives, -1 if payload is None else names.index(payload))
         self.payload: str | None = payload
-        self.memory: list[Any] = memory(packed(arm), self.axes, self._targets)
-        if arm.coupling is not None:
-            self.memory[TURNS_AT][:] = arm.coupling
-            self.memory[UNMIXED_AT][:] = shaft_torques(arm, np.eye(arm.n)).T
+        self.memory: list[Any] = memory(arm, self.axes, self._targets, moves=self.study.base is not None)
+        self._base: Array = self.memory[BASE_AT]
         self._addresses = np.array([one.ctypes.data for one in self.memory], dtype=np.intp)
         self._where = ctypes.cast(self._addresses.ctypes.data, self._function.argtypes[0])
 
-    def __call__(self, q: Any, qd: Any, qdd: Any, measured_q: Any = None, measured_qd: Any = None) -> Array:
+    def __call__(
+        self, q: Any, qd: Any, qdd: Any, measured_q: Any = None, measured_qd: Any = None, *, base: Any = None
+    ) -> Array:
         """The currents of one tick; the state of heat and overload goes on by one.
 
         Args:
             q, qd, qdd: Wanted positions, speeds, accelerations [rad or m, and per s, s^2], (n,).
             measured_q, measured_qd: What the encoders tell [rad or m, and per s], (n,); None: as wanted.
+            base: Of an arm whose base moves, its position, velocity and acceleration along x, y, z of the ground and in
+                yaw, pitch and roll [m, rad, and per s, s^2], (3, 6), as ``base`` of a study states them.
 
         Returns:
             DC-equivalent current [A], (n,); the same array every time, overwritten by the next call.
 
         Raises:
-            InputError: Other shapes, or numbers that are not finite: nothing has gone on then.
+            InputError: Other shapes, or numbers that are not finite: nothing has gone on then; no ``base`` where it
+                moves, or one where it stands still.
         """
         targets = self._targets
         try:
             targets[0], targets[1], targets[2] = q, qd, qdd
             targets[3] = q if measured_q is None else measured_q
             targets[4] = qd if measured_qd is None else measured_qd
+            if self._base.size:
+                self._base[0], self._base[1], self._base[2] = base
+            elif base is not None:
+                raise ValueError
         except (TypeError, ValueError):
-            raise self._wrong(q, qd, qdd, measured_q, measured_qd) from None
+            raise self._wrong(q, qd, qdd, measured_q, measured_qd, base) from None
         self._function(self._where)
-        if self.memory[SIZES][4]:
-            raise self._wrong(q, qd, qdd, measured_q, measured_qd)
+        if self.memory[SIZES][6]:
+            raise self._wrong(q, qd, qdd, measured_q, measured_qd, base)
         return self._current
 
     @property
@@ -211,29 +230,56 @@ class Commander:
 
     def _wrong(self, *given: Any) -> InputError:
         """What is wrong with the arguments of a tick."""
-        n, faults = len(self.joints), []
-        for name, value in zip(("q", "qd", "qdd", "measured_q", "measured_qd"), given, strict=True):
-            try:
-                row = np.zeros(n) if value is None else np.asarray(value, dtype=np.float64)
-            except (TypeError, ValueError):
-                faults.append(Fault(name, f"must be {n} numbers", type(value).__name__))
+        shapes: list[tuple[int, ...]] = [(len(self.joints),)] * 5 + [self._base.shape]
+        names, faults = (*("q", "qd", "qdd", "measured_q", "measured_qd"), "base"), []
+        for name, value, shape in zip(names, given, shapes, strict=True):
+            if name == "base" and (value is None) != (not self._base.size):
+                told = "stands still in this study" if self._base.size == 0 else "moves: its motion, (3, 6), is needed"
+                faults.append(Fault(name, told))
+            if value is None or (name == "base" and not self._base.size):
                 continue
-            if row.shape != (n,):
-                faults.append(Fault(name, f"must have shape ({n},)", f"shape {row.shape}"))
+            try:
+                row = np.asarray(value, dtype=np.float64)
+            except (TypeError, ValueError):
+                faults.append(Fault(name, f"must be numbers of shape {shape}", type(value).__name__))
+                continue
+            if row.shape != shape:
+                faults.append(Fault(name, f"must have shape {shape}", f"shape {row.shape}"))
             elif not np.abs(row).max() < FAR:
                 faults.append(Fault(name, "must be finite, and not too large to be squared", row.tolist()))
         return InputError(faults or [Fault("q", "is too large to calculate with")])
 
 
-def memory(model: Packed, axes: Any, targets: Array) -> list[Any]:
-    """What a tick works on, in the order of its addresses; the motors not coupled."""
-    n, wide = len(axes), len(model.links) - len(model.rotors)
-    joints, bodies = np.zeros(wide + 1, JOINT_ALONE), np.zeros(wide + 2, LINKS_ALONE)
-    for name, weight in zip(("ax", "ay", "az"), model.gravity, strict=True):
-        bodies[name][0] = -weight
-    spread = np.eye(n) if model.spread is None else np.ascontiguousarray(model.spread)
-    sizes = np.array([n, wide, len(model.links), len(model.rotors), 0], dtype=np.int64)
-    return [sizes, model.links, model.rotors, joints, bodies, spread, np.eye(n), np.eye(n), axes, targets]
+def memory(arm: Arm, axes: Any, targets: Array, *, moves: bool) -> list[Any]:
+    """What a tick works on, in the order of its addresses; the arm's base stands still or moves."""
+    n, loops = arm.n, None if arm.linkage is None else arm.linkage.loops
+    shares = unmixed = shaft_torques(arm, np.eye(n)).T if arm.coupling is not None else np.eye(n)
+    if loops is None:
+        carried = len(BASE_JOINTS) if moves else 0
+        models = [packed(on_moving_base(arm) if moves else arm)]
+        wide = len(models[0].links) - len(models[0].rotors)
+        spread = np.eye(n + carried) if models[0].spread is None else models[0].spread
+        spread = np.ascontiguousarray(spread[:, carried:])
+        geared = np.where(np.arange(wide)[:, None] < n + carried, spread, 0.0)
+    else:  # two motors on some axes
+        carried, models = 0, [packed(chain) for chain in chain_arms(arm)]
+        spread = geared = np.eye(n)[[loops.driven.index(joint) for path in loops.paths for joint in path]]
+        shares = np.eye(n)
+        for pair in loops.shared:
+            shares[np.ix_(pair, pair)] = 0.5
+    chains = np.array([(len(one.links) - len(one.rotors), len(one.rotors)) for one in models])
+    links, rotors = (np.concatenate([getattr(one, name) for one in models]) for name in ("links", "rotors"))
+    wide = int(chains[:, 0].sum())
+    joints, bodies = np.zeros(wide + len(chains), JOINT_ALONE), np.zeros(wide + 2 * len(chains), LINKS_ALONE)
+    for first, one in zip(np.cumsum([0, *(chains[:-1, 0] + 2)]), models, strict=True):
+        for name, weight in zip(("ax", "ay", "az"), one.gravity, strict=True):
+            bodies[name][first] = -weight
+    sizes = np.array([n, wide, len(chains), carried, len(links), len(rotors), 0], dtype=np.int64)
+    turns = np.eye(n) if arm.coupling is None else np.array(arm.coupling)
+    return [
+        sizes, links, rotors, joints, bodies, chains, spread, geared, np.zeros((3, carried)), turns,
+        np.ascontiguousarray(unmixed), np.ascontiguousarray(shares), axes, targets,
+    ]  # fmt: skip
 
 
 def _axis(study: Study, task: JointTask, joint: JointResult, step: float, bandwidth: float) -> Axis:

@@ -1,7 +1,7 @@
 """The currents of one control tick: feed-forward, friction without chatter, limits of voltage, current and heat.
 
 These laws run compiled (``commander.py``) and on symbols (``symbols.py``), from which the C code is printed. So nothing
-here may branch on what changes from tick to tick: limits are taken with ``smaller`` and ``larger``.
+here may branch on what changes from tick to tick: limits are taken with ``np.minimum`` and ``np.maximum``.
 """
 
 from __future__ import annotations
@@ -65,11 +65,14 @@ class Axis:
     current: float = 0.0
     overload: float = 0.0  # of the amplifier, see ``drive/amplifier.py``
     acceleration: float = 0.0  # of the joint with what its errors ask [rad/s^2 or m/s^2]
-    helped: float = 0.0  # torque of its counterbalances on the link [N m]
+    # torque of its counterbalances on the link, and at its joint what the gear and what the rotor gives [N m or N]
+    helped: float = 0.0
+    load: float = 0.0
+    spun: float = 0.0
 
 
-class Arm(NamedTuple):
-    """The arm, and memory of its recursion."""
+class Chains(NamedTuple):
+    """The chains of the arm, one after another, and memory of their recursions."""
 
     # as ``dynamics/core/packed.py`` tells
     links: Any
@@ -77,60 +80,63 @@ class Arm(NamedTuple):
     # memory
     joints: Any
     bodies: Any
-    spread: Any  # motions of all links of the recursion for those of the arm's joints, (wide, n)
-    # speeds of the shafts behind the gears for those of the joints, and torques likewise, (n, n)
-    turns: Any
+    chains: Any  # how many joints and rotors the recursion of each has, (c, 2)
+    # for what the joints of the axes do, (wide, n), a row a joint of the recursions: what that does, and what of it
+    # stands behind a gear
+    spread: Any
+    geared: Any
+    base: Any  # motion of what carries the arm, which the first joints of the recursion take, (3, 6) or (3, 0)
+    turns: Any  # speeds of the shafts behind the gears for those of the joints, (n, n)
+    # torques of the shafts for those of the joints, and how the load is shared, (n, n)
     unmixed: Any
+    shares: Any
 
 
 @law
-def larger(a: Any, b: Any) -> Any:
-    """Of two numbers."""
-    return 0.5 * (a + b + abs(a - b))
-
-
-@law
-def smaller(a: Any, b: Any) -> Any:
-    """Of two numbers."""
-    return 0.5 * (a + b - abs(a - b))
-
-
-@law
-def command(arm: Any, axes: Any, targets: Any, size: Any) -> None:
+def command(arm: Chains, axes: Any, targets: Any, size: Any) -> None:
     """One tick: the current of every axis, and the temperatures and overloads that it leaves.
 
     Args:
         targets: Rows of ``TARGETS`` [rad or m, and per s, s^2], (5, n).
         size: Sum of squares of the positions, which tells how to take their sines.
     """
-    n, wide = len(axes), len(arm.spread)
+    n, carried = len(axes), len(arm.base[0])
     position, speed, acceleration, at, moving = targets[0], targets[1], targets[2], targets[3], targets[4]
     for i in range(n):
-        pull = axes[i].bandwidth
-        axes[i].acceleration = acceleration[i] + pull * (pull * (position[i] - at[i]) + 2.0 * (speed[i] - moving[i]))
-        axes[i].helped = balanced(axes[i].balances, position[i])
-    for j in range(wide):
-        joint = arm.joints[j]
-        q, qd, qdd = 0.0, 0.0, 0.0
-        for i in range(n):
-            q += arm.spread[j][i] * position[i]
-            qd += arm.spread[j][i] * speed[i]
-            qdd += arm.spread[j][i] * axes[i].acceleration
-        joint.q[0], joint.qd[0], joint.qdd[0] = q, qd, qdd
-    outwards(arm.links, arm.rotors, arm.joints, arm.bodies, wide, size)
-    back(arm.links, arm.joints, arm.bodies, wide)
+        axis, pull = axes[i], axes[i].bandwidth
+        axis.acceleration = acceleration[i] + pull * (pull * (position[i] - at[i]) + 2.0 * (speed[i] - moving[i]))
+        axis.helped = balanced(axis.balances, position[i])
+        axis.load, axis.spun = 0.0, 0.0
+    row, link, own = 0, 0, 0
+    for c in range(len(arm.chains)):
+        wide, rotors = arm.chains[c][0], arm.chains[c][1]
+        links, joints = arm.links[link : link + wide + rotors], arm.joints[row + c : row + c + wide + 1]
+        bodies = arm.bodies[row + 2 * c : row + 2 * c + wide + 2]
+        for j in range(wide):
+            q, qd, qdd = 0.0, 0.0, 0.0
+            if row + j < carried:
+                q, qd, qdd = arm.base[0][j], arm.base[1][j], arm.base[2][j]
+            for i in range(n):
+                share = arm.spread[row + j][i]
+                q, qd, qdd = q + share * position[i], qd + share * speed[i], qdd + share * axes[i].acceleration
+            joints[j].q[0], joints[j].qd[0], joints[j].qdd[0] = q, qd, qdd
+        outwards(links, arm.rotors[own : own + rotors], joints, bodies, wide, size)
+        back(links, joints, bodies, wide)
+        for j in range(wide):
+            through = joints[j].torque[0] - joints[j].rotor[0]
+            for i in range(n):
+                axes[i].load += arm.geared[row + j][i] * through
+                axes[i].spun += arm.spread[row + j][i] * joints[j].torque[0] - arm.geared[row + j][i] * through
+        row, link, own = row + wide, link + wide + rotors, own + rotors
     for i in range(n):
-        load, whole, planned, measured = 0.0, 0.0, 0.0, 0.0
+        load, spun, planned, measured = 0.0, 0.0, 0.0, 0.0
         for k in range(n):
-            asked = 0.0
-            for j in range(wide):
-                asked += arm.spread[j][k] * arm.joints[j].torque[0]
-            load += arm.unmixed[i][k] * (arm.joints[k].torque[0] - arm.joints[k].rotor[0] - axes[k].helped)
-            whole += arm.unmixed[i][k] * (asked - axes[k].helped)
+            load += arm.shares[i][k] * axes[k].load - arm.unmixed[i][k] * axes[k].helped
+            spun += arm.unmixed[i][k] * axes[k].spun
             planned += arm.turns[i][k] * speed[k]
             measured += arm.turns[i][k] * moving[k]
         axis = axes[i]
-        drive(axis, load * axis.travel, whole * axis.travel, planned / axis.travel, measured / axis.travel)
+        drive(axis, load * axis.travel, spun * axis.travel, planned / axis.travel, measured / axis.travel)
 
 
 @law
@@ -141,10 +147,10 @@ def balanced(balances: Any, angle: Any) -> Any:
 
 
 @law
-def drive(axis: Any, load: Any, whole: Any, planned: Any, measured: Any) -> None:
-    """One tick of an axis: torque of its load, that with its rotor's [N m], speeds of the gear's output [rad/s]."""
+def drive(axis: Any, load: Any, spun: Any, planned: Any, measured: Any) -> None:
+    """One tick of an axis: torques of its load and its rotor [N m], speeds of the gear's output [rad/s]."""
     mesh, heat = mesh_of(axis.gear), axis.heat
-    torque = (whole - load) / mesh.ratio + through_gear(axis, mesh, load, planned)
+    torque = spun / mesh.ratio + through_gear(axis, mesh, load, planned)
     constant = torque_constant(axis.motor, heat.housing_temperature)
     resistance = winding_resistance(axis.motor, heat.winding_temperature)
     turning = mesh.ratio * measured
@@ -164,9 +170,9 @@ def drive(axis: Any, load: Any, whole: Any, planned: Any, measured: Any) -> None
 @law
 def through_gear(axis: Any, mesh: Any, load: Any, speed: Any) -> Any:
     """Motor torque for a load, all frictions and losses counted; below ``slow`` between those of both directions."""
-    quick = larger(abs(speed), axis.slow)
+    quick = np.maximum(abs(speed), axis.slow)
     forward, backward = turned(axis, mesh, load, quick), turned(axis, mesh, load, -quick)
-    share = smaller(larger(speed / axis.slow, -1.0), 1.0)
+    share = np.minimum(np.maximum(speed / axis.slow, -1.0), 1.0)
     return 0.5 * (forward + backward + share * (forward - backward))
 
 
@@ -188,11 +194,11 @@ def limited(axis: Any, constant: Any, resistance: Any, turning: Any) -> Any:
     low, high = (-axis.volts - back_emf) / (resistance + lag), (axis.volts - back_emf) / (resistance + lag)
     most = axis.most
     if known(motor.peak_torque):
-        most = smaller(most, motor.peak_torque / abs(constant))
+        most = np.minimum(most, motor.peak_torque / abs(constant))
     if axis.overloads != 0.0:
         allowed = overload_allows(axis.amplifier, axis.overload, axis.step)
-        most = smaller(most, axis.amplifier.continuous_current * np.sqrt(allowed))
+        most = np.minimum(most, axis.amplifier.continuous_current * np.sqrt(allowed))
     if axis.heats != 0.0:
         spare = (motor.max_winding_temperature - axis.heat.winding_temperature) / axis.fade
-        most = most * smaller(larger(spare, 0.0), 1.0)
-    return smaller(larger(smaller(larger(axis.wanted, low), high), -most), most)
+        most = most * np.minimum(np.maximum(spare, 0.0), 1.0)
+    return np.minimum(np.maximum(np.minimum(np.maximum(axis.wanted, low), high), -most), most)

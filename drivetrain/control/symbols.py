@@ -13,7 +13,7 @@ import numpy as np
 _FUNCTIONS = {
     np.sin: "sin", np.cos: "cos", np.exp: "exp", np.sqrt: "sqrt", np.absolute: "fabs", np.negative: "neg",
     np.add: "+", np.subtract: "-", np.multiply: "*", np.true_divide: "/", np.power: "pow", np.greater: ">",
-    np.less: "<", np.equal: "==", np.not_equal: "!=",
+    np.less: "<", np.equal: "==", np.not_equal: "!=", np.minimum: "fmin", np.maximum: "fmax",
 }  # fmt: skip
 
 

@@ -23,6 +23,8 @@ from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.motion.base import Swing, swinging
+from drivetrain.study.parts.second_motors import with_sharing
 from drivetrain.study.read import load_study
 
 ROUGH = Friction(coulomb=0.4, coulomb_negative=0.5, viscous=0.3, static=0.7, stribeck_speed=0.2)
@@ -60,17 +62,39 @@ def ur5():
     return evaluate(study, {task.name: task.pairs[len(task.pairs) // 2] for task in study.joints})
 
 
-@pytest.mark.parametrize("which", ["lossy", "coupled", "ur5"])
+WHICH = ("lossy", "coupled", "two motors", "moving base", "ur5")
+SWINGS = {"z": Swing(0.3, 1.5), "x": Swing(0.2, 2.5, 0.4), "yaw": Swing(0.4, 2.0, 1.0), "roll": Swing(0.2, 1.8)}
+
+
+def built(make, which: str, **changes):
+    """A study of the kind; of two motors those of the first joint, which press on each other."""
+    study = lossy(make, coupled=which == "coupled", **changes)
+    if which == "moving base":
+        return replace(study, base=swinging(SWINGS, study.cycle.time))
+    if which == "two motors":
+        tasks = (replace(study.joints[0], preload=3.0, output_bearing="external"), *study.joints[1:])
+        arm, cycle, tasks = with_sharing(study.arm, study.cycle, tasks)
+        return replace(study, arm=arm, cycle=cycle, joints=tasks)
+    return study
+
+
+def carried(study, k: int):
+    """What the base does at a sample."""
+    base = study.base
+    return {} if base is None else {"base": (base.position[k], base.velocity[k], base.acceleration[k])}
+
+
+@pytest.mark.parametrize("which", WHICH)
 def test_the_torques_are_those_of_the_evaluation(make, which: str) -> None:
     """Every sample at which no friction fades: the judge's kernel goes its own way through the same motion."""
-    found = ur5() if which == "ur5" else evaluate(lossy(make, coupled=which == "coupled", supply=Supply(400.0)))
+    found = ur5() if which == "ur5" else evaluate(built(make, which, supply=Supply(400.0)))
     commander, cycle, compared = Commander(found), found.study.cycle, 0
     names = (None, *(one.name for one in found.study.payloads))
     for k in range(0, len(cycle.time), 3):
         if names[cycle.payload[k] + 1] != commander.payload:
             commander.carry(names[cycle.payload[k] + 1])
         commander.reset()
-        commander(cycle.position[k], cycle.velocity[k], cycle.acceleration[k])
+        commander(cycle.position[k], cycle.velocity[k], cycle.acceleration[k], **carried(found.study, k))
         for i, joint in enumerate(found.joints.values()):
             if abs(joint.series.speed[k]) > SLOW * np.abs(joint.series.speed).max():
                 motor = joint.drive.motor
@@ -188,12 +212,19 @@ def test_feedback_pulls(make) -> None:
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O1", "-shared", "-fPIC"]
 
 
-@pytest.mark.parametrize("which", ["lossy", "coupled", "ur5"])
-def test_the_c_code_is_the_same(make, tmp_path: Path, which: str) -> None:
-    """Random ticks in turn, states going on, into every limit; to 1e-12 of the largest current."""
+@pytest.mark.parametrize("far", [1.0, 1e4])
+@pytest.mark.parametrize("which", WHICH)
+def test_the_c_code_is_the_same(make, tmp_path: Path, which: str, far: float) -> None:
+    """Random ticks in turn, states going on, into every limit; to 1e-12 of the largest current, also for targets far
+    beyond any arm's (there without the gears' heat, of which the rounding is that of loads of 1e8 N m)."""
     tight = Amplifier(peak_current=9.0, continuous_current=3.0, peak_time=0.5)
-    study = lossy(make, amplifier=tight, coupled=which == "coupled", supply=Supply(20.0))
-    commander = Commander(ur5() if which == "ur5" else evaluate(study), rate=50.0)
+    study = built(make, which, amplifier=tight, supply=Supply(20.0))
+    found = ur5() if which == "ur5" else evaluate(study)
+    if far > 1.0:
+        cool = tuple(replace(task, gear_heat=0.0) for task in found.study.joints)
+        drives = {name: (one.motor, one.gear) for name, one in found.joints.items()}
+        found = evaluate(replace(found.study, joints=cool), drives)
+    commander = Commander(found, rate=50.0)
     if which != "coupled":
         commander.carry(commander.study.payloads[0].name)
     commander.reset(winding=80.0, housing=60.0)
@@ -212,18 +243,33 @@ def test_the_c_code_is_the_same(make, tmp_path: Path, which: str) -> None:
     rng, worst, limited, largest = np.random.default_rng(7), 0.0, 0, 0.0
     for k in range(2000):
         targets = rng.uniform(-1.0, 1.0, (5, n)) * np.array([[3.0], [3.0], [10.0], [3.0], [3.0]])
+        targets[[0, 2, 3]] *= far
+        base = rng.uniform(-1.0, 1.0, (3, 6))
         targets[1] *= rng.choice([1.0, 0.003, 0.0])  # also where friction fades, and at rest
         targets[3:] = targets[3:] if k % 4 == 0 else targets[:2]
-        ours = commander(*targets)
-        assert there.arm_step(at(state), *(at(row) for row in targets), at(current)) == 0
+        moves = which == "moving base"
+        ours = commander(*targets, **({"base": base} if moves else {}))
+        given = [at(row) for row in (*targets, *([base] if moves else []), current)]
+        assert there.arm_step(at(state), *given) == 0
         worst, largest = max(worst, np.abs(ours - current).max()), max(largest, np.abs(current).max())
         limited += int((np.abs(commander.wanted - ours) > 1e-6).sum())
     assert limited > 100 and worst <= 1e-12 * largest
+    assert largest <= (200.0 if which == "ur5" else 9.0)  # of the amplifiers, to the last digit
     np.testing.assert_allclose(state[2], commander.winding_temperature, rtol=1e-12)
     before = state.copy()
     targets[2, 0] = np.nan
-    assert there.arm_step(at(state), *(at(row) for row in targets), at(current)) == 1
+    assert there.arm_step(at(state), *given[:2], at(targets[2]), *given[3:]) == 1
     np.testing.assert_array_equal(state, before)
+
+
+def test_a_base_that_moves_must_be_told(make) -> None:
+    moving, still = (Commander(evaluate(built(make, which))) for which in ("moving base", "lossy"))
+    rest = np.zeros((3, 3))
+    for wrong, told in ((None, "moves: its motion"), (np.zeros(6), "shape"), (np.full((3, 6), np.nan), "finite")):
+        with pytest.raises(InputError, match=told):
+            moving(*rest, base=wrong)
+    with pytest.raises(InputError, match="stands still"):
+        still(*rest, base=np.zeros((3, 6)))
 
 
 def test_nothing_piles_up(make) -> None:

@@ -239,7 +239,7 @@ def test_what_a_base_does_not_go_with(changes, words):
 def test_what_is_refused_with_a_moving_base(study):
     evaluation = dt.evaluate(study)
     beam = dt.Beam(dt.round_tube(0.1, 0.09, 70e9, 26e9), [0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
-    for call in (dt.simulate, dt.Commander, lambda one: dt.tip_deflection(one, beams={1: beam})):
+    for call in (dt.simulate, lambda one: dt.tip_deflection(one, beams={1: beam})):
         with pytest.raises(dt.InputError, match="moves as the study gives it"):
             call(evaluation)
     with pytest.raises(dt.InputError, match="another pace"):

@@ -9,7 +9,6 @@ from random_tasks import feasible_sets
 
 from drivetrain.arm.arm import Arm
 from drivetrain.commands.chain import write_chosen
-from drivetrain.control.commander import Commander
 from drivetrain.drive.drive import drive_inertia
 from drivetrain.errors import InputError
 from drivetrain.simulation.study_scene import scene_of
@@ -223,5 +222,3 @@ def test_what_does_not_go_with_two_motors():
     study = task({"motors": 2, "preload": 3.0})
     with pytest.raises(InputError, match="two motors on one axis"):
         scene_of(study, {name: one.drive for name, one in evaluate(study).joints.items()})
-    with pytest.raises(InputError, match="two motors on one axis"):
-        Commander(study)
