@@ -129,6 +129,9 @@ def export(
     joint: Annotated[
         str | None, typer.Option(metavar="NAME", help="Of --to fmu, whose drive it is.", show_default=False)
     ] = None,
+    springs: Annotated[
+        bool, typer.Option("--springs", help="Of --to fmu: the gear's spring and backlash, where its row tells them.")
+    ] = False,
 ) -> bool:
     """Write the arm with the drives that the study names or selects for another tool, and say what its format loses."""
     from drivetrain.arm.arm import refuse_loops
@@ -146,11 +149,12 @@ def export(
         lambda: positive(rate, "Hz", "--rate"),
         lambda: refuse(bare, "--payload", f"means nothing to {to.value}, which holds drives alone"),
         lambda: refuse(joint is not None and to is not Format.FMU, "--joint", f"means nothing to {to.value}"),
+        lambda: refuse(springs and to is not Format.FMU, "--springs", f"means nothing to {to.value}"),
         lambda: refuse(joint is None and to is Format.FMU, "--joint", "is needed: an FMU holds the drive of one joint"),
         lambda: load_chosen(study),
     )
-    if loaded.arm is not None:
-        refuse_loops(loaded.arm)  # before drives are sought for it
+    if loaded.arm is not None and to is not Format.MJCF:
+        refuse_loops(loaded.arm, shared=to is Format.C)  # before drives are sought for it
     result = chosen(loaded)
     notes: tuple[str, ...]
     if to is Format.MJCF:
@@ -165,7 +169,7 @@ def export(
         write_c(Commander(result, rate=hertz, payload=payload), out)
         notes = lost("c")
     elif to is Format.FMU:
-        notes = write_fmu(result, out, joint=joint or "")
+        notes = write_fmu(result, out, joint=joint or "", springs=springs)
     else:
         notes = write_drive_urdf(result, out, payload=payload)
     lines([*notes, f"{to.value}: {out}", f"verdict on these drives: {result.verdict}"])

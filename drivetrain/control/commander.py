@@ -105,8 +105,7 @@ class Commander:
         study = study_or_evaluation if isinstance(study_or_evaluation, Study) else study_or_evaluation.study
         if study.arm is None:
             raise InputError(Fault("arm", "is needed: of a load table only its own cycle can be commanded"))
-        if study.arm.linkage is not None and study.arm.linkage.loops.pins:
-            refuse_loops(study.arm)
+        refuse_loops(study.arm, shared=True)
         step = 1.0 / checked_number(rate, "rate", "Hz", above=0.0)
         checked_number(bandwidth, "bandwidth", "rad/s", above=0.0)
         given = study_or_evaluation if isinstance(study_or_evaluation, Evaluation) else evaluate(study)
@@ -230,7 +229,7 @@ class Commander:
 
     def _wrong(self, *given: Any) -> InputError:
         """What is wrong with the arguments of a tick."""
-        shapes: list[tuple[int, ...]] = [(len(self.joints),)] * 5 + [self._base.shape]
+        shapes = (*[(len(self.joints),)] * 5, self._base.shape)
         names, faults = (*("q", "qd", "qdd", "measured_q", "measured_qd"), "base"), []
         for name, value, shape in zip(names, given, shapes, strict=True):
             if name == "base" and (value is None) != (not self._base.size):

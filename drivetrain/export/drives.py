@@ -19,7 +19,6 @@ from drivetrain.drive.gear import complete, drag_torque, mesh_of
 from drivetrain.drive.motor import copper_coefficient, torque_constant, winding_resistance
 from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.export.urdf_rotors import axis_direction
 from drivetrain.records import as_record
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.spatial.inertia import RigidBody, combined
@@ -56,8 +55,13 @@ class DriveData:
     thermal: tuple[float, float, float, float, float] | None
 
 
-def exported(evaluation: Evaluation, payload: str | None = None) -> tuple[Arm, list[DriveData]]:
-    """The arm with its drives and a payload, rotors at the level ``reflected``, and what is known of the drives."""
+def exported(
+    evaluation: Evaluation, payload: str | None = None, *, closed: bool = False
+) -> tuple[Arm, list[DriveData]]:
+    """The arm with its drives and a payload, rotors at the level ``reflected``, and what is known of the drives.
+
+    ``closed``: whether the format knows closed loops and two motors on an axis.
+    """
     study = evaluation.study
     if study.arm is None:
         raise InputError(Fault("arm", "is needed: a load table has nothing to export", hint="give the study an arm"))
@@ -66,38 +70,70 @@ def exported(evaluation: Evaluation, payload: str | None = None) -> tuple[Arm, l
         raise InputError(Fault("payload", "is none of the study's", payload, nearest(payload, names)))
     drives = {name: joint.drive for name, joint in evaluation.joints.items()}
     arm = loaded_arm(study, drives, -1 if payload is None else names.index(payload))
-    refuse_loops(arm)
+    if not closed:
+        refuse_loops(arm)
     data = [_drive(study, task, evaluation.joints[task.name]) for task in study.joints]
     return at_level(arm, RotorLevel.REFLECTED), data
 
 
-def locked_bodies(arm: Arm) -> list[RigidBody]:
-    """The links with the rotors that they carry locked in them, base frame, all joints at zero."""
-    parts = [
-        [RigidBody(mass, home[:3, 3], home[:3, :3] @ inertia @ home[:3, :3].T)]
-        for mass, home, inertia in zip(arm.masses, arm.home, arm.inertias, strict=True)
-    ]
-    for rotor in arm.rotors:
-        if rotor is not None and rotor.carrier >= 0:
-            turn = rotor.home[:3, :3]
-            parts[rotor.carrier].append(RigidBody(rotor.mass, rotor.home[:3, 3], turn @ rotor.inertia @ turn.T))
-    return [combined(one) for one in parts]
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A body of an arm and the joint before it; base frame, all joints at zero."""
+
+    joint: str
+    link: str
+    before: int  # the body on which it hangs; -1 is the base
+    screw: Array
+    point: Array  # of the joint's axis [m], (3,)
+    lower: float
+    upper: float
+    locked: RigidBody  # with the rotors that it carries locked in it
+    drives: tuple[int, ...]  # at its joint: one, none, or the two that share it
+
+    @property
+    def kind(self) -> str:
+        """Of its joint: ``revolute`` or ``prismatic``."""
+        return "revolute" if self.screw[:3].any() else "prismatic"
+
+    @property
+    def axis(self) -> Array:
+        """Direction of its joint [-], (3,)."""
+        return np.asarray(self.screw[:3] if self.screw[:3].any() else self.screw[3:])
 
 
-def joint_axes(arm: Arm, format_name: str) -> list[tuple[str, Array]]:
-    """Kind (``revolute`` or ``prismatic``) and direction of every joint, base frame.
+def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
+    """The bodies of an arm, those of its linkages after its own.
 
     Raises:
         InputError: Helical joints, of which other formats know nothing.
     """
-    faults = Faults()
-    for name, screw in zip(arm.joint_names, arm.screws, strict=True):
+    loops = None if arm.linkage is None else arm.linkage.loops
+    chains = (arm,) if arm.linkage is None else arm.linkage.chains
+    places = [(0, i) for i in range(arm.n)]
+    if loops is not None:
+        places = [(owner, loops.paths[owner].index(body)) for body, owner in enumerate(loops.owner)]
+    driven = range(arm.n) if loops is None else loops.driven
+    second = dict(loops.shared) if loops is not None else {}  # of the two motors of an axis
+    faults, found = Faults(), []
+    for body, (owner, at) in enumerate(places):
+        chain = chains[owner]
+        home, screw, name = chain.home[at], chain.screws[at], chain.joint_names[at]
         pitch = float(screw[:3] @ screw[3:])
         if abs(pitch) > 1e-12 * max(1.0, float(np.linalg.norm(screw[3:]))):
             faults.add(f"joint {name}", f"is helical: {format_name} has no such joint", f"{pitch:.6g} m/rad")
+        parts = [RigidBody(chain.masses[at], home[:3, 3], home[:3, :3] @ chain.inertias[at] @ home[:3, :3].T)]
+        for rotor in arm.rotors:
+            if rotor is not None and rotor.carrier == body:
+                turn = rotor.home[:3, :3]
+                parts.append(RigidBody(rotor.mass, rotor.home[:3, 3], turn @ rotor.inertia @ turn.T))
+        own = [row for row, joint in enumerate(driven) if joint == body]
+        drives = tuple(own + [second[row] for row in own if row in second])
+        found.append(
+            Body(name, chain.link_names[at] if owner == 0 else name, body - 1 if loops is None else loops.before(body),
+                 screw, chain.joint_points[at], chain.lower[at], chain.upper[at], combined(parts), drives)
+        )  # fmt: skip
     faults.raise_any()
-    kinds = ["revolute" if screw[:3].any() else "prismatic" for screw in arm.screws]
-    return [(kind, np.asarray(axis_direction(arm, i))) for i, kind in enumerate(kinds)]
+    return found[: len(found) - len(second)]  # what a second motor turns weighs nothing and stands at the end
 
 
 def coupling_rows(arm: Arm) -> list[Array | None]:

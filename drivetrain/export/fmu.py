@@ -22,6 +22,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.dynamics.mass import mass_matrix
+from drivetrain.effects.gear.springs import Backlash, FlexibleJoint
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
@@ -31,7 +32,7 @@ from drivetrain.simulation.engines.engine import Outcome, RunOptions
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.planning.plan import Plan, plan
 from drivetrain.simulation.scene import Inertia, joint_scene
-from drivetrain.simulation.study_scene import Surroundings, drive_effects, surroundings
+from drivetrain.simulation.study_scene import Surroundings, drive_effects, spring_damping, surroundings
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import JointTask, Mount, Study
 from drivetrain.study.parts.mounting import loaded_arm
@@ -58,10 +59,12 @@ SHEET = {
     ),
     "gear": (
         "ratio efficiency backdriving_efficiency no_load_torque mesh_efficiency drag_torque drag_speed "
-        "drag_speed_exponent drag_temperature_1 drag_temperature_2 seal_drag_torque starting_torque inertia"
+        "drag_speed_exponent drag_temperature_1 drag_temperature_2 seal_drag_torque starting_torque inertia "
+        "stiffness_1 stiffness_2 stiffness_3 torque_1 torque_2 backlash"
     ),
 }
 """What a simulation takes of the rows."""
+SPRING = SHEET["gear"].split()[-6:]
 UNITS = {
     f"{part}.{one.name}": one.unit
     for part, columns in (("motor", MOTOR_COLUMNS), ("gear", GEAR_COLUMNS))
@@ -103,6 +106,7 @@ class Axis:
     housing_to_ambient: float | None
     gear_heat: float
     load_inertia: float  # that the joint moves, drive left out [kg m^2 or kg]
+    springs: bool  # whether the gear gives way
     # at the start [rad or m], [rad/s or m/s]
     position: float
     speed: float
@@ -125,7 +129,7 @@ class Axis:
         for name, unit in UNITS.items():
             part, field = name.split(".")
             value = getattr(getattr(self, part), field)
-            if value is not None:
+            if value is not None and (self.springs or field not in SPRING):
                 found[name] = float(value), unit, f"of {getattr(self, part).key}, as its row says"
         return found
 
@@ -163,11 +167,12 @@ def _made(kind: Any, data: dict[str, Any]) -> Any:
     return kind(**{name: tuple(value) if isinstance(value, list) else value for name, value in data.items()})
 
 
-def axis_of(evaluation: Evaluation, joint: str) -> Axis:
-    """One axis of an evaluation.
+def axis_of(evaluation: Evaluation, joint: str, *, springs: bool = False) -> Axis:
+    """One axis of an evaluation, its gear rigid or not.
 
     Raises:
-        InputError: An unknown joint; one whose motor is coupled with others; a load table without ``load_inertia``.
+        InputError: An unknown joint; one whose motor is coupled with others; a load table without ``load_inertia``;
+            springs of a gear whose row tells none.
     """
     study = evaluation.study
     names = [task.name for task in study.joints]
@@ -178,10 +183,15 @@ def axis_of(evaluation: Evaluation, joint: str) -> Axis:
     if task.coupled or task.sharing:
         problem = "shares joints with other motors: an FMU holds one motor at one joint"
         raise InputError(Fault(f"joints.{joint}", problem))
+    if springs and (drive.gear.stiffness_1 is None or task.travel_per_turn is not None):
+        problem = (
+            "is not told by the row of its gear" if task.travel_per_turn is None else "is not simulated at a slide"
+        )
+        raise InputError(Fault(f"joints.{joint}", f"{problem}: the stiffness of its spring", drive.gear.key))
     return Axis(
         joint, drive.motor, drive.gear, drive.joint_friction, drive.motor_friction, judged.amplifier,
         task.counterbalances, surroundings(study), task.travel_per_turn, task.housing_to_ambient, task.gear_heat,
-        _load_inertia(study, evaluation, index), float(study.cycle.position[0, index]),
+        _load_inertia(study, evaluation, index), springs, float(study.cycle.position[0, index]),
         float(study.cycle.velocity[0, index]),
     )  # fmt: skip
 
@@ -205,7 +215,7 @@ def _load_inertia(study: Study, evaluation: Evaluation, index: int) -> float:
 class AxisRun:
     """An axis that runs from one communication point to the next, its inputs held between them."""
 
-    def __init__(self, axis: Axis, *, step: float = 1e-3):
+    def __init__(self, axis: Axis):
         ratio = axis.gear.ratio / (axis.travel_per_turn or 1.0)
         task = JointTask(
             axis.joint, None, (), (), Mount(), None, axis.friction, axis.motor_friction, axis.amplifier,
@@ -218,12 +228,16 @@ class AxisRun:
         given = {"current_command": GivenCurrent(once, once), "load_torque": GivenTorque(once, once)}
         rotor = ReflectedRotor(drive_inertia(drive), ratio)
         effects = [*drive_effects(task, drive, axis.around), rotor, *given.values()]
+        if axis.springs:
+            damping = spring_damping(axis.gear, axis.load_inertia + ratio**2 * drive_inertia(drive))
+            effects.append((Backlash if axis.gear.backlash else FlexibleJoint)(axis.gear, damping))
         self._plan: Plan = plan(joint_scene(load, effects, 1.0, position=axis.position, speed=axis.speed))
         tables = [one.effect for one in self._plan.instances if one.effect.table(one.place).size]
         self._inputs = {
             name: self._plan.memory.view(self._plan.memory.numbers, f"table {tables.index(effect) + 1}")
             for name, effect in given.items()
         }
+        step = 2e-4 if axis.springs else 1e-3
         self._layout, self._engine, self._axis = self._plan.layout, FixedStep(step), axis
         self._kept: dict[str, Any] | None = None
         self.time = 0.0  # since the start [s]
@@ -255,7 +269,7 @@ class AxisRun:
         return {name: shown[name] for name in OUTPUTS if name in shown}
 
 
-def write_fmu(evaluation: Evaluation, path: str | Path, *, joint: str) -> tuple[str, ...]:
+def write_fmu(evaluation: Evaluation, path: str | Path, *, joint: str, springs: bool = False) -> tuple[str, ...]:
     """Write the drive of one axis as a co-simulation FMU, FMI 2.0: amplifier, motor, gear, frictions, heat and a load.
 
     Inputs are the commanded current and the torque on the joint from outside, outputs the joint's motion, torques,
@@ -266,13 +280,15 @@ def write_fmu(evaluation: Evaluation, path: str | Path, *, joint: str) -> tuple[
         evaluation: Of a set of drives.
         path: Of the file, ending in .fmu.
         joint: Name of the joint, or a part that no other has.
+        springs: Whether the gear gives way: its spring with 2 % of critical damping, its backlash where the row tells
+            one.
 
     Returns:
         What the format loses.
 
     Raises:
-        InputError: An unknown joint, one of coupled motors, a load table without ``load_inertia``, pythonfmu is not
-            installed, or the file cannot be written.
+        InputError: An unknown joint, one of coupled motors, a load table without ``load_inertia``, ``springs`` of a
+            gear without a stiffness or at a slide, pythonfmu is not installed, or the file cannot be written.
 
     Reference: FMI 2.0.4, co-simulation; https://github.com/NTNU-IHB/PythonFMU.
     """
@@ -280,7 +296,7 @@ def write_fmu(evaluation: Evaluation, path: str | Path, *, joint: str) -> tuple[
         from pythonfmu import FmuBuilder
     except ModuleNotFoundError:
         raise InputError(Fault("export", "needs pythonfmu", "fmu", "pip install drivetrain[fmu]")) from None
-    place, axis = Path(path), axis_of(evaluation, joint)
+    place, axis = Path(path), axis_of(evaluation, joint, springs=springs)
     if place.suffix != ".fmu":
         raise InputError(Fault("path", "must end in .fmu", str(place)))
     name = re.sub(r"\W", "_", f"drive_{axis.joint}")

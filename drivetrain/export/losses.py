@@ -5,13 +5,16 @@ from __future__ import annotations
 _REFLECTED = "rotors as bodies: their inertia stands reflected at the joint, gyroscopic couples are left out"
 _MESH = "mesh loss by direction, and the gear's drag over speed and temperature"
 _STATIC = "breakaway and falling friction, frictions that differ by direction"
-_FLEXIBLE = "springs and backlash of the gears; counterbalances; a base that moves"
+_BASE = "a base that moves"
+_PLAY = "springs and backlash of the gears"
+_FLEXIBLE = f"{_PLAY}; counterbalances; {_BASE}"
 _MOTOR = "motors: resistance, inductance, back-emf, temperature, current limits; efforts and speeds alone are left"
 _COUPLED = "coupled motors other than ros_control's differential and four-bar"
 
 LOSSES: dict[str, tuple[str, ...]] = {
     "mjcf": (
-        _REFLECTED, f"{_MESH}: the drag at the cycle's mean speed stands as Coulomb friction", _STATIC, _FLEXIBLE,
+        _REFLECTED, f"{_MESH}: the drag at the cycle's mean speed stands as Coulomb friction", _STATIC,
+        f"{_PLAY}; {_BASE}", "counterbalances but springs on levers; pins that hold closed loops give by a little",
         "the housing's temperature, which stays as the evaluation found it; the torque constant over temperature",
         "the amplifier's I2t, the supply's bus, holding brakes", "friction that sticks: MuJoCo's creeps",
     ),
@@ -36,7 +39,7 @@ LOSSES: dict[str, tuple[str, ...]] = {
     ),
     "fmu": (
         "all joints but one: an inertia stands for the arm, its weight and what other joints do to it is load_torque",
-        "springs and backlash of the gears", "inductance: the current follows its command at once",
+        f"{_PLAY}, unless springs are asked for", "inductance: the current follows its command at once",
         "the amplifier's I2t, the supply's bus, holding brakes", "any Python but one in which drivetrain is installed",
     ),
 }  # fmt: skip

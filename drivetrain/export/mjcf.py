@@ -10,12 +10,15 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.errors import Fault, InputError
-from drivetrain.export.drives import DriveData, coupling_rows, exported, joint_axes, locked_bodies
+from drivetrain.export.drives import Body, DriveData, arm_bodies, coupling_rows, exported
 from drivetrain.export.files import write_text
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf_elements import text
 from drivetrain.sizing.results import Evaluation
+from drivetrain.spatial.rotations import frame_along
 from drivetrain.version import __version__
 
 MOTORS = ("dcmotor", "general")
@@ -43,52 +46,98 @@ def write_mjcf(
     """
     if motors not in MOTORS:
         raise InputError(Fault("motors", f"must be {' or '.join(MOTORS)}", motors))
-    arm, drives = exported(evaluation, payload)
-    notes = lost("mjcf")
-    write_text(path, mjcf_text(arm, drives, notes=notes, motors=motors))
+    arm, drives = exported(evaluation, payload, closed=True)
+    notes, springs = lost("mjcf"), [task.counterbalances for task in evaluation.study.joints]
+    write_text(path, mjcf_text(arm, drives, springs, notes=notes, motors=motors))
     return notes
 
 
-def mjcf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = (), motors: str = "dcmotor") -> str:
-    """The MJCF of an arm and its drives."""
-    axes = joint_axes(arm, "MJCF")
+def mjcf_text(
+    arm: Arm, drives: Sequence[DriveData], springs: Sequence[Sequence[Counterbalance]], *, notes: Sequence[str] = (),
+    motors: str = "dcmotor",
+) -> str:  # fmt: skip
+    """The MJCF of an arm, its drives, and the counterbalances of their joints."""
+    bodies = arm_bodies(arm, "MJCF")
     root = ElementTree.Element("mujoco", model=arm.name)
     for line in (f"written by drivetrain {__version__}", *notes):
         root.append(ElementTree.Comment(f" {line.replace('--', '- -')} "))
     exact = {"balanceinertia": "false", "boundmass": "0", "boundinertia": "0"}
     ElementTree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "false", **exact})
     ElementTree.SubElement(root, "option", gravity=text(arm.gravity), integrator="implicitfast")
-    body, before = ElementTree.SubElement(root, "worldbody"), np.zeros(3)
-    rows = coupling_rows(arm)
-    for i, (locked, (kind, axis)) in enumerate(zip(locked_bodies(arm), axes, strict=True)):
-        point, own = arm.joint_points[i], locked.inertia
-        body = ElementTree.SubElement(body, "body", name=arm.link_names[i], pos=text(point - before))
-        joint = {"name": arm.joint_names[i], "type": "hinge" if kind == "revolute" else "slide", "axis": text(axis)}
-        if rows[i] is None:
-            joint |= {"damping": text(drives[i].viscous), "frictionloss": text(drives[i].coulomb)}
-        if np.isfinite([arm.lower[i], arm.upper[i]]).all() and arm.lower[i] < arm.upper[i]:
-            joint |= {"limited": "true", "range": text([arm.lower[i], arm.upper[i]])}
+    world, rows = ElementTree.SubElement(root, "worldbody"), coupling_rows(arm)
+    places, points = {-1: world}, {-1: np.zeros(3)}
+    for i, one in enumerate(bodies):
+        before, locked = points[one.before], one.locked
+        body = ElementTree.SubElement(places[one.before], "body", name=one.link, pos=text(one.point - before))
+        joint = {"name": one.joint, "type": "hinge" if one.kind == "revolute" else "slide", "axis": text(one.axis)}
+        own = [drives[row] for row in one.drives if rows[row] is None]
+        if own:
+            joint["damping"] = text(sum(drive.viscous for drive in own))
+            joint["frictionloss"] = text(sum(drive.coulomb for drive in own))
+        if np.isfinite([one.lower, one.upper]).all() and one.lower < one.upper:
+            joint |= {"limited": "true", "range": text([one.lower, one.upper])}
         ElementTree.SubElement(body, "joint", joint)
-        tensor = text([*np.diag(own), own[0, 1], own[0, 2], own[1, 2]])
-        place = text(locked.com - point)
+        tensor = text([*np.diag(locked.inertia), *locked.inertia[[0, 0, 1], [1, 2, 2]]])
+        place = text(locked.com - one.point)
         ElementTree.SubElement(body, "inertial", pos=place, mass=text(locked.mass), fullinertia=tensor)
-        before = point
-    ElementTree.SubElement(body, "site", name="tip", pos=text(arm.tip[:3, 3] - before))
+        places[i], points[i] = body, one.point
+    last = (arm if arm.linkage is None else arm.linkage.chains[0]).n - 1
+    ElementTree.SubElement(places[last], "site", name="tip", pos=text(arm.tip[:3, 3] - points[last]))
+    _pins(root, arm, bodies)
     coupled = [(drive, row) for drive, row in zip(drives, rows, strict=True) if row is not None]
-    tendons = ElementTree.SubElement(root, "tendon") if coupled else None
+    tendons = ElementTree.Element("tendon")
     for drive, row in coupled:
-        assert tendons is not None
         friction = {"damping": text(drive.viscous), "frictionloss": text(drive.coulomb)}
         shaft = ElementTree.SubElement(tendons, "fixed", {"name": f"{drive.joint}_shaft", **friction})
         for name, turns in zip(arm.joint_names, row, strict=True):
             if turns != 0.0:
                 ElementTree.SubElement(shaft, "joint", joint=name, coef=text(turns))
+    for i, one in enumerate(bodies):
+        stretched = [balance for row in one.drives for balance in springs[row] if balance.stiffness]
+        for k, balance in enumerate(stretched):
+            _spring(tendons, (places[one.before], places[i]), one, points[one.before], balance, f"spring_{k + 1}")
+    if len(tendons):
+        root.append(tendons)
     actuators = ElementTree.SubElement(root, "actuator")
-    for drive, turned in zip(drives, rows, strict=True):
-        where = {"joint": drive.joint} if turned is None else {"tendon": f"{drive.joint}_shaft"}
+    for k, (drive, turned) in enumerate(zip(drives, rows, strict=True)):
+        joint_name = next(one.joint for one in bodies if k in one.drives)
+        where = {"joint": joint_name} if turned is None else {"tendon": f"{drive.joint}_shaft"}
         _motor(actuators, drive, where, motors)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _pins(root: ElementTree.Element, arm: Arm, bodies: Sequence[Body]) -> None:
+    """What holds closed loops together, as stiff as MuJoCo's constraints are at this step."""
+    loops = None if arm.linkage is None else arm.linkage.loops
+    if loops is None or not loops.pins:
+        return
+    held = ElementTree.SubElement(root, "equality")
+    for first, second, point in loops.pins:
+        ends = [loops.paths[chain][count - 1] if count else -1 for chain, count in (first, second)]
+        one, other = sorted(ends, reverse=True)
+        where = {"body1": bodies[one].link, "anchor": text(point - bodies[one].point)}
+        if other >= 0:
+            where["body2"] = bodies[other].link
+        ElementTree.SubElement(held, "connect", {**where, "solref": "0.005 1", "solimp": "0.9999 0.9999 0.001"})
+
+
+def _spring(
+    tendons: ElementTree.Element, ends: tuple[ElementTree.Element, ElementTree.Element], body: Body, before: Array,
+    balance: Counterbalance, name: str,
+) -> None:  # fmt: skip
+    """A spring between two levers, in line at its dead centre."""
+    link = frame_along(body.axis)[:, 0]
+    turned = np.cos(balance.dead_centre) * link + np.sin(balance.dead_centre) * np.cross(body.axis, link)
+    free = {"stiffness": text(balance.stiffness), "springlength": text(balance.free_length)}
+    spring = ElementTree.SubElement(tendons, "spatial", {"name": f"{body.joint}_{name}", **free})
+    for which, end, at in zip(
+        ("carrier", "link"), ends,
+        (body.point - before + balance.lever_carrier * turned, balance.lever_link * link), strict=True,
+    ):  # fmt: skip
+        site = f"{body.joint}_{name}_{which}"
+        ElementTree.SubElement(end, "site", name=site, pos=text(at))
+        ElementTree.SubElement(spring, "site", site=site)
 
 
 def _motor(actuators: ElementTree.Element, drive: DriveData, where: dict[str, str], motors: str) -> None:

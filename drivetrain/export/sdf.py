@@ -10,7 +10,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.export.drives import DriveData, exported, joint_axes, locked_bodies
+from drivetrain.export.drives import DriveData, arm_bodies, exported
 from drivetrain.export.files import write_text
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf_elements import cleaned, text
@@ -42,7 +42,7 @@ def write_sdf(evaluation: Evaluation, path: str | Path, *, payload: str | None =
 
 def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()) -> str:
     """The SDF of an arm and its drives: frames parallel to the base's while all joints are at zero."""
-    axes = joint_axes(arm, "SDF")
+    bodies = arm_bodies(arm, "SDF")
     root = ElementTree.Element("sdf", {"version": "1.9", "xmlns:drake": "http://drake.mit.edu"})
     for line in (f"written by drivetrain {__version__}", *notes):
         root.append(ElementTree.Comment(f" {line.replace('--', '- -')} "))
@@ -52,24 +52,24 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
     _put(fixed, "parent", "world")
     _put(fixed, "child", "base_link")
     before = "base_link"
-    for i, (locked, (kind, axis)) in enumerate(zip(locked_bodies(arm), axes, strict=True)):
-        link = ElementTree.SubElement(model, "link", name=arm.link_names[i])
-        _put(link, "pose", _place(arm.joint_points[i]))
+    for body, drive in zip(bodies, drives, strict=True):
+        locked = body.locked
+        link = ElementTree.SubElement(model, "link", name=body.link)
+        _put(link, "pose", _place(body.point))
         inertial = ElementTree.SubElement(link, "inertial")
-        _put(inertial, "pose", _place(locked.com - arm.joint_points[i]))
+        _put(inertial, "pose", _place(locked.com - body.point))
         _put(inertial, "mass", text(locked.mass))
         tensor = ElementTree.SubElement(inertial, "inertia")
         for a in range(3):
             for b in range(a, 3):
                 _put(tensor, f"i{'xyz'[a]}{'xyz'[b]}", text(locked.inertia[a, b]))
-        joint = ElementTree.SubElement(model, "joint", name=arm.joint_names[i], type=kind)
+        joint = ElementTree.SubElement(model, "joint", name=body.joint, type=body.kind)
         _put(joint, "parent", before)
-        _put(joint, "child", arm.link_names[i])
+        _put(joint, "child", body.link)
         along = ElementTree.SubElement(joint, "axis")
-        _put(along, "xyz", text(cleaned(axis)))
+        _put(along, "xyz", text(cleaned(body.axis)))
         limit = ElementTree.SubElement(along, "limit")
-        drive = drives[i]
-        numbers = {"lower": arm.lower[i], "upper": arm.upper[i], "effort": drive.effort, "velocity": drive.speed}
+        numbers = {"lower": body.lower, "upper": body.upper, "effort": drive.effort, "velocity": drive.speed}
         for name, value in numbers.items():
             if np.isfinite(value):
                 _put(limit, name, text(value))
@@ -78,7 +78,7 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
         _put(dynamics, "friction", text(drive.coulomb))
         _put(joint, "drake:rotor_inertia", text(drive.rotor_inertia))
         _put(joint, "drake:gear_ratio", text(drive.ratio))
-        before = arm.link_names[i]
+        before = body.link
     ElementTree.indent(root)
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 

@@ -14,7 +14,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear import complete, mesh, unknown_loss
+from drivetrain.drive.gear import Gear, complete, mesh, unknown_loss
 from drivetrain.drive.motor import torque_constant
 from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.dynamics.mass import mass_matrix
@@ -224,9 +224,13 @@ def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, options:
     effects: list[Effect] = [loop, *drive_effects(task, drive, surroundings(study), options)]
     single = task.travel_per_turn is None and not task.coupled
     if options.springs and drive.gear.stiffness_1 is not None and single:
-        critical = 2.0 * math.sqrt(drive.gear.stiffness_1 * inertia)
-        effects.append(FlexibleJoint(drive.gear, options.damping * critical))
+        effects.append(FlexibleJoint(drive.gear, spring_damping(drive.gear, inertia, options.damping)))
     return tuple(effects)
+
+
+def spring_damping(gear: Gear, inertia: float, share: float = DEFAULT_OPTIONS.damping) -> float:
+    """Of a gear's spring, as a share of the critical one of the inertia on both sides [N m s/rad]."""
+    return share * 2.0 * math.sqrt((gear.stiffness_1 or 0.0) * inertia)
 
 
 @dataclass(frozen=True)

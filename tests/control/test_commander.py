@@ -21,9 +21,9 @@ from drivetrain.drive.amplifier import Amplifier, Supply, peak_duration
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
+from drivetrain.motion.base import Swing, swinging
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.motion.base import Swing, swinging
 from drivetrain.study.parts.second_motors import with_sharing
 from drivetrain.study.read import load_study
 

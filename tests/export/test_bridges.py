@@ -22,9 +22,12 @@ from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.counterbalance import Counterbalance, counterbalance_torque
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.friction import FRICTIONLESS, Friction
 from drivetrain.drive.gear import Gear
+from drivetrain.dynamics.closed import whole_motion
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.export.drives import exported
@@ -36,6 +39,7 @@ from drivetrain.shipped import shipped
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.judge.evaluate import evaluate, evaluate_drives
 from drivetrain.sizing.results import Evaluation
+from drivetrain.study.parts.second_motors import with_sharing
 from drivetrain.study.read import load_study
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -77,8 +81,8 @@ def _drive(make, *, thermal: bool = True) -> Drive:
 WHICH = {"ur5": ur5, "coupled": coupled}
 
 
-def reflected(found: Evaluation, payload: str | None = None) -> Arm:
-    arm, _ = exported(found, payload)
+def reflected(found: Evaluation, payload: str | None = None, *, closed: bool = False) -> Arm:
+    arm, _ = exported(found, payload, closed=closed)
     assert arm.level is RotorLevel.REFLECTED
     return arm
 
@@ -104,6 +108,77 @@ def test_mujoco_has_our_mass_matrix(make, tmp_path: Path, which: str, motors: st
         np.testing.assert_allclose(whole, wanted, atol=1e-10 * np.abs(wanted).max())
 
 
+def palletiser(make) -> Evaluation:
+    """The example's arm and motion, without payload and losses, as ``ur5``."""
+    study = load_study(shipped("examples") / "palletiser" / "study.yaml")
+    cycle, viscous = replace(study.cycle, payload=np.full_like(study.cycle.payload, -1)), Friction(viscous=20.0)
+    tasks = tuple(replace(task, amplifier=Amplifier(), friction=viscous) for task in study.joints)
+    motor = replace(study.catalog.motors["servo_5"], peak_current=None, max_speed=None)
+    gear = Gear("g", 129.0, kind="planetary", efficiency=1.0, inertia=2.4e-4, mass=44.0)
+    study = replace(study, cycle=cycle, joints=tasks, supply=Supply(2000.0))
+    return evaluate_drives(study, {task.name: Drive(motor, gear, viscous, FRICTIONLESS) for task in tasks})
+
+
+def sprung_palletiser() -> Evaluation:
+    """The example, a spring on its lower arm."""
+    study = load_study(shipped("examples") / "palletiser" / "study.yaml")
+    spring = Counterbalance(stiffness=2e4, free_length=0.5, lever_carrier=0.7, lever_link=0.2, dead_centre=0.3)
+    tasks = tuple(replace(task, counterbalances=(spring,) if task.name == "lower" else ()) for task in study.joints)
+    study = replace(study, joints=tasks)
+    return evaluate(study, {task.name: ("servo_5", "cycloid_2500") for task in study.joints})
+
+
+def two_motors(make) -> Evaluation:
+    """Two joints, the first with two motors that press on each other, and a spring."""
+    spring = Counterbalance(stiffness=8e3, free_length=0.1, lever_carrier=0.2, lever_link=0.08, dead_centre=-0.7)
+    first = replace(
+        make.task("j1", friction=VISCOUS), preload=4.0, output_bearing="external", counterbalances=(spring,)
+    )
+    study = make.study(make.sines(2), arm=make.planar_arm([0.4, 0.3], [1.5, 1.0]))
+    arm, cycle, tasks = with_sharing(study.arm, study.cycle, (first, make.task("j2", friction=VISCOUS)))
+    study = replace(study, arm=arm, cycle=cycle, joints=tasks)
+    return evaluate_drives(study, {task.name: _drive(make) for task in study.joints})
+
+
+@pytest.mark.parametrize("which", ["palletiser", "two motors"])
+def test_mujoco_asks_our_loads_of_closed_arms(make, tmp_path: Path, which: str) -> None:
+    """Of the tree of the file, its pins freed by the Jacobian of MuJoCo's own constraints, its springs among it."""
+    found = sprung_palletiser() if which == "palletiser" else two_motors(make)
+    write_mjcf(found, tmp_path / "arm.xml")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    data, arm, names = mujoco.MjData(model), reflected(found, closed=True), list(found.joints)
+    assert model.nu == len(names) and (model.neq > 0) == (which == "palletiser")
+    model.dof_damping[:] = model.dof_frictionloss[:] = 0.0
+    cycle, loops = found.study.cycle, arm.linkage.loops
+    at = np.linspace(0, len(cycle.time) - 1, 23).astype(int)
+    motion = [np.array(rows[at]) for rows in (cycle.position, cycle.velocity, cycle.acceleration)]
+    whole, ours = whole_motion(arm.linkage, *motion), inverse_dynamics(arm, *motion)
+    balances = [task.counterbalances for task in found.study.joints]
+    springs = [[one for one in own if one.stiffness] for own in balances]
+    ours -= np.stack([counterbalance_torque(own, q) for own, q in zip(springs, motion[0].T, strict=True)], axis=1)
+    kept = [body for body in range(len(loops.owner)) if body not in [loops.driven[b] for _, b in loops.shared]]
+    driven = [kept.index(joint) for joint in loops.driven if joint in kept]
+    passive = [i for i in range(model.nv) if i not in driven]
+    for k in range(len(at)):
+        data.qpos[:], data.qvel[:] = whole.position[k][kept], whole.velocity[k][kept]
+        model.opt.disableflags = 0
+        mujoco.mj_forward(model, data)
+        rows = data.efc_J.reshape(-1, model.nv)[: 3 * model.neq].copy()
+        assert np.abs(rows @ data.qvel).max(initial=0.0) < 1e-8
+        model.opt.disableflags = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+        mujoco.mj_forward(model, data)
+        data.qacc[:] = whole.acceleration[k][kept]
+        mujoco.mj_inverse(model, data)
+        tree = data.qfrc_inverse.copy()
+        asked = tree[driven]
+        if passive:
+            asked -= rows[:, driven].T @ np.linalg.lstsq(rows[:, passive].T, tree[passive], rcond=None)[0]
+        wanted = [sum(ours[k, row] for row, joint in enumerate(loops.driven) if joint == body or (body, joint) in
+                      [(loops.driven[a], loops.driven[b]) for a, b in loops.shared])
+                  for body in (kept[i] for i in driven)]  # fmt: skip
+        np.testing.assert_allclose(asked, wanted, atol=1e-8 * np.abs(tree).max())
+
+
 class Followed:
     """Our voltages on MuJoCo's motors, sample by sample, from where our motion begins."""
 
@@ -121,7 +196,11 @@ class Followed:
         )
         cycle = found.study.cycle
         self.wanted = np.stack([np.interp(time, cycle.time, one) for one in cycle.position.T], axis=1)
-        data.qpos[:], data.qvel[:] = self.wanted[0], cycle.velocity[0]
+        linkage = found.study.arm.linkage
+        driven = slice(None) if linkage is None else list(linkage.loops.driven)
+        whole = self.wanted[:1], cycle.velocity[:1]
+        whole = whole if linkage is None else whole_motion(linkage, *whole, 0.0 * self.wanted[:1])
+        data.qpos[:], data.qvel[:] = whole[0][0], whole[1][0]
         constant = np.array([model.actuator_gainprm[i, 0] for i in range(model.nu)])
         heats = motors == "dcmotor" and model.na == 2 * model.nu
         if heats:  # of every motor: temperature above the housing's, then current
@@ -130,7 +209,7 @@ class Followed:
             data.act[0::2], data.act[1::2] = begin - housing, self.currents[0]
         place, drawn, warm = [], [], []
         for k in range(len(time) - 1):
-            place.append(data.qpos.copy())
+            place.append(data.qpos[driven].copy())
             data.ctrl[:] = 0.5 * (volts[k] + volts[k + 1])  # what it is on average until the next sample
             mujoco.mj_step(model, data)
             drawn.append(data.actuator_force.copy())
@@ -140,15 +219,18 @@ class Followed:
         self.constant = constant
 
 
-@pytest.mark.parametrize("motors", ["dcmotor", "general"])
-@pytest.mark.parametrize("which", WHICH)
+@pytest.mark.parametrize(
+    ("which", "motors"), [*((one, kind) for one in WHICH for kind in ("dcmotor", "general")), ("palletiser", "dcmotor")]
+)
 def test_mujoco_follows_our_voltages(make, tmp_path: Path, which: str, motors: str) -> None:
     """Nothing closes a loop: the arm goes where voltage, back-emf, inertia and weight bring it."""
-    found = WHICH[which](make)
+    found = palletiser(make) if which == "palletiser" else WHICH[which](make)
     run = Followed(found, tmp_path / "arm.xml", motors)
     travel = np.ptp(run.wanted, axis=0).max()
     off = np.abs(run.positions - run.wanted[:-1]).max() / travel
-    warm = np.array([j.series.motor_torque[5] / j.series.current[5] for j in found.joints.values()])
+    peaks = [np.argmax(np.abs(j.series.current)) for j in found.joints.values()]
+    drawn = [(j.series.motor_torque[k], j.series.current[k]) for j, k in zip(found.joints.values(), peaks, strict=True)]
+    warm = np.array([torque / current for torque, current in drawn])
     currents = run.forces / warm
     error = np.sqrt(np.square(currents - run.currents[1:]).mean() / np.square(run.currents).mean())
     print(f"{which}, {motors}: position {off:.2e} of the travel, current {error:.2e} RMS")
