@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -134,6 +135,16 @@ def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
         )  # fmt: skip
     faults.raise_any()
     return found[: len(found) - len(second)]  # what a second motor turns weighs nothing and stands at the end
+
+
+def joint_limits(arm: Arm, drives: Sequence[DriveData]) -> tuple[Array, Array]:
+    """Largest speed and effort of each joint alone, the others of coupled motors at rest and without load."""
+    speed, effort = (np.array([getattr(drive, name) for drive in drives]) for name in ("speed", "effort"))
+    if arm.coupling is None:
+        return speed, effort
+    with np.errstate(divide="ignore"):
+        turned, shared = np.abs(arm.coupling), np.abs(np.linalg.inv(arm.coupling).T)
+        return (speed[:, None] / turned).min(axis=0), (effort[:, None] / shared).min(axis=0)
 
 
 def coupling_rows(arm: Arm) -> list[Array | None]:

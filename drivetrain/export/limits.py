@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from drivetrain.export.drives import DriveData, exported
+from drivetrain.export.drives import DriveData, exported, joint_limits
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf import UrdfJointData, write_urdf
 from drivetrain.export.urdf_elements import text
@@ -35,10 +35,10 @@ def write_drive_urdf(evaluation: Evaluation, path: str | Path, *, payload: str |
     """
     arm, drives = exported(evaluation, payload)
     coupled = arm.coupling is not None and not np.array_equal(arm.coupling, np.eye(arm.n))
-    efforts = [one.effort for one in drives]
+    _, efforts = joint_limits(arm, drives)
     known = efforts if np.isfinite(efforts).all() else None
     data = UrdfJointData(known, [one.viscous for one in drives], [one.coulomb for one in drives])
-    data = UrdfJointData() if coupled else data  # frictions and efforts of shafts are not those of the joints
+    data = UrdfJointData(known) if coupled else data  # frictions of shafts are not those of the joints
     return (*write_urdf(arm, path, data=data), *lost("urdf"))
 
 
@@ -63,15 +63,15 @@ def write_ros2(evaluation: Evaluation, path: str | Path) -> tuple[str, ...]:
     control = ElementTree.SubElement(robot, "ros2_control", name=arm.name, type="system")
     hardware = ElementTree.SubElement(control, "hardware")
     ElementTree.SubElement(hardware, "plugin").text = "mock_components/GenericSystem"
-    for i, drive in enumerate(drives):
+    for i, (drive, speed, effort) in enumerate(zip(drives, *joint_limits(arm, drives), strict=True)):
         swing = np.isfinite([arm.lower[i], arm.upper[i]]).all() and arm.lower[i] < arm.upper[i]
         fastest = float(np.abs(evaluation.study.cycle.acceleration[:, i]).max())
         limits: list[tuple[str, bool, dict[str, float]]] = [
             ("position", bool(swing), {"min_position": arm.lower[i], "max_position": arm.upper[i]}),
-            ("velocity", math.isfinite(drive.speed), {"max_velocity": drive.speed}),
+            ("velocity", math.isfinite(speed), {"max_velocity": speed}),
             ("acceleration", fastest > 0.0, {"max_acceleration": fastest}),
             ("jerk", False, {}),
-            ("effort", math.isfinite(drive.effort), {"max_effort": drive.effort}),
+            ("effort", math.isfinite(effort), {"max_effort": effort}),
         ]
         lines.append(f"  {json.dumps(drive.joint)}:")
         joint = ElementTree.SubElement(control, "joint", name=drive.joint)
@@ -79,9 +79,9 @@ def write_ros2(evaluation: Evaluation, path: str | Path) -> tuple[str, ...]:
         for name, known, numbers in limits:
             lines.append(f"    has_{name}_limits: {'true' if known else 'false'}")
             lines += [f"    {key}: {float(value)!r}" for key, value in numbers.items() if known]
-        if math.isfinite(drive.effort):
+        if math.isfinite(effort):
             for name, sign in (("min", -1.0), ("max", 1.0)):
-                ElementTree.SubElement(command, "param", name=name).text = text(sign * drive.effort)
+                ElementTree.SubElement(command, "param", name=name).text = text(sign * effort)
         for name in ("position", "velocity", "effort"):
             ElementTree.SubElement(joint, "state_interface", name=name)
     ElementTree.indent(robot)

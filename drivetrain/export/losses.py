@@ -27,7 +27,10 @@ LOSSES: dict[str, tuple[str, ...]] = {
         f"{_REFLECTED}, and only Drake reads it there (drake:rotor_inertia, drake:gear_ratio)", _MESH, _STATIC,
         _FLEXIBLE, _MOTOR, "coupled motors: each counts at its own joint, which is another arm", "payload changes",
     ),
-    "ros2": ("everything but limits of position, speed, acceleration and effort, and the names of the interfaces",),
+    "ros2": (
+        "everything but limits of position, speed, acceleration and effort, and the names of the interfaces",
+        "coupled motors: of each joint what it may do alone",
+    ),
     "physx": (
         "the corner where current and voltage limit: two straight lines stand for it", "heat, I2t, the supply's bus",
         "braking, in which voltage allows more than the lines", _MESH, _STATIC, _FLEXIBLE,

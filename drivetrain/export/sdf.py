@@ -10,7 +10,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.export.drives import DriveData, arm_bodies, exported
+from drivetrain.export.drives import DriveData, arm_bodies, exported, joint_limits
 from drivetrain.export.files import write_text
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf_elements import cleaned, text
@@ -52,7 +52,7 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
     _put(fixed, "parent", "world")
     _put(fixed, "child", "base_link")
     before = "base_link"
-    for body, drive in zip(bodies, drives, strict=True):
+    for body, drive, speed, effort in zip(bodies, drives, *joint_limits(arm, drives), strict=True):
         locked = body.locked
         link = ElementTree.SubElement(model, "link", name=body.link)
         _put(link, "pose", _place(body.point))
@@ -69,7 +69,7 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
         along = ElementTree.SubElement(joint, "axis")
         _put(along, "xyz", text(cleaned(body.axis)))
         limit = ElementTree.SubElement(along, "limit")
-        numbers = {"lower": body.lower, "upper": body.upper, "effort": drive.effort, "velocity": drive.speed}
+        numbers = {"lower": body.lower, "upper": body.upper, "effort": effort, "velocity": speed}
         for name, value in numbers.items():
             if np.isfinite(value):
                 _put(limit, name, text(value))

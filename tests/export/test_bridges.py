@@ -15,9 +15,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yaml
+from export.driven_arms import VISCOUS, coupled, lossless_drive, ur5
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.coupling import differential, placed, with_coupling
 from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level
 from drivetrain.arm.rotors import RotorLevel
@@ -43,39 +43,9 @@ from drivetrain.study.parts.second_motors import with_sharing
 from drivetrain.study.read import load_study
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-VISCOUS = Friction(viscous=0.4)
 STEP = (
     1e-4  # s; MuJoCo tells the force at a step's beginning but moves by that at its end: currents are off by the step
 )
-
-
-def ur5(make, *, thermal: bool = True) -> Evaluation:
-    """The example's arm and motion, its payload left away, with drives that lose only what every format knows."""
-    study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
-    cycle = replace(study.cycle, payload=np.full_like(study.cycle.payload, -1))
-    tasks = tuple(replace(task, amplifier=Amplifier(), friction=VISCOUS) for task in study.joints)
-    study = replace(study, cycle=cycle, joints=tasks, supply=Supply(200.0))
-    return evaluate_drives(study, {task.name: _drive(make, thermal=thermal) for task in study.joints})
-
-
-def coupled(make) -> Evaluation:
-    """Three joints, the last two driven by a differential."""
-    names = ("j2", "j3")
-    arm = with_coupling(make.planar_arm([0.4, 0.3, 0.3], [1.5, 1.0, 0.6]), placed(differential(), (1, 2), 3))
-    tasks = tuple(
-        make.task(f"j{i}", friction=VISCOUS, coupled=names if i > 1 else (), amplifier=Amplifier()) for i in (1, 2, 3)
-    )
-    study = make.study(make.sines(3, samples=2001), arm=arm, joints=tasks, supply=Supply(200.0))
-    return evaluate_drives(study, {f"j{i}": _drive(make) for i in (1, 2, 3)})
-
-
-def _drive(make, *, thermal: bool = True) -> Drive:
-    motor = replace(
-        make.motor, no_load_current=None, no_load_speed=None, peak_current=None, max_speed=None, torque_constant=0.2
-    )
-    motor = motor if thermal else replace(motor, winding_time_constant=None)
-    gear = Gear("g", 80.0, kind="planetary", efficiency=1.0, inertia=1e-6, mass=0.3)
-    return Drive(motor, gear, VISCOUS, FRICTIONLESS)
 
 
 WHICH = {"ur5": ur5, "coupled": coupled}
@@ -137,7 +107,7 @@ def two_motors(make) -> Evaluation:
     study = make.study(make.sines(2), arm=make.planar_arm([0.4, 0.3], [1.5, 1.0]))
     arm, cycle, tasks = with_sharing(study.arm, study.cycle, (first, make.task("j2", friction=VISCOUS)))
     study = replace(study, arm=arm, cycle=cycle, joints=tasks)
-    return evaluate_drives(study, {task.name: _drive(make) for task in study.joints})
+    return evaluate_drives(study, {task.name: lossless_drive(make) for task in study.joints})
 
 
 @pytest.mark.parametrize("which", ["palletiser", "two motors"])
@@ -376,6 +346,18 @@ def test_ros2_limits_and_interfaces(make, tmp_path: Path) -> None:
         warm = found.joints[name].series.motor_torque[5] / found.joints[name].series.current[5]
         assert one["max_velocity"] == pytest.approx(0.95 * 200.0 / warm / 80.0, rel=1e-9)
         assert motor.peak_torque is None and not one["has_effort_limits"]
+    pair = coupled(make)
+    pair = replace(
+        pair, joints={name: replace(one, amplifier=Amplifier(peak_current=10.0)) for name, one in pair.joints.items()}
+    )
+    write_ros2(pair, tmp_path / "joint_limits.yaml")
+    limits = yaml.safe_load((tmp_path / "joint_limits.yaml").read_text())["joint_limits"]
+    alone, *both = ((one["max_velocity"], one["max_effort"]) for one in limits.values())
+    for (
+        speed,
+        effort,
+    ) in both:  # of a differential: one joint turns with both motors, as fast as each, and twice as strong
+        assert (speed, effort) == (pytest.approx(alone[0], rel=0.01), pytest.approx(2.0 * alone[1], rel=0.01))
     limited = evaluate(make.study(make.sines(2), arm=make.planar_arm([0.3, 0.3], [1.5, 1.0])))
     write_ros2(limited, tmp_path / "joint_limits.yaml")
     limits = yaml.safe_load((tmp_path / "joint_limits.yaml").read_text())["joint_limits"]
@@ -383,9 +365,10 @@ def test_ros2_limits_and_interfaces(make, tmp_path: Path) -> None:
     assert limits["j1"]["max_effort"] == pytest.approx(min(warm * 30.0 * 50.0 * 0.8, 40.0), rel=1e-9)
 
 
-def test_physx_envelopes_are_the_motors_lines(make, tmp_path: Path) -> None:
-    """On the line of the voltage the terminals have just all of it, at any speed."""
-    found = ur5(make)
+@pytest.mark.parametrize("which", WHICH)
+def test_physx_envelopes_are_the_motors_lines(make, tmp_path: Path, which: str) -> None:
+    """On the line of the voltage the terminals have just all of it, at any speed; coupled, of the motor's shaft."""
+    found = WHICH[which](make)
     write_physx(found, tmp_path / "envelopes.json")
     content = json.loads((tmp_path / "envelopes.json").read_text())
     assert content["lost"]

@@ -9,6 +9,7 @@ import fmpy
 import fmpy.validation
 import numpy as np
 import pytest
+from export.driven_arms import coupled, ur5
 from scipy.integrate import solve_ivp
 
 from drivetrain.arm.coupling import differential, placed, with_coupling
@@ -185,6 +186,24 @@ def test_a_gear_that_gives_way(found, tmp_path: Path) -> None:
     np.testing.assert_allclose(told["position"], theirs[:, 0], atol=2e-5 * np.ptp(theirs[:, 0]))
     np.testing.assert_allclose(told["motor_speed"] / size, theirs[:, 3], atol=4e-3 * np.ptp(theirs[:, 3]))
     assert np.ptp(theirs[:, 2]) > 4.0 * half
+
+
+@pytest.mark.parametrize(("which", "joint"), [(ur5, "elbow_joint"), (coupled, "j1")])
+def test_a_joint_of_an_arm_runs_up(make, tmp_path: Path, which, joint: str) -> None:
+    """A constant current against rotor, arm and viscous friction, in closed form."""
+    found = which(make)
+    write_fmu(found, tmp_path / "x.fmu", joint=joint)
+    axis = axis_of(found, joint)
+    whole = axis.load_inertia + 80.0**2 * (axis.motor.rotor_inertia + 1e-6)
+    told = fmpy.simulate_fmu(
+        str(tmp_path / "x.fmu"), stop_time=0.3, output_interval=0.05,
+        start_values={"current_command": 2.0, "load_torque": 1.0, "motor.magnet_coefficient": 0.0, "start_speed": 0.0},
+    )  # fmt: skip
+    most = (80.0 * axis.motor.torque_constant * 2.0 + 1.0) / 0.4
+    speed = most * (1.0 - np.exp(-0.4 / whole * told["time"]))
+    np.testing.assert_allclose(told["speed"], speed, atol=1e-3 * speed.max())  # steps of 1 ms, held at their start
+    with pytest.raises(InputError, match="shares"):
+        write_fmu(coupled(make), tmp_path / "y.fmu", joint="j3")
 
 
 def test_parameters_and_limits(file: Path) -> None:
