@@ -268,17 +268,17 @@ class Linkage:
         return replace(self, chains=(*self.chains[:index], chain, *self.chains[index + 1 :]))
 
 
-def refuse_loops(arm: Arm, *, shared: bool = False) -> None:
+def refuse_loops(arm: Arm, *, shared: bool = False, closed: bool = False) -> None:
     """Raises InputError for an arm with closed loops, whose rows are not all of its joints.
 
-    ``shared``: whether two motors on an axis may be.
+    ``shared``, ``closed``: whether two motors on an axis, and loops, may be.
     """
     if arm.linkage is not None and arm.linkage.loops.shared:
         if shared:
             return
         problem = "has two motors on one axis, which is not computed here"
         raise InputError(Fault("arm", problem, arm.name, "evaluations, selections and currents know such arms"))
-    if arm.linkage is not None:
+    if arm.linkage is not None and not closed:
         hint = "inverse dynamics and evaluations know such arms; constraints on an open chain go through LoopClosure"
         raise InputError(Fault("arm", "has closed loops (closures), which is not computed here", arm.name, hint))
 

@@ -10,16 +10,18 @@ Reference: Modern Robotics, section 8.9.5, which names these effects and leaves 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.kinematics import link_poses, space_jacobian, tip_jacobian, tip_pose
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, finite_samples, real_array
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import LARGEST, Fault, InputError
 from drivetrain.spatial.beams import Beam, beam_compliance
@@ -33,7 +35,7 @@ def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     """The natural frequencies with every motor holding its rotor still against its stator: stiff control, or a brake.
 
     Args:
-        arm: With rotors or without; rotors ride along as dead weight.
+        arm: With rotors or without; rotors ride along as dead weight. Loops may close.
         q: Positions [rad or m], (n,) or (N, n).
         stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) of each sample. Infinite:
             a rigid joint, which does not vibrate.
@@ -47,7 +49,7 @@ def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     Reference: K v = w^2 M v, with M of the sprung joints.
     """
     positions, springs, sprung = _door(arm, q, stiffness)
-    masses = _locked_masses(arm, positions, *rotor_inertias(arm, positions))
+    masses = locked_mass(arm, positions)
     # Joint motions of a unit twist of each sprung shaft, the rigid ones still.
     motions = np.linalg.inv(_coupling(arm))[:, sprung]
     return _like(q, _frequencies(motions.T @ masses @ motions, np.eye(motions.shape[1]), springs[:, sprung]))
@@ -56,6 +58,12 @@ def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
 def locked_mass(arm: Arm, q: Any) -> Array:
     """The mass matrix with every rotor held still against its stator, (n, n) or (N, n, n)."""
     positions = np.atleast_2d(np.asarray(q, dtype=np.float64))
+    if arm.linkage is not None:
+        refuse_loops(arm, closed=True)
+        still, rest = replace(arm, level=RotorLevel.NONE, gravity=np.zeros(3)), np.zeros(positions.shape)
+        columns = [inverse_dynamics(still, positions, rest, rest + unit) for unit in np.eye(arm.n)]
+        mass = np.stack(columns, axis=2)
+        return _like(q, 0.5 * (mass + np.swapaxes(mass, 1, 2)))
     return _like(q, _locked_masses(arm, positions, *rotor_inertias(arm, positions)))
 
 

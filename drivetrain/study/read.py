@@ -78,8 +78,6 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     stiffness = made(form.stiffness)
     if stiffness.asked and arm is None:
         ledger.fault(("stiffness",), "goes with studies of an arm: a load table does not say where a tip is")
-    elif stiffness.asked and arm is not None and arm.linkage is not None:
-        ledger.fault(("stiffness",), "is not computed of arms with closures")
     elif stiffness.asked and any(task.preload is not None for task in joints):
         ledger.fault(("stiffness",), "is not computed of arms with two motors on one axis")
     ledger.raise_any()

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import itertools
+import re
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 import yaml
 
 from drivetrain.arm.arm import Arm
+from drivetrain.dynamics.closed import whole_motion
 from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.errors import InputError
+from drivetrain.export.mjcf import write_mjcf
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.parts import FilledParts
@@ -53,9 +57,61 @@ def test_loads_are_those_of_the_loaded_arm(study):
             np.testing.assert_allclose(demand.carrier_acceleration[at], loads.carrier_acceleration[:, joint], atol=1e-9)
 
 
-def test_search_is_brute_force():
+SPRINGS = {"cycloid_400": 1.5e5, "cycloid_1200": 4e5, "cycloid_2500": 1.2e6}
+
+
+def sprung(**wish):
+    """The example on springs; its weakest gear holds none of these joints."""
+    data = document(stiffness=wish)
+    for name, slope in SPRINGS.items():
+        data["gears"][name] |= {"stiffness_1": f"{slope} N m/rad", "backlash": "0.3 mrad"}
+    return data
+
+
+def test_stiffness_is_that_of_mujoco(tmp_path):
+    """Of the exported file, rotors locked: its mass matrix and the tip's Jacobian behind its own constraints."""
+    study = load_study(sprung(first_resonance="3 Hz", tip_deviation="20 mm", lost_motion="5 mm"))
+    found = evaluate(study, {name: ("servo_5", "cycloid_2500") for name in study.arm.joint_names})
+    checks, cycle, loops = {one.name: one for one in found.shared}, study.cycle, study.arm.linkage.loops
+    driven, passive = list(loops.driven), list(loops.passive)
+
+    def at(check):
+        """Motions of all bodies' joints for those of the driven ones, mass matrix and the tip's motion."""
+        k = int(np.argmin(np.abs(cycle.time - checks[check].time)))
+        write_mjcf(found, tmp_path / "arm.xml", payload=study.payloads[cycle.payload[k]].name)
+        text = re.sub(' armature="[^"]*"', "", (tmp_path / "arm.xml").read_text())
+        model = mujoco.MjModel.from_xml_string(text)
+        data = mujoco.MjData(model)
+        rest = np.zeros((1, study.arm.n))
+        data.qpos[:] = whole_motion(study.arm.linkage, cycle.position[k : k + 1], rest, rest).position[0]
+        mujoco.mj_forward(model, data)
+        rows = data.efc_J.reshape(-1, model.nv)[: 3 * model.neq]
+        turns = np.eye(model.nv)[:, driven]
+        turns[passive] = -np.linalg.lstsq(rows[:, passive], rows[:, driven], rcond=None)[0]
+        mass, tip = np.zeros((model.nv, model.nv)), np.zeros((3, model.nv))
+        mujoco.mj_fullM(model, data, mass)
+        mujoco.mj_jacSite(model, data, tip, None, 0)
+        return k, turns.T @ mass @ turns, tip @ turns
+
+    _, mass, _ = at("arm first resonance")
+    squares = np.linalg.eigvals(np.linalg.solve(mass, 0.7 * 1.2e6 * np.eye(4))).real
+    lowest = np.sqrt(squares.min()) / (2.0 * np.pi)
+    assert checks["arm first resonance"].available == pytest.approx(lowest, rel=1e-7)
+    k, _, tip = at("arm tip deviation")
+    torque = np.array([joint.series.gear_torque[k] for joint in found.joints.values()])
+    moved = np.linalg.norm(tip @ (torque / (0.7 * 1.2e6)))
+    assert checks["arm tip deviation"].required == pytest.approx(moved, rel=1e-7)
+    _, _, tip = at("arm lost motion")
+    farthest = max(np.linalg.norm(tip @ signs) for signs in itertools.product((1, -1), repeat=4))
+    assert checks["arm lost motion"].required == pytest.approx(3e-4 * farthest, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    "wish", [{}, {"first_resonance": "5.22 Hz"}, {"tip_deviation": "5.5 mm", "lost_motion": "0.9 mm"}]
+)
+def test_search_is_brute_force(wish):
     """Every set of the four joints, judged one by one, of two pairs each."""
-    data = document()
+    data = sprung(**wish)
     data["joints"]["default"]["candidates"]["motors"]["keys"] = ["servo_5"]
     data["motors"]["servo_5"] |= {"coulomb_friction": "0.2 N m", "viscous_friction": "5e-4 N m s/rad"}
     data["joints"]["default"]["candidates"]["gears"]["keys"] = ["cycloid_1200", "cycloid_2500"]
@@ -146,5 +202,3 @@ def test_what_a_study_with_closures_must_state():
     assert "must be external" in told
     with pytest.raises(InputError, match="coupling"):
         load_study(document(coupling=[{"joints": ["turn", "lower"], "type": "differential"}]))
-    with pytest.raises(InputError, match="closures"):
-        load_study(document(stiffness={"first_resonance": "5 Hz"}))

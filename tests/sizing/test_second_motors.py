@@ -13,6 +13,7 @@ from drivetrain.drive.drive import drive_inertia
 from drivetrain.errors import InputError
 from drivetrain.simulation.study_scene import scene_of
 from drivetrain.sizing.currents import current_commands
+from drivetrain.sizing.deflection import tip_deflection
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.spatial.poses import pose
@@ -222,3 +223,5 @@ def test_what_does_not_go_with_two_motors():
     study = task({"motors": 2, "preload": 3.0})
     with pytest.raises(InputError, match="two motors on one axis"):
         scene_of(study, {name: one.drive for name, one in evaluate(study).joints.items()})
+    with pytest.raises(InputError, match="two motors on one axis"):
+        tip_deflection(evaluate(study))

@@ -10,11 +10,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.kinematics import tip_jacobian
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.spring import wind_up
+from drivetrain.dynamics.closed import main_chain, whole_motion
 from drivetrain.dynamics.flexibility import locked_frequencies, locked_mass
 from drivetrain.sizing.judge.checks import ARM_CHECKS
 from drivetrain.sizing.judge.judge import utilisation
@@ -79,8 +80,13 @@ def tip_levers(study: Study) -> Array:
     """How far the tip moves a unit of each joint's motion, of its shaft's where motors are coupled, (N, n, 3)."""
     arm = study.arm
     assert arm is not None
+    refuse_loops(arm, closed=True)
+    q = study.cycle.position
+    chain, position = main_chain(arm, q)
     shafts = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
-    return np.asarray(np.swapaxes(tip_jacobian(arm, study.cycle.position)[:, 3:] @ shafts, 1, 2))
+    if arm.linkage is not None:
+        shafts = whole_motion(arm.linkage, q, 0.0 * q, 0.0 * q).turns[:, list(arm.linkage.loops.paths[0])]
+    return np.asarray(np.swapaxes(tip_jacobian(chain, position)[:, 3:] @ shafts, 1, 2))
 
 
 def joint_twists(study: Study, drives: Mapping[str, Drive], torque: Array) -> Array:
