@@ -84,6 +84,30 @@ def test_a_ramp_asks_what_inverse_dynamics_says(two_links, ramp, still):
         assert check(evaluation, name, MOMENTARY).required == pytest.approx(max(largest[joint], own), rel=1e-9)
 
 
+@pytest.mark.parametrize("rubbing", [0.0, 1.5])
+def test_a_motor_that_drives_on_along_a_ramp_pays_all_losses(two_links, rubbing):
+    """On a soft ramp the weight may stop the arm by itself: the motor then drives it on, through mesh and friction."""
+    ramp = 1.0
+    study = stopped(two_links, ramp=ramp)
+    study = replace(study, joints=tuple(replace(one, friction=Friction(coulomb=rubbing)) for one in study.joints))
+    arm, cycle, ratio, lossy, spared = geared(study), study.cycle, study.catalog.gears["g1"].ratio, 0.0, 0.0
+    for share in (0.0, 0.5, 1.0):
+        q = cycle.position + cycle.velocity * ramp * share * (1.0 - 0.5 * share)
+        found = drive_torques(arm, q, cycle.velocity * (1.0 - share), -cycle.velocity / ramp)
+        way = np.sign(cycle.velocity)
+        load, rotor = found.gear + rubbing * way, found.motor - found.gear / ratio
+        through = np.where(load * way > 0.0, 1.0 / 0.7, 2.0 - 1.0 / 0.7) * load / ratio + rotor
+        spared = np.maximum(spared, np.abs(found.motor).max(axis=0))
+        lossy = np.maximum(lossy, np.abs(through).max(axis=0))
+    assert (lossy > 1.04 * spared).any()
+    for name, torque in zip(cycle.joint_names, np.maximum(lossy, spared), strict=True):
+        joint = evaluate(study).joints[name]
+        constant = joint.series.motor_torque.max() / joint.series.current.max()
+        assert check(evaluate(study), name, CURRENT).actual * constant == pytest.approx(torque, rel=1e-9)
+        momentary, own = (check(evaluate(study), name, one) for one in (MOMENTARY, "gear repeated peak torque"))
+        assert momentary.required >= own.required
+
+
 def braked_by_hand(study, joint, amperes):
     """Largest |T + (T - T_cycle)| over the cycle: one joint braked, its acceleration solved, the other at its work."""
     arm, cycle = geared(study), study.cycle

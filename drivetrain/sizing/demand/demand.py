@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.drive import Drive, resting
+from drivetrain.drive.drive import STANDSTILL, Drive, resting
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.load_basis import (
@@ -44,7 +44,7 @@ class StopDemand(NamedTuple):
         first: Sample from which each stop starts, integers.
         after: Time since then [s].
         torque: That the gear's output must give to the link, joint friction, which helps, not in it [N m].
-        speed, acceleration: Of the gear's output [rad/s], [rad/s^2].
+        speed, acceleration: Of the gear's output [rad/s], [rad/s^2]; a ramp ends still in the direction it comes from.
         carrier_acceleration: As in the demand.
     """
 
@@ -112,6 +112,12 @@ class JointDemand:
         if not self.moves:
             return self.load_torque
         return self.load_torque + np.where(self.at_rest, breakaway_torque(self.friction, self.load_torque), 0.0)
+
+    @cached_property
+    def stop_torque(self) -> Array:
+        """Magnitude that stops on a ramp ask of the gear, with the joint's friction where that hinders [N m], (M,)."""
+        rubbed = self.stop.torque + friction_torque(self.friction, self.stop.speed)
+        return np.maximum(np.abs(self.stop.torque), np.abs(rubbed))
 
     @cached_property
     def fastest(self) -> Peak:
@@ -297,6 +303,8 @@ class JointWork:
         )
         force = basis.bare.force + numbers @ basis.force
         carrier = self._carrier(stops.joints, stops.acceleration)
+        tiny = STANDSTILL * np.abs(speed).max(initial=0.0)
+        speed = np.where(np.abs(speed) > tiny, speed, -tiny * np.sign(acceleration))
         return StopDemand(stops.first, stops.after, force * travel, speed, acceleration, carrier)
 
     def _table_stop(self, speed: Array, acceleration: Array, torque: Array) -> StopDemand:

@@ -65,9 +65,10 @@ class Stopping(NamedTuple):
     """What stops on a ramp ask beside the load's torque, of the gear's output and of the stator's link, (M,) each.
 
     Attributes:
-        acceleration, carrier_acceleration: [rad/s^2].
+        speed, acceleration, carrier_acceleration: [rad/s], [rad/s^2].
     """
 
+    speed: Array
     acceleration: Array
     carrier_acceleration: Array
 
@@ -179,9 +180,10 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
     few = Work(
         some, Load(np.ascontiguousarray(load.torque[pick]), *nothing),
         Added(torque, *(np.zeros((count, *values.shape)) for values in nothing)), Load(np.zeros(len(pick)), *nothing),
-        new_traces(len(pick), parts), Stopping(none, none),
+        new_traces(len(pick), parts), Stopping(none, none, none),
     )  # fmt: skip
-    stopping = Stopping(_row(demand.stop.acceleration), _row(demand.stop.carrier_acceleration))
+    stop = demand.stop
+    stopping = Stopping(_row(stop.speed), _row(stop.acceleration), _row(stop.carrier_acceleration))
     memory = Load(*(row.copy() for row in load)), new_traces(len(demand.time), parts)
     return Work(motion, load, added, *memory, stopping, few)
 

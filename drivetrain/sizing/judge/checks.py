@@ -232,8 +232,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "current to stop", "A", "figures.stop_current", "setting.stop_current", HEAT, "current for a stop",
         "safety.peak_torque", words=words.stop_current, more="untold.current",
-        formula="on a ramp largest |T / G + J (G a + a_carrier)|, at a current limit largest |b| / G that holds "
-        "the load, no loss helping; / kt(magnets)",
+        formula="on a ramp largest |T / G + J (G a + a_carrier)|, no loss helping, or, where the motor drives "
+        "on, with all losses; at a current limit largest |b| / G that holds the load; / kt(magnets)",
     ),
     Requirement(
         "motor voltage", "V", "figures.voltage", "setting.volts", HEAT, "voltage at the motor", "safety.voltage",

@@ -17,6 +17,7 @@ from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import (
     breakaway_friction,
     direction,
+    friction_at,
     friction_curve,
     sliding_friction,
     static_excess,
@@ -43,6 +44,7 @@ from drivetrain.drive.gear import (
     settled_temperature,
     speed_power,
     static_load,
+    turning_drag,
     unknown_loss,
     wear,
 )
@@ -484,12 +486,22 @@ def mean_bearing_load(diameter: Any, arm: Any, wrench: Any, motion: Any) -> Any:
 
 @law(fastmath=FAST)
 def ramped_stop(case: Any, stop: Any, stopping: Any) -> Any:
-    """Largest torque of the gear and of the motor in stops on a ramp, no loss helping the motor to brake."""
+    """Largest torque of the gear and of the motor in stops on a ramp: no loss helps it to brake, but a motor that
+    drives on, against a weight, has to overcome them all.
+    """
+    mesh, joint, shaft = mesh_of(case.gear), friction_curve(case.joint), friction_curve(case.shaft)
     ratio, load, motor, unknown = case.gear.ratio, 0.0, 0.0, unknown_torque(case)
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+    factor = drag_factor(mesh, stop_temperature(case))
     for t in range(len(stop)):
+        speed = stopping.speed[t]
         rotor = rotor_torque(inertia, ratio, stopping.acceleration[t], stopping.carrier_acceleration[t])
-        load, motor = larger(load, abs(stop[t])), larger(motor, abs(stop[t] / ratio + rotor))
+        rubbed = stop[t] + friction_at(joint, speed)
+        rubs = friction_at(shaft, ratio * speed) + turning_drag(mesh, factor, ratio * speed)
+        load = larger(load, larger(abs(stop[t]), abs(rubbed)))
+        motor = larger(
+            motor, larger(abs(stop[t] / ratio + rotor), abs(mesh_torque(mesh, rubbed, speed) + rotor + rubs))
+        )
     return load, motor + unknown
 
 

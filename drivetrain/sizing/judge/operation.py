@@ -134,11 +134,8 @@ class Operation:
     @cached_property
     def momentary_torque(self) -> Array:
         """Magnitude to be held against the gear's limit of rare peaks [N m], (N,): of the cycle, and of stops."""
-        worst, stop = (
-            np.maximum(np.abs(self.demand.loosening_torque), self.judgement.work.traces.stop),
-            self.demand.stop,
-        )
-        np.maximum.at(worst, stop.first, np.abs(stop.torque))
+        worst = np.maximum(np.abs(self.demand.loosening_torque), self.judgement.work.traces.stop)
+        np.maximum.at(worst, self.demand.stop.first, self.demand.stop_torque)
         return worst
 
     @property
