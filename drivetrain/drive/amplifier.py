@@ -107,6 +107,7 @@ class AmplifierSheet:
     Attributes:
         key: Unique name in the catalogue.
         maker, series, part_number: As printed.
+        current_basis: The ampere that is printed; currents are told in it beside.
         continuous_current, peak_current: [A], DC equivalent.
         peak_time: For which it gives the peak current from its continuous one on [s].
         thermal_time_constant: Of its first-order overload model, where it has that instead [s].
@@ -123,6 +124,7 @@ class AmplifierSheet:
     maker: str = ""
     series: str = ""
     part_number: str = ""
+    current_basis: str = "dc"
     continuous_current: float | None = None
     peak_current: float | None = None
     peak_time: float | None = None
@@ -192,7 +194,8 @@ def limits_of(sheet: AmplifierSheet) -> Amplifier:
     """What an amplifier of the catalogue allows one joint; where its sheet has no modulation, that of ``Amplifier``."""
     modulation = Amplifier.modulation if sheet.modulation is None else sheet.modulation
     return Amplifier(
-        sheet.peak_current, sheet.continuous_current, modulation, sheet.logic_power, peak_time=sheet.peak_time,
+        sheet.peak_current, sheet.continuous_current, modulation, sheet.logic_power,
+        current_basis=sheet.current_basis, peak_time=sheet.peak_time,
         thermal_time_constant=sheet.thermal_time_constant, min_voltage=sheet.min_voltage,
         max_voltage=sheet.max_voltage, price=sheet.price, key=sheet.key, source=sheet.source,
     )  # fmt: skip

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.study.model import Study, refuse_moving_base
+from drivetrain.study.model import Payload, Study, refuse_moving_base
 
 
 @dataclass(frozen=True)
@@ -80,12 +80,20 @@ def changed(study: Study, change: TaskChange) -> Study:
     )
 
 
+def heaviest(study: Study) -> tuple[Payload, ...]:
+    """The heaviest payload, none where nothing of any mass is carried; a gripper beside it stays as it is where one
+    payload is varied.
+    """
+    weighing = [one for one in study.payloads if one.mass > 0.0]
+    return tuple(sorted(weighing, key=lambda one: -one.mass)[:1]) if study.arm is not None else ()
+
+
 def carrying_mass(study: Study, mass: float) -> Study:
     """The task with its heaviest payload of another mass [kg], the same shape of another density; in its name too."""
-    heaviest = max(study.payloads, key=lambda one: one.mass, default=None)
-    if heaviest is None or not heaviest.mass > 0.0:
+    most = heaviest(study)
+    if not most:
         raise InputError(Fault("payload", "cannot be varied: the study carries none of any mass", study.name))
-    change = TaskChange(payload=mass / heaviest.mass, payloads=(heaviest.name,))
+    change = TaskChange(payload=mass / most[0].mass, payloads=(most[0].name,))
     return replace(changed(study, change), name=f"{study.name}, {mass:g} kg")
 
 

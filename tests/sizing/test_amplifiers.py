@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from random_tasks import feasible_sets
 
-from drivetrain.catalog.read import Catalog
+from drivetrain.catalog.read import Catalog, read_catalog
 from drivetrain.drive.amplifier import Amplifier, AmplifierSheet, best_of, limits_of, overload
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.errors import InputError
@@ -58,6 +58,13 @@ def test_a_drive_takes_the_first_amplifier_that_holds(make):
     dull = one_joint(make, (amplifier("dull", 9.0, 90.0, min_voltage=50.0),))
     assert checks_of(evaluate(dull))[LOWEST].verdict is Verdict.FAIL
     assert HIGHEST not in checks_of(evaluate(make.study(dull.cycle, arm=dull.arm)))
+
+
+def test_currents_of_a_row_are_told_in_its_ampere_too(tmp_path):
+    table = tmp_path / "amplifiers.csv"
+    table.write_text("key,current_basis,continuous_current [A],peak_current [A]\nA,rms,5,10\n", encoding="utf-8")
+    own = limits_of(read_catalog(tmp_path).amplifiers["A"])
+    assert own.peak_current == pytest.approx(10.0 * 1.5**0.5) and own.current_basis == "rms"
 
 
 @pytest.mark.parametrize("model", [{"peak_time": 0.2}, {"thermal_time_constant": 0.3}])

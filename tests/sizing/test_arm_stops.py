@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -188,6 +189,24 @@ def test_what_is_asked_of_all_joints_at_once(two_links):
         silent = check(evaluate(replace(two_links, catalog=replace(two_links.catalog, gears={"g1": row}))), FULL)
         assert silent.available == pytest.approx(1.4 * peak) and "of j1, j2" in silent.remark  # what stands in
         assert (silent.verdict is Verdict.NOT_CHECKED) == silent.essential == (verdict is Verdict.NOT_CHECKED)
+
+
+def test_the_share_of_all_currents_that_spares_every_gear(two_links):
+    """As the remark tells it, rounded down to a thousandth of what is there; more is too much."""
+
+    def at(share, momentary=30.0):
+        stop = Stop(current=20.0 * share, rise=1e4)
+        tasks = tuple(replace(task, stop=stop) for task in two_links.joints)
+        gear = replace(two_links.catalog.gears["g1"], momentary_torque=momentary)
+        catalog = replace(two_links.catalog, gears={"g1": gear})
+        return check(evaluate(replace(two_links, joints=tasks, catalog=catalog)), FULL)
+
+    told = at(1.0)
+    assert told.verdict is Verdict.FAIL
+    percent, amperes = map(float, re.search(r"up to ([\d.]+) % of all .* ([\d.]+) A \(DC\)", told.remark).groups())
+    assert amperes == pytest.approx(0.2 * percent, rel=0.01)
+    assert at(0.01 * percent).utilisation <= 1.0 < at(0.01 * percent + 0.01).utilisation
+    assert "no current keeps every gear safe" in at(1.0, 0.1).remark
 
 
 def with_brakes_of(study, brake):

@@ -218,7 +218,7 @@ class _Row:
     @cached_property
     def number(self) -> Number:
         family = WorkFamily(self.study, (self.payload,) if self.payload else ())
-        return task_number(family, {}, self.vary, self.payload)
+        return task_number(family, {}, self.vary)
 
     @cached_property
     def at(self) -> Callable[[float], Setup]:

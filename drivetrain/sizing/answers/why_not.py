@@ -31,6 +31,7 @@ from drivetrain.sizing.judge.vary import (
     Vary,
     Worst,
     first_edge,
+    lighter_work,
     named_drives,
     ratio_number,
     task_number,
@@ -195,7 +196,7 @@ def why_not(
     """
     joint, key, wheel = _named(study, joint, motor, gear)
     found = select(study) if selection is None else selection
-    chosen, family = found.evaluation.drives, WorkFamily(study)
+    chosen, family = found.evaluation.drives, lighter_work(study)
     setup = Setup(family.at(TaskChange()), named_drives(study, chosen))
     question = _Question(study, key, wheel, chosen, family, setup)
     joints = [i for i, task in enumerate(study.joints) if joint in (None, task.name)]
@@ -324,7 +325,7 @@ def _smallest_changes(question: _Question, joint: int, setup: Setup) -> tuple[Sm
     elif payload.now == 0.0:
         lighter = SmallestChange("payload", "kg", 0.0, reason="nothing is carried")
     else:
-        lighter = _smallest(payload, joint, Vary.PAYLOAD, "without any payload")
+        lighter = _smallest(payload, joint, Vary.PAYLOAD, f"without {question.family.payloads[0]}")
     return (
         _ratio(setup, joint), lighter,
         _smallest(pace, joint, Vary.CYCLE_TIME, f"in {MOST:g} times the time", held),

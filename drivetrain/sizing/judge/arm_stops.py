@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,7 @@ from drivetrain.sizing.judge.judge import utilisation
 from drivetrain.sizing.judge.missing import torque_lacks
 from drivetrain.sizing.judge.stiffness import joint_travels, loaded_arms
 from drivetrain.sizing.judge.verdicts import judged
+from drivetrain.sizing.judge.words import amperes
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, Verdict
 
@@ -40,6 +41,7 @@ STEP, GROWTH = 0.01, 0.2  # s, and of the time since the start; a step ends wher
 NEAR = 5e-4  # s before a joint's rest; to there half of the way at once, as its torque may still change
 LONGEST, FASTEST = 5.0, 300.0  # s and rad/s, beyond which a stop is said to have no end
 INSTANT = 1e-12  # s: rounding of sums of steps
+HALVINGS = 9  # of the share of currents that spares all gears
 ROUNDS = 8  # in which the directions of power through the meshes are found
 SLIPPING = 1e-9  # rad/s: of a joint that is about to
 OVER = 1.0 + 1e-9  # of a limit, by which a torque is beyond it whatever the rounding
@@ -338,6 +340,9 @@ def _told(
             yield Check(one.name, None, None, one.unit, None, Verdict.NOT_CHECKED, remark=lack)
         return
     ways = _ways(study, longest)
+    if not heat and not quick and (used := worst.torque * factor / np.array(_stood_in(limits, least))).max() > 1.0:
+        joint, bears = int(np.argmax(used.max(axis=0))), np.array(_stood_in(limits, least)) * (OVER / factor)
+        ways += _safe_current(study, drives, braking, first, bears, joint)
     yield _check(study, row, factor, worst.torque, limits, least, first, ways)
     if heat:
         limits = [one.motor.brake.energy_per_stop if one.motor.brake.key else math.inf for one in every]
@@ -372,6 +377,33 @@ def _check(
         None if doubtful else float(used[joint]), Verdict.NOT_CHECKED if doubtful else verdict, time,
         f"{row.sheet} of {names[joint]}", remark, doubtful, factor,
     )  # fmt: skip
+
+
+def _safe_current(
+    study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices, bears: Array, joint: int
+) -> str:
+    """The largest share of all joints' stop currents with which no gear bears more than it may, in words."""
+    low, high, holds = 0.0, 1.0, False
+    for _ in range(HALVINGS):
+        share = 0.5 * (low + high)
+        try:
+            worst, longest = march(study, drives, replace(braking, torque=share * braking.torque), first, bears)
+            safe = bool((worst.torque <= bears).all())
+        except InputError:  # a linkage that goes on further than it reaches
+            safe = False
+        if safe:
+            low, holds = share, bool(np.isfinite(longest.duration).all())
+        else:
+            high = share
+    if low == 0.0:
+        return "; no current keeps every gear safe, so let stops follow a ramp (stop: {ramp: ...})"
+    task = study.joints[joint]
+    current = low * braking.torque[joint] / drives[task.name].motor.torque_constant
+    told = f"; up to {math.floor(1000.0 * low) / 10.0:g} % of all stop currents keep every gear safe"
+    told += f", {amperes(task.amplifier, current)} at {task.name}" if current > 0.0 else ""
+    if holds:
+        return told
+    return f"{told}, and do not stop the arm from some states: let stops follow a ramp (stop: {{ramp: ...}})"
 
 
 def _stood_in(limits: list[float | None], least: list[float]) -> list[float]:

@@ -23,7 +23,7 @@ from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.change import TaskChange
+from drivetrain.study.change import TaskChange, heaviest
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, shared_place
 
@@ -118,8 +118,14 @@ def named_drives(study: Study, keys: Mapping[str, tuple[str, str]]) -> dict[int,
     return {i: filled_parts.drive(task, *keys[task.name]) for i, task in enumerate(study.joints) if task.name in keys}
 
 
-def task_number(family: WorkFamily, drives: Mapping[int, Drive], vary: Vary, payload: str = "") -> Number:
-    """A number of the task, with a set of drives."""
+def lighter_work(study: Study) -> WorkFamily:
+    """The work of a task and of the same with its heaviest payload changed."""
+    return WorkFamily(study, tuple(one.name for one in heaviest(study)))
+
+
+def task_number(family: WorkFamily, drives: Mapping[int, Drive], vary: Vary) -> Number:
+    """A number of the task, with a set of drives; of a payload that of the family's."""
+    payload = next(iter(family.payloads), "")
     study, name = family.study, {Vary.VOLTAGE: "supply voltage"}.get(vary, vary.replace("_", " "))
     return Number(
         name, vary.unit, vary.now(study, payload),

@@ -118,12 +118,12 @@ def momentary(op: Any, row: Any) -> Words:
     if case.setting.moves == 0.0 and not len(stop.torque):
         return said._replace(remark=f"the joint never moves: there is nothing to stop; {cycle}{lack}")
     if case.setting.ramped != 0.0:
-        worst = int(np.argmax(np.abs(stop.torque)))
+        worst = int(np.argmax(op.demand.stop_torque))
         begin, speed = op.demand.time[stop.first[worst]], abs(op.demand.speed[stop.first[worst]])
         return said._replace(
             remark=f"stop of all joints on a ramp of {case.setting.stop_ramp:.3g} s: "
-            f"{abs(stop.torque[worst]):.4g} N m, {stop.after[worst]:.3g} s after its start at t = {begin:.4g} s from "
-            f"{math.degrees(speed):.3g} deg/s, {_travel(op)}; {cycle}{lack}"
+            f"{op.demand.stop_torque[worst]:.4g} N m, {stop.after[worst]:.3g} s after its start at t = {begin:.4g} s "
+            f"from {math.degrees(speed):.3g} deg/s, {_travel(op)}; {cycle}{lack}"
         )
     return said._replace(remark=f"{_hard_stop(op)}; {cycle}{_safe_current(op)}{lack}")
 
@@ -151,15 +151,15 @@ def _hard_stop(op: Any) -> str:
     swing = overshoot(case.gear.stiffness_1, inertia, rotor, case.setting.stop_rise)
     peak = op.judgement.work.traces.stop[at]
     return (
-        f"stop of this joint at {amperes(op, case.setting.stop_current)} from t = {demand.time[at]:.4g} s at "
-        f"{math.degrees(speed):.3g} deg/s: {abs(found.torque):.4g} N m rigid, {peak:.4g} N m with the "
+        f"stop of this joint at {amperes(op.task.amplifier, case.setting.stop_current)} from t = {demand.time[at]:.4g} "
+        f"s at {math.degrees(speed):.3g} deg/s: {abs(found.torque):.4g} N m rigid, {peak:.4g} N m with the "
         f"swing of the spring (at most {100 * swing:.3g} %); at rest {ends}; {_travel(op)}"
     )
 
 
-def amperes(op: Any, current: float) -> str:
+def amperes(amplifier: Amplifier, current: float) -> str:
     """A DC-equivalent current, in the ampere of the study first where that is another."""
-    basis = op.task.amplifier.current_basis
+    basis = amplifier.current_basis
     told = f"{current:.3g} A (DC)"
     return told if basis == "dc" else f"{from_dc(current, basis):.3g} A {AMPERES[basis]} ({told})"
 
@@ -196,8 +196,8 @@ def _safe_current(op: Any) -> str:
         return ""
     told = "; no stop current keeps it safe"
     if safe > 0.0:
-        told = f"; a stop current up to {amperes(op, safe)} keeps the gear safe"
-    told += f", {amperes(op, holding)} hold the load"
+        told = f"; a stop current up to {amperes(op.task.amplifier, safe)} keeps the gear safe"
+    told += f", {amperes(op.task.amplifier, holding)} hold the load"
     return (
         told if safe >= holding else f"{told}: no current does both, so let stops follow a ramp (stop: {{ramp: ...}})"
     )
@@ -266,7 +266,7 @@ def _safe_jam(op: Any, row: Any) -> str:
     per_ampere = abs(float(case.gear.ratio * case.motor.torque_constant))
     most = op.number("setting.stop_current")
     safe = brentq(lambda current: jam_torque(spring, energy, per_ampere * current) - limit, 0.0, most)
-    return f"; with no more than {amperes(op, safe)} of the amplifier it bears that"
+    return f"; with no more than {amperes(op.task.amplifier, safe)} of the amplifier it bears that"
 
 
 def stop_current(op: Any, row: Any) -> Words:

@@ -23,12 +23,21 @@ from drivetrain.sizing.judge.arm_stops import asks_stops
 from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.missing import gaps, missing_words
 from drivetrain.sizing.judge.objectives import weight_of
-from drivetrain.sizing.judge.vary import MOST, Vary, first_edge, named_drives, task_number, worst_of_set
+from drivetrain.sizing.judge.vary import (
+    MOST,
+    Vary,
+    first_edge,
+    lighter_work,
+    named_drives,
+    task_number,
+    worst_of_set,
+)
 from drivetrain.sizing.judge.words import AMPERES
 from drivetrain.sizing.results import Evaluation, RejectedPair
 from drivetrain.sizing.search.candidates import TABLE, Indices, candidates
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.tree import Tree, searched
+from drivetrain.study.change import heaviest
 from drivetrain.study.model import Study
 from drivetrain.study.parts.mounting import mass_counts
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
@@ -209,7 +218,7 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     words = [_place(near), *_binding(evaluation, near)]
     if gaps(evaluation):
         return (*words, *missing_words(evaluation))
-    family = WorkFamily(near.study)
+    family = lighter_work(near.study)
     tried = [_changed(near, family, vary) for vary in (Vary.CYCLE_TIME, Vary.PAYLOAD, Vary.VOLTAGE)]
     found = [text for text in tried if text]
     if not found:
@@ -280,7 +289,7 @@ def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:
     if not number.put(after).proven().feasible:
         return ""
     if vary is Vary.PAYLOAD:
-        return f"With these drives less payload is enough: {_masses(near, factor)}."
+        return f"With these drives less payload is enough: {_mass(near, factor)}."
     if vary is Vary.VOLTAGE:
         return f"With these drives more supply voltage is enough: {after:.4g} V instead of {now:g} V."
     kept = "" if near.study.arm is not None else ", at the table's torques"
@@ -291,13 +300,12 @@ def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:
 
 
 def _carries(near: Nearest) -> bool:
-    return near.study.arm is not None and any(payload.mass > 0.0 for payload in near.study.payloads)
+    return bool(heaviest(near.study))
 
 
-def _masses(near: Nearest, share: float) -> str:
-    return ", ".join(
-        f"{one.name} {one.mass * share:.4g} kg instead of {one.mass:.3g} kg" for one in near.study.payloads
-    )
+def _mass(near: Nearest, share: float) -> str:
+    [one] = heaviest(near.study)
+    return f"{one.name} {one.mass * share:.4g} kg instead of {one.mass:.3g} kg"
 
 
 def _others(near: Nearest, family: WorkFamily, vary: Vary, factors: Array) -> str:
@@ -311,9 +319,9 @@ def _others(near: Nearest, family: WorkFamily, vary: Vary, factors: Array) -> st
     paced = vary is Vary.CYCLE_TIME
     length, factor, before = near.study.cycle.duration, factors[works], factors[fails]
     if not drives:
-        even = f"even with a cycle {factor:g} times as long" if paced else "even without any payload"
+        even = f"even with a cycle {factor:g} times as long" if paced else f"even without {family.payloads[0]}"
         return f"None of the other candidates meets all limits either, {even}: all were searched." if settled else ""
-    what = f"a cycle of {length * factor:.4g} s instead of {length:.4g} s" if paced else _masses(near, factor)
+    what = f"a cycle of {length * factor:.4g} s instead of {length:.4g} s" if paced else _mass(near, factor)
     least = f"{length * before:.4g} s" if paced else f"{100.0 * before:.3g} % of the payload"
     limit = "" if fails == 0 or not settled else f"; with {least} none do"
     named = ", ".join(f"{name} {' with '.join(key for key in pair if key)}" for name, pair in drives.items())
@@ -324,7 +332,8 @@ def _searched(
     near: Nearest, family: WorkFamily, vary: Vary, factor: float
 ) -> tuple[dict[str, tuple[str, str]], bool]:  # fmt: skip
     """The best set of all candidates with a change, and whether the search came to its end."""
-    work = family.at(vary.change(near.study, float(factor) * vary.now(near.study)))
+    payload = next(iter(family.payloads), "")
+    work = family.at(vary.change(near.study, float(factor) * vary.now(near.study, payload), payload))
     study = replace(work.study, wanted=replace(near.study.wanted, sets=1))
     tree = Tree(problem(candidates(study, replace(work, study=study)), study.wanted))
     tree, _ = searched(tree, time.perf_counter() + min(AT_MOST, study.wanted.time_limit), lambda *_: None)
