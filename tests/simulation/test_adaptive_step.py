@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -365,21 +365,43 @@ def test_an_integrator_comes_to_rest_at_the_limit() -> None:
     np.testing.assert_allclose(run["joint.position"], fixed["joint.position"], atol=2e-3)
 
 
-def test_a_mesh_without_load_or_friction_starts_from_rest() -> None:
-    """Under a loop whose command begins as the cube of time the first push is as small as numbers go."""
+def quintic(reach: Any) -> Motion:
+    """From rest to rest in half a second; acceleration begins as time does."""
+    reach = np.atleast_1d(reach)
     u = np.linspace(0.0, 1.0, 101)
-    place, speed, turn = (
-        values[:, None] / 0.5**k
-        for k, values in enumerate(
-            (10 * u**3 - 15 * u**4 + 6 * u**5, 30 * u**2 * (1 - u) ** 2, 60 * u * (1 - 3 * u + 2 * u**2))
-        )
-    )
+    ways = 10 * u**3 - 15 * u**4 + 6 * u**5, 30 * u**2 * (1 - u) ** 2, 60 * u * (1 - 3 * u + 2 * u**2)
+    names = tuple(f"j{k}" for k in range(len(reach)))
+    return Motion("move", names, 0.5 * u, *(np.outer(way, reach) / 0.5**k for k, way in enumerate(ways)))
+
+
+@pytest.mark.parametrize("weight", [0.0, 1.0])
+def test_a_mesh_without_load_or_friction_starts_from_rest(weight: float) -> None:
+    """Under a loop whose command begins as the cube of time the first push is as small as numbers go, or rounding."""
     motor = Motor("m", 0.3, 0.03, inductance=8e-5)
     effects = [
         FullRotor(2e-5, 50.0), MeshLoss(Gear("g", 50.0, kind="spur", efficiency=0.8)), CurrentLoop(motor, 3000.0),
-        CascadeLoop(20.0, 0.5, 0.02, 30.0), CommandedMotion(Motion("move", ("joint",), 0.5 * u, place, speed, turn)),
+        CascadeLoop(20.0, 0.5, 0.02, 30.0), CommandedMotion(replace(quintic(1.0), joint_names=("joint",))),
     ]  # fmt: skip
-    scene = joint_scene(1.0, effects, 0.7)
+    scene = joint_scene(Inertia(1.0, weight, 0.5 * math.pi), effects, 0.7)
     run, fixed = simulate(scene, solver=AdaptiveStep()), simulate(scene, solver=FixedStep(2e-5))
     assert run.stopped_by is None
     assert np.abs(run["joint.position"] - fixed["joint.position"]).max() < 2e-6
+
+
+def test_wrists_in_balance_start_from_rest() -> None:
+    """Meshes that carry nothing but rounding, behind springs, while others move their joints."""
+    rng = np.random.default_rng(3)
+    arm = dt.with_rotors(dt.load_arm("ur5"), [dt.Rotor(100.0, 3e-5)] * 6)
+    start, motor = rng.uniform(-1.0, 1.0, 6), Motor("m", 0.3, 0.1, inductance=1e-4)
+    moved = np.diag(dt.mass_matrix(arm, start))
+    effects: dict[str, tuple[Effect, ...]] = {}
+    for name, inertia in zip(arm.joint_names, moved, strict=True):
+        gear = Gear("g", 100.0, kind="spur", efficiency=0.8, stiffness_1=inertia * 4e4)
+        effects[name] = (
+            CurrentLoop(motor, 3000.0), CascadeLoop(25.0, inertia * 0.1, 0.1), MeshLoss(gear),
+            DryFriction(Friction(coulomb=1.0, static=1.3)), FlexibleJoint(gear, 2.0),
+        )  # fmt: skip
+    motion = quintic(rng.uniform(-1.0, 1.0, 6))
+    motion = replace(motion, joint_names=arm.joint_names, position=start + motion.position)
+    run = simulate(Scene(arm, effects | {"scene": (CommandedMotion(motion),)}, 0.1), solver=AdaptiveStep())
+    assert run.stopped_by is None

@@ -65,7 +65,7 @@ from drivetrain.solvers.solver import Adaptive, Rodas4, Rodas5P, Solver
 
 AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is at rest
 TOGETHER = 1e-9  # of its friction: what is closer to its bound when another lets go does so too
-QUIET = 1e-13  # [rad/s^2 or m/s^2]: what pushes a stuck coordinate less beyond its bound does not make it let go
+QUIET = 1e-8  # [rad/s^2 or m/s^2]: less beyond its bound a mesh does not let go
 PUSH = 1e-300  # [rad/s]: the speed that tells in which direction a coordinate was pushed off
 
 
@@ -93,8 +93,8 @@ def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
         if not one.dry.active:
             result[i] = 1.0
         elif one.dry.mode == 0:
-            # A mesh without load has no bound: the first push would come at 1e-150 s, too small to move anything on.
-            result[i] = one.margin + QUIET * pairs_of(run)[i, i].matrix
+            # A mesh without load has no bound: the first push would come at 1e-150 s, or by rounding.
+            result[i] = one.margin + (QUIET * pairs_of(run)[i, i].matrix if one.dry.driven != 0.0 else 0.0)
             if one.margin < 0.0:
                 # It breaks loose the way in which it gave, also where the force at the event itself is zero.
                 one.gave = 1 if one.friction >= 0.0 else -1
