@@ -62,5 +62,19 @@ def nearest_consistent(found: Array, hessian: Array, bodies: int, start: Array) 
         factor[:, LOWER[0], LOWER[1]] = free[:inertial].reshape(bodies, 10)
         return np.concatenate([ten_parameters(factor @ np.swapaxes(factor, 1, 2)), free[inertial:] ** 2])
 
-    answer = least_squares(lambda free: root @ (parameters(free) - found), first, x_scale="jac", max_nfev=200)
+    def slopes(free: Array) -> Array:
+        """Of the residuals; each entry of a factor moves its own body alone."""
+        factor = np.zeros((bodies, 4, 4))
+        factor[:, LOWER[0], LOWER[1]] = free[:inertial].reshape(bodies, 10)
+        moved = np.zeros((len(free), len(free)))
+        for k, (row, column) in enumerate(zip(*LOWER, strict=True)):
+            change = np.zeros((bodies, 4, 4))
+            change[:, row, :] = factor[:, :, column]
+            ten = ten_parameters(change + np.swapaxes(change, 1, 2)).reshape(bodies, 10)
+            for body in range(bodies):
+                moved[10 * body : 10 * body + 10, 10 * body + k] = ten[body]
+        moved[range(inertial, len(free)), range(inertial, len(free))] = 2.0 * free[inertial:]
+        return root @ moved
+
+    answer = least_squares(lambda free: root @ (parameters(free) - found), first, slopes, x_scale="jac", max_nfev=200)
     return parameters(answer.x)
