@@ -14,7 +14,12 @@ kg], whose origins need not be the centres of mass; ``Slist`` n screw axes in th
 Twists are (angular, linear), wrenches (moment, force). A screw axis that is not unit, as the first in the examples of
 the book's own package, moves its joint that much farther for the same ``theta``, there as here.
 
-One posture may be a list, a vector or a column, as that package takes it in places; what comes back is a vector.
+What the arguments are: ``thetalist``, ``dthetalist``, ``ddthetalist`` positions, speeds, accelerations [rad or m, and
+per s, s^2], (n,); ``taulist`` torques [N m; N at a prismatic joint], (n,); ``thetamat`` and its like one row a sample,
+(N, n); ``g`` the acceleration of free fall in the base frame [m/s^2], (3,); ``Ftip`` what the end effector applies to
+the environment, in its frame [N m, N], (6,); ``Ftipmat`` that of every sample, (N, 6), 0 or None for nothing; ``dt``
+the time from sample to sample [s]. One posture may be a list, a vector or a column, as that package takes it in places;
+what comes back is a vector.
 
 Where this differs from the package ``modern_robotics`` 1.1: rotations below 1e-6 rad are made, not dropped; a mass
 matrix is never inverted; a zero for ``Ftipmat`` is taken as no tip forces, as that package promises and does not do;
@@ -41,130 +46,42 @@ MOST_TURNS = 1e6  # steps of integration a row
 
 
 def ad(V: Any) -> Array:
-    """The matrix of the Lie bracket with a twist.
-
-    Args:
-        V: Twist (angular [rad/s], linear [m/s]), (6,).
-
-    Returns:
-        [ad_V], (6, 6).
-
-    Reference: Modern Robotics, equation 8.38.
-    """
+    """The matrix [ad_V] of the Lie bracket with a twist, (6, 6); equation 8.38."""
     return bracket(_vector(V))
 
 
 def InverseDynamics(
     thetalist: Any, dthetalist: Any, ddthetalist: Any, g: Any, Ftip: Any, Mlist: Any, Glist: Any, Slist: Any
 ) -> Array:
-    """The joint torques of a motion.
-
-    Args:
-        thetalist, dthetalist, ddthetalist: Positions, speeds, accelerations [rad or m, and per s, s^2], (n,).
-        g: Acceleration of free fall in the base frame [m/s^2], (3,).
-        Ftip: What the end effector applies to the environment, in its frame [N m, N], (6,).
-        Mlist: Poses of the link frames, each in the one before [m], (n + 1, 4, 4).
-        Glist: Spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6).
-        Slist: Screw axes in the base frame, as columns, (6, n).
-
-    Returns:
-        Torques [N m; N at a prismatic joint], (n,).
-
-    Raises:
-        InputError: Wrong shapes, a NaN or infinity, or data that are no arm.
-
-    Reference: Modern Robotics, sections 8.3.2 and 8.11.
-    """
+    """The joint torques of a motion, (n,); sections 8.3.2 and 8.11."""
     chain = _chain(Mlist, Glist, Slist, g)
     motion = _posture(chain, {"thetalist": thetalist, "dthetalist": dthetalist, "ddthetalist": ddthetalist})
     return inverse_dynamics(chain.arm, *motion, tip_wrench=_tip(_vector(Ftip))) * chain.scale
 
 
 def MassMatrix(thetalist: Any, Mlist: Any, Glist: Any, Slist: Any) -> Array:
-    """The mass matrix.
-
-    Args:
-        thetalist: Positions [rad or m], (n,).
-        Mlist: Poses of the link frames, each in the one before [m], (n + 1, 4, 4).
-        Glist: Spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6).
-        Slist: Screw axes in the base frame, as columns, (6, n).
-
-    Returns:
-        M [kg m^2; kg m and kg where joints are prismatic], (n, n).
-
-    Raises:
-        InputError: As ``InverseDynamics``.
-
-    Reference: Modern Robotics, sections 8.5 and 8.11.
-    """
+    """The mass matrix M [kg m^2; kg m and kg where joints are prismatic], (n, n); sections 8.5 and 8.11."""
     chain = _chain(Mlist, Glist, Slist, np.zeros(3))
     (q,) = _posture(chain, {"thetalist": thetalist})
     return mass_matrix(chain.arm, q) * np.outer(chain.scale, chain.scale)
 
 
 def VelQuadraticForces(thetalist: Any, dthetalist: Any, Mlist: Any, Glist: Any, Slist: Any) -> Array:
-    """The Coriolis and centripetal torques c.
-
-    Args:
-        thetalist, dthetalist: Positions and speeds [rad or m, and per s], (n,).
-        Mlist: Poses of the link frames, each in the one before [m], (n + 1, 4, 4).
-        Glist: Spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6).
-        Slist: Screw axes in the base frame, as columns, (6, n).
-
-    Returns:
-        c [N m; N at a prismatic joint], (n,).
-
-    Raises:
-        InputError: As ``InverseDynamics``.
-
-    Reference: Modern Robotics, sections 8.4 and 8.11.
-    """
+    """The Coriolis and centripetal torques c, (n,); sections 8.4 and 8.11."""
     chain = _chain(Mlist, Glist, Slist, np.zeros(3))
     q, qd = _posture(chain, {"thetalist": thetalist, "dthetalist": dthetalist})
     return velocity_torque(chain.arm, q, qd) * chain.scale
 
 
 def GravityForces(thetalist: Any, g: Any, Mlist: Any, Glist: Any, Slist: Any) -> Array:
-    """The torques that hold the arm still.
-
-    Args:
-        thetalist: Positions [rad or m], (n,).
-        g: Acceleration of free fall in the base frame [m/s^2], (3,).
-        Mlist: Poses of the link frames, each in the one before [m], (n + 1, 4, 4).
-        Glist: Spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6).
-        Slist: Screw axes in the base frame, as columns, (6, n).
-
-    Returns:
-        g [N m; N at a prismatic joint], (n,).
-
-    Raises:
-        InputError: As ``InverseDynamics``.
-
-    Reference: Modern Robotics, sections 8.4 and 8.11.
-    """
+    """The torques g that hold the arm still, (n,); sections 8.4 and 8.11."""
     chain = _chain(Mlist, Glist, Slist, g)
     (q,) = _posture(chain, {"thetalist": thetalist})
     return gravity_torque(chain.arm, q) * chain.scale
 
 
 def EndEffectorForces(thetalist: Any, Ftip: Any, Mlist: Any, Glist: Any, Slist: Any) -> Array:
-    """The torques that press the end effector on the environment: ``J^T Ftip``.
-
-    Args:
-        thetalist: Positions [rad or m], (n,).
-        Ftip: What the end effector applies to the environment, in its frame [N m, N], (6,).
-        Mlist: Poses of the link frames, each in the one before [m], (n + 1, 4, 4).
-        Glist: Spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6).
-        Slist: Screw axes in the base frame, as columns, (6, n).
-
-    Returns:
-        Torques [N m; N at a prismatic joint], (n,).
-
-    Raises:
-        InputError: As ``InverseDynamics``.
-
-    Reference: Modern Robotics, equation 8.77 and section 8.11.
-    """
+    """The torques ``J^T Ftip`` that press the end effector on the environment, (n,); equation 8.77, section 8.11."""
     chain = _chain(Mlist, Glist, Slist, np.zeros(3))
     (q,) = _posture(chain, {"thetalist": thetalist})
     return tip_torque(chain.arm, q, _vector(Ftip)) * chain.scale
@@ -173,45 +90,14 @@ def EndEffectorForces(thetalist: Any, Ftip: Any, Mlist: Any, Glist: Any, Slist: 
 def ForwardDynamics(
     thetalist: Any, dthetalist: Any, taulist: Any, g: Any, Ftip: Any, Mlist: Any, Glist: Any, Slist: Any
 ) -> Array:
-    """The accelerations that joint torques give.
-
-    Args:
-        thetalist, dthetalist: Positions and speeds [rad or m, and per s], (n,).
-        taulist: Torques [N m; N at a prismatic joint], (n,).
-        g: Acceleration of free fall in the base frame [m/s^2], (3,).
-        Ftip: What the end effector applies to the environment, in its frame [N m, N], (6,).
-        Mlist: Poses of the link frames, each in the one before [m], (n + 1, 4, 4).
-        Glist: Spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6).
-        Slist: Screw axes in the base frame, as columns, (6, n).
-
-    Returns:
-        Accelerations [rad/s^2 or m/s^2], (n,).
-
-    Raises:
-        InputError: As ``InverseDynamics``; or a joint that moves no inertia.
-
-    Reference: Modern Robotics, sections 8.5 and 8.11.
-    """
+    """The accelerations that joint torques give, (n,); sections 8.5 and 8.11."""
     chain = _chain(Mlist, Glist, Slist, g)
     q, qd, tau = _posture(chain, {"thetalist": thetalist, "dthetalist": dthetalist, "taulist": taulist})
     return articulated_body(chain.arm, q, qd, tau / chain.scale**2, tip_wrench=_tip(_vector(Ftip))) / chain.scale
 
 
 def EulerStep(thetalist: Any, dthetalist: Any, ddthetalist: Any, dt: float) -> tuple[Array, Array]:
-    """Positions and speeds one step of Euler's first-order method later.
-
-    Args:
-        thetalist, dthetalist, ddthetalist: Positions, speeds, accelerations [rad or m, and per s, s^2], (n,).
-        dt: The step [s].
-
-    Returns:
-        Positions [rad or m] and speeds [rad/s or m/s], as given; the positions by the old speeds.
-
-    Raises:
-        InputError: Three shapes that differ, or values that are no finite numbers.
-
-    Reference: Modern Robotics, section 8.11.
-    """
+    """Positions, by the old speeds, and speeds one step of Euler's first-order method later; section 8.11."""
     given = {"thetalist": thetalist, "dthetalist": dthetalist, "ddthetalist": ddthetalist}
     positions, speeds, accelerations = _all_values(given)
     step = checked_number(dt, "dt", "s")
@@ -224,24 +110,7 @@ def EulerStep(thetalist: Any, dthetalist: Any, ddthetalist: Any, dt: float) -> t
 def InverseDynamicsTrajectory(
     thetamat: Any, dthetamat: Any, ddthetamat: Any, g: Any, Ftipmat: Any, Mlist: Any, Glist: Any, Slist: Any
 ) -> Array:
-    """The joint torques of a motion, sample by sample.
-
-    Args:
-        thetamat, dthetamat, ddthetamat: Positions, speeds, accelerations [rad or m, and per s, s^2], (N, n).
-        g: Acceleration of free fall in the base frame [m/s^2], (3,).
-        Ftipmat: What the end effector applies to the environment, in its frame [N m, N], (N, 6). 0 or None: nothing.
-        Mlist: Poses of the link frames, each in the one before [m], (n + 1, 4, 4).
-        Glist: Spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6).
-        Slist: Screw axes in the base frame, as columns, (6, n).
-
-    Returns:
-        Torques [N m; N at a prismatic joint], (N, n).
-
-    Raises:
-        InputError: As ``InverseDynamics``.
-
-    Reference: Modern Robotics, section 8.11.
-    """
+    """The joint torques of a motion, sample by sample, (N, n); section 8.11."""
     chain = _chain(Mlist, Glist, Slist, g)
     motion = _scaled(chain, {"thetamat": thetamat, "dthetamat": dthetamat, "ddthetamat": ddthetamat})
     return inverse_dynamics(chain.arm, *motion, tip_wrench=_tip(Ftipmat)) * chain.scale
@@ -250,30 +119,12 @@ def InverseDynamicsTrajectory(
 def InverseDynamicsTrajectoryFromPositions(
     thetamat: Any, dt: float, g: Any, Ftipmat: Any, Mlist: Any, Glist: Any, Slist: Any, resolution: Any = None
 ) -> Array:
-    """The joint torques of a motion given by its positions alone: the book's exercise 8.14.
+    """The joint torques of a motion given by its positions alone, (N, n): the book's exercise 8.14.
 
     Differencing readings twice, as the exercise suggests, multiplies their noise by 2.4/dt^2: with a 12-bit encoder at
     1 kHz the torques come out tens of times too large. Here each joint is smoothed by as much as its resolution
-    explains, see ``drivetrain.dynamics.from_positions``.
-
-    Args:
-        thetamat: Positions as read [rad or m], (N, n).
-        dt: Time from sample to sample [s].
-        g: Acceleration of free fall in the base frame [m/s^2], (3,).
-        Ftipmat: What the end effector applies to the environment, in its frame [N m, N], (N, 6). 0 or None: nothing.
-        Mlist: Poses of the link frames, each in the one before [m], (n + 1, 4, 4).
-        Glist: Spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6).
-        Slist: Screw axes in the base frame, as columns, (6, n).
-        resolution: Step between neighbouring readings [rad or m], one for all or one each, (n,). None: from the
-            samples; 0: exact.
-
-    Returns:
-        Torques [N m; N at a prismatic joint], (N, n).
-
-    Raises:
-        InputError: As ``InverseDynamics``; or fewer than three samples.
-
-    Reference: Modern Robotics, exercise 8.14.
+    explains, see ``drivetrain.dynamics.from_positions``. ``resolution``: step between neighbouring readings [rad or m],
+    one for all or one each, (n,); None: from the samples; 0: exact.
     """
     chain = _chain(Mlist, Glist, Slist, g)
     scale = chain.scale
@@ -289,29 +140,11 @@ def ForwardDynamicsTrajectory(
     thetalist: Any, dthetalist: Any, taumat: Any, g: Any, Ftipmat: Any, Mlist: Any, Glist: Any, Slist: Any, dt: float,
     intRes: int,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """The motion that joint torques give, by Euler's first-order method as in the book.
+    """Positions and speeds that joint torques give, (N, n) each, by Euler's first-order method; section 8.11.
 
-    Its error falls only with the step: a UR5 let fall at 100 steps a second gains energy and is off by radians after
-    three seconds. ``drivetrain.simulate_passive`` has better methods.
-
-    Args:
-        thetalist, dthetalist: Positions and speeds at the start [rad or m, and per s], (n,).
-        taumat: Torques, each held for ``dt`` [N m; N at a prismatic joint], (N, n).
-        g: Acceleration of free fall in the base frame [m/s^2], (3,).
-        Ftipmat: What the end effector applies to the environment, in its frame [N m, N], (N, 6). 0 or None: nothing.
-        Mlist: Poses of the link frames, each in the one before [m], (n + 1, 4, 4).
-        Glist: Spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6).
-        Slist: Screw axes in the base frame, as columns, (6, n).
-        dt: Time from row to row [s].
-        intRes: Steps of integration a row, at least 1 [-].
-
-    Returns:
-        Positions [rad or m] and speeds [rad/s or m/s], (N, n) each; the last row of ``taumat`` moves nothing.
-
-    Raises:
-        InputError: As ``InverseDynamics``; or a number of steps below 1, or absurd.
-
-    Reference: Modern Robotics, section 8.11.
+    The torques of a row are held for ``dt``, in ``intRes`` steps; those of the last row move nothing. The error falls
+    only with the step: a UR5 let fall at 100 steps a second gains energy and is off by radians after three seconds.
+    ``drivetrain.simulate_passive`` has better methods.
     """
     chain = _chain(Mlist, Glist, Slist, g)
     turns = checked_number(intRes, "intRes", "-")

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 _FUNCTIONS = {
     np.sin: "sin", np.cos: "cos", np.exp: "exp", np.sqrt: "sqrt", np.absolute: "fabs", np.negative: "neg",
@@ -18,14 +19,10 @@ _FUNCTIONS = {
 
 
 class Tape:
-    """Operations in the order in which they were met.
-
-    Attributes:
-        operations: What each symbol is: an operation and its arguments, symbols or numbers; of an input its name.
-    """
+    """Operations in the order in which they were met."""
 
     def __init__(self) -> None:
-        self.operations: list[tuple[Any, ...]] = []
+        self.operations: list[tuple[Any, ...]] = []  # each with its arguments, symbols or numbers; of an input its name
         self._known: dict[tuple[Any, ...], Symbol] = {}
 
     def input(self, name: str) -> Symbol:
@@ -59,7 +56,7 @@ class Tape:
         return self._noted((name, *plain))
 
 
-class Symbol:
+class Symbol(NDArrayOperatorsMixin):
     """A number of which only the way it is computed is known; to branch on it is an error."""
 
     __slots__ = ("place", "tape")
@@ -75,61 +72,9 @@ class Symbol:
     def __bool__(self) -> bool:
         raise TypeError("a law branches on a number that is only known when its code runs")
 
-    def __add__(self, other: Any) -> Any:
-        return self.tape.apply("+", self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self.tape.apply("+", other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return self.tape.apply("-", self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self.tape.apply("-", other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return self.tape.apply("*", self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self.tape.apply("*", other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return self.tape.apply("/", self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self.tape.apply("/", other, self)
-
-    def __pow__(self, other: Any) -> Any:
-        return self.tape.apply("pow", self, other)
-
-    def __neg__(self) -> Any:
-        return self.tape.apply("neg", self)
-
-    def __abs__(self) -> Any:
-        return self.tape.apply("fabs", self)
-
-    def __gt__(self, other: Any) -> Any:
-        return self.tape.apply(">", self, other)
-
-    def __lt__(self, other: Any) -> Any:
-        return self.tape.apply("<", self, other)
-
-    def __eq__(self, other: Any) -> Any:
-        return self.tape.apply("==", self, other)
-
-    def __ne__(self, other: Any) -> Any:
-        return self.tape.apply("!=", self, other)
-
-    __hash__ = None  # type: ignore[assignment]
-
 
 def c_lines(tape: Tape, results: list[Any]) -> list[str]:
-    """The operations that some results need, as lines of C with one constant each.
-
-    Args:
-        tape: Of the results.
-        results: Symbols, or plain numbers.
-    """
+    """The operations that some results need, symbols or plain numbers, as lines of C with one constant each."""
     needed: set[int] = set()
     waiting = [one.place for one in results if isinstance(one, Symbol)]
     while waiting:
