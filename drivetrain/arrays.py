@@ -7,34 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.errors import LARGEST, Fault, InputError
+from drivetrain.errors import LARGEST, Fault, Faults, InputError
 
 Array = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]
 
 
 def frozen_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
-    """A read-only float copy of a value whose shape and numbers have been checked.
-
-    Args:
-        shape: The wanted shape; None allows any length along that axis.
-
-    Raises:
-        InputError: Not real numbers, another shape, or one that is NaN, infinite, or too large to calculate with.
-    """
+    """A read-only float copy of a value whose shape and numbers have been checked."""
     array = checked_array(value, shape, name).copy()
     array.setflags(write=False)
     return array
 
 
 def checked_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
-    """A float array (not copied when it already is one) whose shape and numbers have been checked.
-
-    Args:
-        shape: The wanted shape; None allows any length along that axis.
-
-    Raises:
-        InputError: Not real numbers, another shape, or one that is NaN, infinite, or too large to calculate with.
-    """
+    """A float array (not copied when it already is one) of a shape, None for any length, and of usable numbers."""
     wanted = "(" + ", ".join("N" if size is None else str(size) for size in shape) + ")"
     try:
         array = real_array(value)
@@ -52,18 +38,7 @@ def checked_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
 
 
 def checked_number(value: Any, name: str, unit: str, *, above: float = -LARGEST, least: float = -LARGEST) -> float:
-    """A number whose range has been checked.
-
-    Args:
-        above: It must be larger than this [unit].
-        least: It must not be smaller than this [unit].
-
-    Returns:
-        The number [unit].
-
-    Raises:
-        InputError: No real number, NaN, infinite, too large to calculate with, or out of range.
-    """
+    """A number that can be calculated with, larger than ``above`` and not smaller than ``least`` [unit]."""
     number = float(checked_array(value, (), name))
     if number <= above and above > -LARGEST:
         raise InputError(Fault(name, f"must be above {above:g} [{unit}]", number))
@@ -75,25 +50,14 @@ def checked_number(value: Any, name: str, unit: str, *, above: float = -LARGEST,
 def checked_numbers(
     named: Mapping[str, tuple[Any, str]], *, above: float = -LARGEST, least: float = -LARGEST
 ) -> list[float]:
-    """Several numbers of one range, every one that is wrong told at once.
-
-    Args:
-        above: They must be larger than this [each in its unit].
-        least: They must not be smaller than this [each in its unit].
-
-    Raises:
-        InputError: As ``checked_number``.
-    """
-    numbers: list[float] = []
-    faults: list[Fault] = []
-    for name, (value, unit) in named.items():
-        try:
-            numbers.append(checked_number(value, name, unit, above=above, least=least))
-        except InputError as error:
-            faults.extend(error.faults)
-    if faults:
-        raise InputError(faults)
-    return numbers
+    """Several numbers of one range, every one that is wrong told at once."""
+    faults = Faults()
+    numbers = [
+        faults.attempt(checked_number, value, name, unit, above=above, least=least)
+        for name, (value, unit) in named.items()
+    ]
+    faults.raise_any()
+    return [number for number in numbers if number is not None]
 
 
 def axes_of(value: Any) -> int:
@@ -105,16 +69,11 @@ def axes_of(value: Any) -> int:
 
 
 def real_array(value: Any) -> Array:
-    """The value as contiguous float64, of any shape; numbers are not looked at.
-
-    Raises:
-        TypeError: Complex numbers, of which numpy would drop a part, or something else that is no number.
-        ValueError: Text that is no number, or rows of different lengths.
-    """
+    """The value as contiguous float64, of any shape; raises TypeError or ValueError where it is no real numbers."""
     if isinstance(value, np.ndarray) and value.dtype == np.float64:
         return np.asarray(value, order="C")
     if np.iscomplexobj(value):
-        raise TypeError("complex numbers")
+        raise TypeError("complex numbers")  # of which numpy would drop a part
     return np.asarray(value, dtype=np.float64, order="C")
 
 
@@ -125,14 +84,7 @@ def within_reach(array: Array) -> bool:
 
 
 def batch(value: Any, width: int, name: str) -> Array:
-    """One sample (width,) or a batch (N, width), as a checked two-dimensional array.
-
-    Returns:
-        The values, (N, width), N = 1 for one sample; no copy when already contiguous floats.
-
-    Raises:
-        InputError: Another shape, or a NaN or infinity in it.
-    """
+    """One sample (width,) or a batch (N, width), as a checked two-dimensional array; N = 1 for one sample."""
     try:
         shape = np.shape(value)
     except ValueError:  # rows of different lengths
@@ -161,10 +113,7 @@ def samples(n: int, named: dict[str, Any]) -> list[Array]:
 
 
 def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
-    """As ``samples``, and every number is finite and not too large.
-
-    The values, (N, n) each, C order; N = 1 for one sample.
-    """
+    """As ``samples``, and every number is finite and not too large."""
     arrays = samples(n, named)
     if not all(within_reach(array) for array in arrays):
         raise wrong_samples(n, named)
@@ -173,21 +122,16 @@ def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
 
 def wrong_samples(n: int, named: dict[str, Any]) -> InputError:
     """Every fault of samples that are known to be wrong."""
-    faults: list[Fault] = []
-    arrays: dict[str, Array] = {}
-    for name, value in named.items():
-        try:
-            arrays[name] = batch(value, n, name)
-        except InputError as error:
-            faults.extend(error.faults)
-    if faults:
-        return InputError(faults)
+    faults = Faults()
+    arrays = {name: faults.attempt(batch, value, n, name) for name, value in named.items()}
+    if faults.found:
+        return InputError(faults.found)
     lead, first = next(iter(named.items()))
     for name, value in named.items():
         if np.shape(value) != np.shape(first):
-            faults.append(Fault(name, f"must have the shape of {lead}, {np.shape(first)}", f"shape {np.shape(value)}"))
-    if not faults:
-        large = {name: float(np.abs(array).max(initial=0.0)) for name, array in arrays.items()}
+            faults.add(name, f"must have the shape of {lead}, {np.shape(first)}", f"shape {np.shape(value)}")
+    if not faults.found:
+        large = {name: float(np.abs(array).max(initial=0.0)) for name, array in arrays.items() if array is not None}
         name = max(large, key=lambda key: large[key])
-        faults.append(Fault(name, "is too large to calculate with", large[name]))
-    return InputError(faults)
+        faults.add(name, "is too large to calculate with", large[name])
+    return InputError(faults.found)

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import TypeVar
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 # Characters that command a terminal or turn text round, and halves of characters that no encoding knows.
 _COMMANDS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -73,6 +73,31 @@ class InputError(DrivetrainError, ValueError):
         super().__init__("\n".join(str(fault) for fault in self.faults))
 
 
+class Faults:
+    """Collects the faults of several checks, so that all are told at once; ``file`` is where they stand, if any."""
+
+    def __init__(self, file: str = "") -> None:
+        self.found: list[Fault] = []
+        self.file = file
+
+    def add(self, place: str, problem: str, value: object = None, hint: str = "") -> None:
+        """Note one fault."""
+        self.found.append(Fault(place, problem, value, hint, self.file))
+
+    def attempt(self, check: Callable[..., _T], *values: Any, **named: Any) -> _T | None:
+        """What a check returns, or None with its faults noted."""
+        try:
+            return check(*values, **named)
+        except InputError as error:
+            self.found += [replace(fault, file=fault.file or self.file) for fault in error.faults]
+            return None
+
+    def raise_any(self) -> None:
+        """Raise what was found, if anything, each once."""
+        if self.found:
+            raise InputError({str(fault): fault for fault in self.found}.values())
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """The hint that names the closest known names, or the known names themselves when few."""
     names = sorted(set(known))
@@ -102,11 +127,7 @@ def whole_name(place: str, what: str, short: str, names: Iterable[str], faults: 
 
 
 def whole_names(place: str, what: str, asked: Iterable[str], names: Iterable[str]) -> list[str]:
-    """Names as they are known, each as above.
-
-    Raises:
-        InputError: Every name that none or several begin with or contain.
-    """
+    """Names as they are known, each as above; raises every one that none or several begin with or contain."""
     faults, known = list[Fault](), list(names)
     found = [whole_name(place, what, one, known, faults) for one in asked]
     if faults:

@@ -39,7 +39,7 @@ from drivetrain.dynamics.forward import articulated_body
 from drivetrain.dynamics.from_positions import torque_from_positions
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics, tip_torque, velocity_torque
 from drivetrain.dynamics.mass import mass_matrix
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.spatial.wrenches import bracket
 
 MOST_TURNS = 1e6  # steps of integration a row
@@ -183,16 +183,10 @@ def _values(value: Any, name: str) -> Array:
 
 def _all_values(named: dict[str, Any]) -> list[Array]:
     """Finite numbers, every fault of all of them told at once."""
-    arrays: list[Array] = []
-    faults: list[Fault] = []
-    for name, value in named.items():
-        try:
-            arrays.append(_values(value, name))
-        except InputError as error:
-            faults.extend(error.faults)
-    if faults:
-        raise InputError(faults)
-    return arrays
+    faults = Faults()
+    arrays = [faults.attempt(_values, value, name) for name, value in named.items()]
+    faults.raise_any()
+    return [array for array in arrays if array is not None]
 
 
 def _vector(value: Any) -> Any:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetrain.errors import LARGEST, Fault, InputError, nearest
+from drivetrain.errors import LARGEST, Fault, Faults, InputError, nearest
 from drivetrain.unit_spelling import NotAUnitError, pint_expression
 
 if TYPE_CHECKING:
@@ -284,15 +284,9 @@ def quantities(value: Any, unit: str, place: str, n: int | None = None, *, file:
     if entries is None or (n is not None and len(entries) != n):
         count = f"{n} values" if n is not None else "a list"
         raise InputError(Fault(place, f"must be {count} with a unit, such as {example}", value, "", file))
-    results: list[float] = []
-    faults: list[Fault] = []
-    for index, entry in enumerate(entries):
-        try:
-            results.append(quantity(entry, unit, f"{place}[{index}]", file=file))
-        except InputError as error:
-            faults.extend(error.faults)
-    if faults:
-        raise InputError(faults)
+    faults = Faults(file)
+    results = [faults.attempt(quantity, entry, unit, f"{place}[{index}]") for index, entry in enumerate(entries)]
+    faults.raise_any()
     return np.array(results, dtype=np.float64)
 
 

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.checks import Faults, checked_inertia, checked_pose, checked_screw, each, warn_of_inertias
+from drivetrain.arm.checks import checked_inertia, checked_pose, checked_screw, each, warn_of_inertias
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, axes_of, frozen_array, real_array
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.notebook import shown
 from drivetrain.spatial.poses import axis_point, pose
 

@@ -8,13 +8,12 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array
-from drivetrain.errors import Fault, InputError, PhysicsWarning
+from drivetrain.errors import Fault, Faults, InputError, PhysicsWarning
 from drivetrain.spatial.inertia import RigidBody, half_axes, triangle_excess
 from drivetrain.spatial.rotations import is_rotation, nearest_rotation
 
@@ -22,34 +21,6 @@ TOLERANCE = 1e-6  # on unit axes and orthogonal frames: six printed digits, then
 TRIANGLE_TOLERANCE = 1e-4  # on the triangle inequality: files print four digits
 
 T = TypeVar("T")
-
-
-class Faults:
-    """Collects the faults of several checks, so that all are told at once; ``file`` is where they stand, if any."""
-
-    def __init__(self, file: str = "") -> None:
-        self.found: list[Fault] = []
-        self.file = file
-
-    def add(self, place: str, problem: str, value: object = None, hint: str = "") -> None:
-        """Note one fault."""
-        self.found.append(Fault(place, problem, value, hint, self.file))
-
-    def attempt(self, check: Callable[..., T], *values: Any) -> T | None:
-        """What a check returns, or None with its faults noted.
-
-        The checked value, or None.
-        """
-        try:
-            return check(*values)
-        except InputError as error:
-            self.found.extend(replace(fault, file=fault.file or self.file) for fault in error.faults)
-            return None
-
-    def raise_any(self) -> None:
-        """Raise what was found, if anything."""
-        if self.found:
-            raise InputError(self.found)
 
 
 def checked_pose(value: Any, name: str) -> Array:

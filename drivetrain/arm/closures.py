@@ -16,9 +16,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm, Linkage, Loops
-from drivetrain.arm.checks import Faults, checked_inertia
+from drivetrain.arm.checks import checked_inertia
 from drivetrain.arrays import Array, checked_array, frozen_array
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.spatial.poses import pose
 from drivetrain.units import Mass, Name, Vector
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
-from drivetrain.arm.checks import Faults, checked_pose
+from drivetrain.arm.checks import checked_pose
 from drivetrain.arrays import Array, checked_array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.spatial.poses import pose
 from drivetrain.spatial.rotations import exp_rotation
 

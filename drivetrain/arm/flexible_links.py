@@ -12,7 +12,7 @@ from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.coupling import placed
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.arrays import Array, checked_number
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.spatial.beams import Beam
 from drivetrain.spatial.inertia import RigidBody, combined
 from drivetrain.spatial.poses import pose
@@ -38,15 +38,12 @@ class BendingLink:
     pieces: int = 4
 
     def __post_init__(self) -> None:
-        faults: list[Fault] = []
-        try:
-            object.__setattr__(self, "mass", checked_number(self.mass, "bending link.mass", "kg", above=0.0))
-        except InputError as error:
-            faults.extend(error.faults)
+        faults = Faults()
+        mass = faults.attempt(checked_number, self.mass, "bending link.mass", "kg", above=0.0)
         if isinstance(self.pieces, bool) or not isinstance(self.pieces, int) or self.pieces < 1:
-            faults.append(Fault("bending link.pieces", "must be a whole number, 1 or more", self.pieces))
-        if faults:
-            raise InputError(faults)
+            faults.add("bending link.pieces", "must be a whole number, 1 or more", self.pieces)
+        faults.raise_any()
+        object.__setattr__(self, "mass", mass)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.checks import Faults
 from drivetrain.arm.coupling import checked_coupling
 from drivetrain.arm.rotors import MountedRotor, Rotor, RotorLevel
 from drivetrain.arrays import Array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.spatial.poses import axis_point, pose
 from drivetrain.spatial.rotations import frame_along
 

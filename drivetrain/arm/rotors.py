@@ -7,9 +7,9 @@ from enum import StrEnum
 
 import numpy as np
 
-from drivetrain.arm.checks import TOLERANCE, Faults, checked_inertia, checked_pose, checked_screw
+from drivetrain.arm.checks import TOLERANCE, checked_inertia, checked_pose, checked_screw
 from drivetrain.arrays import Array, axes_of, frozen_array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, Faults, InputError
 
 
 class RotorLevel(StrEnum):

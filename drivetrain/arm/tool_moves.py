@@ -13,7 +13,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arm.pose_solver import JointPath, PathLostError, follow, inverse_kinematics
 from drivetrain.arrays import Array, checked_array, checked_numbers
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.motion.motion import Motion
 from drivetrain.motion.point_to_point import MotionLimits, joined, joint_move, limit_rows, rest, sampled_law
 from drivetrain.motion.profiles import PROFILES, Law, PathLimits, Profile
@@ -131,23 +131,20 @@ def _inside(place: str, fault: Fault) -> Fault:
 
 
 def _check_moves(moves: Sequence[Move], here: str) -> None:
-    faults: list[Fault] = []
+    faults = Faults()
     for k, move in enumerate(moves):
         place, then = f"{here}: move {k + 1}", moves[k + 1] if k + 1 < len(moves) else None
-        try:
-            checked_numbers({f"{place}: {one}": (getattr(move, one), "") for one in ("blend", "dwell")}, least=0.0)
-        except InputError as error:
-            faults += error.faults
+        numbers = {f"{place}: {one}": (getattr(move, one), "") for one in ("blend", "dwell")}
+        if faults.attempt(checked_numbers, numbers, least=0.0) is None:
             continue
         if move.kind not in ("joints", "to", *ALONG_PATH):
-            faults.append(Fault(place, "must be one of: joints, to, line, circle", move.kind))
+            faults.add(place, "must be one of: joints, to, line, circle", move.kind)
         if (move.kind == "circle") != (move.via is not None):
-            faults.append(Fault(f"{place}: via", "a circle needs a point between, and nothing else has one", move.via))
+            faults.add(f"{place}: via", "a circle needs a point between, and nothing else has one", move.via)
         if move.blend and (move.kind not in ALONG_PATH or then is None or then.kind not in ALONG_PATH or move.dwell):
             problem = "rounds the corner from a line or circle into the next one, without a dwell between"
-            faults.append(Fault(f"{place}: blend", problem, move.blend))
-    if faults:
-        raise InputError(faults)
+            faults.add(f"{place}: blend", problem, move.blend)
+    faults.raise_any()
 
 
 def _between_rests(moves: Sequence[Move]) -> list[tuple[int, list[Move]]]:

@@ -15,13 +15,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
-    from drivetrain.errors import Fault
     from drivetrain.study.model import Study
 
 COMPILING = "compiling to machine code, some half a minute: a first run; later ones find it done ..."
@@ -60,21 +58,12 @@ def command(function: Callable[..., bool | None]) -> Callable[..., None]:
 
 
 def inputs(*reads: Callable[[], Any], out: Path | None = None) -> list[Any]:
-    """What the functions read, in their order; all of them are tried, and their faults told at once.
+    """What the functions read, in their order, and whether ``out`` can be written: the faults of all told at once."""
+    from drivetrain.errors import Faults
 
-    Args:
-        reads: Each reads one option or file.
-        out: The folder for results, which must be one that can be written.
-
-    Raises:
-        InputError: Every fault.
-    """
-    faults, found = FaultCollector(), list[Any]()
-    for read in (lambda: writable(out), *reads):
-        found.append(None)
-        with faults:
-            found[-1] = read()
-    faults.report()
+    faults = Faults()
+    found = [faults.attempt(read) for read in (lambda: writable(out), *reads)]
+    faults.raise_any()
     return found[1:]
 
 
@@ -139,31 +128,6 @@ def failure(error: Exception) -> int:
         hint = "drivetrain --debug COMMAND shows where; please report it with the study"
         say(f"failed: {type(error).__name__}: {error}; this is a fault of the program ({hint})", errors=True)
     return FAILED
-
-
-class FaultCollector:
-    """Faults of several inputs at once: each is read inside ``with``, then ``report`` raises what was wrong."""
-
-    def __init__(self) -> None:
-        self.faults: list[Fault] = []
-
-    def __enter__(self) -> FaultCollector:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> bool:
-        from drivetrain.errors import InputError
-
-        if isinstance(error, InputError):
-            self.faults += error.faults
-            return True
-        return False
-
-    def report(self) -> None:
-        """Go no further where something was wrong."""
-        from drivetrain.errors import InputError
-
-        if self.faults:
-            raise InputError({str(fault): fault for fault in self.faults}.values())
 
 
 def writable(out: Path | None, *, file: bool = False, option: str = "--out") -> None:

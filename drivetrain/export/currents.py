@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from drivetrain.arrays import Array
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.export.files import write_text
 from drivetrain.export.scales import CurrentScale, in_scale
 from drivetrain.sizing.currents import current_commands
@@ -68,21 +68,18 @@ def write_currents(
 
 def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: float | None, hold: int) -> _Commands:
     table = current_commands(evaluation, rate=rate, hold=hold)
-    faults: list[Fault] = []
+    faults = Faults()
     rows = dict(iter(table.groupby("joint", sort=False)))
     time = rows[next(iter(rows))]["time [s]"].to_numpy()
     numbers, position, velocity = {}, {}, {}
     for name, joint in evaluation.joints.items():
-        try:
-            numbers[name] = in_scale(rows[name]["current [A]"].to_numpy(), scales[name], name, time)
-        except InputError as error:
-            faults += error.faults
+        numbers[name] = faults.attempt(in_scale, rows[name]["current [A]"].to_numpy(), scales[name], name, time)
         task = next(task for task in evaluation.study.joints if task.name == name)
         ratio = joint.drive.gear.ratio / (task.travel_per_turn or 1.0)
         position[name] = np.interp(time, joint.series.time, joint.series.position)
         velocity[name] = rows[name]["motor speed [rad/s]"].to_numpy() / ratio
-    if faults:
-        raise InputError(faults)
+    faults.raise_any()
+    written = {name: values for name, values in numbers.items() if values is not None}
     study = evaluation.study
     head = [
         f"currents of {study.name}, by drivetrain {__version__}",
@@ -91,7 +88,7 @@ def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: 
         "each command holds until the next (zero order)",
         *(f"{name}: {one.base}; 1 {one.unit} is {one.amperes:.17g} A dc" for name, one in scales.items()),
     ]
-    return _Commands(tuple(head), time, scales, numbers, position, velocity)
+    return _Commands(tuple(head), time, scales, written, position, velocity)
 
 
 def _csv(commands: _Commands) -> str:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arm.arm import Arm, refuse_loops
-from drivetrain.arm.checks import Faults
 from drivetrain.arm.geared import at_level
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arrays import Array

@@ -10,7 +10,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import CurrentBasis, from_dc, to_dc
-from drivetrain.errors import Fault, InputError, by_whole_name, nearest
+from drivetrain.errors import Fault, Faults, InputError, by_whole_name, nearest
 from drivetrain.sizing.results import Evaluation, JointResult
 
 SCALES = ("amperes", "cia402", "analogue", "counts")
@@ -75,17 +75,13 @@ def current_scales(
             faults.append(Fault(f"full_scale.{name}", "must be positive", value))
     if faults:
         raise InputError(faults)
-    found = {}
+    found, unknown = {}, Faults()
     for name, joint in evaluation.joints.items():
         used = basis or str(joint.amplifier.current_basis)
         used = TORQUE if scale == "cia402" and used == CurrentBasis.DC else used
-        try:
-            found[name] = _scale(joint, scale, used, given.get(name))
-        except InputError as error:
-            faults += error.faults
-    if faults:
-        raise InputError(faults)
-    return found
+        found[name] = unknown.attempt(_scale, joint, scale, used, given.get(name))
+    unknown.raise_any()
+    return {name: one for name, one in found.items() if one is not None}
 
 
 def _scale(joint: JointResult, scale: str, basis: str, full: float | None) -> CurrentScale:

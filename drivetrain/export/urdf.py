@@ -15,9 +15,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drivetrain.arm.arm import STANDARD_GRAVITY, Arm, refuse_loops
-from drivetrain.arm.checks import Faults
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arrays import Array, frozen_array
+from drivetrain.errors import Faults
 from drivetrain.export.files import write_text
 from drivetrain.export.urdf_elements import (
     Element,

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.checks import Faults, called
+from drivetrain.arm.checks import called
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
+from drivetrain.errors import Faults
 from drivetrain.export.urdf_pairs import Pair, written_couplings
 from drivetrain.spatial.inertia import RigidBody, combined
 from drivetrain.spatial.poses import inverse_pose

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array, checked_number, real_array
-from drivetrain.errors import LARGEST, Fault, InputError
+from drivetrain.errors import LARGEST, Fault, Faults, InputError
 from drivetrain.motion.motion import Motion
 from drivetrain.motion.profiles import Law, PathLimits, Profile
 
@@ -116,16 +116,13 @@ def limit_rows(limits: MotionLimits, n: int, place: str) -> Array:
 
 
 def _check_times(times: Array | None, waits: Array, sample_time: float, place: str) -> None:
-    faults = [Fault(f"{place}: dwell[{i}]", "must not be negative", float(waits[i])) for i in np.flatnonzero(waits < 0)]
-    if times is not None:
-        negative = np.flatnonzero(times < 0)
-        faults += [Fault(f"{place}: durations[{i}]", "must not be negative", float(times[i])) for i in negative]
-    try:
-        checked_number(sample_time, f"{place}: sample time", "s", above=0.0)
-    except InputError as error:
-        faults.extend(error.faults)
-    if faults:
-        raise InputError(faults)
+    faults = Faults()
+    for what, values in (("dwell", waits), ("durations", np.empty(0) if times is None else times)):
+        for i, value in enumerate(values):
+            if value < 0:
+                faults.add(f"{place}: {what}[{i}]", "must not be negative", float(value))
+    faults.attempt(checked_number, sample_time, f"{place}: sample time", "s", above=0.0)
+    faults.raise_any()
 
 
 def _law(distance: Array, profile: Profile, duration: float | None, bounds: Array | None) -> Law | None:

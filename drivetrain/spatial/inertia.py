@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array, frozen_array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.spatial.poses import adjoint, inverse_pose
 from drivetrain.spatial.rotations import is_rotation, nearest_rotation, skew
 
@@ -249,12 +249,9 @@ def _pose(pose_a_b: Any) -> Array:
 
 
 def _check_solid(sizes: dict[str, float]) -> None:
-    faults = []
+    faults = Faults()
     for name, value in sizes.items():
-        try:
-            if checked_array(value, (), name) < 0.0:
-                faults.append(Fault(name, f"must not be negative [{'kg' if name == 'mass' else 'm'}]", value))
-        except InputError as error:
-            faults.extend(error.faults)
-    if faults:
-        raise InputError(faults)
+        number = faults.attempt(checked_array, value, (), name)
+        if number is not None and number < 0.0:
+            faults.add(name, f"must not be negative [{'kg' if name == 'mass' else 'm'}]", value)
+    faults.raise_any()

@@ -17,7 +17,7 @@ import numpy as np
 from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
 from drivetrain.arm.checks import LENGTH, farthest, millimetres
 from drivetrain.arm.dh import DHConvention, DHRow, JointKind, arm_from_dh
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.units import quantity, split_header
 from drivetrain.whole_files import read_text
 
@@ -49,15 +49,15 @@ def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
     """
     header, lines = _rows(path, convention)
     names = [_column(column) for column in header]
-    faults: list[Fault] = _header_faults(names, path)
+    faults = Faults(str(path))
+    _check_header(names, faults)
     rows: list[tuple[int, DHRow]] = []
     for number, line in lines:
         cells = {name: (text.strip(), column) for name, column, text in zip(names, header, line, strict=False)}
-        rows.append((number, _row(cells, f"row {number}", path, faults)))
+        rows.append((number, _row(cells, f"row {number}", faults)))
     if not rows:
-        faults.append(Fault("the file", "holds no joint", file=str(path)))
-    if faults:
-        raise InputError(faults)
+        faults.add("the file", "holds no joint")
+    faults.raise_any()
     left = [column for name, column in zip(names, header, strict=True) if name in OF_DRIVES]
     notes = (
         [f"{', '.join(left)}: not used, as the drives of the study bring inertia, ratio and friction"] if left else []
@@ -140,7 +140,7 @@ def _toolbox_links(path: Path, convention: str) -> list[tuple[int, Link]]:
     text = read_text(path)
     found: list[tuple[int, dict[str, Any]]] = []
     names: dict[str, Any] = {"pi": math.pi}
-    faults: list[Fault] = []
+    faults = Faults(str(path))
     try:
         steps = list(_python_steps(text) if path.suffix.lower() == ".py" else _matlab_steps(text))
     except (SyntaxError, ValueError, RecursionError) as error:
@@ -157,19 +157,18 @@ def _toolbox_links(path: Path, convention: str) -> list[tuple[int, Link]]:
                 names[target] = _value(node, names)
         except (ValueError, TypeError, IndexError, KeyError, ArithmeticError) as error:
             if makes or isinstance(target, tuple):
-                faults.append(Fault(f"line {line}", f"is no link with plain numbers: {error}", file=str(path)))
+                faults.add(f"line {line}", f"is no link with plain numbers: {error}")
     modified = {bool(link.get("mdh")) for _, link in found}
     told = DHConvention.MODIFIED if True in modified else DHConvention.CLASSIC
     if found and (len(modified) > 1 or told != convention):
-        faults.append(Fault("convention", f"the model is {told}", convention, file=str(path)))
+        faults.add("convention", f"the model is {told}", convention)
     rows = []
     for line, link in found:
         try:
             rows.append((line, _cells(link)))
         except (ValueError, TypeError) as error:
-            faults.append(Fault(f"line {line}", f"is no link with plain numbers: {error}", file=str(path)))
-    if faults:
-        raise InputError(faults)
+            faults.add(f"line {line}", f"is no link with plain numbers: {error}")
+    faults.raise_any()
     return rows
 
 
@@ -299,22 +298,21 @@ def _cells(link: dict[str, Any]) -> Link:
     return cells | {name: str(link[name]) for name in ("Jm", "G", "B", "Tc") if name in link}
 
 
-def _header_faults(names: list[str], path: Path) -> list[Fault]:
+def _check_header(names: list[str], faults: Faults) -> None:
     known = [*COLUMNS, *TEXTS, *OF_DRIVES]
-    faults = [
-        Fault(f"column {name}", "is not known", hint=nearest(name, known), file=str(path))
-        for name in names
-        if name not in known
-    ]
-    missing = [name for name in NEEDED if name not in names]
-    return faults + [Fault(f"column {name}", "is missing", file=str(path)) for name in missing]
+    for name in names:
+        if name not in known:
+            faults.add(f"column {name}", "is not known", hint=nearest(name, known))
+    for name in NEEDED:
+        if name not in names:
+            faults.add(f"column {name}", "is missing")
 
 
-def _row(cells: dict[str, tuple[str, str]], place: str, path: Path, faults: list[Fault]) -> DHRow:
+def _row(cells: dict[str, tuple[str, str]], place: str, faults: Faults) -> DHRow:
     stated = cells.get("kind", ("", ""))[0] or "revolute"
     kind = KINDS.get(stated.casefold(), stated)
     if kind not in list(JointKind):
-        faults.append(Fault(f"{place}, column kind", "must be revolute or prismatic", stated, file=str(path)))
+        faults.add(f"{place}, column kind", "must be revolute or prismatic", stated)
     own = {"joint": "m", "joint/s": "m/s"} if kind == "prismatic" else {"joint": "rad", "joint/s": "rad/s"}
     values: dict[str, float] = {}
     for name, (unit, default) in COLUMNS.items():
@@ -322,10 +320,8 @@ def _row(cells: dict[str, tuple[str, str]], place: str, path: Path, faults: list
         text, column = cells.get(name, ("", ""))
         if text:
             spelled = f"{text} {split_header(column)[1]}" if _is_bare(text) else text
-            try:
-                values[name] = quantity(spelled, own.get(unit, unit), f"{place}, column {column}", file=str(path))
-            except InputError as error:
-                faults.extend(error.faults)
+            read = faults.attempt(quantity, spelled, own.get(unit, unit), f"{place}, column {column}")
+            values[name] = default if read is None else read
     return _dh_row(values, kind)
 
 

@@ -15,9 +15,8 @@ from xml.parsers import expat
 
 import numpy as np
 
-from drivetrain.arm.checks import Faults
 from drivetrain.arrays import Array, within_reach
-from drivetrain.errors import Fault, InputError, plain
+from drivetrain.errors import Fault, Faults, InputError, plain
 from drivetrain.whole_files import is_there
 
 EXPAND = Path(__file__).with_name("expand_xacro.py")

@@ -12,7 +12,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, finite_samples, frozen_array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Faults
 from drivetrain.spatial.poses import pose
 
 
@@ -31,20 +31,14 @@ class Planar2R:
     gravity: float = 9.81
 
     def __post_init__(self) -> None:
-        faults: list[Fault] = []
-        checked = {}
+        faults = Faults()
         for name, shape, unit in (("masses", (2,), "kg"), ("lengths", (2,), "m"), ("gravity", (), "")):
-            try:
-                checked[name] = frozen_array(getattr(self, name), shape, name)
-            except InputError as error:
-                faults.extend(error.faults)
-                continue
-            if unit and not (checked[name] > 0.0).all():
-                faults.append(Fault(name, f"must be positive [{unit}]", checked[name].tolist()))
-        if faults:
-            raise InputError(faults)
-        for name, value in checked.items():
-            object.__setattr__(self, name, value if value.ndim else float(value))
+            value = faults.attempt(frozen_array, getattr(self, name), shape, name)
+            if value is not None:
+                if unit and not (value > 0.0).all():
+                    faults.add(name, f"must be positive [{unit}]", value.tolist())
+                object.__setattr__(self, name, value if value.ndim else float(value))
+        faults.raise_any()
 
 
 class MotionTerms(NamedTuple):

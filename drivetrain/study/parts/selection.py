@@ -9,7 +9,7 @@ from annotated_types import Ge
 
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.units import Duration, Quantity, Reader, quantity, read_name, refused
 
 TERMS = ("mass", "price", "energy")  # of the objective
@@ -148,17 +148,15 @@ def read_curve(text: object, place: str = "curves") -> CurveWanted:
 
 def read_span(vary: str, ends: tuple[str, str], places: tuple[str, str]) -> tuple[float, float]:
     """The ends of a curve in SI, temperatures in [C]; raises every fault of both."""
-    faults: list[Fault] = []
-    values = []
+    faults = Faults()
     least = 0.0 if vary == "payload" else None
     above = 0.0 if vary in POSITIVE else None
-    for end, place in zip(ends, places, strict=True):
-        try:
-            values.append(quantity(end, UNITS[vary], place, minimum=least, above=above))
-        except InputError as error:
-            faults += error.faults
-    if not faults and not values[0] < values[1]:
-        faults.append(Fault(places[1], "must be above the smallest value", f"{ends[0]}..{ends[1]}"))
-    if faults:
-        raise InputError(faults)
-    return values[0], values[1]
+    low, high = (
+        faults.attempt(quantity, end, UNITS[vary], place, minimum=least, above=above)
+        for end, place in zip(ends, places, strict=True)
+    )
+    if low is not None and high is not None and not low < high:
+        faults.add(places[1], "must be above the smallest value", f"{ends[0]}..{ends[1]}")
+    faults.raise_any()
+    assert low is not None and high is not None
+    return low, high
