@@ -97,10 +97,7 @@ def batch(value: Any, width: int, name: str) -> Array:
 
 
 def samples(n: int, named: dict[str, Any]) -> list[Array]:
-    """Samples as arrays of one shape; that they are finite is left to the recursion, which sees it in passing.
-
-    The values, (N, n) each, C order; N = 1 for one sample. Not copied when they are so already.
-    """
+    """Samples as arrays of one shape, (N, n); that they are finite is left to the recursion, which sees it anyway."""
     try:
         arrays = [real_array(value) for value in named.values()]
     except (TypeError, ValueError, OverflowError):

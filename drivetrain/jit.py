@@ -35,12 +35,7 @@ _USED: set[Path | None] = set()  # folders of the modules that are loaded; None:
 
 
 def law(function: Any = None, **options: Any) -> Any:
-    """A function that compiled code calls: a part of the kernel, kept on disk with it. Python calls it as it stands.
-
-    Args:
-        function: Of numbers, records and arrays.
-        options: Of ``numba.njit``, where they differ from ``error_model="numpy", nogil=True`` and no wrapper for C.
-    """
+    """What compiled code calls, kept on disk with it; Python calls it as it stands. Options of ``numba.njit``."""
     if function is None:
         return lambda function: law(function, **options)
     _WAITING.append((function, {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, **options}))
@@ -50,12 +45,7 @@ def law(function: Any = None, **options: Any) -> Any:
 
 
 def kernel(function: Any = None, **options: Any) -> Any:
-    """A function that Python calls, kept on disk.
-
-    Args:
-        function: Of numbers, records and arrays.
-        options: Of ``numba.njit``, where they differ from ``error_model="numpy", nogil=True``.
-    """
+    """A function that Python calls, compiled with options of ``numba.njit`` and kept on disk."""
     if function is None:
         return lambda function: kernel(function, **options)
     given = {"error_model": "numpy", "nogil": True, **options}
@@ -63,12 +53,7 @@ def kernel(function: Any = None, **options: Any) -> Any:
 
 
 def callback(signature: Any, function: Any) -> Any:
-    """A function with an address, kept on disk; compiled at once.
-
-    Args:
-        signature: Numba's, of C types.
-        function: That is compiled.
-    """
+    """A function with an address, of a signature of C types, kept on disk; compiled at once."""
     return _in_folder(function, lambda keep: _numba().cfunc(signature, cache=keep, error_model="numpy")(function))
 
 

@@ -35,12 +35,7 @@ def known_or(value: Any, otherwise: Any) -> Any:
 
 @cache
 def record_type(described: type, whole: Any = np.float64) -> Any:
-    """The record of a dataclass.
-
-    Args:
-        described: Its arrays tell their lengths: ``Annotated[Array, 3]``.
-        whole: What whole numbers are kept as; as floats all numbers of a record can stand in one row.
-    """
+    """The record of a dataclass, whose arrays tell their lengths: ``Annotated[Array, 3]``; ``whole``: of integers."""
     hints, told, columns = get_type_hints(described), get_type_hints(described, include_extras=True), []
     for name in (field.name for field in fields(described)):
         hint = hints[name]

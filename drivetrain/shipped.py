@@ -6,11 +6,7 @@ from pathlib import Path
 
 
 def shipped(folder: str) -> Path:
-    """The folder ``catalogs`` or ``examples`` as shipped.
-
-    Raises:
-        FileNotFoundError: The installation is broken: it is in neither place.
-    """
+    """The folder ``catalogs`` or ``examples`` as shipped; FileNotFoundError where the installation is broken."""
     package = Path(__file__).resolve().parent
     for place in (package / "_data" / folder, package.parent / folder):
         if place.is_dir():

@@ -78,11 +78,7 @@ def _operand(piece: str) -> str:
 
 
 def pint_expression(text: str) -> str:
-    """A unit text as a product that pint reads.
-
-    Raises:
-        NotAUnitError: It cannot be read, or can be read in two ways.
-    """
+    """A unit text as a product that pint reads; raises NotAUnitError where it can be read in no way or in two."""
     pieces = re.findall(r"[()/*]|[^\s()/*]+", _cleaned(text))
     out: list[str] = []
     divided = [False]  # at each depth of brackets: has a slash been passed?

@@ -163,11 +163,7 @@ def _angle_hint(found: _Unit, wanted: _Unit) -> str:
 
 
 def factor(unit_text: str) -> float:
-    """What a value in this unit is multiplied by to be in SI (differences, for temperatures).
-
-    Raises:
-        InputError: Not a unit.
-    """
+    """What a value in this unit is multiplied by to be in SI (differences, for temperatures)."""
     try:
         return _unit(unit_text).scale
     except NotAUnitError as error:
@@ -175,11 +171,7 @@ def factor(unit_text: str) -> float:
 
 
 def split_header(header: str) -> tuple[str, str]:
-    """Name and unit of a column header.
-
-    Args:
-        header: Such as ``Kt [mNm/A]``.
-    """
+    """Name and unit of a column header such as ``Kt [mNm/A]``."""
     match = re.fullmatch(r"\s*(.*?)\s*\[([^\[\]]*)\]\s*", header, re.DOTALL)
     return (match[1], match[2].strip()) if match else (header.strip(), "")
 
@@ -187,15 +179,7 @@ def split_header(header: str) -> tuple[str, str]:
 def to_si(values: Any, unit_text: str, place: str = "", *, unit: str = "", file: str = "") -> NDArray[np.float64]:
     """Values of a column as SI floats; temperatures stay or become degrees Celsius.
 
-    Args:
-        values: Numbers in the header's unit, any shape; NaN stays NaN.
-        unit: The SI unit wanted, whose dimension is then checked; empty: not checked, and kelvin stay kelvin.
-
-    Returns:
-        The values in SI (or in degrees Celsius), of the same shape.
-
-    Raises:
-        InputError: Not a unit, or another dimension than that of ``unit``.
+    ``unit``: the SI unit wanted, whose dimension is then checked; empty: not checked, and kelvin stay kelvin.
     """
     try:
         scale, offset = _conversion(unit_text, unit) if unit else (_unit(unit_text).scale, 0.0)
@@ -216,14 +200,7 @@ def quantity(
     above: float | None = None,
     file: str = "",
 ) -> float:
-    """The SI float a text such as "48 V" or "6000 1/min" stands for.
-
-    Args:
-        unit: The SI unit wanted: ``V``, ``rad/s``, ``kg m^2``, ``degC``, empty for a pure number.
-
-    Raises:
-        InputError: No number, no unit, an unknown unit, another dimension, out of range or too large.
-    """
+    """The SI float, of a dimension and in a range, that a text such as "48 V" or "6000 1/min" stands for."""
     try:
         number, unit_text = _split_number(value, unit)
         scale, offset = _conversion(unit_text, unit)
@@ -267,18 +244,7 @@ def _check_range(value: float, unit: str, minimum: float | None, maximum: float 
 
 
 def quantities(value: Any, unit: str, place: str, n: int | None = None, *, file: str = "") -> NDArray[np.float64]:
-    """The SI vector that "[0, 0, 60] mm" or ["0 mm", "0 mm", "60 mm"] stands for.
-
-    Args:
-        unit: The SI unit wanted.
-        n: How many there must be; None: any number.
-
-    Returns:
-        The values in ``unit``, (n,).
-
-    Raises:
-        InputError: Another count, or any entry that is not such a quantity; all of them listed.
-    """
+    """The SI vector that "[0, 0, 60] mm" or ["0 mm", "0 mm", "60 mm"] stands for; every faulty entry is told."""
     entries = _entries(value)
     example = f"[{', '.join(['0'] * (n or 3))}]" + (f" {unit}" if unit not in PURE else "")
     if entries is None or (n is not None and len(entries) != n):
@@ -299,14 +265,7 @@ def _entries(value: Any) -> Sequence[Any] | None:
 
 
 def from_si(values: Any, unit: str, unit_text: str) -> NDArray[np.float64]:
-    """SI values in another unit, for tables and files.
-
-    Args:
-        unit: Their SI unit.
-
-    Raises:
-        InputError: Not a unit, or another dimension.
-    """
+    """SI values of a unit in another one, for tables and files."""
     try:
         scale, offset = _conversion(unit_text, unit)
     except NotAUnitError as error:
@@ -315,11 +274,7 @@ def from_si(values: Any, unit: str, unit_text: str) -> NDArray[np.float64]:
 
 
 def readable_unit(value: float, unit: str) -> str:
-    """The unit in which an SI value reads well.
-
-    Args:
-        unit: Its SI unit.
-    """
+    """The unit in which a value of an SI unit reads well."""
     choices = READABLE.get(unit)
     size = abs(value)
     if choices is None or size == 0.0 or not math.isfinite(size):
@@ -333,11 +288,7 @@ def readable_unit(value: float, unit: str) -> str:
 
 
 def engineering(value: float, unit: str, *, show: str = "") -> tuple[float, str]:
-    """A value in a unit that reads well.
-
-    Args:
-        unit: Its SI unit.
-    """
+    """A value of an SI unit in one that reads well."""
     chosen = show or readable_unit(value, unit)
     return float(from_si(value, unit, chosen)), chosen
 
@@ -369,15 +320,9 @@ class Reader:
 
 @dataclass(frozen=True)
 class Quantity(Reader):
-    """A number with a unit, read into SI.
+    """A number with a unit, read into SI."""
 
-    Attributes:
-        unit: The SI unit wanted; empty for a pure number, which may be bare or in percent.
-        minimum, maximum: Smallest and largest value allowed [unit].
-        above: Value that must be exceeded [unit].
-    """
-
-    unit: str
+    unit: str  # the SI unit wanted; empty for a pure number, which may be bare or in percent
     minimum: float | None = None
     maximum: float | None = None
     above: float | None = None
@@ -396,11 +341,7 @@ class Quantity(Reader):
 
 @dataclass(frozen=True)
 class Between(Reader):
-    """A range of a quantity: a list of the smallest and the largest value, null for an open end.
-
-    Attributes:
-        unit: The SI unit wanted; empty for pure numbers.
-    """
+    """A range of a quantity: a list of the smallest and the largest value, null for an open end."""
 
     unit: str
 
@@ -420,11 +361,7 @@ class Between(Reader):
 
 @dataclass(frozen=True)
 class Vector(Reader):
-    """Three quantities: ``[0, 0, 40] mm``, or ``[0 mm, 0 mm, 40 mm]`` with a unit each.
-
-    Attributes:
-        unit: The SI unit wanted.
-    """
+    """Three quantities: ``[0, 0, 40] mm``, or ``[0 mm, 0 mm, 40 mm]`` with a unit each."""
 
     unit: str
 

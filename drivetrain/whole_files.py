@@ -117,10 +117,6 @@ def write_files(out_dir: str | Path, texts: Mapping[str, str]) -> dict[str, Path
 
     All are written beside their places, then a list of what takes which place, then each is renamed. Who is killed
     before the list is there has changed nothing; what a list left behind names is renamed by the next that writes here.
-
-    Raises:
-        InputError: The folder cannot be made or written to.
-        OSError: The disk is full or fails.
     """
     folder, waiting = Path(out_dir), dict[str, Path]()
     try:

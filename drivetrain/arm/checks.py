@@ -24,10 +24,7 @@ T = TypeVar("T")
 
 
 def checked_pose(value: Any, name: str) -> Array:
-    """A pose whose rotation is one, made exactly orthogonal.
-
-    The pose, (4, 4); unchanged to the bit when it is orthogonal to rounding.
-    """
+    """A pose, (4, 4), whose rotation is one to printed digits, made exactly orthogonal."""
     matrix = checked_array(value, (4, 4), name)
     faults = []
     if not is_rotation(matrix[:3, :3], TOLERANCE):
@@ -44,10 +41,7 @@ def checked_pose(value: Any, name: str) -> Array:
 
 
 def checked_screw(value: Any, name: str) -> Array:
-    """A screw axis made exactly unit.
-
-    The screw, (6,).
-    """
+    """A screw axis, (6,), made exactly unit."""
     screw = checked_array(value, (6,), name)
     angular, linear = float(np.linalg.norm(screw[:3])), float(np.linalg.norm(screw[3:]))
     if abs(angular - 1.0) <= TOLERANCE:
@@ -60,10 +54,7 @@ def checked_screw(value: Any, name: str) -> Array:
 
 
 def checked_inertia(value: Any, name: str) -> Array:
-    """A symmetric inertia tensor.
-
-    The tensor, exactly symmetric, (3, 3).
-    """
+    """A symmetric inertia tensor, (3, 3), made exactly so."""
     tensor = checked_array(value, (3, 3), name)
     if np.abs(tensor - tensor.T).max() > TOLERANCE * max(float(np.abs(tensor).max()), 1e-12):
         raise InputError(Fault(name, "must be symmetric", tensor.tolist()))
@@ -144,10 +135,7 @@ def implausible(name: str, body: RigidBody, points: Sequence[Array]) -> list[str
 
 
 def mean_density(body: RigidBody) -> float:
-    """The density of the uniform ellipsoid with a body's mass and inertia.
-
-    [kg/m^3]; infinite for a point mass.
-    """
+    """Of the uniform ellipsoid with a body's mass and inertia [kg/m^3]; infinite for a point mass."""
     axes = half_axes(body.mass, body.inertia)
     volume = 4.0 / 3.0 * np.pi * float(np.prod(np.maximum(axes, THINNEST * axes[0])))
     return body.mass / volume if volume > 0.0 else float("inf")

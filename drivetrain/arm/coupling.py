@@ -40,10 +40,7 @@ def with_coupling(arm: Arm, coupling: Any) -> Arm:
 
 
 def checked_coupling(coupling: Any, n: int) -> Array | None:
-    """A coupling that can be inverted.
-
-    C, read-only, (n, n); None when it is the identity.
-    """
+    """A coupling that can be inverted, read-only, (n, n); None when it is the identity."""
     matrix = checked_array(coupling, (n, n), "coupling").copy()
     if np.array_equal(matrix, np.eye(n)):
         return None
@@ -81,10 +78,7 @@ def shaft_motion(arm: Arm, motion: Array) -> Array:
 
 
 def shaft_torques(arm: Arm, torque: Array) -> Array:
-    """The torques of the shafts that make given torques at the joints.
-
-    At the shafts [N m or N]: ``C^-T`` times each; the array itself where nothing is coupled.
-    """
+    """Torques of the shafts that make torques at the joints, ``C^-T`` times these [N m or N]; the same uncoupled."""
     return torque if arm.coupling is None else np.asarray(np.linalg.solve(arm.coupling.T, torque.T).T)
 
 
@@ -143,10 +137,7 @@ def belts_over(passes: Sequence[float]) -> Array:
 
 
 def placed(coupling: Array, joints: Sequence[int], n: int) -> Array:
-    """The coupling of a whole arm from that of some of its joints.
-
-    The identity but for those rows and columns, (n, n).
-    """
+    """The coupling of a whole arm, (n, n), from that of some of its joints; the identity for all others."""
     result = np.eye(n)
     result[np.ix_(joints, joints)] = coupling
     return result

@@ -56,10 +56,7 @@ class SprungArm:
     driven: tuple[int, ...]  # index in the new arm of every joint of the old one, integers, (n,)
 
     def widened(self, values: Array) -> Array:
-        """Positions, speeds or anything else of the driven joints, with zeros for the springs.
-
-        Of all joints, (m,) or (N, m).
-        """
+        """Positions, speeds or anything else of the driven joints, with zeros for the springs, (m,) or (N, m)."""
         given = np.asarray(values, dtype=np.float64)
         wide = np.zeros((*given.shape[:-1], self.arm.n))
         wide[..., list(self.driven)] = given

@@ -111,12 +111,7 @@ def displacements(arm: Arm, q: Any) -> Array:
 
 
 def screw_displacements(screw: Array, angles: Array) -> Array:
-    """The displacements along one screw: its exponentials.
-
-    Homogeneous matrices, translation [m], (N, 4, 4).
-
-    Reference: Modern Robotics, proposition 3.25.
-    """
+    """Exponentials of one screw, (N, 4, 4) [m]; Modern Robotics, proposition 3.25."""
     axis, linear = screw[:3], screw[3:]
     result = np.zeros((len(angles), 4, 4))
     result[:, 3, 3] = 1.0
@@ -264,10 +259,7 @@ def tip_acceleration_terms(arm: Arm, q: Any, qd: Any) -> Array:
 
 
 def skeleton(arm: Arm, q: Any) -> Array:
-    """Where the joints and the tip are: the corners of the arm as a stick figure.
-
-    Joints by their ``joint_points``, then the tip, base frame [m], (n + 1, 3) or (N, n + 1, 3).
-    """
+    """Corners of the arm as a stick figure: its ``joint_points``, then the tip [m], (n + 1, 3) or (N, n + 1, 3)."""
     (positions,) = finite_samples(arm.n, {"q": q})
     poses = link_poses(arm, positions)
     turn, centre = arm.home[:, :3, :3], arm.home[:, :3, 3]

@@ -129,10 +129,7 @@ def _damped(jacobian: Array, error: Array, damping: float) -> Array:
 
 
 def _missing(arm: Arm, wanted: Array, q: Array, size: float) -> tuple[Array, Array]:
-    """What leads from where tips are to where they are wanted, and the Jacobians; linear rows over the arm's size.
-
-    (angular [rad], linear [-]) in base axes, (N, 6), and (N, 6, n).
-    """
+    """What leads tips to where they are wanted, (N, 6), and the Jacobians; linear rows over the arm's size."""
     there, jacobian = tip_pose_and_jacobian(arm, q)
     jacobian[:, 3:] /= size
     turns = wanted[:, :3, :3] @ np.swapaxes(there[:, :3, :3], 1, 2)

@@ -105,21 +105,14 @@ class Heading(NamedTuple):
 
 @dataclass(frozen=True)
 class ExportMap:
-    """Which heading of a maker's table is which column of ours.
+    """Which heading of a maker's table is which column of ours."""
 
-    Attributes:
-        table: ``motors``, ``gears``, ``brakes`` or ``amplifiers``.
-        columns: By our column its heading, or a mapping of ``heading``, ``unit`` and ``times``, a factor.
-        fixed: What is the same in all rows, as text of our columns.
-        decimal: ``.`` or ``,``.
-        transposed: Whether parts stand side by side, a line for each number.
-    """
-
-    table: str = "motors"
+    table: str = "motors"  # ``motors``, ``gears``, ``brakes`` or ``amplifiers``
+    # by our column its heading, or a mapping of ``heading``, ``unit`` and ``times``, a factor
     columns: Mapping[str, Any] = field(default_factory=dict)
-    fixed: Mapping[str, Any] = field(default_factory=dict)
-    decimal: str = "."
-    transposed: bool = False
+    fixed: Mapping[str, Any] = field(default_factory=dict)  # what is the same in all rows, as text of our columns
+    decimal: str = "."  # ``.`` or ``,``
+    transposed: bool = False  # whether parts stand side by side, a line for each number
 
     def __post_init__(self) -> None:
         if self.table not in NAMES:

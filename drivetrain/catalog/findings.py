@@ -31,18 +31,12 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """Something wrong with one row.
+    """Something wrong with one row."""
 
-    Attributes:
-        column: Where it shows.
-        severity: How sure the rule is.
-        problem: What is wrong, in words.
-        predicted: The value the rest of the row implies, in SI and in the row's own convention; None: no single value.
-    """
-
-    column: str
-    severity: Severity
-    problem: str
+    column: str  # where it shows
+    severity: Severity  # how sure the rule is
+    problem: str  # what is wrong, in words
+    # the value the rest of the row implies, in SI and in the row's own convention; None: no single value
     predicted: float | None = None
 
 

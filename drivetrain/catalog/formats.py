@@ -22,25 +22,18 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Format:
-    """One column format.
+    """One column format."""
 
-    Attributes:
-        name: What to call it.
-        files: Pattern of the files for each of our tables.
-        columns: For each of our tables, our column to theirs; of several theirs the first that is filled counts.
-        fixed: Our cells that the format as a whole settles.
-        read_pairs: Motor key and gear keys of each row of a compatibility file.
-        stated_basis: What a row says of its ampere when it says that it is dc; empty when it does not.
-        lone_resistance_is_lumped: Whether one thermal resistance alone is that from winding to ambient.
-    """
-
-    name: str
-    files: Mapping[str, str]
+    name: str  # what to call it
+    files: Mapping[str, str]  # pattern of the files for each of our tables
+    # for each of our tables, our column to theirs; of several theirs the first that is filled counts
     columns: Mapping[str, Mapping[str, tuple[str, ...]]]
-    fixed: Mapping[str, str]
+    fixed: Mapping[str, str]  # our cells that the format as a whole settles
+    # motor key and gear keys of each row of a compatibility file
     read_pairs: Callable[[Rows], Iterator[tuple[str, list[str]]]]
+    # what a row says of its ampere when it says that it is dc; empty when it does not
     stated_basis: Callable[[Mapping[str, str]], str]
-    lone_resistance_is_lumped: bool
+    lone_resistance_is_lumped: bool  # whether one thermal resistance alone is that from winding to ambient
 
 
 def translate(form: Format, table: str, record: Mapping[str, str], file: str) -> Record:

@@ -36,22 +36,15 @@ Basis = str | Mapping[str, str]
 
 @dataclass(frozen=True)
 class Imported:
-    """What an import wrote and what it left out.
+    """What an import wrote and what it left out."""
 
-    Attributes:
-        folder: Where the tables stand.
-        motors, gears: Rows written.
-        pairs: Motor-gear pairs written.
-        dropped_pairs: Pairs left out because one of the two was not written.
-        refused: Every row left out, with its file, row and reason.
-    """
-
-    folder: Path
+    folder: Path  # where the tables stand
+    # rows written
     motors: int
     gears: int
-    pairs: int
-    dropped_pairs: int
-    refused: tuple[Fault, ...]
+    pairs: int  # motor-gear pairs written
+    dropped_pairs: int  # pairs left out because one of the two was not written
+    refused: tuple[Fault, ...]  # every row left out, with its file, row and reason
 
 
 @dataclass(frozen=True)

@@ -23,29 +23,18 @@ PARTS = (MOTORS, GEARS, BRAKES, AMPLIFIERS)  # whose keys a price may name
 
 @dataclass(frozen=True)
 class LintFault:
-    """One thing wrong with a catalogue.
+    """One thing wrong with a catalogue."""
 
-    Attributes:
-        file: Path of the table.
-        row: As an editor counts; 1 is the header.
-        column: Header of the column as written; empty when it is the whole row.
-        key: Of the motor or gear; empty in the header.
-        severity: ERROR cannot be right; WARNING is unusual.
-        problem: What is wrong.
-        printed: What stands there, in the header's unit.
-        predicted: What the rest of the row implies, in the header's unit; None where no single value is implied.
-        hint: The fix.
-    """
-
-    file: str
-    row: int
-    column: str
-    key: str
-    severity: Severity
-    problem: str
-    printed: object = None
+    file: str  # path of the table
+    row: int  # as an editor counts; 1 is the header
+    column: str  # header of the column as written; empty when it is the whole row
+    key: str  # of the motor or gear; empty in the header
+    severity: Severity  # ERROR cannot be right; WARNING is unusual
+    problem: str  # what is wrong
+    printed: object = None  # what stands there, in the header's unit
+    # what the rest of the row implies, in the header's unit; None where no single value is implied
     predicted: float | None = None
-    hint: str = ""
+    hint: str = ""  # the fix
 
     def __str__(self) -> str:
         place = f"{self.file}: row {self.row}" + (f", column {self.column}" if self.column else "")

@@ -28,31 +28,21 @@ TEXT, NUMBER, CHOICE = "text", "number", "choice"
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table.
+    """One column of a table."""
 
-    Attributes:
-        name: In the header, before the unit.
-        meaning: What stands in it, as the documentation tells it.
-        content: ``text``, ``number`` or ``choice``.
-        unit: SI unit of a number, ``1`` for a pure one; its dimension is what the header's unit must have. Empty: the
-            header's unit is not looked at (a currency).
-        low, high: Smallest and largest believable number [in ``unit``]; outside, the reader refuses it.
-        choices: The words that may stand in a ``choice``.
-        needed: A row with this cell empty is refused.
-        lint_only: The reader checks it and throws it away: it serves the lint alone.
-        why_needed: What to tell a user whose cell is empty.
-    """
-
-    name: str
-    meaning: str
-    content: str = TEXT
+    name: str  # in the header, before the unit
+    meaning: str  # what stands in it, as the documentation tells it
+    content: str = TEXT  # ``text``, ``number`` or ``choice``
+    # SI unit of a number, ``1`` for a pure one; its dimension is what the header's unit must have. Empty: the
+    # header's unit is not looked at (a currency)
     unit: str = ""
+    # smallest and largest believable number [in ``unit``]; outside, the reader refuses it
     low: float | None = None
     high: float | None = None
-    choices: tuple[str, ...] = ()
-    needed: bool = False
-    lint_only: bool = False
-    why_needed: str = ""
+    choices: tuple[str, ...] = ()  # the words that may stand in a ``choice``
+    needed: bool = False  # a row with this cell empty is refused
+    lint_only: bool = False  # the reader checks it and throws it away: it serves the lint alone
+    why_needed: str = ""  # what to tell a user whose cell is empty
 
 
 def _text(name: str, meaning: str, *, needed: bool = False, lint_only: bool = False) -> Column:

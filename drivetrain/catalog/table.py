@@ -23,15 +23,10 @@ WHOLE = ("stages",)
 
 @dataclass(frozen=True)
 class Row:
-    """One row of a table.
+    """One row of a table."""
 
-    Attributes:
-        line: Its line in the file, as an editor counts: the header is line 1.
-        cells: Value by column name, numbers in SI; None when empty or faulty.
-    """
-
-    line: int
-    cells: Mapping[str, Cell]
+    line: int  # its line in the file, as an editor counts: the header is line 1
+    cells: Mapping[str, Cell]  # value by column name, numbers in SI; None when empty or faulty
 
     def number(self, name: str) -> float | None:
         """The number in a column."""
@@ -46,40 +41,24 @@ class Row:
 
 @dataclass(frozen=True)
 class CellFault:
-    """Something wrong at one place of a table.
+    """Something wrong at one place of a table."""
 
-    Attributes:
-        line: Of the file, as an editor counts.
-        header: Of the column, as written; empty when it is the whole row.
-        problem: What is wrong and what is allowed.
-        value: What was found.
-        hint: The fix.
-    """
-
-    line: int
-    header: str
-    problem: str
-    value: object = None
-    hint: str = ""
+    line: int  # of the file, as an editor counts
+    header: str  # of the column, as written; empty when it is the whole row
+    problem: str  # what is wrong and what is allowed
+    value: object = None  # what was found
+    hint: str = ""  # the fix
 
 
 @dataclass(frozen=True)
 class Table:
-    """One CSV file, read.
+    """One CSV file, read."""
 
-    Attributes:
-        path: The file.
-        headers: Each known column's header as written, by column name.
-        units: Each number column's unit as written, by column name.
-        rows: In file order.
-        faults: Everything wrong with the file.
-    """
-
-    path: Path
-    headers: Mapping[str, str]
-    units: Mapping[str, str]
-    rows: tuple[Row, ...]
-    faults: tuple[CellFault, ...]
+    path: Path  # the file
+    headers: Mapping[str, str]  # each known column's header as written, by column name
+    units: Mapping[str, str]  # each number column's unit as written, by column name
+    rows: tuple[Row, ...]  # in file order
+    faults: tuple[CellFault, ...]  # everything wrong with the file
 
     def fault(self, found: CellFault) -> Fault:
         """A fault of this table as an error tells it."""

@@ -62,12 +62,7 @@ def _result(path: Path) -> dict[str, Any]:
 
 
 def chosen(study: Study, *, runs: bool = False) -> Evaluation:
-    """The evaluation of the drives that a study gives, or of those selected where it gives none.
-
-    Args:
-        study: Any.
-        runs: Whether they are to be simulated, for which a load table must say what inertia moves.
-    """
+    """The evaluation of the drives given, or of those selected where none are; ``runs``: they will be simulated."""
     from drivetrain.accuracy.study_run import complete, gives_all
     from drivetrain.sizing.judge.evaluate import evaluate
     from drivetrain.sizing.search.search import select

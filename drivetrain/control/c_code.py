@@ -42,13 +42,7 @@ def write_c(commander: Commander, path: str | Path, *, name: str = "commander") 
 
 
 def c_texts(commander: Commander, *, name: str = "commander", header: str = "commander.h") -> tuple[str, str]:
-    """Header and source.
-
-    Args:
-        commander: See ``write_c``.
-        name: With which the names in C begin.
-        header: Name of the header's file.
-    """
+    """Header and source; names in C begin with ``name``."""
     tape, n = Tape(), len(commander.joints)
     results = _traced(tape, commander)
     finals = [row[i] for row in results.values() for i in range(n)]

@@ -29,17 +29,13 @@ DEAD = 1e-5  # smallest over largest singular value at which joints still follow
 
 
 class WholeMotion(NamedTuple):
-    """All joints of an arm with loops, m of them.
+    """All joints of an arm with loops, m of them."""
 
-    Attributes:
-        position, velocity, acceleration: [rad or m, and per s, s^2], (N, m).
-        turns: J, what each does a unit of a driven joint [-, rad/m or m/rad], (N, m, n).
-    """
-
+    # [rad or m, and per s, s^2], (N, m)
     position: Array
     velocity: Array
     acceleration: Array
-    turns: Array
+    turns: Array  # J, what each does a unit of a driven joint [-, rad/m or m/rad], (N, m, n)
 
 
 def whole_motion(linkage: Linkage, q: Array, qd: Array, qdd: Array) -> WholeMotion:
@@ -190,15 +186,9 @@ def main_chain(arm: Arm, q: Array) -> tuple[Arm, Array]:
 def closed_loads(arm: Arm, motion: list[Array], tip_wrench: Any, loads: Any) -> tuple[Array, ...]:
     """What the driven joints of an arm with loops must give, from the loads of its chains.
 
-    Args:
-        motion: q, qd, qdd of the driven joints, (N, n).
-        tip_wrench: On the environment, of the arm's own chain.
-        loads: ``joint_loads``.
-
-    Returns:
-        Generalised torque, that at the gears' outputs, wrenches, and accelerations of the links before, as in
-        ``JointLoads``; wrenches are NaN where a loop closes around the joint: how its bearings and the pins share them
-        depends on how stiff they are.
+    Generalised torque, that at the gears' outputs, wrenches, and accelerations of the links before, as in
+    ``JointLoads``; wrenches are NaN where a loop closes around the joint: how its bearings and the pins share them
+    depends on how stiff they are. ``loads``: ``joint_loads``.
     """
     assert arm.linkage is not None
     loops = arm.linkage.loops

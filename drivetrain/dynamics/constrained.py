@@ -222,16 +222,7 @@ def constraint_projectors(arm: Arm, constraints: Constraints, q: Any, *, toleran
 def closed_position(arm: Arm, constraints: Constraints, q: Any, *, tolerance: float = 1e-12, most: int = 50) -> Array:
     """The position near q at which the constraints hold, by Newton's method, each step least in the metric of M.
 
-    Args:
-        q: Positions to start from [rad or m], (n,).
-        tolerance: Largest error left [m or -].
-        most: Steps [-].
-
-    Returns:
-        Positions [rad or m], (n,).
-
-    Raises:
-        InputError: Wrong shape, NaN, or no such position near q: the constraints cannot be met, or not from there.
+    Raises InputError where no such position is near q: the constraints cannot be met, or not from there.
     """
     held = tuple(one for one in checked_constraints(arm, constraints) if one.holonomic)
     (positions,) = finite_samples(arm.n, {"q": q})
@@ -253,10 +244,7 @@ def closed_position(arm: Arm, constraints: Constraints, q: Any, *, tolerance: fl
 
 
 def closed_speed(arm: Arm, constraints: Constraints, q: Any, qd: Any) -> Array:
-    """The speeds nearest to qd, in the metric of M, that the constraints allow.
-
-    Speeds [rad/s or m/s], as qd: ``P_theta qd``, what is left after a shock that the constraints take.
-    """
+    """``P_theta qd``, the allowed speeds nearest to qd in the metric of M: what is left after a shock."""
     several = checked_constraints(arm, constraints)
     positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
     jacobian = stacked_rows(arm, several, positions, speeds).jacobian
@@ -271,18 +259,7 @@ def least_change(
 ) -> tuple[Array, Array, Array]:
     """The x and lambda of ``M x + A^T lambda = force``, ``A x = -drift``; for checked input.
 
-    Args:
-        q: Positions [rad or m], (N, n), C order.
-        jacobian: A, (N, k, n).
-        force: Right-hand side [N m or N], (N, n).
-        drift: What A x must undo [unit of the rows, per s^2 with a force], (N, k).
-        tolerance: Singular value that counts as none, over the largest [-].
-
-    Returns:
-        x, (N, n); lambda, (N, k); and rank, condition, missed drift [-, -, unit of the drift], (N, 3).
-
-    Raises:
-        InputError: The mass matrix is singular.
+    x, (N, n), lambda, (N, k), and rank, condition, missed drift, (N, 3), of A (N, k, n); tolerance: as ``RANK``.
     """
     motion, multipliers, found = np.empty(force.shape), np.empty(drift.shape), np.empty((len(q), 3))
     matrices = mass_matrices(packed(arm), q)

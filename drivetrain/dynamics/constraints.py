@@ -24,17 +24,12 @@ from drivetrain.spatial.poses import inverse_pose
 
 
 class Rows(NamedTuple):
-    """The rows of constraints over samples.
+    """The rows of constraints over samples."""
 
-    Attributes:
-        error: How far the position is off, (N, k), [m for lengths, - for angles]; zero for rows that only bind speeds.
-        jacobian: A, (N, k, n): the rows of ``A qd = 0``; the derivative of the error where there is one.
-        drift: ``dA/dt qd``, (N, k), [m/s^2 or 1/s^2].
-    """
-
+    # how far the position is off, (N, k), [m for lengths, - for angles]; zero for rows that only bind speeds
     error: Array
-    jacobian: Array
-    drift: Array
+    jacobian: Array  # A, (N, k, n): the rows of ``A qd = 0``; the derivative of the error where there is one
+    drift: Array  # ``dA/dt qd``, (N, k), [m/s^2 or 1/s^2]
 
 
 class Constraint(ABC):
@@ -250,14 +245,7 @@ class Surface(ABC):
 
     @abstractmethod
     def height(self, points: Array) -> tuple[Array, Array, Array]:
-        """How high points are above the surface, and how that changes.
-
-        Args:
-            points: In the base frame [m], (N, 3).
-
-        Returns:
-            Height [m], (N,), positive outside; its gradient [-], (N, 3); its second derivative [1/m], (N, 3, 3).
-        """
+        """How high points (N, 3) are above the surface [m], positive outside; its gradient and second derivative."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,15 +271,10 @@ class Plane(Surface):
 
 @dataclass(frozen=True, eq=False)
 class Sphere(Surface):
-    """A sphere.
+    """A sphere."""
 
-    Attributes:
-        centre: In the base frame [m], (3,).
-        radius: [m].
-    """
-
-    centre: Array
-    radius: float
+    centre: Array  # in the base frame [m], (3,)
+    radius: float  # [m]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre", frozen_array(self.centre, (3,), "Sphere.centre"))
@@ -303,17 +286,11 @@ class Sphere(Surface):
 
 @dataclass(frozen=True, eq=False)
 class Cylinder(Surface):
-    """A round cylinder without ends.
+    """A round cylinder without ends."""
 
-    Attributes:
-        axis: Direction, made unit length [-], (3,).
-        point: Any point of the axis, in the base frame [m], (3,).
-        radius: [m].
-    """
-
-    axis: Array
-    point: Array
-    radius: float
+    axis: Array  # direction, made unit length [-], (3,)
+    point: Array  # any point of the axis, in the base frame [m], (3,)
+    radius: float  # [m]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "axis", _direction(self.axis, "Cylinder.axis"))
@@ -357,14 +334,10 @@ class KnifeEdge(Constraint):
     """The origin of a frame has no velocity along one of the frame's own directions: a skate, a wheel, a blade.
 
     One row that binds speeds and not positions (nonholonomic); its multiplier is the sideways force [N].
-
-    Attributes:
-        blade: The frame.
-        sideways: In that frame, made unit length [-], (3,).
     """
 
-    blade: Attachment
-    sideways: Array
+    blade: Attachment  # the frame
+    sideways: Array  # in that frame, made unit length [-], (3,)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sideways", _direction(self.sideways, "KnifeEdge.sideways"))

@@ -45,10 +45,7 @@ def mass_matrix(arm: Arm, q: Any) -> Array:
 
 
 def mass_matrices(model: Packed, q: Array) -> Array:
-    """Mass matrices for samples that have been checked.
-
-    M [kg m^2, kg m or kg], (N, n, n), exactly symmetric.
-    """
+    """Mass matrices for samples that have been checked, (N, n, n), exactly symmetric."""
     wide = q if model.spread is None else q @ model.spread.T
     count, n = wide.shape
     result = np.empty((count, n, n))

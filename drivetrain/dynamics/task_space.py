@@ -42,13 +42,9 @@ ALL = (0, 1, 2, 3, 4, 5)
 
 @dataclass(frozen=True)
 class Task(ABC):
-    """Base of the tasks.
+    """Base of the tasks."""
 
-    Attributes:
-        rows: Which of the six rows count, (angular 0 to 2, linear 3 to 5).
-    """
-
-    rows: tuple[int, ...] = ALL
+    rows: tuple[int, ...] = ALL  # which of the six rows count, (angular 0 to 2, linear 3 to 5)
 
     def __post_init__(self) -> None:
         rows = tuple(self.rows)
@@ -65,17 +61,11 @@ class Task(ABC):
         """Its time derivative, (N, 6, n)."""
 
     def jacobian(self, arm: Arm, q: Array) -> Array:
-        """The matrix that takes joint rates to the rates of the task.
-
-        (N, k, n), rows in SI units.
-        """
+        """The matrix that takes joint rates to the rates of the task, SI units, (N, k, n)."""
         return self._whole(arm, q)[:, self.rows]
 
     def jacobian_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
-        """The time derivative of the Jacobian.
-
-        (N, k, n), rows in SI units per second.
-        """
+        """The time derivative of the Jacobian, (N, k, n)."""
         return self._whole_rate(arm, q, qd)[:, self.rows]
 
 
@@ -117,13 +107,9 @@ BODY = BodyTwist()
 
 @dataclass(frozen=True)
 class NearSingular(ABC):
-    """What to do where the arm loses a direction of the task.
+    """What to do where the arm loses a direction of the task."""
 
-    Attributes:
-        threshold: Smallest singular value that counts as regular, as a share of the largest [-].
-    """
-
-    threshold: float = 1e-6
+    threshold: float = 1e-6  # smallest singular value that counts as regular, as a share of the largest [-]
 
     def __post_init__(self) -> None:
         if not 0.0 < self.threshold < 1.0:
@@ -228,12 +214,7 @@ def task_wrench(arm: Arm, q: Any, tau: Any, *, task: Task = BODY, near_singular:
 
 
 def wrench_torque(arm: Arm, q: Any, wrench: Any, *, task: Task = BODY) -> Array:
-    """The joint torques that put a wrench into a task: ``J^T F``.
-
-    Torques [N m; N at a prismatic joint], (n,) or (N, n).
-
-    Reference: Modern Robotics, equation 5.26.
-    """
+    """The joint torques that put a wrench into a task, ``J^T F``, (n,) or (N, n); Modern Robotics, equation 5.26."""
     (positions,) = finite_samples(arm.n, {"q": q})
     rows = batch(wrench, len(task.rows), "wrench")
     if len(rows) not in (1, len(positions)):
@@ -243,12 +224,7 @@ def wrench_torque(arm: Arm, q: Any, wrench: Any, *, task: Task = BODY) -> Array:
 
 
 def task_acceleration(arm: Arm, q: Any, qd: Any, qdd: Any, *, task: Task = BODY) -> Array:
-    """How a task accelerates: ``J qdd + dJ/dt qd``.
-
-    (k,) or (N, k), [rad/s^2; m/s^2 in linear rows].
-
-    Reference: Modern Robotics, equation 8.84.
-    """
+    """How a task accelerates, ``J qdd + dJ/dt qd``, (k,) or (N, k); Modern Robotics, equation 8.84."""
     positions, speeds, accelerations = finite_samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
     driven = task.jacobian(arm, positions) @ accelerations[:, :, None]
     drift = task.jacobian_rate(arm, positions, speeds) @ speeds[:, :, None]

@@ -8,12 +8,7 @@ from drivetrain.whole_files import refusal, write_whole
 
 
 def write_text(path: str | Path, text: str) -> Path:
-    """Write a file whole or not at all.
-
-    Raises:
-        InputError: It cannot be written there.
-        OSError: The disk is full or fails.
-    """
+    """Write a file whole or not at all; raises InputError, or OSError where the disk is full or fails."""
     place = Path(path)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)

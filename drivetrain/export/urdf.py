@@ -77,11 +77,6 @@ def write_urdf(
 def urdf_text(arm: Arm, *, data: UrdfJointData = NO_DATA, base: str | None = None, tip: str | None = None) -> str:
     """The URDF of an arm.
 
-    Raises:
-        InputError: What would be another arm when read: helical joints, rotors counted in full that are unbalanced,
-            on another link than the one before their joint, not parallel to its axis, or coupled otherwise than
-            ros_control's transmissions are; names used twice; data of other shapes. All of it at once.
-
     Reference: URDF, http://wiki.ros.org/urdf/XML; the rotor tags are Drake's, the transmissions ros_control's.
     """
     return _written(arm, data, base, tip)[0]

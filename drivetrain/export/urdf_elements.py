@@ -23,12 +23,7 @@ INTERFACE = "hardware_interface/EffortJointInterface"
 
 
 def add_link(root: Element, name: str, body: RigidBody, pose_link_home: Array) -> None:
-    """Add a link; one without mass and inertia has nothing to say of itself.
-
-    Args:
-        body: Given in its home frame [kg, m, kg m^2].
-        pose_link_home: That frame in the link's, (4, 4).
-    """
+    """Add a link with a body given in its home frame; one without mass and inertia has nothing to say of itself."""
     link = ElementTree.SubElement(root, "link", name=name)
     if not body.mass and not body.inertia.any():
         return
@@ -48,30 +43,20 @@ def add_joint(root: Element, name: str, kind: str, ends: tuple[str, str]) -> Ele
 
 
 def add_origin(parent: Element, place: Array) -> None:
-    """Say where a frame stands.
-
-    Args:
-        place: The frame, (4, 4); translation [m].
-    """
+    """Say where a frame stands, (4, 4)."""
     rpy = cleaned(rpy_from_rotation(place[:3, :3]))
     ElementTree.SubElement(parent, "origin", xyz=text(cleaned(place[:3, 3])), rpy=text(rpy))
 
 
 def add_axis(joint: Element, direction: Array) -> None:
-    """Say along which way a joint turns or slides.
-
-    Args:
-        direction: Unit vector in the joint's frame [-], (3,).
-    """
+    """Say along which way a joint turns or slides, in its frame."""
     ElementTree.SubElement(joint, "axis", xyz=text(cleaned(direction)))
 
 
 def add_limits(joint: Element, limits: Mapping[str, float]) -> None:
     """Say how far a joint goes; the largest number there is stands for no limit, where URDF wants a number.
 
-    Args:
-        limits: ``lower`` and ``upper`` [rad or m], ``effort`` [N m or N], ``velocity`` [rad/s or m/s]; infinite where
-            there is none. A continuous joint has no place for the first two.
+    ``lower`` and ``upper`` [rad or m], for which a continuous joint has no place, ``effort``, ``velocity``.
     """
     continuous = joint.get("type") == "continuous"
     known = {name: value for name, value in limits.items() if not (continuous and name in ("lower", "upper"))}
@@ -82,33 +67,20 @@ def add_limits(joint: Element, limits: Mapping[str, float]) -> None:
 
 
 def add_dynamics(joint: Element, dynamics: Mapping[str, float]) -> None:
-    """Say what friction a joint has, if that is known.
-
-    Args:
-        dynamics: ``damping`` [N m s/rad or N s/m] and ``friction`` [N m or N], as far as known.
-    """
+    """Say what friction a joint has, ``damping`` [N m s/rad or N s/m] and ``friction`` [N m or N], if that is known."""
     if dynamics:
         ElementTree.SubElement(joint, "dynamics", {name: text(value) for name, value in dynamics.items()})
 
 
 def add_transmission(root: Element, joint: str, tags: RotorTags) -> None:
-    """Add a gear as ros_control wants it, the sign of its ratio kept, and its rotor as Drake does.
-
-    Args:
-        tags: Ratio [- or rad/m] and inertia [kg m^2] of its rotor.
-    """
+    """Add a gear as ros_control wants it, the sign of its ratio kept, and its rotor as Drake does."""
     transmission = _transmission(root, f"{joint}_transmission", SIMPLE)
     _end(transmission, "joint", joint)
     _add_rotor(_end(transmission, "actuator", f"{joint}_motor"), tags)
 
 
 def add_pair(root: Element, joints: tuple[str, str], pair: Pair, tags: tuple[RotorTags, RotorTags]) -> None:
-    """Add a transmission that joins two motors to two joints.
-
-    Args:
-        pair: What kind it is, and the reductions [-] of the joints.
-        tags: Of the motors, in that order [-, kg m^2].
-    """
+    """Add a transmission that joins two motors to two joints."""
     transmission = _transmission(root, f"{joints[0]}_{joints[1]}_transmission", pair.kind)
     for role, name, reduction in zip(JOINTS, joints, pair.reductions, strict=True):
         joint = _end(transmission, "joint", name)
@@ -142,11 +114,7 @@ def _add_rotor(actuator: Element, tags: RotorTags) -> None:
 
 
 def cleaned(values: Array) -> Array:
-    """Numbers with what rounding leaves of zero made zero.
-
-    Args:
-        values: Any shape [m, rad or -].
-    """
+    """Numbers with what rounding leaves of zero made zero."""
     return np.where(np.abs(values) < NOTHING, 0.0, values)
 
 

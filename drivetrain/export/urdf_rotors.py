@@ -46,14 +46,7 @@ class WrittenBodies:
 
 
 def written_bodies(arm: Arm) -> WrittenBodies:
-    """The links and rotors of an arm as a URDF can hold them.
-
-    Returns:
-        Bodies [kg, m, kg m^2] and tags that give, read back and set to the arm's level, the same dynamics.
-
-    Raises:
-        InputError: A rotor counted in full that URDF has no words for, or a link without inertia to spare.
-    """
+    """The links and rotors of an arm as a URDF can hold them: read back at the arm's level, the same dynamics."""
     faults, couplings = Faults(), written_couplings(arm)
     lost = {joint for group in couplings.lost for joint in group}
     added: list[list[RigidBody]] = [[] for _ in range(arm.n)]
@@ -85,11 +78,7 @@ def _level_note(level: RotorLevel) -> str:
 
 
 def axis_direction(arm: Arm, joint: int) -> Array:
-    """The direction of a joint's axis.
-
-    Returns:
-        Unit vector in the base frame, all joints zero [-], (3,).
-    """
+    """The unit direction of a joint's axis, base frame, all joints zero, (3,)."""
     screw = arm.screws[joint]
     return np.asarray(screw[:3] if screw[:3].any() else screw[3:])
 

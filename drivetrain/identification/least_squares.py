@@ -96,23 +96,14 @@ def problem_of(rows: Array, wanted: Array, friction: np.ndarray, folds: int, gap
 
 
 class BaseParameters(NamedTuple):
-    """The combinations of parameters that torques can tell apart.
+    """The combinations of parameters that torques can tell apart."""
 
-    Attributes:
-        leading: Column that each combination is named after, (r,).
-        combined: Factors of all parameters in it, (r, p).
-    """
-
-    leading: np.ndarray
-    combined: Array
+    leading: np.ndarray  # column that each combination is named after, (r,)
+    combined: Array  # factors of all parameters in it, (r, p)
 
 
 def base_parameters(rows: Array, tolerance: float = 1e-8) -> BaseParameters:
-    """The base parameters of a regressor, rows (m, p), by the rank-revealing QR decomposition.
-
-    Reference: M. Gautier, Numerical calculation of the base inertial parameters of robots, Journal of Robotic Systems
-        8 (1991) 485-506.
-    """
+    """The base parameters of rows (m, p), by rank-revealing QR; Gautier, J. Robotic Systems 8 (1991) 485-506."""
     from scipy.linalg import qr, solve_triangular
 
     size = np.sqrt(np.sum(rows**2, axis=0))

@@ -71,11 +71,7 @@ def _value(value: object) -> str:
 
 @contextmanager
 def progress(to: Console, text: str) -> Iterator[Callable[[int, int, str], None]]:
-    """A bar while something long is done; nothing when the output is no terminal.
-
-    Yields:
-        A function to call with (done, of how many, what is being done).
-    """
+    """A bar while something long is done, moved by (done, of how many, what); nothing without a terminal."""
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),

@@ -71,12 +71,7 @@ def free_motion(inertia: Any, pose_s_b: Any, twist: Any, time: Any, *, wrench: W
 
 
 def space_momentum(inertia: Any, motion: FreeMotion) -> Array:
-    """The momentum of a moving body as seen from space, which a free flight keeps.
-
-    (angular about the origin of space [kg m^2/s], linear [kg m/s]), (N, 6).
-
-    Reference: Modern Robotics, equations 8.34 and 3.98.
-    """
+    """The momentum (angular, linear) that a free flight keeps, (N, 6); Modern Robotics, 8.34 and 3.98."""
     own = momentum(inertia, motion.twists)
     rotation, place = motion.poses[:, :3, :3], motion.poses[:, :3, 3]
     angular, linear = ((rotation @ part[:, :, None])[:, :, 0] for part in (own[:, :3], own[:, 3:]))

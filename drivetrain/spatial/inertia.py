@@ -130,12 +130,7 @@ def combined(bodies: Iterable[RigidBody]) -> RigidBody:
 
 
 def parallel_axis(mass: float, offset: Any) -> Array:
-    """The inertia that a point mass has about a point at an offset: what Steiner's rule adds.
-
-    [kg m^2], (3, 3).
-
-    Reference: Modern Robotics, equation 8.27, its second term.
-    """
+    """What Steiner's rule adds for a mass at an offset [kg m^2], (3, 3); Modern Robotics, equation 8.27."""
     cross = skew(offset)
     return np.asarray(-mass * (cross @ cross))
 
@@ -219,10 +214,7 @@ def triangle_excess(inertia: Any) -> float:
 
 
 def half_axes(mass: float, inertia: Any) -> Array:
-    """The half axes of the uniform ellipsoid that has this mass and inertia.
-
-    Half axes, largest first [m], (3,); zero along a direction in which the tensor has no (or negative) spread.
-    """
+    """Half axes [m], largest first, (3,), of the uniform ellipsoid of this mass and inertia; zero without spread."""
     moments = np.linalg.eigvalsh(checked_array(inertia, (3, 3), "inertia"))
     spread = np.clip(0.5 * moments.sum() - moments, 0.0, None)
     return np.asarray(np.sqrt(5.0 * spread / mass))

@@ -30,10 +30,7 @@ def pose(rotation: Any | None = None, point: Any | None = None) -> Array:
 
 
 def pose_from_xyz_rpy(xyz: Any, rpy: Any) -> Array:
-    """The pose of a URDF ``origin``: an origin and roll, pitch, yaw about fixed axes.
-
-    Homogeneous matrix, (4, 4).
-    """
+    """The pose of a URDF ``origin``, (4, 4): an origin and roll, pitch, yaw about fixed axes."""
     return pose(rotation_from_rpy(rpy), xyz)
 
 
@@ -118,10 +115,7 @@ def adjoint(pose_a_b: Any) -> Array:
 
 
 def axis_point(screw: Any, near: Any) -> Array:
-    """The point of a screw's axis that is nearest to a given point.
-
-    Point on the axis [m], (3,).
-    """
+    """The point of a screw's axis that is nearest to a given point [m], (3,)."""
     s = checked_array(screw, (6,), "screw")
     p = checked_array(near, (3,), "near")
     on_axis = np.cross(s[:3], s[3:])

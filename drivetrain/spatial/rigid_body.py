@@ -22,20 +22,12 @@ SINGULAR = 1e-12  # pivot of the inertia scaled to a unit diagonal; rounding lea
 
 
 def momentum(inertia: Any, twist: Any) -> Array:
-    """The spatial momentum of a body.
-
-    (angular [kg m^2/s], linear [kg m/s]), (6,) or (N, 6).
-
-    Reference: Modern Robotics, equation 8.34.
-    """
+    """The momentum (angular, linear) of a body, (6,) or (N, 6); Modern Robotics, equation 8.34."""
     return like(batch(twist, 6, "twist") @ _symmetric(inertia), twist)
 
 
 def kinetic_energy(inertia: Any, twist: Any) -> Array:
-    """The kinetic energy of a body.
-
-    Reference: Modern Robotics, equation 8.33.
-    """
+    """The kinetic energy of a body; Modern Robotics, equation 8.33."""
     rows = batch(twist, 6, "twist")
     return like(0.5 * np.sum(rows * (rows @ _symmetric(inertia)), axis=1), twist)
 

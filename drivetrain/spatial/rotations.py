@@ -11,10 +11,7 @@ from drivetrain.arrays import Array, checked_array
 
 
 def skew(vector: Any) -> Array:
-    """The matrix that takes the cross product with a vector from the left.
-
-    The skew-symmetric matrix, (3, 3), in the same unit.
-    """
+    """The skew-symmetric matrix that takes the cross product with a vector from the left, (3, 3)."""
     x, y, z = checked_array(vector, (3,), "vector")
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
@@ -37,10 +34,7 @@ def exp_rotation(rotation_vector: Any) -> Array:
 
 
 def exp_series(angle: float) -> tuple[float, float, float]:
-    """The factors sin x / x, (1 - cos x) / x^2 and (x - sin x) / x^3 of the exponential.
-
-    The three factors [-], accurate at zero too.
-    """
+    """The factors sin x / x, (1 - cos x) / x^2 and (x - sin x) / x^3 of the exponential, accurate at zero too."""
     if angle == 0.0:
         return 1.0, 0.5, 1.0 / 6.0
     half = 0.5 * angle
@@ -74,10 +68,7 @@ def log_rotation(rotation: Any) -> Array:
 
 
 def quaternion(rotation: Any) -> tuple[float, Array]:
-    """The unit quaternion of a rotation matrix, real part not negative.
-
-    Real part [-] and imaginary part [-], (3,).
-    """
+    """Real part, not negative, and imaginary part, (3,), of the unit quaternion of a rotation matrix."""
     r = checked_array(rotation, (3, 3), "rotation")
     trace = float(np.trace(r))
     largest = int(np.argmax([r[0, 0], r[1, 1], r[2, 2], trace]))
@@ -155,10 +146,7 @@ def frame_along(axis: Any) -> Array:
 
 
 def nearest_rotation(matrix: Any) -> Array:
-    """The rotation matrix nearest to a matrix, in the sum of squares of the entries.
-
-    Rotation matrix [-], (3, 3).
-    """
+    """The rotation matrix nearest to a matrix, in the sum of squares of the entries, (3, 3)."""
     left, _, right = np.linalg.svd(checked_array(matrix, (3, 3), "matrix"))
     if np.linalg.det(left @ right) < 0.0:
         left = left * np.array([1.0, 1.0, -1.0])
@@ -173,9 +161,6 @@ def is_rotation(matrix: Any, tolerance: float = 1e-6) -> bool:
 
 
 def unit(vector: Any) -> Array:
-    """The vector made unit length.
-
-    Direction [-], (3,).
-    """
+    """The vector made unit length, (3,)."""
     v = checked_array(vector, (3,), "vector")
     return v / sqrt(float(v @ v))

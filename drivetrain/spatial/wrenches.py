@@ -41,22 +41,14 @@ def lie_bracket(first: Any, second: Any) -> Array:
 
 
 def dual_bracket(twist: Any, wrench: Any) -> Array:
-    """The transposed bracket: what a twist makes of a wrench or a momentum given in the frame that moves with it.
-
-    ``bracket(twist).T @ wrench``, (6,) or (N, 6).
-
-    Reference: Modern Robotics, equation 8.39.
-    """
+    """``bracket(twist).T @ wrench``, of a wrench in the frame that moves; Modern Robotics, equation 8.39."""
     v, f = same_batches(6, {"twist": twist, "wrench": wrench})
     moment = np.cross(f[:, :3], v[:, :3]) + np.cross(f[:, 3:], v[:, 3:])
     return like(np.hstack([moment, np.cross(f[:, 3:], v[:, :3])]), twist)
 
 
 def same_batches(width: int, named: dict[str, Any]) -> list[Array]:
-    """Samples or batches of one shape, each as a batch.
-
-    The values, (N, width) each; N = 1 for one sample.
-    """
+    """Samples or batches of one shape, each as a batch (N, width); N = 1 for one sample."""
     arrays = [batch(value, width, name) for name, value in named.items()]
     lead, first = next(iter(named.items()))
     faults = [
@@ -70,8 +62,5 @@ def same_batches(width: int, named: dict[str, Any]) -> list[Array]:
 
 
 def like(rows: Array, given: Any) -> Array:
-    """A batch as it came in: without its leading axis where one sample was given.
-
-    ``rows``, or its only row.
-    """
+    """A batch as it came in: its only row where one sample was given."""
     return rows if np.ndim(given) == 2 else np.asarray(rows[0])

@@ -38,10 +38,7 @@ class UrdfCoupling:
 
 
 def read_coupling(reader: Reader, transmission: ElementTree.Element, kind: str) -> UrdfCoupling | None:
-    """The coupling of a transmission.
-
-    The coupling [-]; None where it is of another type, or roles or the motors' reductions are missing.
-    """
+    """The coupling of a transmission; None where it is of another type, or roles or reductions are missing."""
     which = next((name for name in (DIFFERENTIAL, FOUR_BAR) if kind.endswith(name)), None)
     joints = _by_role(transmission, "joint", JOINTS)
     actuators = _by_role(transmission, "actuator", ACTUATORS)
@@ -78,10 +75,7 @@ def _reduction(reader: Reader, element: ElementTree.Element, place: str) -> floa
 
 
 def checked_reduction(reader: Reader, text: str, place: str) -> float:
-    """A reduction as a number.
-
-    The number [- or rad/m]; 0, and a fault, where it is none, not finite or zero.
-    """
+    """A reduction as a number [- or rad/m]; 0, and a fault, where it is none, not finite or zero."""
     try:
         value = float(text)
     except ValueError:
@@ -105,10 +99,7 @@ class UrdfDrive:
 def read_drives(
     reader: Reader, root: ElementTree.Element, joints: dict[str, ElementTree.Element]
 ) -> tuple[dict[str, UrdfDrive], list[UrdfCoupling], list[str]]:
-    """The drives of a parsed file.
-
-    A drive a movable joint [SI], the couplings of two motors with two joints, and notes on what could not be used.
-    """
+    """A drive a movable joint, the couplings of two motors with two joints, and notes on what could not be used."""
     notes: list[str] = []
     couplings: list[UrdfCoupling] = []
     reductions: dict[str, float] = {}

@@ -37,10 +37,7 @@ def read_urdf(path: str | Path, *, tip: str | None = None, root: str | None = No
 
 
 def read_urdf_drives(path: str | Path) -> dict[str, UrdfDrive]:
-    """What a URDF file says of its movable joints' friction, gears and rotors.
-
-    By joint name: friction [N m, N m s/rad], ratio and rotor inertia [kg m^2], None where the file is silent.
-    """
+    """Friction, gear ratio and rotor inertia of a URDF file's movable joints, by name; None where it is silent."""
     return read_model(Path(path)).drives
 
 

@@ -100,12 +100,7 @@ def closed_form(arm: Arm, q: Any, qd: Any) -> ClosedForm:
 
 
 def closed_form_torque(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> Array:
-    """The generalised joint torques of a motion, by the closed form.
-
-    Torque [N m; N at a prismatic joint], (n,) or (N, n).
-
-    Reference: Modern Robotics, equation 8.77.
-    """
+    """The joint torques of a motion, (n,) or (N, n), by the closed form; Modern Robotics, equation 8.77."""
     positions, speeds, accelerations = finite_samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
     terms = closed_form(arm, positions, speeds)
     torque = np.einsum("kij,kj->ki", terms.mass, accelerations) + terms.velocity + terms.gravity
@@ -260,25 +255,15 @@ BASE, NOTHING = -1, -2  # what a body rides on, if not another body; nothing: no
 
 @dataclass(frozen=True, eq=False)
 class Stacked:
-    """The matrices of an arm of n joints and b bodies (links, then rotors); one sample has no leading axis.
+    """The matrices of an arm of n joints and b bodies (links, then rotors); one sample has no leading axis."""
 
-    Attributes:
-        A: Screws of the joints in the bodies' frames, a rotor's times its ratio, (6 b, n).
-        G: Spatial inertias on the diagonal [kg m^2, kg], (6 b, 6 b).
-        W: Takes twists to what riding on another body adds to them, (N, 6 b, 6 b); depends on q.
-        L: ``inv(1 - W)``, (N, 6 b, 6 b); depends on q.
-        base: Takes the base's acceleration (its six components) to what the bodies on it get of it, (N, 6 b, 6).
-        tip: Takes a wrench in the tip frame to the stack of wrenches, (6 b, 6).
-        carriers: What each body rides on: index of a body, -1 the base, -2 nothing, (b,).
-    """
-
-    A: Array
-    G: Array
-    W: Array
-    L: Array
-    base: Array
-    tip: Array
-    carriers: tuple[int, ...]
+    A: Array  # screws of the joints in the bodies' frames, a rotor's times its ratio, (6 b, n)
+    G: Array  # spatial inertias on the diagonal [kg m^2, kg], (6 b, 6 b)
+    W: Array  # takes twists to what riding on another body adds to them, (N, 6 b, 6 b); depends on q
+    L: Array  # ``inv(1 - W)``, (N, 6 b, 6 b); depends on q
+    base: Array  # takes the base's acceleration (its six components) to what the bodies on it get of it, (N, 6 b, 6)
+    tip: Array  # takes a wrench in the tip frame to the stack of wrenches, (6 b, 6)
+    carriers: tuple[int, ...]  # what each body rides on: index of a body, -1 the base, -2 nothing, (b,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,10 +276,7 @@ class _Body:
 
 
 def stacked(arm: Arm, q: Any) -> Stacked:
-    """The stacked matrices of an arm.
-
-    Reference: Modern Robotics, equations 8.60 to 8.67 and 8.72.
-    """
+    """The stacked matrices of an arm; Modern Robotics, equations 8.60 to 8.67 and 8.72."""
     (positions,) = finite_samples(arm.n, {"q": q})
     bodies = _bodies(arm)
     size = 6 * len(bodies)

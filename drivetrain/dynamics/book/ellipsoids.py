@@ -168,18 +168,7 @@ def effective_mass(arm: Arm, q: Any, direction: Any) -> Array:
 
 
 def outline(ellipsoid: Ellipsoid, *, longest: float = np.inf, points: int = 181) -> Array:
-    """The closed curve of a plane ellipsoid, for drawing.
-
-    Args:
-        points: Along the curve, the last on the first [-].
-
-    Returns:
-        Points in the unit of the semi-axes, (points, 2) or (N, points, 2).
-
-    Raises:
-        InputError: An ellipsoid of other than two axes, one that is infinite and nowhere cut off, or fewer than 4
-            points.
-    """
+    """The closed curve of a plane ellipsoid, for drawing, the last point on the first, (.., points, 2)."""
     faults = []
     if ellipsoid.semi_axes.shape[-1] != 2:
         faults.append(Fault("ellipsoid", "must have two axes to be drawn in a plane", ellipsoid.semi_axes.shape[-1]))

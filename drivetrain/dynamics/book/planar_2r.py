@@ -18,17 +18,11 @@ from drivetrain.spatial.poses import pose
 
 @dataclass(frozen=True, eq=False)
 class Planar2R:
-    """Two links in the x-y plane, turning about z; gravity pulls along -y.
+    """Two links in the x-y plane, turning about z; gravity pulls along -y."""
 
-    Attributes:
-        masses: At the ends of the links [kg], (2,), positive.
-        lengths: Of the links [m], (2,), positive.
-        gravity: Acceleration of free fall [m/s^2].
-    """
-
-    masses: Array | tuple[float, float] = (1.0, 1.0)
-    lengths: Array | tuple[float, float] = (1.0, 1.0)
-    gravity: float = 9.81
+    masses: Array | tuple[float, float] = (1.0, 1.0)  # at the ends of the links [kg], (2,), positive
+    lengths: Array | tuple[float, float] = (1.0, 1.0)  # of the links [m], (2,), positive
+    gravity: float = 9.81  # acceleration of free fall [m/s^2]
 
     def __post_init__(self) -> None:
         faults = Faults()
@@ -50,12 +44,7 @@ class MotionTerms(NamedTuple):
 
 
 def planar_2r_terms(chain: Planar2R, q: Any, qd: Any) -> MotionTerms:
-    """Mass matrix, velocity-product torque and gravity torque of the 2R arm.
-
-    The terms [kg m^2, N m, N m].
-
-    Reference: Modern Robotics, equations 8.9 and 8.10.
-    """
+    """The terms of the equation of motion of the 2R arm [kg m^2, N m]; Modern Robotics, equations 8.9 and 8.10."""
     angles, speeds = finite_samples(2, {"q": q, "qd": qd})
     (m1, m2), (l1, l2) = chain.masses, chain.lengths
     first, second = angles.T
@@ -73,12 +62,7 @@ def planar_2r_terms(chain: Planar2R, q: Any, qd: Any) -> MotionTerms:
 
 
 def planar_2r_torque(chain: Planar2R, q: Any, qd: Any, qdd: Any) -> Array:
-    """The joint torques of the 2R arm.
-
-    Torque [N m], (2,) or (N, 2).
-
-    Reference: Modern Robotics, equation 8.9.
-    """
+    """The joint torques of the 2R arm [N m], (2,) or (N, 2); Modern Robotics, equation 8.9."""
     finite_samples(2, {"q": q, "qd": qd, "qdd": qdd})
     terms = planar_2r_terms(chain, q, qd)
     inertial = (terms.mass @ np.asarray(qdd, dtype=np.float64)[..., None])[..., 0]
@@ -86,12 +70,7 @@ def planar_2r_torque(chain: Planar2R, q: Any, qd: Any, qdd: Any) -> Array:
 
 
 def planar_2r_arm(chain: Planar2R) -> Arm:
-    """The 2R arm for all other functions of this package, without motors; the tip is at the second mass.
-
-    The arm: stretched along x at zero angles [rad], base frame at joint 1.
-
-    Reference: Modern Robotics, figure 8.1.
-    """
+    """The arm of figure 8.1 without motors: stretched along x at zero, base at joint 1, tip at the second mass."""
     l1, l2 = (float(length) for length in chain.lengths)
     home = [pose(point=[l1, 0.0, 0.0]), pose(point=[l1 + l2, 0.0, 0.0])]
     screws = [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0, -l1, 0.0]]

@@ -47,10 +47,7 @@ def with_ratio(arm: Arm, ratio: float) -> Arm:
 
 
 def coupling(matrix: Any) -> Array:
-    """How far a mass matrix is from diagonal, whatever the units of its rows: the largest ``|M_ij|/sqrt(M_ii M_jj)``.
-
-    Share [-], () or (N,): 0 for a diagonal matrix, 1 for one in which two joints move the same inertia.
-    """
+    """How far a mass matrix is from diagonal: the largest ``|M_ij|/sqrt(M_ii M_jj)``, 0 to 1, () or (N,)."""
     shape = (None, None) if axes_of(matrix) == 2 else (None, None, None)
     values = checked_array(matrix, shape, "matrix")
     if values.shape[-1] != values.shape[-2]:

@@ -24,10 +24,7 @@ VANISHED = 1e-13  # of the largest coefficient that went in: what a sum of round
 
 
 def exact(value: float) -> Fraction | None:
-    """The short decimal number or fraction that a float stands for.
-
-    Such as 1/10, 0 or 1/3; None when it stands for no short number.
-    """
+    """The short decimal number or fraction that a float stands for, such as 1/10, 0 or 1/3; None where it is none."""
     if abs(value) <= NOTHING:
         return Fraction(0)
     for found in (Fraction(f"{value:.{SIGNIFICANT}g}"), Fraction(value).limit_denominator(DENOMINATOR)):

@@ -33,15 +33,7 @@ BODY = np.dtype(
 
 
 def moving_bodies(links: int, rotors: int, base: Array, gravity: Array) -> np.ndarray:
-    """The bodies of an arm for ``mass_and_bias``: links, rotors, and the base, at rest.
-
-    Args:
-        base: Frame of the base as the recursion takes it, ``link_frames(arm)[0]`` [m], (4, 4).
-        gravity: Acceleration of free fall in the base frame [m/s^2], (3,).
-
-    Returns:
-        Records, (links + rotors + 1,).
-    """
+    """Links, rotors, and the base, at rest, for ``mass_and_bias``; base: its frame, ``link_frames(arm)[0]``."""
     bodies = np.zeros(links + rotors + 1, BODY)
     bodies["rotation"][-1], bodies["origin"][-1] = base[:3, :3], base[:3, 3]
     bodies["dv"][-1] = -np.asarray(gravity)

@@ -30,24 +30,17 @@ ROTATION = "rxx rxy rxz ryx ryy ryz rzx rzy rzz"
 
 @dataclass(frozen=True, eq=False)
 class Packed:
-    """An arm as the kernels take it.
+    """An arm as the kernels take it."""
 
-    Attributes:
-        links: Constants of the n links, stand-ins among them, then of the m rotors that need a pass of their own,
-            records LINK, (n + m,).
-        rotors: Joint, carrier, and 1 if balanced, of those rotors, records ROTOR, (m,).
-        gravity: In the frame of the base [m/s^2], (3,).
-        tip: Takes a wrench in the tip frame to one in the last link's frame, row by row from the right, (6, 6).
-        ratios: Of the gears, 1 where there is no rotor [- or rad/m], one a joint of the arm.
-        spread: Takes motions of the arm's joints to those of all n, (n, joints of the arm) [- or rad/m]; None where
-            there are no stand-ins.
-    """
-
+    # constants of the n links, stand-ins among them, then of the m rotors that need a pass of their own, records
+    # LINK, (n + m,)
     links: np.ndarray
-    rotors: np.ndarray
-    gravity: Array
-    tip: Array
-    ratios: Array
+    rotors: np.ndarray  # joint, carrier, and 1 if balanced, of those rotors, records ROTOR, (m,)
+    gravity: Array  # in the frame of the base [m/s^2], (3,)
+    tip: Array  # takes a wrench in the tip frame to one in the last link's frame, row by row from the right, (6, 6)
+    ratios: Array  # of the gears, 1 where there is no rotor [- or rad/m], one a joint of the arm
+    # takes motions of the arm's joints to those of all n, (n, joints of the arm) [- or rad/m]; None where there are
+    # no stand-ins
     spread: Array | None
 
     @property
