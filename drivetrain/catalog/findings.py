@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -48,6 +49,19 @@ def error(column: str, problem: str, predicted: float | None = None) -> Finding:
 def warning(column: str, problem: str, predicted: float | None = None) -> Finding:
     """A finding that is unusual."""
     return Finding(column, Severity.WARNING, problem, predicted)
+
+
+def differs(difference: float, law: str) -> str:
+    """A difference from a law in words, with the unit slip it may come from."""
+    hint = slip(1.0 + difference)
+    return f"differs by {100.0 * difference:+.1f} % from {law}" + (f"; {hint}" if hint else "")
+
+
+def in_order(values: Mapping[str, float], *orders: tuple[Callable[..., Finding], str, str, str]) -> Iterator[Finding]:
+    """A finding for each (kind of it, smaller, larger, words) of which the smaller value is the larger."""
+    for found, smaller, larger, words in orders:
+        if smaller in values and larger in values and values[smaller] > values[larger]:
+            yield found(smaller, words or f"is larger than the {larger.replace('_', ' ')}")
 
 
 def slip(ratio: float) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from itertools import pairwise
 
-from drivetrain.catalog.findings import LIMIT, Finding, error, slip, warning
+from drivetrain.catalog.findings import LIMIT, Finding, error, in_order, slip, warning
 from drivetrain.catalog.table import Cell, Row
 from drivetrain.drive.gear import DRAG_REFERENCE, DRAG_TEMPERATURES
 
@@ -29,16 +29,21 @@ BACK_DRIVING = (1.05, 0.30)  # over ratio times starting torque, and its scatter
 STATIC_RATING = (0.3, 5.0)  # C0 over C of the output bearing; 33 crossed rollers print 1.3 to 1.9
 SIZE_STEP = 2.54e-3  # m of pitch diameter for one size number of a strain-wave gear: size/10 inch
 PITCH_LIMIT = 0.05
+_ORDERS = (
+    (warning, "average_input_speed_limit", "max_input_speed", ""),
+    (warning, "rated_speed", "max_input_speed", ""),
+    (error, "stiffness_1", "stiffness_2", "is larger than stiffness_2: a gear stiffens with torque"),
+    (error, "stiffness_2", "stiffness_3", "is larger than stiffness_3: a gear stiffens with torque"),
+    (error, "torque_1", "torque_2", "is larger than torque_2: a gear stiffens with torque"),
+    (warning, "backdriving_efficiency", "efficiency", "is larger than the efficiency when the motor drives"),
+)
 
 
 def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
     """Everything that one gear's row says against itself."""
     values = {name: value for name, value in cells.items() if isinstance(value, float)}
-    rules = (
-        _losses, _torque_order, _rare_torques, _torques_present, _speeds, _stiffness, _efficiencies, _no_load, _pitch,
-        _bearing,
-    )  # fmt: skip
-    findings = [finding for rule in rules for finding in rule(values)]
+    rules = (_losses, _torque_order, _rare_torques, _torques_present, _no_load, _pitch, _bearing)
+    findings = [*in_order(values, *_ORDERS), *(finding for rule in rules for finding in rule(values))]
     kind = cells.get("kind")
     if any(name in values for name in LOSSES) and not cells.get("loss_basis"):
         findings.append(error("loss_basis", "is empty: say where mesh efficiency, drag and starting torque come from"))
@@ -71,24 +76,6 @@ def _torques_present(values: Values) -> Iterator[Finding]:
         yield error("continuous_torque", f"is empty, and only the {present[0].replace('_', ' ')} is given")
     elif "continuous_torque" not in present:
         yield warning("continuous_torque", "is empty: the lasting load cannot be checked")
-
-
-def _speeds(values: Values) -> Iterator[Finding]:
-    for name in ("average_input_speed_limit", "rated_speed"):
-        if name in values and "max_input_speed" in values and values[name] > values["max_input_speed"]:
-            yield warning(name, "is larger than the max input speed")
-
-
-def _stiffness(values: Values) -> Iterator[Finding]:
-    for smaller, larger in (("stiffness_1", "stiffness_2"), ("stiffness_2", "stiffness_3"), ("torque_1", "torque_2")):
-        if smaller in values and larger in values and values[smaller] > values[larger]:
-            yield error(smaller, f"is larger than {larger}: a gear stiffens with torque")
-
-
-def _efficiencies(values: Values) -> Iterator[Finding]:
-    if all(name in values for name in ("efficiency", "backdriving_efficiency")):
-        if values["backdriving_efficiency"] > values["efficiency"]:
-            yield warning("backdriving_efficiency", "is larger than the efficiency when the motor drives")
 
 
 def _no_load(values: Values) -> Iterator[Finding]:

@@ -15,7 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from drivetrain.catalog.findings import Severity
-from drivetrain.catalog.formats import MGDB, TABLE, Format, translate
+from drivetrain.catalog.formats import Format, translate
 from drivetrain.catalog.linting import lint
 from drivetrain.catalog.schema import (
     CURRENT_BASES,
@@ -27,8 +27,9 @@ from drivetrain.catalog.schema import (
     WINDING_BASES,
     Column,
 )
+from drivetrain.catalog.table import csv_lines
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.whole_files import read_text
+from drivetrain.whole_files import write_files
 
 Record = dict[str, str]
 Basis = str | Mapping[str, str]
@@ -58,22 +59,21 @@ class _Contents:
     dropped_pairs: int = 0
 
 
-def import_mgdb(
-    folder: str | Path, out: str | Path, *, basis: Basis = "", keep_faulty: bool = True, overwrite: bool = False
+def import_rows(
+    form: Format,
+    folder: str | Path,
+    out: str | Path,
+    *,
+    basis: Basis = "",
+    keep_faulty: bool = True,
+    overwrite: bool = False,
 ) -> Imported:
-    """A catalogue folder from the files of the Motor-Gearbox Database."""
-    return _import(MGDB, Path(folder), Path(out), basis, keep_faulty, overwrite)
-
-
-def import_table(
-    folder: str | Path, out: str | Path, *, basis: Basis = "", keep_faulty: bool = True, overwrite: bool = False
-) -> Imported:
-    """A catalogue folder from SI tables with the unit as a suffix of each column (``R_ohm``, ``kt_Nm_A``)."""
-    return _import(TABLE, Path(folder), Path(out), basis, keep_faulty, overwrite)
-
-
-def _import(form: Format, folder: Path, out: Path, basis: Basis, keep_faulty: bool, overwrite: bool) -> Imported:
-    _refuse_existing(out, overwrite)
+    """A catalogue folder from the files of another column format."""
+    folder, out = Path(folder), Path(out)
+    present = [name for name in (MOTORS, GEARS, PAIRS) if (out / name).exists()]
+    if present and not overwrite:
+        hint = "choose another folder or overwrite"
+        raise InputError(Fault(str(out), "already holds " + ", ".join(present), hint=hint))
     bases = read_basis(basis)
     refused: list[Fault] = []
     contents = _pruned(_read(form, folder, bases, refused))
@@ -85,14 +85,6 @@ def _import(form: Format, folder: Path, out: Path, basis: Basis, keep_faulty: bo
 
 
 # ---------------------------------------------------------------- in
-
-
-def _refuse_existing(out: Path, overwrite: bool) -> None:
-    present = [name for name in (MOTORS, GEARS, PAIRS) if (out / name).exists()]
-    if present and not overwrite:
-        raise InputError(
-            Fault(str(out), "already holds " + ", ".join(present), hint="choose another folder or overwrite")
-        )
 
 
 def read_basis(basis: Basis) -> dict[str, tuple[str, str]]:
@@ -135,25 +127,14 @@ def _read(form: Format, folder: Path, bases: Mapping[str, tuple[str, str]], refu
     gears = [translate(form, GEARS, record, path.name) for path in files[GEARS] for _, record in _records(path)]
     pairs: dict[str, list[str]] = {}
     for path in files[PAIRS]:
-        for motor_key, gear_keys in form.read_pairs(_rows(path)):
+        for motor_key, gear_keys in form.read_pairs(csv_lines(path)):
             pairs.setdefault(motor_key, []).extend(gear_keys)
     return _Contents(tuple(motors), tuple(gears), pairs, ", ".join(path.name for path in files[PAIRS]))
 
 
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Every record with the line it ends on."""
-    reader = csv.reader(
-        io.StringIO(read_text(path), newline=""), strict=True
-    )  # else an open quote swallows the rest unseen
-    try:
-        return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
-    except csv.Error as error:
-        raise InputError(Fault(f"row {reader.line_num}", f"cannot be read as CSV: {error}", file=str(path))) from None
-
-
 def _records(path: Path) -> list[tuple[int, Record]]:
     """Every row below the header as cells by column name."""
-    rows = _rows(path)
+    rows = csv_lines(path)
     header = [name.strip() for name in rows[0][1]] if rows else []
     return [(line, {n: c.strip() for n, c in zip(header, cells, strict=False)}) for line, cells in rows[1:]]
 
@@ -225,22 +206,13 @@ def _without_faulty(contents: _Contents, refused: list[Fault]) -> _Contents:
 
 
 def _write_folder(out: Path, contents: _Contents) -> None:
-    """All tables, each written beside its place and then renamed, so that none is ever half there."""
+    """All tables, or none."""
     pairs = [
         {"motor_key": motor, "gear_keys": " ".join(gears), "source": contents.pair_source}
         for motor, gears in contents.pairs.items()
     ]
-    out.mkdir(parents=True, exist_ok=True)
     tables = {MOTORS: contents.motors, GEARS: contents.gears, PAIRS: pairs}
-    beside = {name: out / f".{name}.part" for name in tables}
-    try:
-        for name, records in tables.items():
-            beside[name].write_text(table_text(records, TABLES[name]), encoding="utf-8", newline="")
-        for name, part in beside.items():
-            part.replace(out / name)
-    finally:
-        for part in beside.values():
-            part.unlink(missing_ok=True)
+    write_files(out, {name: table_text(records, TABLES[name]) for name, records in tables.items()})
 
 
 def table_text(records: Iterable[Mapping[str, str]], columns: Sequence[Column]) -> str:

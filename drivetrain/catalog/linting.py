@@ -86,15 +86,9 @@ def _table_faults(table: Table) -> Iterator[LintFault]:
     keys = {row.line: row.text("key") or row.text("motor_key") for row in table.rows}
     for fault in table.faults:
         yield LintFault(
-            str(table.path),
-            fault.line,
-            fault.header,
-            keys.get(fault.line, ""),
-            Severity.ERROR,
-            fault.problem,
-            fault.value,
-            hint=fault.hint,
-        )
+            str(table.path), fault.line, fault.header, keys.get(fault.line, ""), Severity.ERROR, fault.problem,
+            fault.value, hint=fault.hint,
+        )  # fmt: skip
 
 
 def _row_faults(table: Table, name: str, rules: Rules) -> list[LintFault]:

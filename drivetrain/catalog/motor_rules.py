@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 
 from drivetrain.catalog.convention import dc_equivalent
-from drivetrain.catalog.findings import LIMIT, Finding, error, slip, warning
+from drivetrain.catalog.findings import LIMIT, Finding, differs, error, in_order, warning
 from drivetrain.catalog.table import Cell
 from drivetrain.drive.motor import COPPER_COEFFICIENT
 
@@ -22,67 +21,40 @@ FRICTION_LIMIT = 0.15  # 67 sheets: at most 8.8 %
 PEAK_LIMITS = (-0.35, 0.10)  # iron saturates, so the printed peak torque is the smaller one
 
 
-@dataclass(frozen=True)
-class _Relation:
-    """One printed value that others imply."""
-
-    column: str
-    law: str
-    needs: tuple[str, ...]
-    predict: Callable[[Values], float]
-
-
-_RELATIONS = (
-    _Relation(
-        "no_load_speed",
-        "(V - R I0)/kt",
-        ("nominal_voltage", "resistance", "torque_constant"),
+# Printed values that others imply: column, law, what it needs, and the value.
+_RELATIONS: tuple[tuple[str, str, tuple[str, ...], Callable[[Values], float]], ...] = (
+    (
+        "no_load_speed", "(V - R I0)/kt", ("nominal_voltage", "resistance", "torque_constant"),
         lambda v: (v["nominal_voltage"] - v["resistance"] * v.get("no_load_current", 0.0)) / v["torque_constant"],
     ),
-    _Relation(
-        "stall_torque",
-        "kt V/R",
-        ("nominal_voltage", "resistance", "torque_constant"),
+    (
+        "stall_torque", "kt V/R", ("nominal_voltage", "resistance", "torque_constant"),
         lambda v: v["torque_constant"] * v["nominal_voltage"] / v["resistance"],
     ),
-    _Relation(
-        "stall_current",
-        "V/R",
-        ("nominal_voltage", "resistance"),
-        lambda v: v["nominal_voltage"] / v["resistance"],
-    ),
-    _Relation(
-        "speed_torque_gradient",
-        "R/kt^2",
-        ("resistance", "torque_constant"),
+    ("stall_current", "V/R", ("nominal_voltage", "resistance"), lambda v: v["nominal_voltage"] / v["resistance"]),
+    (
+        "speed_torque_gradient", "R/kt^2", ("resistance", "torque_constant"),
         lambda v: v["resistance"] / v["torque_constant"] ** 2,
     ),
-    _Relation(
-        "mechanical_time_constant",
-        "R J/kt^2",
-        ("resistance", "torque_constant", "rotor_inertia"),
+    (
+        "mechanical_time_constant", "R J/kt^2", ("resistance", "torque_constant", "rotor_inertia"),
         lambda v: v["resistance"] * v["rotor_inertia"] / v["torque_constant"] ** 2,
     ),
-    _Relation("speed_constant", "1/kt", ("torque_constant",), lambda v: 1.0 / v["torque_constant"]),
-)
-
-# (smaller, larger, whether the reverse is impossible): printed values in this order
+    ("speed_constant", "1/kt", ("torque_constant",), lambda v: 1.0 / v["torque_constant"]),
+)  # fmt: skip
 _ORDERS = (
-    ("no_load_current", "nominal_current", True),
-    ("nominal_current", "stall_current", True),
-    ("nominal_current", "peak_current", True),
-    ("nominal_torque", "stall_torque", True),
-    ("nominal_torque", "peak_torque", True),
-    ("nominal_speed", "no_load_speed", False),
-    ("winding_time_constant", "housing_time_constant", False),
-)
+    (error, "no_load_current", "nominal_current", ""), (error, "nominal_current", "stall_current", ""),
+    (error, "nominal_current", "peak_current", ""), (error, "nominal_torque", "stall_torque", ""),
+    (error, "nominal_torque", "peak_torque", ""), (warning, "nominal_speed", "no_load_speed", ""),
+    (warning, "winding_time_constant", "housing_time_constant", ""),
+)  # fmt: skip
 
 
 def check_motor(cells: Mapping[str, Cell]) -> list[Finding]:
     """Everything that one motor's row says against itself."""
     values = {name: value for name, value in dc_equivalent(cells).items() if isinstance(value, float)}
-    rules = (_redundancy, _peak_torque, _orders, _nominal_torque, _thermal, _friction, _time_constants, _rotor)
-    findings = [finding for rule in rules for finding in rule(values)]
+    rules = (_redundancy, _peak_torque, _nominal_torque, _thermal, _friction, _time_constants, _rotor)
+    findings = [*in_order(values, *_ORDERS), *(finding for rule in rules for finding in rule(values))]
     findings = [_as_in_row(finding, cells, values) for finding in findings]
     return findings + list(_convention(cells))
 
@@ -95,19 +67,13 @@ def _as_in_row(finding: Finding, cells: Mapping[str, Cell], values: Values) -> F
     return Finding(finding.column, finding.severity, finding.problem, finding.predicted * printed / converted)
 
 
-def _told(difference: float, law: str) -> str:
-    """A difference in words, with the unit slip it may come from."""
-    hint = slip(1.0 + difference)
-    return f"differs by {100.0 * difference:+.1f} % from {law}" + (f"; {hint}" if hint else "")
-
-
 def _redundancy(values: Values) -> Iterator[Finding]:
-    for relation in _RELATIONS:
-        if relation.column in values and all(name in values for name in relation.needs):
-            predicted = relation.predict(values)
-            difference = values[relation.column] / predicted - 1.0
+    for column, law, needs, predict in _RELATIONS:
+        if column in values and all(name in values for name in needs):
+            predicted = predict(values)
+            difference = values[column] / predicted - 1.0
             if abs(difference) > LIMIT:
-                yield error(relation.column, _told(difference, relation.law), predicted)
+                yield error(column, differs(difference, law), predicted)
 
 
 def _peak_torque(values: Values) -> Iterator[Finding]:
@@ -115,16 +81,9 @@ def _peak_torque(values: Values) -> Iterator[Finding]:
         predicted = values["torque_constant"] * values["peak_current"]
         difference = values["peak_torque"] / predicted - 1.0
         if not PEAK_LIMITS[0] <= difference <= PEAK_LIMITS[1]:
-            yield error("peak_torque", _told(difference, "kt times the peak current"), predicted)
+            yield error("peak_torque", differs(difference, "kt times the peak current"), predicted)
         elif difference < -LIMIT:
-            yield warning("peak_torque", _told(difference, "kt times the peak current"), predicted)
-
-
-def _orders(values: Values) -> Iterator[Finding]:
-    for smaller, larger, impossible in _ORDERS:
-        if smaller in values and larger in values and values[smaller] > values[larger]:
-            problem = f"is larger than the {larger.replace('_', ' ')}"
-            yield error(smaller, problem) if impossible else warning(smaller, problem)
+            yield warning("peak_torque", differs(difference, "kt times the peak current"), predicted)
 
 
 def _nominal_torque(values: Values) -> Iterator[Finding]:
@@ -132,7 +91,7 @@ def _nominal_torque(values: Values) -> Iterator[Finding]:
         predicted = values["torque_constant"] * (values["nominal_current"] - values["no_load_current"])
         difference = values["nominal_torque"] / predicted - 1.0 if predicted > 0.0 else 0.0
         if not NOMINAL_TORQUE[0] <= difference <= NOMINAL_TORQUE[1]:
-            yield warning("nominal_torque", _told(difference, "kt (I - I0)"), predicted)
+            yield warning("nominal_torque", differs(difference, "kt (I - I0)"), predicted)
 
 
 def _thermal(values: Values) -> Iterator[Finding]:
@@ -150,7 +109,7 @@ def _thermal(values: Values) -> Iterator[Finding]:
     if values["nominal_current"] > (1.0 + THERMAL_SURPLUS) * predicted:
         difference = values["nominal_current"] / predicted - 1.0
         yield warning(
-            "nominal_current", _told(difference, "the current that heats the winding to its limit"), predicted
+            "nominal_current", differs(difference, "the current that heats the winding to its limit"), predicted
         )
 
 
@@ -161,7 +120,7 @@ def _friction(values: Values) -> Iterator[Finding]:
         predicted = friction / values["torque_constant"]
         difference = values["no_load_current"] / predicted - 1.0
         if abs(difference) > FRICTION_LIMIT:
-            yield warning("no_load_current", _told(difference, "the friction at no-load speed over kt"), predicted)
+            yield warning("no_load_current", differs(difference, "the friction at no-load speed over kt"), predicted)
 
 
 def _time_constants(values: Values) -> Iterator[Finding]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from drivetrain.catalog.findings import LIMIT, Finding, error, slip, warning
+from drivetrain.catalog.findings import LIMIT, Finding, differs, error, in_order, warning
 from drivetrain.catalog.table import Cell
 
 UNDATED = "not dated"  # how a price begins whose source tells no day
@@ -14,13 +14,15 @@ UNDATED = "not dated"  # how a price begins whose source tells no day
 def check_brake(cells: Mapping[str, Cell]) -> list[Finding]:
     """Everything that one brake's row says against itself."""
     values = _numbers(cells)
-    return [*_coil(values), *_order(values, "energy_per_stop", "energy_per_hour")]
+    return [*_coil(values), *in_order(values, (error, "energy_per_stop", "energy_per_hour", ""))]
 
 
 def check_amplifier(cells: Mapping[str, Cell]) -> list[Finding]:
     """The same of one amplifier."""
     values = _numbers(cells)
-    found = [*_order(values, "continuous_current", "peak_current"), *_order(values, "min_voltage", "max_voltage")]
+    found = list(
+        in_order(values, (error, "continuous_current", "peak_current", ""), (error, "min_voltage", "max_voltage", ""))
+    )
     if "peak_time" in values and "thermal_time_constant" in values:
         found.append(warning("peak_time", "stands beside a thermal time constant: two models of one overload"))
     if not cells.get("basis_evidence"):
@@ -30,7 +32,7 @@ def check_amplifier(cells: Mapping[str, Cell]) -> list[Finding]:
 
 def check_price(cells: Mapping[str, Cell]) -> list[Finding]:
     """The same of one price."""
-    found = list(_order(_numbers(cells), "price", "price_to"))
+    found = list(in_order(_numbers(cells), (error, "price", "price_to", "")))
     if not re.fullmatch("[A-Z]{3}", str(cells.get("currency") or "")):
         found.append(error("currency", "must be three letters such as EUR or USD"))
     if not re.match(rf"(?:19|20)\d\d\b|{UNDATED}", str(cells.get("date") or "")):
@@ -48,13 +50,4 @@ def _coil(values: Mapping[str, float]) -> Iterator[Finding]:
         predicted = values["voltage"] * values["current"]
         difference = values["power"] / predicted - 1.0
         if abs(difference) > LIMIT:
-            hint = slip(1.0 + difference)
-            problem = f"differs by {100.0 * difference:+.1f} % from voltage times current" + (
-                f"; {hint}" if hint else ""
-            )
-            yield error("power", problem, predicted)
-
-
-def _order(values: Mapping[str, float], smaller: str, larger: str) -> Iterator[Finding]:
-    if smaller in values and larger in values and values[smaller] > values[larger]:
-        yield error(smaller, f"is larger than the {larger.replace('_', ' ')}")
+            yield error("power", differs(difference, "voltage times current"), predicted)

@@ -95,7 +95,7 @@ def tables_in(folder: Path) -> list[str]:
 
 def read_table(path: Path, columns: Sequence[Column]) -> Table:
     """A CSV file, with every fault in it instead of an exception."""
-    lines = _csv_lines(path)
+    lines = csv_lines(path)
     if not lines:
         missing = CellFault(1, "", "must be a header row with the column names", hint=_listed(columns))
         return Table(path, {}, {}, (), (missing,))
@@ -113,7 +113,7 @@ def read_table(path: Path, columns: Sequence[Column]) -> Table:
     return Table(path, names, units, rows, tuple(sorted(faults, key=lambda fault: fault.line)))
 
 
-def _csv_lines(path: Path) -> list[tuple[int, list[str]]]:
+def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
     """Each record with the line it starts on."""
     reader = csv.reader(
         io.StringIO(read_text(path), newline=""), strict=True

@@ -71,7 +71,8 @@ def import_(
 ) -> None:
     """Bring a catalogue in another column format into a folder of this one."""
     from drivetrain.catalog.exports import ExportMap, import_export, read_map
-    from drivetrain.catalog.importers import import_mgdb, import_table
+    from drivetrain.catalog.formats import MGDB, TABLE
+    from drivetrain.catalog.importers import import_rows
 
     writable(out)
     if columns is not None or form is Source.MAKER:
@@ -83,8 +84,8 @@ def import_(
         say(f"{brought.file}: {brought.rows} rows")
         say(f"next: `drivetrain catalog lint {out}`")
         return
-    bring = import_mgdb if form is Source.MGDB else import_table
-    done = bring(source, out, basis=_basis(basis or []), keep_faulty=not drop_faulty, overwrite=force)
+    told = MGDB if form is Source.MGDB else TABLE
+    done = import_rows(told, source, out, basis=_basis(basis or []), keep_faulty=not drop_faulty, overwrite=force)
     listed("left out", [str(fault) for fault in done.refused], most=25)
     say(f"{out}: {done.motors} motors, {done.gears} gears, {done.pairs} pairs")
     say(f"next: `drivetrain catalog lint {out}`")

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from drivetrain.catalog import importers
-from drivetrain.catalog.importers import import_mgdb, import_table
+from drivetrain.catalog.formats import MGDB, TABLE
+from drivetrain.catalog.importers import import_rows
 from drivetrain.catalog.linting import lint
 from drivetrain.catalog.read import read_catalog
 from drivetrain.errors import InputError
@@ -20,7 +21,7 @@ BASIS = {"maxon": "dc", "Faulhaber": "dc", "Allied_Motion": "dc"}
 
 
 def test_mgdb_values_arrive(tmp_path: Path) -> None:
-    done = import_mgdb(DATA / "mgdb", tmp_path / "out", basis=BASIS)
+    done = import_rows(MGDB, DATA / "mgdb", tmp_path / "out", basis=BASIS)
     assert (done.motors, done.gears, done.refused) == (5, 7, ())
     catalog = read_catalog(tmp_path / "out")
     re40 = catalog.motors["MM_148877"]
@@ -45,7 +46,7 @@ def test_mgdb_values_arrive(tmp_path: Path) -> None:
 
 
 def test_mgdb_patterns_are_spelled_out_and_strangers_dropped(tmp_path: Path) -> None:
-    done = import_mgdb(DATA / "mgdb", tmp_path / "out", basis="dc")
+    done = import_rows(MGDB, DATA / "mgdb", tmp_path / "out", basis="dc")
     pairs = read_catalog(tmp_path / "out").pairs
     assert pairs["FH_3268G024BX4"] == {"FH_32ALN_R4:1", "FH_32ALN_R14:1", "FH_42GPT_R72:1"}
     assert pairs["MM_397172"] == {"MM_110337", "MM_110451"}
@@ -53,7 +54,7 @@ def test_mgdb_patterns_are_spelled_out_and_strangers_dropped(tmp_path: Path) -> 
 
 
 def test_brushless_rows_without_a_basis_are_refused_and_listed(tmp_path: Path) -> None:
-    done = import_mgdb(DATA / "mgdb", tmp_path / "out", basis={"allied_motion": "peak/phase"})
+    done = import_rows(MGDB, DATA / "mgdb", tmp_path / "out", basis={"allied_motion": "peak/phase"})
     assert {fault.problem.split()[1] for fault in done.refused} == {"MM_397172", "MM_350909", "FH_3268G024BX4"}
     assert all("basis" in fault.hint and fault.file for fault in done.refused)
     motors = read_catalog(tmp_path / "out").motors
@@ -65,7 +66,7 @@ def test_brushless_rows_without_a_basis_are_refused_and_listed(tmp_path: Path) -
 
 def test_a_key_overrules_its_maker(tmp_path: Path) -> None:
     basis = {**BASIS, "MM_397172": "rms/line_line"}
-    import_mgdb(DATA / "mgdb", tmp_path / "out", basis=basis)
+    import_rows(MGDB, DATA / "mgdb", tmp_path / "out", basis=basis)
     motors = read_catalog(tmp_path / "out").motors
     assert motors["MM_397172"].torque_constant == pytest.approx(0.0369 * math.sqrt(2.0 / 3.0))
     assert motors["MM_350909"].torque_constant == 0.0251
@@ -74,12 +75,12 @@ def test_a_key_overrules_its_maker(tmp_path: Path) -> None:
 @pytest.mark.parametrize("basis", ["ac", "rms", "peak/star", {"maxon": "DC"}])
 def test_an_unclear_basis_is_an_error(tmp_path: Path, basis: str | dict[str, str]) -> None:
     with pytest.raises(InputError, match="basis"):
-        import_mgdb(DATA / "mgdb", tmp_path / "out", basis=basis)
+        import_rows(MGDB, DATA / "mgdb", tmp_path / "out", basis=basis)
     assert not (tmp_path / "out").exists()
 
 
 def test_table_values_arrive(tmp_path: Path) -> None:
-    done = import_table(DATA / "si_table", tmp_path / "out", basis={"FAULHABER": "dc", "Allied Motion": "dc"})
+    done = import_rows(TABLE, DATA / "si_table", tmp_path / "out", basis={"FAULHABER": "dc", "Allied Motion": "dc"})
     # maxon says itself that its values are those of the equivalent dc machine
     assert {fault.problem.split()[1] for fault in done.refused} == {
         "kollmorgen_TBM(S)-6051-A", "TM_G40_KV070", "TM_G30_KV290",
@@ -104,8 +105,8 @@ def test_table_values_arrive(tmp_path: Path) -> None:
 
 
 def test_faulty_rows_are_kept_for_the_lint_or_left_out(tmp_path: Path) -> None:
-    kept = import_table(DATA / "si_table", tmp_path / "kept", basis="dc")
-    sifted = import_table(DATA / "si_table", tmp_path / "sifted", basis="dc", keep_faulty=False)
+    kept = import_rows(TABLE, DATA / "si_table", tmp_path / "kept", basis="dc")
+    sifted = import_rows(TABLE, DATA / "si_table", tmp_path / "sifted", basis="dc", keep_faulty=False)
     assert (kept.motors - sifted.motors, kept.gears - sifted.gears) == (5 + 1, 40)  # one sound row lacks R and kt
     assert any("maxon_350909" in fault.place for fault in sifted.refused)
     with pytest.raises(InputError):
@@ -115,17 +116,17 @@ def test_faulty_rows_are_kept_for_the_lint_or_left_out(tmp_path: Path) -> None:
 
 
 def test_tables_already_there_are_kept_unless_told(tmp_path: Path) -> None:
-    import_mgdb(DATA / "mgdb", tmp_path, basis="dc")
+    import_rows(MGDB, DATA / "mgdb", tmp_path, basis="dc")
     before = (tmp_path / "motors.csv").read_bytes()
     with pytest.raises(InputError, match="already holds"):
-        import_table(DATA / "si_table", tmp_path, basis="dc")
+        import_rows(TABLE, DATA / "si_table", tmp_path, basis="dc")
     assert (tmp_path / "motors.csv").read_bytes() == before
-    import_table(DATA / "si_table", tmp_path, basis="dc", overwrite=True)
+    import_rows(TABLE, DATA / "si_table", tmp_path, basis="dc", overwrite=True)
     assert (tmp_path / "motors.csv").read_bytes() != before
 
 
 def test_a_failure_leaves_no_half_written_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import_mgdb(DATA / "mgdb", tmp_path, basis="dc")
+    import_rows(MGDB, DATA / "mgdb", tmp_path, basis="dc")
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     text, calls = importers.table_text, []
 
@@ -137,16 +138,16 @@ def test_a_failure_leaves_no_half_written_table(tmp_path: Path, monkeypatch: pyt
 
     monkeypatch.setattr(importers, "table_text", fails_at_the_last)
     with pytest.raises(OSError, match="disk full"):
-        import_table(DATA / "si_table", tmp_path, basis="dc", overwrite=True)
+        import_rows(TABLE, DATA / "si_table", tmp_path, basis="dc", overwrite=True)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_an_import_of_nothing_is_an_error(tmp_path: Path) -> None:
-    for read in (import_mgdb, import_table):
+    for form in (MGDB, TABLE):
         with pytest.raises(InputError, match="none of the files"):
-            read(tmp_path, tmp_path / "out", basis="dc")
+            import_rows(form, tmp_path, tmp_path / "out", basis="dc")
     shutil.copy(DATA / "mgdb" / "Maxon" / "maxon_gearboxes.csv", tmp_path)
-    done = import_mgdb(tmp_path, tmp_path / "out")
+    done = import_rows(MGDB, tmp_path, tmp_path / "out")
     assert (done.motors, done.gears, done.pairs) == (0, 3, 0)
     assert len(read_catalog(tmp_path / "out").gears) == 3
 
@@ -156,5 +157,5 @@ def test_an_open_quote_in_a_source_is_a_fault(tmp_path: Path) -> None:
     with (tmp_path / "source" / "motors.csv").open("a", encoding="utf-8") as file:
         file.write('more,"open\n')
     with pytest.raises(InputError, match="cannot be read as CSV"):
-        import_table(tmp_path / "source", tmp_path / "out", basis="dc")
+        import_rows(TABLE, tmp_path / "source", tmp_path / "out", basis="dc")
     assert not (tmp_path / "out").exists()

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from drivetrain.catalog.findings import Severity, slip
+from drivetrain.catalog.formats import TABLE
 from drivetrain.catalog.gear_rules import FAMILY, check_families, check_gear, exact_ratio
-from drivetrain.catalog.importers import import_table
+from drivetrain.catalog.importers import import_rows
 from drivetrain.catalog.linting import LintFault, lint
 from drivetrain.catalog.motor_rules import check_motor
 from drivetrain.catalog.table import Cell, Row
@@ -44,7 +45,7 @@ SOUND_GEAR: dict[str, Cell] = {
 @pytest.fixture(scope="module")
 def imported(tmp_path_factory: pytest.TempPathFactory) -> list[LintFault]:
     out = tmp_path_factory.mktemp("imported")
-    import_table(DATA, out, basis="dc")
+    import_rows(TABLE, DATA, out, basis="dc")
     return lint(out)
 
 
