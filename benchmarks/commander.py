@@ -22,7 +22,7 @@ from time import perf_counter_ns
 import numpy as np
 
 import drivetrain as dt
-from drivetrain.shipped import shipped
+from drivetrain.whole_files import shipped
 
 EDGES = (1, 2, 3, 5, 7, 10, 20, 50, 100, 1000)  # us
 

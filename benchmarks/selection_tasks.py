@@ -17,8 +17,8 @@ from drivetrain.drive.friction import FRICTIONLESS
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.shipped import shipped
 from drivetrain.study.model import DriveMass, JointTask, Mount, Study
+from drivetrain.whole_files import shipped
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "ur5_pick_and_place" / "study.yaml"

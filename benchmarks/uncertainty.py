@@ -7,7 +7,6 @@ import time
 from dataclasses import replace
 
 from drivetrain.motion.mix import build_mix
-from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.robust import robust_select
 from drivetrain.sizing.search.search import select
@@ -16,6 +15,7 @@ from drivetrain.study.change import slowed
 from drivetrain.study.model import Study
 from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 ALL = Tolerances(
     Tolerance(0.05), Tolerance(0.05), Tolerance(0.3), Tolerance(0.05), Tolerance(0.1, normal=True),

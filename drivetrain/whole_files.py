@@ -1,4 +1,7 @@
-"""Files as a whole: read within bounds; written beside their place, then renamed, so that a failure changes nothing."""
+"""Files as a whole: read within bounds; written beside their place, then renamed, so that a failure changes nothing.
+
+And the folders that ship with the package: inside the wheel, or beside the package in a checkout.
+"""
 
 from __future__ import annotations
 
@@ -204,3 +207,23 @@ def _alive(process: int) -> bool:
     except PermissionError:
         pass
     return True
+
+
+def shipped(folder: str) -> Path:
+    """The folder ``catalogs`` or ``examples`` as shipped; FileNotFoundError where the installation is broken."""
+    package = Path(__file__).resolve().parent
+    for place in (package / "_data" / folder, package.parent / folder):
+        if place.is_dir():
+            return place
+    raise FileNotFoundError(f"the shipped folder {folder!r} is missing from this installation of drivetrain")
+
+
+def write_text(path: str | Path, text: str) -> Path:
+    """Write a file whole or not at all; raises InputError, or OSError where the disk is full or fails."""
+    place = Path(path)
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(place, text)
+    except OSError as error:
+        raise refusal(error, "path", place) from None
+    return place

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import drivetrain as dt
-from drivetrain.report.charts.figures import overview_png
 from drivetrain.report.outputs import write_outputs
 from drivetrain.report.pages.trade_off_pages import trade_off_extra
+from drivetrain.report.summary import overview_png
 from drivetrain.sizing.answers.spread import spread
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -17,7 +17,7 @@ from drivetrain.arm.files.shapes import link_shapes
 from drivetrain.catalog.read import read_catalog
 from drivetrain.cli import app
 from drivetrain.motion.recording import read_recording
-from drivetrain.spatial.mesh_file import read_mesh
+from drivetrain.spatial.mesh_inertia import read_mesh
 
 ROOT = Path(__file__).resolve().parents[1]
 XACRO = """<robot name="made" xmlns:xacro="http://www.ros.org/wiki/xacro">

@@ -19,9 +19,8 @@ from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.shipped import shipped
 from drivetrain.units import Factor, Names
-from drivetrain.whole_files import is_there
+from drivetrain.whole_files import is_there, shipped
 
 CONFIRM = "Catalogue rows are for sizing studies: confirm each against the maker's current data sheet."
 MOST_HINTS = 10

@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from drivetrain.commands.shared import command, say
-from drivetrain.shipped import shipped
+from drivetrain.whole_files import shipped
 
 
 @command

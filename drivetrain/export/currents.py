@@ -12,11 +12,11 @@ import pandas as pd
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, Faults, InputError, nearest
-from drivetrain.export.files import write_text
 from drivetrain.export.scales import CurrentScale, in_scale
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation
 from drivetrain.version import __version__
+from drivetrain.whole_files import write_text
 
 HOLDS = {0: "each the sample before", 1: "straight lines between the samples"}
 

@@ -18,7 +18,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import complete, drag_torque, mesh_of
 from drivetrain.drive.motor import copper_coefficient, torque_constant, winding_resistance
 from drivetrain.drive.thermal.thermal_network import thermal_network
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.records import as_record
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.spatial.inertia import RigidBody, combined

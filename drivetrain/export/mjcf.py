@@ -14,12 +14,12 @@ from drivetrain.arrays import Array
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.errors import Fault, InputError
 from drivetrain.export.drives import Body, DriveData, arm_bodies, coupling_rows, exported
-from drivetrain.export.files import write_text
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf_elements import text
 from drivetrain.sizing.results import Evaluation
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.version import __version__
+from drivetrain.whole_files import write_text
 
 MOTORS = ("dcmotor", "general")
 

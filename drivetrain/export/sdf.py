@@ -11,11 +11,11 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.export.drives import DriveData, arm_bodies, exported, joint_limits
-from drivetrain.export.files import write_text
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf_elements import cleaned, text
 from drivetrain.sizing.results import Evaluation
 from drivetrain.version import __version__
+from drivetrain.whole_files import write_text
 
 
 def write_sdf(evaluation: Evaluation, path: str | Path, *, payload: str | None = None) -> tuple[str, ...]:

@@ -18,7 +18,6 @@ from drivetrain.arm.arm import STANDARD_GRAVITY, Arm, refuse_loops
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arrays import Array, frozen_array
 from drivetrain.errors import Faults
-from drivetrain.export.files import write_text
 from drivetrain.export.urdf_elements import (
     Element,
     add_axis,
@@ -34,6 +33,7 @@ from drivetrain.export.urdf_elements import (
 from drivetrain.export.urdf_rotors import RotorTags, WrittenBodies, axis_direction, written_bodies
 from drivetrain.spatial.poses import axis_point, inverse_pose, pose
 from drivetrain.version import __version__
+from drivetrain.whole_files import write_text
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,7 @@ import numpy as np
 from drivetrain.arm.files.drives import ACTUATORS, GEAR_RATIO, JOINTS, REDUCTIONS, ROTOR_INERTIA, SIMPLE
 from drivetrain.arm.files.xml import UNLIMITED
 from drivetrain.arrays import Array
-from drivetrain.export.urdf_pairs import Pair
-from drivetrain.export.urdf_rotors import RotorTags
+from drivetrain.export.urdf_rotors import Pair, RotorTags
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import pose
 from drivetrain.spatial.rotations import rpy_from_rotation

@@ -29,8 +29,7 @@ from drivetrain.dynamics.from_positions import rates_from_positions
 from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.dynamics.regressor import COLUMN, ROW, parameter_names, torque_parameters, torque_regressor
 from drivetrain.errors import Fault, InputError, nearest, whole_names
-from drivetrain.identification.consistency import nearest_consistent
-from drivetrain.identification.least_squares import Problem, base_parameters, problem_of
+from drivetrain.identification.least_squares import Problem, base_parameters, nearest_consistent, problem_of
 from drivetrain.motion.recording import MeasuredMotion
 from drivetrain.notebook import axes_of, shown
 from drivetrain.records import as_record

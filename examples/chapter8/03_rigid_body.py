@@ -10,11 +10,10 @@ from figures.rigid_body import figure_free_motion
 
 from drivetrain.errors import InputError
 from drivetrain.report.charts.plotting import house_style, png_bytes
-from drivetrain.spatial.free_body import free_motion, space_momentum
+from drivetrain.spatial.free_body import body_wrench, free_motion, kinetic_energy, space_momentum
 from drivetrain.spatial.inertia import combined, cuboid, cylinder, ellipsoid
 from drivetrain.spatial.mesh_inertia import TriangleMesh, mesh_body
 from drivetrain.spatial.poses import adjoint, exp_pose, pose
-from drivetrain.spatial.rigid_body import body_wrench, kinetic_energy
 from drivetrain.spatial.wrenches import lie_bracket
 
 

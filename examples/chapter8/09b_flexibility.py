@@ -10,12 +10,12 @@ from figures.flexibility import figure_flexibility
 
 from drivetrain.arm.flexible_links import BendingLink, with_flexible_links
 from drivetrain.dynamics.flexibility import locked_frequencies
-from drivetrain.shipped import shipped
 from drivetrain.sizing.deflection import joint_stiffness, tip_deflection, vibration
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.spatial.beams import Beam, round_tube
 from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 STRONG, WEAK = "AM_MF0060020_48V", "AM_MF0060008_48V"
 GEARS = ("CSG-17-100", "CSG-25-160", "CSG-17-100", "CSG-14-100", "CSG-14-100", "CSG-14-100")

@@ -9,9 +9,9 @@ from drivetrain.drive.matching import inertia_matching_ratio
 from drivetrain.report.charts.answer_charts import ratio_charts
 from drivetrain.report.charts.plotting import figure_of
 from drivetrain.report.pages.ratio_page import ratio_sentence
-from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.ratio import ratio_study
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 STRONG, WEAK = "AM_MF0060020_48V", "AM_MF0060008_48V"
 GEARS = ("CSG-17-100", "CSG-25-160", "CSG-17-100", "CSG-14-100", "CSG-14-100", "CSG-14-100")

@@ -10,7 +10,7 @@ import trimesh
 from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.files.shapes import CELLS, link_shapes
 from drivetrain.arm.kinematics import link_poses
-from drivetrain.spatial.mesh_file import read_mesh
+from drivetrain.spatial.mesh_inertia import read_mesh
 
 INERTIAL = (
     '<inertial><origin xyz="0.1 0 0.02"/><mass value="2"/>'

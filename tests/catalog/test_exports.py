@@ -11,8 +11,8 @@ import pytest
 from drivetrain.catalog.exports import ExportMap, import_export, read_map
 from drivetrain.catalog.read import read_catalog
 from drivetrain.errors import InputError
-from drivetrain.shipped import shipped
 from drivetrain.units import from_si
+from drivetrain.whole_files import shipped
 
 # As maxon's pages and exports have them: one part a column, a unit in every cell.
 PAGE = (

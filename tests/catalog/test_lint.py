@@ -18,7 +18,7 @@ from drivetrain.catalog.linting import LintFault, lint
 from drivetrain.catalog.motor_rules import check_motor
 from drivetrain.catalog.table import Cell, Row
 from drivetrain.errors import InputError
-from drivetrain.shipped import shipped
+from drivetrain.whole_files import shipped
 
 DATA = Path(__file__).parent / "data" / "si_table"
 FAULTY_MOTORS, FAULTY_GEARS = 5, 40  # the last rows of the excerpts

@@ -15,7 +15,7 @@ from drivetrain.catalog.read import Catalog, read_catalog
 from drivetrain.catalog.table import Cell
 from drivetrain.drive.amplifier import limits_of
 from drivetrain.errors import InputError
-from drivetrain.shipped import shipped
+from drivetrain.whole_files import shipped
 
 BRAKES = "key,torque_side,static_torque [Nm],voltage [V],power [W],current [A],inertia [kg cm^2],release_time [ms]\n"
 AMPLIFIERS = "key,current_basis,continuous_current [A],peak_current [A],peak_time [s],min_voltage [V],max_voltage [V]\n"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from drivetrain.catalog.read import Catalog, compatible_pairs, read_catalog
-from drivetrain.shipped import shipped
+from drivetrain.whole_files import shipped
 
 STEPS = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]
 ASSUMED_EFFICIENCY = 0.7  # of strain-wave gears, whose rows print none

@@ -11,21 +11,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drivetrain.control.symbols import Tape
 
 from drivetrain.arm.coupling import belts_over, placed, with_coupling
 from drivetrain.catalog.read import Catalog
 from drivetrain.control.c_code import write_c
 from drivetrain.control.commander import SLOW, Commander
-from drivetrain.control.symbols import Tape
 from drivetrain.drive.amplifier import Amplifier, Supply, peak_duration
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
 from drivetrain.motion.base import Swing, swinging
-from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.parts.second_motors import with_sharing
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 ROUGH = Friction(coulomb=0.4, coulomb_negative=0.5, viscous=0.3, static=0.7, stribeck_speed=0.2)
 SPRING = Counterbalance(stiffness=8e3, free_length=0.15, lever_carrier=0.2, lever_link=0.08, dead_centre=0.4)

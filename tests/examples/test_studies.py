@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import DriveMass
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 EXAMPLES = sorted(path.parent.name for path in shipped("examples").glob("*/study.yaml"))
 

@@ -11,10 +11,10 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.friction import FRICTIONLESS, Friction
 from drivetrain.drive.gear import Gear
-from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate_drives
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 VISCOUS = Friction(viscous=0.4)
 

@@ -35,12 +35,12 @@ from drivetrain.export.limits import write_drive_urdf, write_physx, write_ros2
 from drivetrain.export.losses import FORMATS, losses_table
 from drivetrain.export.mjcf import write_mjcf
 from drivetrain.export.sdf import write_sdf
-from drivetrain.shipped import shipped
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.judge.evaluate import evaluate, evaluate_drives
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.parts.second_motors import with_sharing
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 STEP = (

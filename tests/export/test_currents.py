@@ -17,10 +17,10 @@ from drivetrain.drive.amplifier import Amplifier
 from drivetrain.errors import InputError
 from drivetrain.export.currents import write_currents
 from drivetrain.export.scales import current_scales
-from drivetrain.shipped import shipped
 from drivetrain.sizing.currents import PARTS, current_commands
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 
 @pytest.fixture(scope="module")

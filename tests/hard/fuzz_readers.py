@@ -26,15 +26,15 @@ with atheris.instrument_imports(
     include=["yaml", *(f"drivetrain.{part}" for part in ("arm.urdf", "arm.mjcf", "arm.sdf", "arm.load", "catalog"))]
     + [f"drivetrain.motion.{part}" for part in ("read", "columns", "table", "foreign", "recording", "checks")]
     + [f"drivetrain.study.{part}" for part in ("document", "form", "read", "faults", "schema", "parts")]
-    + ["drivetrain.units", "drivetrain.unit_spelling"]
+    + ["drivetrain.units"]
 ):
     from drivetrain.arm.files.load import load_arm
     from drivetrain.catalog.read import read_catalog
     from drivetrain.errors import InputError
     from drivetrain.motion.read import read_motion
     from drivetrain.motion.recording import read_recording
-    from drivetrain.shipped import shipped
     from drivetrain.study.read import load_study
+    from drivetrain.whole_files import shipped
 
 SLOW = 5.0  # s: a reader that takes longer hangs, as far as a user can see
 DATA = HERE.parent / "arm" / "data"

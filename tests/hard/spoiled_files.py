@@ -14,7 +14,7 @@ import yaml
 
 import drivetrain as dt
 from drivetrain.motion.read import read_load_table, read_motion
-from drivetrain.shipped import shipped
+from drivetrain.whole_files import shipped
 
 WORDS = ("nan", "inf", "-inf", "1e400", "1e308", "0", "three", "", "-", "1e12")
 NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")

@@ -15,7 +15,7 @@ from drivetrain.catalog.linting import lint
 from drivetrain.catalog.motor_rules import check_motor
 from drivetrain.catalog.schema import MOTOR_COLUMNS
 from drivetrain.catalog.table import read_table
-from drivetrain.shipped import shipped
+from drivetrain.whole_files import shipped
 
 SHEETS = 50
 NEEDED = [

@@ -13,8 +13,13 @@ import drivetrain as dt
 from drivetrain.cli import app
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.regressor import torque_parameters, torque_regressor
-from drivetrain.identification.consistency import consistent, nearest_consistent, pseudo_inertias, ten_parameters
-from drivetrain.identification.least_squares import base_parameters
+from drivetrain.identification.least_squares import (
+    base_parameters,
+    consistent,
+    nearest_consistent,
+    pseudo_inertias,
+    ten_parameters,
+)
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.model import DriveMass
 

@@ -15,15 +15,15 @@ from drivetrain.drive.motor_limits import operating_region
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.report.charts.arm_charts import heat_chart, margin_chart, power_chart
 from drivetrain.report.charts.chart import Chart, Mark, Pictures, rounded
-from drivetrain.report.charts.figures import overview_png
 from drivetrain.report.charts.motion_data import FOLLOWS, TURNED, kept_samples, motion_data, regions, temperatures
 from drivetrain.report.charts.plotting import figure_of
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.quantities import convert
-from drivetrain.shipped import shipped
+from drivetrain.report.summary import overview_png
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 
 def data_of(page: str) -> dict[str, Any]:

@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 from drivetrain.cli import app
 from drivetrain.report.charts.answer_charts import colour_of, curve_charts
 from drivetrain.report.pages.trade_off_pages import curve_lines, curve_report, curve_sentence
-from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.curve import CurvePiece, CurvePoint, OptimumCurve
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 
 def point(value, pair, mass, used=0.8):

@@ -12,11 +12,11 @@ from typer.testing import CliRunner
 from drivetrain.cli import app
 from drivetrain.report.charts.answer_charts import free_ratio_charts
 from drivetrain.report.pages.ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
-from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.free_ratio import free_ratios
 from drivetrain.study.model import FreeRatio
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 STUDY = shipped("examples") / "one_axis" / "study.yaml"
 

@@ -10,11 +10,11 @@ from drivetrain.motion.mix import build_mix
 from drivetrain.report.charts.arm_charts import power_chart
 from drivetrain.report.charts.motion_data import kept_samples, motion_data
 from drivetrain.report.pages.report_page import html_report
-from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import slowed
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 
 @pytest.fixture(scope="module")

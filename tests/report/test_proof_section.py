@@ -14,13 +14,13 @@ from drivetrain.report.pages.proof_section import proof_section
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.pages.trade_off_pages import trade_off_extra
 from drivetrain.report.result_json import result_json
-from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.trade_offs import trade_offs, usual_span
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.results import Selection
 from drivetrain.sizing.search.search import select
 from drivetrain.study.parts.selection import CurveWanted, TradeOffs
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 STUDY = shipped("examples") / "one_axis" / "study.yaml"
 

@@ -13,12 +13,12 @@ from drivetrain.report.outputs import write_outputs
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.pages.spread_section import chance_rows, law_lines, spread_lines
 from drivetrain.report.result_json import result_json
-from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.spread import robustly, spread
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 TOLERANCES = Tolerances(
     torque_constant=Tolerance(0.05), friction=Tolerance(0.3), ambient=Tolerance(5.0, absolute=True), samples=500

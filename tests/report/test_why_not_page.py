@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 
 from drivetrain.cli import app
 from drivetrain.report.pages.why_not_page import change_sentence, why_not_lines, why_not_report
-from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.why_not import SmallestChange, why_not
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 STUDY = shipped("examples") / "ur5_pick_and_place" / "study.yaml"
 

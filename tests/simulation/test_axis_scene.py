@@ -10,8 +10,8 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.errors import InputError
-from drivetrain.shipped import shipped
 from drivetrain.simulation.study_scene import SceneOptions, axis_motion, scene_of
+from drivetrain.whole_files import shipped
 
 STUDY = """
 schema_version: 1

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivetrain.shipped import shipped
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 
 @pytest.fixture(scope="module")

@@ -14,13 +14,13 @@ from scipy.optimize import brentq, root
 from drivetrain.catalog.read import Catalog, read_catalog
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import Friction
-from drivetrain.shipped import shipped
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 PAIRS = {
     "shoulder_pan_joint": ("AM_MF0076008_48V", "hd_CSG-25-100-2UH"),

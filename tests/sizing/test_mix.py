@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from drivetrain.motion.mix import build_mix
-from drivetrain.shipped import shipped
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.demand.series import rates
@@ -16,6 +15,7 @@ from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import slowed
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,6 @@ from scipy import stats
 
 from drivetrain.drive.motor import torque_constant
 from drivetrain.errors import InputError
-from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.tolerance import tornado
 from drivetrain.sizing.tolerance.draws import Source, deviated, drawn, sources
@@ -28,6 +27,7 @@ from drivetrain.sizing.tolerance.sampling import (
 from drivetrain.sizing.tolerance.tornado import effects, variance_share
 from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 ALL = Tolerances(
     Tolerance(0.05), Tolerance(0.05), Tolerance(0.3), Tolerance(0.05), Tolerance(0.1, normal=True),

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from drivetrain.drive.matching import scaled_gear
-from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.why_not import Standing, why_not
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 EXAMPLES = ("one_axis", "ur5_pick_and_place")
 NAMED = 2  # pairs of each example at least, and more until changes of both kinds were tried

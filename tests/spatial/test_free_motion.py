@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.spatial.free_body import free_motion, space_momentum
+from drivetrain.spatial.free_body import free_motion, kinetic_energy, momentum, space_momentum
 from drivetrain.spatial.inertia import cuboid, cylinder
 from drivetrain.spatial.poses import adjoint, inverse_pose, pose
-from drivetrain.spatial.rigid_body import kinetic_energy, momentum
 from drivetrain.spatial.rotations import exp_rotation, is_rotation
 
 START = pose(exp_rotation([0.4, -0.3, 0.9]), [1.0, 2.0, 3.0])

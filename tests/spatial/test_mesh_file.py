@@ -11,8 +11,7 @@ import trimesh
 
 from drivetrain.errors import InputError
 from drivetrain.spatial.inertia import cuboid
-from drivetrain.spatial.mesh_file import read_mesh
-from drivetrain.spatial.mesh_inertia import mesh_body
+from drivetrain.spatial.mesh_inertia import mesh_body, read_mesh
 
 BOX = trimesh.creation.box((200.0, 300.0, 700.0))  # mm
 BODY = cuboid(5.0, 0.2, 0.3, 0.7)

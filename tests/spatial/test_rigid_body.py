@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
+from drivetrain.spatial.free_body import body_acceleration, body_wrench, kinetic_energy, momentum
 from drivetrain.spatial.inertia import RigidBody, cuboid
 from drivetrain.spatial.poses import adjoint, exp_pose, inverse_pose, pose
-from drivetrain.spatial.rigid_body import body_acceleration, body_wrench, kinetic_energy, momentum
 from drivetrain.spatial.rotations import exp_rotation
 from drivetrain.spatial.wrenches import bracket, dual_bracket, lie_bracket
 

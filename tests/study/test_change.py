@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.shipped import shipped
 from drivetrain.study.change import TaskChange, changed, slowed
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ import itertools
 
 import pytest
 
-from drivetrain.shipped import shipped
 from drivetrain.study.parts.candidates import excluded_by
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.shipped import shipped
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 
 def written(tmp_path, entry):

@@ -11,12 +11,12 @@ from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.errors import InputError
 from drivetrain.motion.point_to_point import MotionLimits
-from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.spatial.poses import pose, pose_from_xyz_rpy
 from drivetrain.spatial.rotations import rotation_from_rpy
 from drivetrain.study.model import Study
 from drivetrain.study.read import load_study
+from drivetrain.whole_files import shipped
 
 FILE = shipped("examples") / "ur5_pick_and_place" / "drawing.yaml"
 

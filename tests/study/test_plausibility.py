@@ -9,10 +9,10 @@ import pytest
 
 from drivetrain.arm.builtin import builtin_names
 from drivetrain.errors import InputError
-from drivetrain.shipped import shipped
 from drivetrain.study.model import Study
 from drivetrain.study.read import load_study
 from drivetrain.study.template import study_template
+from drivetrain.whole_files import shipped
 
 GEAR = {"kind": "planetary", "ratio": 20, "mass": "150 g", "efficiency": "80 %", "source": "sheet"}
 INERTIA = {"xx": "5e-3 kg m^2", "yy": "5e-3 kg m^2", "zz": "5e-3 kg m^2"}

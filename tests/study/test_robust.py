@@ -12,9 +12,9 @@ import pytest
 import yaml
 
 from drivetrain.errors import InputError
-from drivetrain.shipped import shipped
 from drivetrain.study.read import load_study
 from drivetrain.study.schema import json_schema
+from drivetrain.whole_files import shipped
 
 JUNK = [None, 0, -1, 3.7, True, "x", "48 V", "1 kg", "-5 deg", "", [], {}, [1], ["a", "b"], {"a": 1}, "none",
         float("nan"), "1e300 s", "[0, 0, 1] mm", 10**30, "default", "1e-30 rad/s"]  # fmt: skip

@@ -12,7 +12,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.files.xml import PACKAGE, package_file, read_document
 from drivetrain.arrays import Array
 from drivetrain.errors import InputError
-from drivetrain.spatial.mesh_file import read_mesh
+from drivetrain.spatial.mesh_inertia import read_mesh
 from drivetrain.spatial.poses import pose_from_xyz_rpy
 from drivetrain.whole_files import is_there
 

@@ -19,11 +19,11 @@ from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.shipped import shipped
 from drivetrain.study.faults import Ledger
 from drivetrain.study.form import Form, made
 from drivetrain.study.model import GearAssumption, MotorAssumption, Prices
 from drivetrain.study.schema import AssumptionsForm, StudyForm
+from drivetrain.whole_files import shipped
 
 SHIPPED_CATALOG = "shipped"  # what a study calls the catalogue that comes with the package
 MOTOR_GROUPS = ("brushed", "brushless", "frameless")
