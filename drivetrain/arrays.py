@@ -14,7 +14,12 @@ Array = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]
 
 def frozen_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
     """A read-only float copy of a value whose shape and numbers have been checked."""
-    array = checked_array(value, shape, name).copy()
+    return read_only(checked_array(value, shape, name).copy())
+
+
+def read_only(values: Any) -> Any:
+    """An array itself, which can no longer be written to."""
+    array = np.asarray(values)
     array.setflags(write=False)
     return array
 

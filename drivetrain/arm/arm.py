@@ -14,7 +14,7 @@ import numpy as np
 
 from drivetrain.arm.checks import checked_inertia, checked_pose, checked_screw, each, warn_of_inertias
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
-from drivetrain.arrays import Array, axes_of, frozen_array, real_array
+from drivetrain.arrays import Array, axes_of, frozen_array, read_only, real_array
 from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.notebook import shown
 from drivetrain.spatial.poses import axis_point, pose
@@ -77,7 +77,7 @@ class Arm:
         import pandas as pd
 
         columns = {
-            "joint": self.joint_names, "kind": ["turns" if screw[:3].any() else "slides" for screw in self.screws],
+            "joint": self.joint_names, "kind": ["slides" if one else "turns" for one in self.slides],
             "lower": self.lower, "upper": self.upper, "speed limit": self.speed_limits, "link": self.link_names,
             "mass [kg]": self.masses,
         }  # fmt: skip
@@ -87,6 +87,11 @@ class Arm:
     def n(self) -> int:
         """Number of joints [-]."""
         return len(self.masses)
+
+    @property
+    def slides(self) -> list[bool]:
+        """Which joints are prismatic, (n,)."""
+        return [not screw[:3].any() for screw in self.screws]
 
     def body_before(self, joint: int) -> int:
         """The body that a joint hangs on.
@@ -192,17 +197,17 @@ class Arm:
         if joint_points is not None:
             points = faults.attempt(frozen_array, joint_points, (n, 3), "joint_points")
         faults.raise_any()
-        assured_home, assured_screws = _frozen(checked_home), _frozen(checked_screws)
+        assured_home, assured_screws = read_only(checked_home), read_only(checked_screws)
         if points is None:
             points = _nearest_points(assured_home, assured_screws)
         warnings = warn_of_inertias(checked_inertias, links) if check_inertias else []
         return cls(
             assured_home,
             assured_screws,
-            _frozen(checked_masses),
-            _frozen(checked_inertias),
-            assured_home[-1] if checked_tip is None else _frozen(checked_tip),
-            _frozen(checked_gravity),
+            read_only(checked_masses),
+            read_only(checked_inertias),
+            assured_home[-1] if checked_tip is None else read_only(checked_tip),
+            read_only(checked_gravity),
             points,
             joints,
             links,
@@ -283,13 +288,6 @@ def refuse_loops(arm: Arm, *, shared: bool = False, closed: bool = False) -> Non
         raise InputError(Fault("arm", "has closed loops (closures), which is not computed here", arm.name, hint))
 
 
-def _frozen(array: Array | None) -> Array:
-    """A read-only view of an array that has passed its check."""
-    result = np.asarray(array)
-    result.setflags(write=False)
-    return result
-
-
 def _count(masses: Any, others: dict[str, Any], faults: Faults) -> int:
     """The number of joints, by the masses; the other lists must have as many entries, or nothing can be checked."""
     n = len(masses) if axes_of(masses) == 1 else 0
@@ -327,15 +325,15 @@ def _limits(n: int, lower: Any, upper: Any, speed: Any, faults: Faults) -> tuple
 
 def _limit(n: int, values: Any, unknown: float, name: str, faults: Faults) -> Array:
     if values is None:
-        return _frozen(np.full(n, unknown))
+        return read_only(np.full(n, unknown))
     try:
         limits = real_array(values).copy()
     except (TypeError, ValueError, OverflowError):
         limits = np.empty(0)
     if limits.shape != (n,) or np.isnan(limits).any():
         faults.add(name, f"must be {n} numbers (infinite where unknown)", values)
-        return _frozen(np.full(n, unknown))
-    return _frozen(limits)
+        return read_only(np.full(n, unknown))
+    return read_only(limits)
 
 
 def _names(names: Sequence[str] | None, n: int, kind: str, faults: Faults) -> tuple[str, ...]:
@@ -350,4 +348,4 @@ def _nearest_points(home: Array, screws: Array) -> Array:
     """Where the joints sit when nobody says: on the axis, abreast of the link's centre of mass."""
     centres = home[:, :3, 3]
     points = [axis_point(s, c) if s[:3].any() else c for s, c in zip(screws, centres, strict=True)]
-    return _frozen(np.array(points))
+    return read_only(np.array(points))

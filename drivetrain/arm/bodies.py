@@ -9,7 +9,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.checks import called, checked_inertia, warn_of_inertias
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array, checked_array, read_only
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.base import BASE_JOINTS
 from drivetrain.spatial.inertia import RigidBody, combined
@@ -104,9 +104,7 @@ def on_moving_base(arm: Arm) -> Arm:
     refuse_loops(arm)
     base, n = moving_base(arm), arm.n
     rows = ("home", "screws", "masses", "inertias", "joint_points", "lower", "upper", "speed_limits")
-    joined: dict[str, Any] = {name: np.concatenate([getattr(base, name), getattr(arm, name)]) for name in rows}
-    for values in joined.values():
-        values.setflags(write=False)
+    joined = {name: read_only(np.concatenate([getattr(base, name), getattr(arm, name)])) for name in rows}
     coupling = None
     if arm.coupling is not None:
         coupling = np.eye(n + 6)
@@ -144,5 +142,4 @@ def _replaced(values: Array, index: int, value: Any) -> Array:
     """A read-only copy with one entry changed."""
     copy = values.copy()
     copy[index] = value
-    copy.setflags(write=False)
-    return copy
+    return np.asarray(read_only(copy))

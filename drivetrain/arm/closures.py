@@ -17,7 +17,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm, Linkage, Loops
 from drivetrain.arm.checks import checked_inertia
-from drivetrain.arrays import Array, checked_array, frozen_array
+from drivetrain.arrays import Array, checked_array, frozen_array, read_only
 from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.spatial.poses import pose
 from drivetrain.units import Mass, Name, Vector
@@ -223,13 +223,8 @@ def _shown(arm: Arm, linkage: Linkage) -> Arm:
         chain = linkage.chains[loops.owner[joint]]
         rows.append((chain, loops.paths[loops.owner[joint]].index(joint)))
 
-    def column(name: str) -> Any:
-        values = np.array([getattr(chain, name)[at] for chain, at in rows])
-        values.setflags(write=False)
-        return values
-
     arrays = ("home", "screws", "masses", "inertias", "joint_points", "lower", "upper", "speed_limits")
-    changes: dict[str, Any] = {name: column(name) for name in arrays}
+    changes: dict[str, Any] = {name: read_only([getattr(chain, name)[at] for chain, at in rows]) for name in arrays}
     for name in ("joint_names", "link_names"):
         changes[name] = tuple(str(getattr(chain, name)[at]) for chain, at in rows)
     return replace(arm, **changes, rotors=(None,) * len(rows), linkage=linkage)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm, refuse_loops
-from drivetrain.arrays import Array, checked_array, checked_numbers
+from drivetrain.arrays import Array, checked_array, checked_numbers, read_only
 from drivetrain.errors import Fault, InputError
 
 SINGULAR = 1e-9  # of the largest singular value, rows and columns scaled alike: what six printed digits leave
@@ -55,8 +55,7 @@ def checked_coupling(coupling: Any, n: int) -> Array | None:
     values = np.linalg.svd(scaled, compute_uv=False)
     if values[-1] <= SINGULAR * values[0]:
         raise InputError(Fault("coupling", "is singular: motors could not hold the joints", matrix.tolist()))
-    matrix.setflags(write=False)
-    return matrix
+    return np.asarray(read_only(matrix))
 
 
 def rotor_turns(arm: Arm) -> Array:

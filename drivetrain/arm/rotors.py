@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from drivetrain.arm.checks import TOLERANCE, checked_inertia, checked_pose, checked_screw
-from drivetrain.arrays import Array, axes_of, frozen_array
+from drivetrain.arrays import Array, axes_of, frozen_array, read_only
 from drivetrain.errors import Fault, Faults, InputError
 
 
@@ -62,9 +62,7 @@ class Rotor:
         }
         faults.raise_any()
         for name, value in checked.items():
-            if isinstance(value, np.ndarray):
-                value.setflags(write=False)
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, read_only(value) if isinstance(value, np.ndarray) else value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +79,7 @@ class MountedRotor(Rotor):
     def __post_init__(self) -> None:
         # with_rotors makes these from what Rotor has checked; to check again would cost more than to mount.
         for array in (self.inertia, self.home, self.screw):
-            array.setflags(write=False)
+            read_only(array)
 
     @property
     def axial_inertia(self) -> float:

@@ -171,7 +171,7 @@ def _start(arm: Arm, text: str) -> Array:
 
     from drivetrain.units import quantities, quantity
 
-    unit = "rad" if arm.screws[:, :3].any(axis=1).all() else "m"
+    unit = "m" if any(arm.slides) else "rad"
     if text.lstrip().startswith("["):
         return quantities(text, unit, "--from", arm.n)
     return np.full(arm.n, quantity(text, unit, "--from"))

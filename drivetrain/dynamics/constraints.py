@@ -17,7 +17,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.checks import checked_pose
 from drivetrain.arm.kinematics import screw_displacements
-from drivetrain.arrays import Array, checked_array, frozen_array
+from drivetrain.arrays import Array, checked_array, frozen_array, read_only
 from drivetrain.dynamics.core.frames import FRAME, ROW, close_loop, move_frame
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import inverse_pose
@@ -74,8 +74,7 @@ class Attachment:
     def __post_init__(self) -> None:
         if isinstance(self.link, bool) or not isinstance(self.link, (int, np.integer)) or self.link < -1:
             raise InputError(Fault("Attachment.link", "must be the index of a link, or -1 for the base", self.link))
-        pose = np.ascontiguousarray(checked_pose(self.pose, "Attachment.pose"))
-        pose.setflags(write=False)
+        pose = read_only(np.ascontiguousarray(checked_pose(self.pose, "Attachment.pose")))
         object.__setattr__(self, "link", int(self.link))
         object.__setattr__(self, "pose", pose)
 

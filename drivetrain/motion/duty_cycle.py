@@ -16,7 +16,7 @@ import numpy as np
 from annotated_types import Ge
 from numpy.typing import NDArray
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, read_only
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.units import Duration, Name
@@ -95,7 +95,7 @@ class Cycle:
         if len(self.parts) > 1:
             for part, share in zip(self.parts, self.shares, strict=True):
                 weights[part] *= share * self.duration / float(self.time[part][-1] - self.time[part][0])
-        return _fixed(weights)
+        return np.asarray(read_only(weights))
 
     @cached_property
     def before(self) -> Indices:
@@ -196,11 +196,11 @@ def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: S
     begins = np.cumsum([0.0] + [float(block.time[-1]) for block in blocks])
     return Cycle(
         joint_names=joint_names,
-        time=_fixed(np.concatenate([block.time + begin for block, begin in zip(blocks, begins, strict=False)])),
-        position=_fixed(np.concatenate([block.position for block in blocks])),
-        velocity=_fixed(np.concatenate([block.velocity for block in blocks])),
-        acceleration=_fixed(np.concatenate([block.acceleration for block in blocks])),
-        torque=_fixed(np.concatenate([block.torque for block in blocks])) if loaded else None,
+        time=read_only(np.concatenate([block.time + begin for block, begin in zip(blocks, begins, strict=False)])),
+        position=read_only(np.concatenate([block.position for block in blocks])),
+        velocity=read_only(np.concatenate([block.velocity for block in blocks])),
+        acceleration=read_only(np.concatenate([block.acceleration for block in blocks])),
+        torque=read_only(np.concatenate([block.torque for block in blocks])) if loaded else None,
         payload=_per_sample([carried[index] for index in which], lengths),
         payload_names=payload_names,
         segment=_per_sample(which, lengths),
@@ -218,15 +218,8 @@ def sample_weights(time: Array) -> Array:
     return weights
 
 
-def _fixed(array: Array) -> Array:
-    array.setflags(write=False)
-    return array
-
-
 def _per_sample(labels: list[int], lengths: list[int]) -> Indices:
-    indices = np.repeat(np.array(labels, dtype=np.int64), lengths)
-    indices.setflags(write=False)
-    return indices
+    return np.asarray(read_only(np.repeat(np.array(labels, dtype=np.int64), lengths)))
 
 
 def _step_faults(steps: Sequence[Step]) -> list[Fault]:

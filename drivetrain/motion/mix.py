@@ -8,10 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import read_only
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle, Indices
 
+SERIES = ("position", "velocity", "acceleration")
 WHOLE = 1e-6  # by which shares may miss 1: rounding of what was written, not a part forgotten
 
 
@@ -48,14 +49,14 @@ def build_mix(cycles: Sequence[Cycle], shares: Sequence[float], *, names: Sequen
     time = [cycle.time - cycle.time[0] + end for cycle, end in zip(cycles, ends, strict=False)]
     return Cycle(
         joint_names=cycles[0].joint_names,
-        time=_joined(time),
-        position=_joined([cycle.position for cycle in cycles]),
-        velocity=_joined([cycle.velocity for cycle in cycles]),
-        acceleration=_joined([cycle.acceleration for cycle in cycles]),
-        torque=_joined(torques) if torques else None,
-        payload=_joined_indices([_renumbered(cycle, payload_names) for cycle in cycles]),
+        time=read_only(np.concatenate(time)),
+        **{name: read_only(np.concatenate([getattr(cycle, name) for cycle in cycles])) for name in SERIES},
+        torque=read_only(np.concatenate(torques)) if torques else None,
+        payload=read_only(np.concatenate([_renumbered(cycle, payload_names) for cycle in cycles])),
         payload_names=payload_names,
-        segment=_joined_indices([cycle.segment + first for cycle, first in zip(cycles, segments, strict=False)]),
+        segment=read_only(
+            np.concatenate([cycle.segment + first for cycle, first in zip(cycles, segments, strict=False)])
+        ),
         segment_names=tuple(name for cycle in cycles for name in cycle.segment_names),
         notes=tuple(_said(name, note) for name, cycle in zip(called, cycles, strict=True) for note in cycle.notes),
         parts=tuple(slice(first, stop) for first, stop in itertools.pairwise(stops)),
@@ -103,18 +104,6 @@ def _said(name: str, note: str) -> str:
     """A note of a part, with its name; a warning still begins as one."""
     warning = "warning: "
     return f"{warning}{name}: {note.removeprefix(warning)}" if note.startswith(warning) else f"{name}: {note}"
-
-
-def _joined(arrays: Sequence[Array]) -> Array:
-    joined = np.concatenate(arrays)
-    joined.setflags(write=False)
-    return joined
-
-
-def _joined_indices(arrays: Sequence[Indices]) -> Indices:
-    joined = np.concatenate(arrays).astype(np.int64)
-    joined.setflags(write=False)
-    return joined
 
 
 def _renumbered(cycle: Cycle, names: tuple[str, ...]) -> Indices:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from drivetrain.report.quantities import number, percent
+from drivetrain.report.words import objective_tail
 from drivetrain.sizing.results import DriveSet, Selection
 
 HEADINGS = {"mass": "mass [kg]", "price": "price", "energy": "energy a cycle [J]", "weighted": "weighted objective"}
@@ -51,7 +52,7 @@ def set_rows(selection: Selection) -> list[SetRow]:
 
 def set_lines(selection: Selection) -> list[str]:
     """The sets after the best one, for the terminal."""
-    unit = {"mass": " kg", "energy": " J"}.get(selection.study.objective, "")
+    unit = objective_tail(selection.study, " ")
     return [f"set {row.rank}: {row.objective}{unit}; {'; '.join(row.changes)}" for row in set_rows(selection)[1:]]
 
 

@@ -249,7 +249,7 @@ def fastest_lines(found: Fastest) -> Iterator[str]:
 def motion_csv(study: Study) -> str:
     """Joint positions over the cycle, one row an instant."""
     cycle, arm = study.cycle, study.arm
-    slides = [False] * len(cycle.joint_names) if arm is None else [not screw[:3].any() for screw in arm.screws]
+    slides = [False] * len(cycle.joint_names) if arm is None else arm.slides
     names = [f"{name} [{'m' if slide else 'rad'}]" for name, slide in zip(cycle.joint_names, slides, strict=True)]
     kept = np.append(np.diff(cycle.time) > 0.0, True)
     rows = np.column_stack([cycle.time, cycle.position])[kept]

@@ -134,6 +134,11 @@ def both(result: Evaluation | Selection) -> tuple[Evaluation, Selection | None]:
     return (result.evaluation, result) if isinstance(result, Selection) else (result, None)
 
 
+def objective_tail(study: Study, space: str = "\u00a0") -> str:
+    """The unit behind a number of the objective; nothing for a price or a weighted sum."""
+    return {"mass": f"{space}kg", "energy": f"{space}J"}.get(study.objective, "")
+
+
 def named(key: str, record: Motor | Gear | None) -> str:
     """A part by its key and what its maker calls it."""
     name = identity(record)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, axes_of, checked_array, checked_number, frozen_array
+from drivetrain.arrays import Array, axes_of, checked_array, checked_number, frozen_array, read_only
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.whole_files import is_there
@@ -86,9 +86,7 @@ def _checked_faces(faces: object, count: int, name: str) -> np.ndarray:
     if outside.any():
         row, column = (int(i) for i in np.argwhere(outside)[0])
         raise InputError(Fault(f"{name}[{row}]", f"must be between 0 and {count - 1}", int(indices[row, column])))
-    result = indices.astype(np.int64)
-    result.setflags(write=False)
-    return result
+    return read_only(indices.astype(np.int64))
 
 
 def _moments(mesh: TriangleMesh) -> tuple[float, Array, Array]:

@@ -207,7 +207,7 @@ def _joints(data: Mapping[str, Any]) -> list[tuple[str, str]]:
     arm = None if form.arm is None else resolve_arm(form, Ledger(document, faults, places))
     if arm is None:
         return []
-    return [(name, "rad" if screw[:3].any() else "m") for name, screw in zip(arm.joint_names, arm.screws, strict=True)]
+    return [(name, "m" if slide else "rad") for name, slide in zip(arm.joint_names, arm.slides, strict=True)]
 
 
 def _table(time: Any, parts: Iterable[Any], names: list[str], place: str) -> dict[str, str]:

@@ -38,7 +38,7 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # told again, with the rest, when the study is read
         loaded = load_arm(arm, tip=tip)
-    slides = [not screw[:3].any() for screw in loaded.screws]
+    slides = loaded.slides
     start, end = (_row(loaded, slides, side) for side in (-0.5, 0.5))
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
         arm=arm if file is None else scalar(_from(folder, file)),

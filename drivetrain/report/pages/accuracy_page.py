@@ -19,12 +19,11 @@ from drivetrain.report.charts.run_charts import (
 from drivetrain.report.json_text import job_data, json_text
 from drivetrain.report.pages.loops_page import bode_section
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
-from drivetrain.report.pages.views import CSS
+from drivetrain.report.pages.views import CSS, chip
 from drivetrain.report.quantities import DASH, number, with_unit
 from drivetrain.report.words import End, end_of
 from drivetrain.simulation.cost_results import AutoChoice, Change, EffectCosts, RoadsCompared, SolverCosts
 from drivetrain.sizing.results import Evaluation
-from drivetrain.study.parts.verdicts import Verdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,10 +48,6 @@ def accuracy_report(found: AccuracyFound) -> str:
     return sheet(found.evaluation.study, "What accuracy costs in time", sections)
 
 
-def _verdict(verdict: Verdict) -> Chip:
-    return Chip(str(verdict), CSS[verdict])
-
-
 def _share(value: float) -> str:
     """A signed share in per cent, with two digits."""
     if math.isnan(value):
@@ -67,7 +62,7 @@ def _effects(found: EffectCosts, end: End) -> Section:
     tip = found.full.tip_deviation
     rows: tuple[tuple[str | Chip, ...], ...] = tuple(
         (
-            row.label, *(_share(value) for value in worst(row, tip)), _verdict(row.verdict), f"{row.time:.2f}",
+            row.label, *(_share(value) for value in worst(row, tip)), chip(row.verdict), f"{row.time:.2f}",
             f"{row.work:.2f}",
         )
         for row in found.rows

@@ -265,7 +265,7 @@ def bode_section(evaluation: Evaluation, current_bandwidth: float) -> Section:
     headings = ("joint", "speed loop [Hz]", "position loop [Hz]", "phase margins [°]", "gain margins [dB]",
                 "anti-resonance, resonance [Hz]", "limited by", "settles")  # fmt: skip
     rows = tuple(_row(one.joint, one.design, one.stable) for one in found.joints)
-    tables = (SheetTable(headings, rows, "", (1, 2, 3, 4, 5)),) if rows else ()
+    tables = (SheetTable(headings, rows, "", (1, 2, 3, 4, 5)),)
     notes = tuple(f"{name}: {why}" for name, why in found.missing.items())
     return Section("Loops", "loops", lead=(lead,), figures=tuple(figures), tables=tables, notes=notes)
 

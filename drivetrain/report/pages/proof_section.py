@@ -7,9 +7,9 @@ import math
 from drivetrain.report.best_sets import HEADINGS, WORDS, equals_sentence, set_rows
 from drivetrain.report.pages.sheet import Section, SheetTable
 from drivetrain.report.quantities import DASH, number
+from drivetrain.report.words import objective_tail
 from drivetrain.sizing.results import Selection
 
-UNITS = {"mass": "\u00a0kg", "energy": "\u00a0J"}
 WORK = {
     "nodes": "search nodes",
     "nodes made": "search nodes made",
@@ -65,12 +65,12 @@ def _sets(selection: Selection) -> tuple[SheetTable, ...]:
     }
     headings, rows = tuple(columns), tuple(zip(*columns.values(), strict=True))
     title = f"The best sets: {len(rows)} that pass every check, best first"
-    return (SheetTable(headings, rows, title, tuple(range(len(headings) - 1))),) if rows else ()
+    return (SheetTable(headings, rows, title, tuple(range(len(headings) - 1))),)
 
 
 def _worth(selection: Selection) -> list[tuple[str, str]]:
     """Best, bound and gap."""
-    unit = UNITS.get(selection.study.objective, "")
+    unit = objective_tail(selection.study)
     best, bound = selection.objective, selection.bound
     facts = []
     if math.isfinite(best):

@@ -12,7 +12,7 @@ from drivetrain.report.charts.answer_charts import free_ratio_charts, ratio_char
 from drivetrain.report.charts.chart import captioned
 from drivetrain.report.json_text import job_data, json_text
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
-from drivetrain.report.pages.views import CSS, anchor
+from drivetrain.report.pages.views import CSS, anchor, chip
 from drivetrain.report.quantities import DASH, number, percent, with_unit
 from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
 from drivetrain.sizing.answers.ratio import ClosedForms, RatioPoint, RatioStudy, RatioWindow
@@ -95,19 +95,14 @@ def _joint(found: RatioStudy) -> Section:
     if not any("winding" in chart.y for chart in charts):
         caption += " Winding temperature not computed: no thermal data in the catalogue row."
     gears = tuple(
-        (one.key, number(one.ratio), Chip(str(one.verdict), CSS[one.verdict]), percent(one.utilisation), one.binding)
-        for one in found.gears
+        (one.key, number(one.ratio), chip(one.verdict), percent(one.utilisation), one.binding) for one in found.gears
     )
     reaction = tuple((joint, _small_percent(share)) for joint, share in found.reaction.items())
     headings = ("gear", "ratio", "verdict", "utilisation", "of")
     felt = "What the joints before feel of it: change of their torque over the window, over their own peak"
     tables = (
-        *(
-            [SheetTable(headings, gears, "Nearest gears of the catalogue, each with its own sheet", (1, 3))]
-            if gears
-            else []
-        ),
-        *([SheetTable(("joint", "change"), reaction, felt, (1,))] if reaction else []),
+        SheetTable(headings, gears, "Nearest gears of the catalogue, each with its own sheet", (1, 3)),
+        SheetTable(("joint", "change"), reaction, felt, (1,)),
     )
     word, css = ("fits", "pass") if found.feasible else ("no ratio fits", "fail")
     return Section(found.joint, anchor(found.joint), word, css, (ratio_sentence(found),),
@@ -255,7 +250,7 @@ def _table(found: FreeRatios) -> SheetTable:
         rows.append((
             one.joint, one.motor, number(one.best), DASH if one.alone > NO_USE else number(one.alone), number(one.low),
             number(one.high), one.ended_by, with_unit(one.gear.repeated_peak_torque, "N m"), with_unit(mass, "kg"),
-            Chip(str(one.verdict), CSS[one.verdict]),
+            chip(one.verdict),
         ))  # fmt: skip
     headings = (
         "joint", "motor", "best for the arm", "by formula, motor only", "allowed from", "to",
@@ -266,12 +261,12 @@ def _table(found: FreeRatios) -> SheetTable:
 
 def _free_joint(one: FreeJoint) -> Section:
     rows = tuple(
-        (gear.key, number(gear.ratio), _loss(gear.loss), Chip(str(gear.verdict), CSS[gear.verdict]),
+        (gear.key, number(gear.ratio), _loss(gear.loss), chip(gear.verdict),
          percent(gear.utilisation), gear.binding)
         for gear in one.gears
     )  # fmt: skip
     headings = ("gear", "ratio", "goal above the continuous best", "verdict", "utilisation", "of")
     title = f"Gears of the catalogue nearest to a ratio of {number(one.best)}"
-    tables = (SheetTable(headings, rows, title, (1, 2, 4)),) if rows else ()
+    tables = (SheetTable(headings, rows, title, (1, 2, 4)),)
     lead = () if rows else ("No gear of the catalogue goes with this motor.",)
     return Section(one.joint, anchor(one.joint), str(one.verdict), CSS[one.verdict], lead, tables=tables)

@@ -69,6 +69,7 @@ class Extra:
 def with_markup(section: Section, pictures: Pictures | None = None) -> dict[str, object]:
     """A section for a template, its charts put among the pictures of the page."""
     shown = {name: getattr(section, name) for name in section.__dataclass_fields__}
+    shown["tables"] = [table for table in section.tables if table.rows]
     return shown | {"figures": [] if pictures is None else [(pictures.add(one), told) for one, told in section.figures]}
 
 

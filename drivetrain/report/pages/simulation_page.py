@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from drivetrain.report.charts.run_charts import FRICTION, run_charts
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
-from drivetrain.report.pages.views import CSS
+from drivetrain.report.pages.views import CSS, chip
 from drivetrain.report.quantities import DASH, number, printed_unit, with_unit
 from drivetrain.report.words import common_unit, end_of, required_text
 from drivetrain.simulation.cost_results import Decision
@@ -108,7 +108,7 @@ def _checks(told: Decision) -> SheetTable:
                 rows.append((
                     name, check.name, required_text(check, shown, printed_unit(shown)),
                     with_unit(check.available, check.unit, shown=shown),
-                    f"{100.0 * check.utilisation:.0f}\u00a0%", Chip(str(check.verdict), CSS[check.verdict]),
+                    f"{100.0 * check.utilisation:.0f}\u00a0%", chip(check.verdict),
                 ))  # fmt: skip
     return SheetTable(("joint", "check", "required", "available", "used", ""), tuple(rows),
                       "The study's checks on what was simulated", (2, 3, 4))  # fmt: skip

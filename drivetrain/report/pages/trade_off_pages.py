@@ -13,6 +13,7 @@ from drivetrain.report.charts.chart import JOINT_COLOURS, Chart, captioned
 from drivetrain.report.json_text import drives_data, job_data, json_text
 from drivetrain.report.pages.sheet import Chip, Extra, Section, SheetTable, sheet
 from drivetrain.report.quantities import DASH, number, percent, printed_unit
+from drivetrain.report.words import objective_tail
 from drivetrain.sizing.answers.curve import CurvePiece, OptimumCurve
 from drivetrain.sizing.answers.trade_offs import TradeOffsFound
 from drivetrain.sizing.judge.evaluate import Pair
@@ -265,8 +266,7 @@ def _ends(piece: CurvePiece) -> tuple[str, str]:
 
 def _worth(found: OptimumCurve, piece: CurvePiece) -> str:
     """The objective over a piece, with its unit."""
-    unit = {"mass": "\u00a0kg", "energy": "\u00a0J"}.get(found.study.objective, "")
-    return f"{_between([point.objective for point in piece.points])}{unit}"
+    return f"{_between([point.objective for point in piece.points])}{objective_tail(found.study)}"
 
 
 def _between(values: list[float]) -> str:
@@ -311,8 +311,6 @@ def _chances(found: OptimumCurve) -> tuple[SheetTable, ...]:
     for one in found.points:
         if one.chance is not None:
             rows.append((number(one.value, 4), number(one.objective), chance_text(one.chance)))
-    if not rows:
-        return ()
     headings = (f"{NAMES[found.vary]} [{unit}]", HEADINGS[found.study.objective], "holds with")
     return (SheetTable(headings, tuple(rows), "Probability that the best set holds", (0, 1, 2)),)
 

@@ -15,6 +15,7 @@ from drivetrain.catalog.schema import BRAKE_COLUMNS, GEAR_COLUMNS, MOTOR_COLUMNS
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
+from drivetrain.report.pages.sheet import Chip
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
 from drivetrain.report.rejected import COLUMNS
 from drivetrain.report.words import (
@@ -87,6 +88,11 @@ class Part:
     source: str
     cells: tuple[tuple[str, str, str, str], ...]
     missing: str
+
+
+def chip(verdict: Verdict) -> Chip:
+    """A verdict as a coloured word."""
+    return Chip(str(verdict), CSS[verdict])
 
 
 def anchor(text: str) -> str:

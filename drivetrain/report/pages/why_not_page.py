@@ -7,7 +7,7 @@ import math
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
 from drivetrain.report.pages.views import anchor, check_row
 from drivetrain.report.quantities import number, percent, with_unit
-from drivetrain.report.words import check_sentence
+from drivetrain.report.words import check_sentence, objective_tail
 from drivetrain.sizing.answers.why_not import PairAnswer, SmallestChange, Standing, WhyNot
 from drivetrain.sizing.results import Selection
 
@@ -15,7 +15,6 @@ STANDING_CSS = {
     Standing.CHOSEN: "pass", Standing.HOLDS: "pass", Standing.FALLS: "fail", Standing.NOT_JUDGED: "unchecked",
     Standing.NO_PARTNER: "unchecked",
 }  # fmt: skip
-UNITS = {"mass": " kg", "price": "", "energy": " J", "weighted": ""}
 
 
 def why_not_report(found: WhyNot) -> str:
@@ -91,7 +90,7 @@ def _best(found: WhyNot, answer: PairAnswer, best: Selection) -> str:
     part = "it" if answer.partners == 1 else "one of its pairs"
     if not best.feasible:
         return f"No set of drives with {part} at {answer.joint} was found: {best.proof}."
-    unit = UNITS.get(found.study.objective, "")
+    unit = objective_tail(found.study, " ")
     chosen = found.selection.objective
     text = f"The best set with {part} at {answer.joint} has {found.study.objective} {number(best.objective)}{unit}"
     if found.selection.feasible and math.isfinite(chosen) and chosen > 0.0:

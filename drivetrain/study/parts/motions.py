@@ -254,7 +254,7 @@ def _motion(
     elif own.moves is not None:
         motion = _moves(name, over(own, default), arm, ledger, place)
     else:
-        units = ["m" if slides else "rad" for slides in _slides(arm)]
+        units = ["m" if slides else "rad" for slides in arm.slides]
         source, kind = _source(own, ledger)
         with ledger.gather((*place, kind)):
             motion = read_motion(source, arm.joint_names, smoothing=_smoothing(own), position_units=units, name=name)
@@ -272,7 +272,7 @@ def _smoothing(own: MotionForm) -> Smoothing | None:
 
 def _hold_against(motion: Motion, arm: Arm, ledger: Ledger, place: Place) -> None:
     """Positions outside the joints' ranges are faults, speeds above theirs warnings."""
-    found = limit_notes(motion, arm.lower, arm.upper, arm.speed_limits, name=motion.name, slides=_slides(arm))
+    found = limit_notes(motion, arm.lower, arm.upper, arm.speed_limits, name=motion.name, slides=arm.slides)
     for fault in found.faults:
         believed = TURNS_BELIEVED * (math.degrees(1.0) if "[deg]" in fault.problem else 1.0)
         slip = isinstance(fault.value, float) and abs(fault.value) > believed
@@ -366,11 +366,6 @@ def _pose(form: PoseForm) -> Array:
     return pose(rotation, form.position)
 
 
-def _slides(arm: Arm) -> list[bool]:
-    """Whether a joint slides, one a joint."""
-    return [not screw[:3].any() for screw in arm.screws]
-
-
 def _row(row: Any, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> list[float] | None:
     """One waypoint: a value a joint, each with its own unit or that of the entry."""
     n = arm.n
@@ -383,7 +378,7 @@ def _row(row: Any, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> 
         ledger.fault((*place[:2], "unit"), f"must be one unit, or {n}: one a joint", len(units))
         return None
     values = []
-    for i, (value, slides) in enumerate(zip(row, _slides(arm), strict=True)):
+    for i, (value, slides) in enumerate(zip(row, arm.slides, strict=True)):
         unit = units[i % len(units)] if units else ""
         values.append(_value(value, unit, "m" if slides else "rad", ledger, (*place, i)))
     return None if any(value is None for value in values) else [float(value) for value in values if value is not None]
@@ -411,7 +406,7 @@ def _limit(value: Any, what: str, arm: Arm, ledger: Ledger, place: Place) -> Arr
         ledger.fault(place, f"must be one limit for all joints, or {n}: one a joint", f"{len(listed)} limits")
         return None
     limits = []
-    for i, (entry, slides) in enumerate(zip(listed, _slides(arm), strict=True)):
+    for i, (entry, slides) in enumerate(zip(listed, arm.slides, strict=True)):
         inner = (*place, i) if isinstance(value, list) else place
         limits.append(_value(entry, "", LIMITS[what][int(slides)], ledger, inner))
     return None if any(limit is None for limit in limits) else np.array(limits, dtype=np.float64)
