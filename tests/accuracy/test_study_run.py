@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drivetrain.shipped import shipped
 
 import drivetrain as dt
 from drivetrain.accuracy.decision import basis_of, decision
 from drivetrain.accuracy.scenes import full_scene
 from drivetrain.errors import InputError
 from drivetrain.simulation.recording import load_recording
+from drivetrain.whole_files import shipped
 
 DOOR = shipped("examples") / "one_axis" / "study.yaml"
 PUMA = shipped("examples") / "puma560" / "study.yaml"
