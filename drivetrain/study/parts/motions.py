@@ -188,7 +188,7 @@ def _cycle(
     cycle: Cycle | None = None
     with ledger.gather(place):
         steps: list[Step] = [one.made(motion=motions.get(one.motion or "")) for one in entries]
-        cycle = build_cycle(steps, may_stay_open=form.open_cycle, slides=None if arm is None else _slides(arm))
+        cycle = build_cycle(steps, may_stay_open=form.open_cycle, slides=None if arm is None else arm.slides)
     return cycle
 
 
