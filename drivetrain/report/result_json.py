@@ -14,7 +14,7 @@ from drivetrain.report.rejected import counted
 from drivetrain.report.words import both, heat_model, identity
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.missing import gaps, uncounted
-from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection
 from drivetrain.study.parts.verdicts import Check
 
 
@@ -117,6 +117,15 @@ def _joint(joint: JointResult, mounting: float | None) -> dict[str, Any]:
     }
 
 
+def _set(one: DriveSet) -> dict[str, Any]:
+    """One of the best sets."""
+    return {
+        "objective": one.objective,
+        "criteria": dict(sorted(one.criteria.items())),
+        "drives": drives_data(one.drives),
+    }
+
+
 def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[str, Any]:
     """What only a selection knows."""
     rejected: dict[str, dict[str, int]] = {joint: {} for joint in selection.evaluation.joints}
@@ -126,14 +135,7 @@ def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[
         "proof": selection.proof,
         "bound": selection.bound,
         "equals": {"count": selection.equals, "all": selection.all_equals},
-        "sets": [
-            {
-                "objective": one.objective,
-                "criteria": dict(sorted(one.criteria.items())),
-                "drives": drives_data(one.drives),
-            }
-            for one in selection.best_sets
-        ],
+        "sets": [_set(one) for one in selection.best_sets],
         "alternatives": {
             joint: [{"motor": motor, "gear": gear, "objective": share} for motor, gear, share in found]
             for joint, found in selection.alternatives.items()

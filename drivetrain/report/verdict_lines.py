@@ -103,6 +103,12 @@ def family_lines(found: FamilySelection, names: Sequence[str]) -> list[str]:
     return [*lines, f"{found.evaluations[0].study.objective} of a member: {found.objective:.4g}{unit}, {told}"]
 
 
+def part_lines(evaluation: Evaluation) -> list[str]:
+    """What the makers call the parts, each once."""
+    rows = [row for joint in evaluation.joints.values() for row in (joint.drive.motor, joint.drive.gear)]
+    return list(dict.fromkeys(f"{row.key}: {identity(row)}" for row in rows if row.key and identity(row)))
+
+
 def _largest(joint: JointResult, names: tuple[str, ...]) -> float | None:
     """The highest utilisation among the named checks; None when none of them was judged."""
     found = [check.utilisation for check in joint.checks if check.name in names and check.utilisation is not None]
@@ -128,9 +134,7 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     missing = sum(
         check.verdict is Verdict.NOT_CHECKED for joint in evaluation.joints.values() for check in joint.checks
     )
-    rows = [row for joint in evaluation.joints.values() for row in (joint.drive.motor, joint.drive.gear)]
-    told = dict.fromkeys(f"{row.key}: {identity(row)}" for row in rows if row.key and identity(row))
-    lines += [Text(line, "dim") for line in told]
+    lines += [Text(line, "dim") for line in part_lines(evaluation)]
     if missing:
         lines.append(
             Text(f"{missing} checks not evaluated, or for information only: the report says which and why", "dim")

@@ -83,8 +83,7 @@ def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Faul
     context = details.get("ctx", {})
     kind, found = details["type"], details["input"]
     if kind == "unknown":
-        inner, known = [(*place, name) for name in context["unknown"]], context["known"]
-        return [(one, document.fault(one, "is not known here", hint=_meant(one[-1], known))) for one in inner]
+        return [_unknown(document, place, name, context["known"]) for name in context["unknown"]]
     if kind == "missing":
         return [(place, document.fault(place, "is missing", hint=_choices(place)))]
     if isinstance(context.get("error"), InputError):  # an entry has one place, so its faults are reported as one
@@ -99,6 +98,11 @@ def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Faul
         return [(place, document.fault(place, problem, _shown(found), _near(str(found), names)))]
     words = _WORDS.get(kind, details["msg"][:1].lower() + details["msg"][1:])
     return [(place, document.fault(place, words, _shown(found)))]
+
+
+def _unknown(document: Document, place: Place, name: str, known: list[str]) -> tuple[Place, Fault]:
+    inner = (*place, name)
+    return inner, document.fault(inner, "is not known here", hint=_meant(name, known))
 
 
 def _meant(name: str, known: Iterable[str]) -> str:

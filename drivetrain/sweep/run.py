@@ -62,9 +62,7 @@ def run_sweep(
     todo = [shard for shard in range(sweep.shards) if shard not in done]
     tell = progress or (lambda *_: None)
     tell(len(done), sweep.shards, "shards")
-    alone = workers == 0 and scheduler is None
-    here = ((shard, rows_of(sweep, shelf.work(shard))) for shard in todo)
-    run = here if alone else _spread(shelf, todo, workers, scheduler)
+    run = _serial(shelf, todo) if workers == 0 and scheduler is None else _spread(shelf, todo, workers, scheduler)
     for count, (shard, rows) in enumerate(run, len(done) + 1):
         write_shard(folder, shard, sweep, shelf.digest(shard), rows)
         tell(count, sweep.shards, "shards")
@@ -104,6 +102,11 @@ class _Shelf:
             except InputError as error:
                 self._kept[key] = str(error)
         return self._kept[key]
+
+
+def _serial(shelf: _Shelf, todo: list[int]) -> Iterator[tuple[int, list[Row]]]:
+    for shard in todo:
+        yield shard, rows_of(shelf.sweep, shelf.work(shard))
 
 
 def _spread(

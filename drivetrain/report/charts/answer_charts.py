@@ -37,7 +37,6 @@ MOST_CHECKS = 7
 MOST_LINES = 10  # of a sweep: more are a thicket
 SCALE = "scale."  # before what is varied by a factor
 _NUMBER = re.compile(r"\s*([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)\s*(.*)$")
-SHORT = {"energy": "energy [J]", "mass": "mass [kg]", "utilisation": "utilisation [%]"}
 
 
 def drives_text(drives: dict[str, tuple[str, str]]) -> str:
@@ -53,7 +52,7 @@ def front_charts(found: Front, chosen: DriveSet | None = None) -> tuple[Chart, .
     span = float(np.ptp(shades)) or 1.0
     colours = [INSTANTS[round(23 * (value - float(shades.min())) / span)] for value in shades]
     tips = [
-        f"set {index}: " + ", ".join(f"{SHORT.get(name, name)} {number(value, 4)}" for name, value in _shown(point))
+        f"set {index}: " + ", ".join(f"{_short_axis(name)} {number(value, 4)}" for name, value in _shown(point))
         + f"\n{drives_text(point.drives)}"
         for index, point in enumerate(found.points, 1)
     ]  # fmt: skip
@@ -92,6 +91,10 @@ def _shown(point: DriveSet) -> list[tuple[str, float]]:
         for name in AXES
         if not math.isnan(point.criteria.get(name, math.nan))
     ]
+
+
+def _short_axis(name: str) -> str:
+    return {"energy": "energy [J]", "mass": "mass [kg]", "utilisation": "utilisation [%]"}.get(name, name)
 
 
 def knee(found: Front) -> int | None:

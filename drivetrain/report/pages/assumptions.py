@@ -37,9 +37,14 @@ def assumption_groups(evaluation: Evaluation, *, briefly: bool = False) -> list[
         _silent_sheets(evaluation),
         _standstill(evaluation, briefly),
         _friction(study),
-        Group("Warnings and notes", (), tuple(dict.fromkeys([*study.notes, *study.catalog.notes]))),
+        Group("Warnings and notes", (), _unique([*study.notes, *study.catalog.notes])),
     ]
     return [group for group in groups if group.lines or group.notes]
+
+
+def _unique(notes: list[str]) -> tuple[str, ...]:
+    """Each note once, in order."""
+    return tuple(dict.fromkeys(notes))
 
 
 def _task(study: Study) -> Group:
@@ -60,7 +65,7 @@ def _task(study: Study) -> Group:
     lines.append(("segments", ", ".join(cycle.segment_names)))
     lines += [("payload", f"{body.name}, {with_unit(body.mass, 'kg')}") for body in study.payloads]
     notes = () if study.drive_mass is None else (DRIVE_MASS[study.drive_mass],)
-    return Group("Task", tuple(lines), (*notes, *dict.fromkeys(cycle.notes)))
+    return Group("Task", tuple(lines), (*notes, *_unique([*cycle.notes])))
 
 
 def _surroundings(study: Study) -> Group:

@@ -99,8 +99,7 @@ def _notes(one: JointLoops) -> tuple[str, ...]:
         "continuous loops, since the study states no control for this joint: samples and delay make them slower "
         "(simulation: {control: {" + one.joint + ": {rate: 1 kHz, delay: 1}}})"
         if timing.period == 0.0
-        else f"loops sampled at {number(1e-3 / timing.period)} kHz, given out {timing.delay} "
-        f"sample{'' if timing.delay == 1 else 's'} later and held"
+        else f"loops sampled at {number(1e-3 / timing.period)} kHz, given out {_samples(timing.delay)} later and held"
     )
     return (
         servo,
@@ -168,6 +167,10 @@ def _poles(one: JointLoops) -> SheetTable:
     return SheetTable(("with the", "natural frequency", "damping", "fades in"), tuple(rows), "Closed poles", (1, 2, 3))
 
 
+def _samples(count: int) -> str:
+    return f"{count} sample{'' if count == 1 else 's'}"
+
+
 def _phases(margins: Margins) -> str:
     told = [f"{number(math.degrees(lag))}° at {number(at / TURN)} Hz" for at, lag in margins.phase]
     return ", ".join(told) or "no crossing"
@@ -223,9 +226,7 @@ def _data(one: JointLoops) -> dict[str, Any]:
             "load_inertia": [one.lightest, axis.load_inertia], "stiffness": axis.stiffness,
             "spring_damping": axis.spring_damping,
         },
-        "with_notch": None
-        if faster is None
-        else {"notch": vars(faster.notch), "gains": _cascade(faster), **_judged(faster)},
+        "with_notch": None if faster is None else _filtered(faster),
         "lightest_load": _judged(one.light),
         "heaviest_load": _judged(design),
     }  # fmt: skip
@@ -233,6 +234,10 @@ def _data(one: JointLoops) -> dict[str, Any]:
 
 def _cascade(design: LoopDesign) -> dict[str, float]:
     return {name: getattr(design, name) for name in ("position_gain", "speed_gain", "integral_time")}
+
+
+def _filtered(design: LoopDesign) -> dict[str, Any]:
+    return {"notch": vars(design.notch), "gains": _cascade(design), **_judged(design)}
 
 
 def _judged(design: LoopDesign) -> dict[str, Any]:

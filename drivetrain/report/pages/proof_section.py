@@ -10,7 +10,6 @@ from drivetrain.report.quantities import DASH, number
 from drivetrain.report.words import objective_tail
 from drivetrain.sizing.results import Selection
 
-RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 WORK = {
     "nodes": "search nodes",
     "nodes made": "search nodes made",
@@ -28,9 +27,7 @@ def proof_section(selection: Selection) -> Section:
     """The proof of a selection."""
     proven = selection.state is None or selection.proof.startswith("optimal")
     word, css = ("proven", "pass") if proven else ("not proven", "marginal")
-    reached = "not needed" if selection.state is None else "reached"
-    limit = ("time limit of the search", f"{selection.study.wanted.time_limit:g}\u00a0s, {reached}")
-    facts = (*_worth(selection), *_choice(selection), *_rules(selection), limit)
+    facts = (*_worth(selection), *_choice(selection), *_rules(selection), *_limit(selection))
     return Section("The optimum and its proof", "proof", word, css, _lead(selection, proven), facts=facts,
                    tables=_sets(selection))  # fmt: skip
 
@@ -93,11 +90,7 @@ def _choice(selection: Selection) -> list[tuple[str, str]]:
     low, high = min(counts), max(counts)
     each = f"{low}" if low == high else f"{low} to {high}"
     digits = sum(math.log10(count) for count in counts)
-    sets = (
-        f"{math.prod(counts)}"
-        if digits < 6.0
-        else f"{10.0 ** (digits % 1.0):.1f} × 10{str(int(digits)).translate(RAISED)}"
-    )
+    sets = f"{math.prod(counts)}" if digits < 6.0 else f"{10.0 ** (digits % 1.0):.1f} × 10{_raised(int(digits))}"
     return [("to choose from", f"{each} pairs of motor and gear a joint, {sets} sets of drives")]
 
 
@@ -122,6 +115,12 @@ def _rules(selection: Selection) -> list[tuple[str, str]]:
     return facts
 
 
+def _limit(selection: Selection) -> list[tuple[str, str]]:
+    """Whether the time was enough."""
+    reached = "not needed" if selection.state is None else "reached"
+    return [("time limit of the search", f"{selection.study.wanted.time_limit:g}\u00a0s, {reached}")]
+
+
 def search_table(selection: Selection) -> SheetTable | None:
     """How the search went; None where it had nothing to do."""
     rows = tuple(
@@ -129,3 +128,8 @@ def search_table(selection: Selection) -> SheetTable | None:
         for name in WORK if selection.counters.get(name)
     )  # fmt: skip
     return SheetTable(("work", "count"), rows, numeric=(1,)) if rows else None
+
+
+def _raised(power: int) -> str:
+    """A power of ten in raised digits."""
+    return str(power).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -50,12 +50,7 @@ def front_section(found: Front, chosen: DriveSet | None = None) -> Section:
         figures = captioned(front_charts(found, chosen), caption)
     word, css = ("complete", "pass") if found.complete else ("not complete", "marginal")
     tables = _front_tables(found, chosen) if found.points else ()
-    work = ", ".join(f"{number(count)} {name}" for name, count in found.counters.items())
-    notes = (
-        *(f"{name} is left out: {why}" for name, why in found.left_out.items()),
-        *found.notes,
-        f"work done: {work}",
-    )
+    notes = (*(f"{name} is left out: {why}" for name, why in found.left_out.items()), *found.notes, _work(found))
     title = f"The front: {_and(found.names)}" if len(found.names) > 1 else f"The least {_and(found.names)}"
     return Section(title, "front", word, css, (front_sentence(found),), figures, tables, notes)
 
@@ -182,6 +177,10 @@ def _drives_table(study: Study, first: str, title: str, sets: Iterable[dict[str,
         rows.append((str(index), *cells))
         before = drives
     return SheetTable((first, *names), tuple(rows), title, (0,))
+
+
+def _work(found: Front) -> str:
+    return "work done: " + ", ".join(f"{number(count)} {name}" for name, count in found.counters.items())
 
 
 def curve_report(found: OptimumCurve) -> str:
