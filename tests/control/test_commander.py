@@ -11,11 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drivetrain.control.symbols import Tape
 
 from drivetrain.arm.coupling import belts_over, placed, with_coupling
 from drivetrain.catalog.read import Catalog
-from drivetrain.control.c_code import write_c
+from drivetrain.control.c_code import Tape, write_c
 from drivetrain.control.commander import SLOW, Commander
 from drivetrain.drive.amplifier import Amplifier, Supply, peak_duration
 from drivetrain.drive.counterbalance import Counterbalance
