@@ -56,7 +56,7 @@ def checks_page() -> str:
 
 def _check(one: Requirement) -> str:
     factor = "" if one.factor == "one" else f"`{one.factor.partition('.')[2]}`"
-    marks = ", ".join(mark for mark, holds in (("e", one.essential), ("w", one.wish)) if holds)
+    marks = ", ".join(mark for mark, holds in (("e", one.essential), ("w", one.optional)) if holds)
     formula = one.formula.replace("|", "\\|")
     unit = {"C": "°C", "1": "-"}.get(one.unit, one.unit)
     return f"| {one.name} [{unit}] | {formula} | {one.sheet} | {factor} | {marks} |\n"

@@ -126,10 +126,10 @@ def whole_name(place: str, what: str, short: str, names: Iterable[str], faults: 
     return fits[0] if len(fits) == 1 else short
 
 
-def whole_names(place: str, what: str, asked: Iterable[str], names: Iterable[str]) -> list[str]:
+def whole_names(place: str, what: str, wanted: Iterable[str], names: Iterable[str]) -> list[str]:
     """Names as they are known, each as above; raises every one that none or several begin with or contain."""
     faults, known = list[Fault](), list(names)
-    found = [whole_name(place, what, one, known, faults) for one in asked]
+    found = [whole_name(place, what, one, known, faults) for one in wanted]
     if faults:
         raise InputError(faults)
     return found

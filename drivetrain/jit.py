@@ -173,8 +173,8 @@ def _places() -> tuple[Path, ...]:
     own = os.environ.get("NUMBA_CACHE_DIR")
     if own:
         return (Path(own) / "drivetrain",)
-    told = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME")
-    home = [Path(told)] if told else [Path.home() / ".cache"] if os.environ.get("HOME") else []
+    caches = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME")
+    home = [Path(caches)] if caches else [Path.home() / ".cache"] if os.environ.get("HOME") else []
     return (PACKAGE / "__pycache__" / "kernels", *(folder / "drivetrain" for folder in home))
 
 

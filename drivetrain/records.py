@@ -36,15 +36,15 @@ def known_or(value: Any, otherwise: Any) -> Any:
 @cache
 def record_type(described: type, whole: Any = np.float64) -> Any:
     """The record of a dataclass, whose arrays tell their lengths: ``Annotated[Array, 3]``; ``whole``: of integers."""
-    hints, told, columns = get_type_hints(described), get_type_hints(described, include_extras=True), []
+    hints, annotated, columns = get_type_hints(described), get_type_hints(described, include_extras=True), []
     for name in (field.name for field in fields(described)):
         hint = hints[name]
         if is_dataclass(hint):
             columns.append((name, record_type(hint, whole)))  # type: ignore[arg-type]
         elif hint is int or hint in _NUMBERS:
             columns.append((name, np.dtype(whole if hint is int else np.float64)))
-        elif get_origin(told[name]) is Annotated:
-            columns.append((name, np.dtype((np.float64, (get_args(told[name])[1],)))))
+        elif get_origin(annotated[name]) is Annotated:
+            columns.append((name, np.dtype((np.float64, (get_args(annotated[name])[1],)))))
     return np.dtype((np.record, columns))
 
 

@@ -35,7 +35,7 @@ COSTS = {
 
 
 @dataclass(frozen=True)
-class Told:
+class Estimate:
     """What leaving one effect out is thought to change."""
 
     choice: Choice  # the effect
@@ -54,7 +54,9 @@ class Told:
         }
 
 
-def estimates(scene: Scene, basis: Basis, step: float = COARSE, progress: Progress | None = None) -> tuple[Told, ...]:
+def estimates(
+    scene: Scene, basis: Basis, step: float = COARSE, progress: Progress | None = None
+) -> tuple[Estimate, ...]:
     """The estimate of every effect that may be left out."""
     engine, full, listed = FixedStep(step), without(scene, ()), choices(scene)
     whole, found = ran(plan(full), engine), []
@@ -67,17 +69,17 @@ def estimates(scene: Scene, basis: Basis, step: float = COARSE, progress: Progre
 
 def _estimate(
     scene: Scene, choice: Choice, base: Decision, unresolved: Mapping[str, float], basis: Basis, engine: Engine
-) -> Told:
+) -> Estimate:
     """Of one effect."""
     try:
         less = without(scene, [choice])
         run = ran(plan(less), engine)
         found = change(decision(run, less, basis), base)
     except InputError as error:
-        return Told(choice, {}, False, f"without it: {error.faults[0].problem}")
+        return Estimate(choice, {}, False, f"without it: {error.faults[0].problem}")
     sizes = {name: joined(lambda values: abs(values[0]), [one]) for name, one in found.items()}
     own = _unresolved_peaks(run, less, basis)
-    return Told(choice, sizes, True, "a run without it", {name: max(own[name], unresolved[name]) for name in own})
+    return Estimate(choice, sizes, True, "a run without it", {name: max(own[name], unresolved[name]) for name in own})
 
 
 def _unresolved_peaks(run: Recording, scene: Scene, basis: Basis) -> dict[str, float]:
@@ -134,41 +136,41 @@ def choose_effects(
 ) -> AutoChoice:
     """The cheapest scene within a tolerance of the full one, proven by running both."""
     check_positive("tolerance", tolerance, "1")
-    tell = progress or silent
-    told = estimates(scene, basis, step, tell)
+    report = progress or silent
+    found_changes = estimates(scene, basis, step, report)
     if tip_tolerance is None:
         tip_tolerance = tolerance * tip_travel(scene, ran(plan(without(scene, ())), FixedStep(step)))
     limits = Limits(tolerance, tip_tolerance)
-    dropped = set(cheapest(told, limits, scene.joints, costs))
+    dropped = set(cheapest(found_changes, limits, scene.joints, costs))
     restored: list[Choice] = []
     while True:
-        tell(0, 1, f"proving that {len(dropped)} effects may be omitted")
+        report(0, 1, f"proving that {len(dropped)} effects may be omitted")
         kept = without(scene, dropped)
         proof = None
         if dropped:
-            bound = added([one.bound for one in told if one.choice in dropped], scene.joints)
+            bound = added([one.bound for one in found_changes if one.choice in dropped], scene.joints)
             proof = proved(scene, kept, basis, bound, limits.share, limits.tip, step)
         if proof is None or proof.proven or not proof.beyond:
             break
-        back = _largest(told, dropped, limits, proof)
+        back = _largest(found_changes, dropped, limits, proof)
         restored.append(back)
         dropped.remove(back)
-    tell(1, 1, "done")
-    judged = tuple(_judged(one, one.choice not in dropped, scene, costs) for one in told)
+    report(1, 1, "done")
+    judged = tuple(_judged(one, one.choice not in dropped, scene, costs) for one in found_changes)
     return AutoChoice(kept, tolerance, tip_tolerance, judged, proof, tuple(restored))
 
 
-def _judged(told: Told, kept: bool, scene: Scene, costs: Mapping[str, float]) -> Judged:
-    choice, own = told.choice, added([told.bound], scene.joints)
+def _judged(estimate: Estimate, kept: bool, scene: Scene, costs: Mapping[str, float]) -> Judged:
+    choice, own = estimate.choice, added([estimate.bound], scene.joints)
     worst = joined(max, own.values())
-    return Judged(choice, LABELS[choice.kind], worst, told.valid, told.why, kept, costs.get(choice.kind, 1.0))
+    return Judged(choice, LABELS[choice.kind], worst, estimate.valid, estimate.why, kept, costs.get(choice.kind, 1.0))
 
 
 def cheapest(
-    told: Sequence[Told], limits: Limits, joints: tuple[str, ...], costs: Mapping[str, float]
+    estimates_: Sequence[Estimate], limits: Limits, joints: tuple[str, ...], costs: Mapping[str, float]
 ) -> tuple[Choice, ...]:
     """The effects that may go together and save most; after a hundred thousand sets the best one so far."""
-    fit = [one for one in told if one.valid and _used([one], limits, joints) <= 1.0]
+    fit = [one for one in estimates_ if one.valid and _used([one], limits, joints) <= 1.0]
     fit.sort(key=lambda one: (-costs.get(one.choice.kind, 1.0), _used([one], limits, joints)))
     prices = [costs.get(one.choice.kind, 1.0) for one in fit]
     after = [sum(prices[k:]) for k in range(len(fit) + 1)]
@@ -198,7 +200,7 @@ class _Search:
         self.descend(k + 1, saved, used, gone)
 
 
-def _uses(some: Sequence[Told], limits: Limits, joints: tuple[str, ...]) -> Array:
+def _uses(some: Sequence[Estimate], limits: Limits, joints: tuple[str, ...]) -> Array:
     """Shares of the tolerance that estimates use up together: of every quantity of every joint, and of the tip."""
     sums = added([one.changes for one in some], joints)
     shares = [share / limits.share for change in sums.values() for share in change.shares]
@@ -207,16 +209,16 @@ def _uses(some: Sequence[Told], limits: Limits, joints: tuple[str, ...]) -> Arra
     return np.nan_to_num(np.array([*shares, of_tip]), nan=0.0, posinf=math.inf)
 
 
-def _used(some: Sequence[Told], limits: Limits, joints: tuple[str, ...]) -> float:
+def _used(some: Sequence[Estimate], limits: Limits, joints: tuple[str, ...]) -> float:
     """The largest of those shares."""
     return float(_uses(some, limits, joints).max())
 
 
-def _largest(told: Sequence[Told], dropped: Collection[Choice], limits: Limits, proof: Proof) -> Choice:
+def _largest(left: Sequence[Estimate], dropped: Collection[Choice], limits: Limits, proof: Proof) -> Choice:
     """Of what was left out, that with the largest estimate at the joint that is furthest off."""
     joints = tuple(proof.measured)
     worst = max(proof.measured, key=lambda name: proof.measured[name].largest(limits.tip))
-    candidates = [one for one in told if one.choice in dropped]
+    candidates = [one for one in left if one.choice in dropped]
     near = [one for one in candidates if worst in one.changes] or candidates
     return max(near, key=lambda one: _used([one], limits, joints)).choice
 

@@ -86,7 +86,7 @@ def effects_cost(
     scene: Scene, basis: Basis, *, engine: Engine | None = None, rounds: int = 3, progress: Progress | None = None
 ) -> EffectCosts:
     """Every effect of a scene left out once, at all joints that have it."""
-    engine, tell = FixedStep(5e-4) if engine is None else engine, progress or silent
+    engine, report = FixedStep(5e-4) if engine is None else engine, progress or silent
     groups: dict[str, list[Choice]] = {}
     for choice in choices(scene):
         groups.setdefault(choice.kind, []).append(choice)
@@ -95,13 +95,13 @@ def effects_cost(
     recording = ran(plans[0], engine)
     base, rows = decision(recording, full, basis), []
     for done, (kind, members) in enumerate(groups.items()):
-        tell(done, len(groups) + 1, f"without {LABELS[kind]}")
+        report(done, len(groups) + 1, f"without {LABELS[kind]}")
         less = without(scene, members)
         plans.append(plan(less))
         one = ran(plans[-1], engine)
         found, share = decision(one, less, basis), work(recording.counters) / max(work(one.counters), 1)
         rows.append((LABELS[kind], tuple(m.joint for m in members), change(found, base), found.verdict, share))
-    tell(len(groups), len(groups) + 1, "timing")
+    report(len(groups), len(groups) + 1, "timing")
     whole, bare, *each = seconds([(ready, engine) for ready in plans], rounds)
     costs = [EffectCost(*row[:4], whole / taken, row[4]) for row, taken in zip(rows, each, strict=True)]
     ordered = tuple(sorted(costs, key=lambda row: -row.time))
@@ -127,31 +127,31 @@ def solver_cost(
         *explicit,
     ]
     total = len(listed) + 2
-    tell = progress or silent
+    report = progress or silent
     try:
         engines: list[Engine] = [AdaptiveStep(Rodas5P(rtol=rtol)) for rtol in references]
         name = f"{ADAPTIVE} at a relative tolerance of 1e−{-math.log10(references[1]):.3g}"
-        best = _references(ready, scene, basis, engines, tell, total)
+        best = _references(ready, scene, basis, engines, report, total)
     except InputError as error:
         finest = min(steps)
         engines = [FixedStep(finest / 4.0), FixedStep(finest / 8.0)]
         name = f"{FIXED} at {1e3 * finest / 8.0:.3g} ms, as the adaptive one stops: {error.faults[0].problem}"
-        best = _references(ready, scene, basis, engines, tell, total)
+        best = _references(ready, scene, basis, engines, report, total)
     settled, _ = distance(best[0][0], *best[1])
     runs = []
     for done, (family, setting, engine) in enumerate(listed):
-        tell(done + 2, total, f"{family} at {setting:g}")
+        report(done + 2, total, f"{family} at {setting:g}")
         runs.append(_run(ready, basis, (family, setting, engine), best[1], rounds))
     return SolverCosts(tuple(runs), name, settled)
 
 
 def _references(
-    ready: Plan, scene: Scene, basis: Basis, engines: Sequence[Engine], tell: Progress, total: int
+    ready: Plan, scene: Scene, basis: Basis, engines: Sequence[Engine], report: Progress, total: int
 ) -> list[tuple[Decision, float]]:
     """What each decides, and how far the tip is commanded to go."""
     found = []
     for done, engine in enumerate(engines):
-        tell(done, total, "reference")
+        report(done, total, "reference")
         recording = ran(ready, engine)
         found.append((decision(recording, scene, basis), tip_travel(scene, recording)))
     return found

@@ -85,8 +85,8 @@ def change(one: Decision, full: Decision) -> dict[str, Change]:
     tip = one.tip_deviation - full.tip_deviation
     parts = ("peak_current", "rms_current", "rms_torque", "rise")
     return {
-        name: Change(*(*(_share(getattr(one.joints[name], part), getattr(told, part)) for part in parts), tip))
-        for name, told in full.joints.items()
+        name: Change(*(*(_share(getattr(one.joints[name], part), getattr(reference, part)) for part in parts), tip))
+        for name, reference in full.joints.items()
     }
 
 

@@ -126,20 +126,20 @@ def left(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> t
 def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Scene:
     """The scene with every effect that the sheets have numbers for; what the controller feeds forward is not in yet."""
     study = evaluation.study
-    told = study.simulation if options is None else options
+    options_ = study.simulation if options is None else options
     built = scene_of(
         study, {name: joint.drive for name, joint in evaluation.joints.items()},
         options=SceneOptions(
-            bandwidth=told.bandwidth, feed_forward=False, heat=False, springs=True, damping=told.damping,
-            repetitions=told.repetitions,
+            bandwidth=options_.bandwidth, feed_forward=False, heat=False, springs=True, damping=options_.damping,
+            repetitions=options_.repetitions,
         ),
     )  # fmt: skip
     effects, ratios = dict(built.effects), dict(zip(built.joints, ratios_of(built), strict=True))
     for task in study.joints:
         joint = evaluation.joints[task.name]
-        own = [one for effect in effects[task.name] for one in _electrical(effect, joint.drive, told, task.name)]
-        own = [one for effect in own for one in _sampled(effect, ratios[task.name], told.control.get(task.name))]
-        teeth = told.cogging.get(task.name)
+        own = [one for effect in effects[task.name] for one in _electrical(effect, joint.drive, options_, task.name)]
+        own = [one for effect in own for one in _sampled(effect, ratios[task.name], options_.control.get(task.name))]
+        teeth = options_.cogging.get(task.name)
         own += [Cogging((teeth.amplitude,), (teeth.periods,))] if teeth is not None else []
         effects[task.name] = (*own, *_heat(study, task, joint))
     volts = {available_voltage(task.amplifier, study.supply.voltage) for task in study.joints}
@@ -161,15 +161,15 @@ def wanted_scene(full: Scene, names: Iterable[str], added: Iterable[AddedEffect]
     return without(full, gone)
 
 
-def _electrical(effect: Effect, drive: Drive, told: Simulation, joint: str) -> tuple[Effect, ...]:
+def _electrical(effect: Effect, drive: Drive, options: Simulation, joint: str) -> tuple[Effect, ...]:
     """A current loop around the winding where the sheet prints an inductance; sampled where that is stated."""
     if not isinstance(effect, MotorCurrent) or not drive.motor.inductance:
         return (effect,)
-    control = told.control.get(joint)
+    control = options.control.get(joint)
     if control is None or control.amplifier_rate is None:
-        return (CurrentLoop(drive.motor, told.current_bandwidth, effect.peak_current),)
+        return (CurrentLoop(drive.motor, options.current_bandwidth, effect.peak_current),)
     every = 1.0 / control.amplifier_rate
-    loop = SampledCurrentLoop(drive.motor, told.current_bandwidth, every, effect.peak_current)
+    loop = SampledCurrentLoop(drive.motor, options.current_bandwidth, every, effect.peak_current)
     return Winding(drive.motor), loop
 
 
@@ -192,11 +192,11 @@ def _heat(study: Study, task: JointTask, joint: JointResult) -> tuple[Effect, ..
     network = thermal_network(joint.drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
     if network is None or winding is None or housing is None or not np.isfinite(winding).all():
         return ()
-    lasting, start = _lasting(network, study.cycle.duration), (float(winding[0]), float(housing[0]))
-    return (WindingHeat(lasting, *start, gear_heat=task.gear_heat),)
+    slow, start = _slow_where_unknown(network, study.cycle.duration), (float(winding[0]), float(housing[0]))
+    return (WindingHeat(slow, *start, gear_heat=task.gear_heat),)
 
 
-def _lasting(network: ThermalNetwork, period: float) -> ThermalNetwork:
+def _slow_where_unknown(network: ThermalNetwork, period: float) -> ThermalNetwork:
     """The network with capacities for nodes whose own are unknown, so large that nothing moves in a cycle."""
     longest = AT_REST_IN * period
     inner = network.resistance_winding_housing or network.resistance_housing_ambient

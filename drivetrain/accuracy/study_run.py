@@ -82,11 +82,11 @@ def simulate(
         ready, basis, engine = scene, None, run.engine_of(solver)
     else:
         evaluation = _evaluation(scene, drives)
-        wishes = evaluation.study.simulation
-        built = study_scene(evaluation, wishes)
+        settings = evaluation.study.simulation
+        built = study_scene(evaluation, settings)
         ready, basis = built.scene, basis_of(built.full, evaluation)
         usual = interval_of(built.scene.duration if duration is None else duration) if interval is None else interval
-        engine = engine_of(wishes) if solver is None else run.engine_of(solver)
+        engine = engine_of(settings) if solver is None else run.engine_of(solver)
     whole_run(verify, resume)
     recording = run.simulate(
         ready, solver=engine, duration=duration, interval=usual, resume=resume, progress=progress,
@@ -101,31 +101,31 @@ def simulate(
 
 
 def study_scene(
-    evaluation: Evaluation, wishes: Simulation, *, progress: Callable[[int, int, str], None] | None = None
+    evaluation: Evaluation, settings: Simulation, *, progress: Callable[[int, int, str], None] | None = None
 ) -> StudyScene:
     """The scene in which a study's drives run its cycle."""
-    full = full_scene(evaluation, wishes)
-    if wishes.effects == ("auto",):
+    full = full_scene(evaluation, settings)
+    if settings.effects == ("auto",):
         found = choose_effects(
-            full, basis_of(full, evaluation), tolerance=wishes.tolerance, tip_tolerance=wishes.tip_tolerance,
-            step=min(wishes.step, COARSE), progress=progress,
+            full, basis_of(full, evaluation), tolerance=settings.tolerance, tip_tolerance=settings.tip_tolerance,
+            step=min(settings.step, COARSE), progress=progress,
         )  # fmt: skip
         gone = ", ".join(f"{one.label} of {one.choice.joint}" for one in found.dropped) or "nothing"
         proof = "" if found.proof is None else f" ({'proven' if found.proof.proven else 'not proven'})"
         return StudyScene(
-            full, found.scene, f"effects: auto within {100.0 * wishes.tolerance:g} % left out {gone}{proof}"
+            full, found.scene, f"effects: auto within {100.0 * settings.tolerance:g} % left out {gone}{proof}"
         )
-    if wishes.effects == ("all",):
+    if settings.effects == ("all",):
         return StudyScene(full, without(full, ()), "all effects that the data sheets have values for")
-    left = [name for name in KNOWN_EFFECTS if name not in wishes.effects]
-    return StudyScene(full, wanted_scene(full, wishes.effects, wishes.add), f"without {', '.join(left)}")
+    left = [name for name in KNOWN_EFFECTS if name not in settings.effects]
+    return StudyScene(full, wanted_scene(full, settings.effects, settings.add), f"without {', '.join(left)}")
 
 
-def engine_of(wishes: Simulation) -> Engine:
+def engine_of(settings: Simulation) -> Engine:
     """The engine that a study names."""
-    if wishes.solver == "adaptive":
-        return AdaptiveStep(Rodas5P(rtol=wishes.precision))
-    return Inverse() if wishes.solver == "inverse" else FixedStep(wishes.step)
+    if settings.solver == "adaptive":
+        return AdaptiveStep(Rodas5P(rtol=settings.precision))
+    return Inverse() if settings.solver == "inverse" else FixedStep(settings.step)
 
 
 def gives_all(study: Study) -> bool:

@@ -43,25 +43,25 @@ def verified(
         detail = f"a run with {finer.about['solver']} stops at {finer.stopped_by.time:.6g} s: {finer.stopped_by.detail}"
         return replace(recording, events=(*recording.events, Event(float(recording.time[-1]), "verify", detail)))
     both = [_quantities(decision(one, scene, basis)) for one in (recording, finer)]
-    told = {name: (value, both[1][name]) for name, value in both[0].items()}
-    return replace(recording, verified=told, events=(*recording.events, *_changed(recording, finer, scene, told)))
+    values = {name: (value, both[1][name]) for name, value in both[0].items()}
+    return replace(recording, verified=values, events=(*recording.events, *_changed(recording, finer, scene, values)))
 
 
 def _quantities(found: Decision) -> dict[str, float]:
     """What a recording decides, as far as it is known, by name."""
-    told = {f"{joint}.{name}": getattr(one, name) for joint, one in found.joints.items() for name in UNITS}
-    told["tip_deviation"] = found.tip_deviation
-    return {name: float(value) for name, value in told.items() if math.isfinite(value)}
+    values = {f"{joint}.{name}": getattr(one, name) for joint, one in found.joints.items() for name in UNITS}
+    values["tip_deviation"] = found.tip_deviation
+    return {name: float(value) for name, value in values.items() if math.isfinite(value)}
 
 
 def _changed(
-    recording: Recording, finer: Recording, scene: Scene, told: Mapping[str, tuple[float, float]]
+    recording: Recording, finer: Recording, scene: Scene, values: Mapping[str, tuple[float, float]]
 ) -> tuple[Event, ...]:
     """The event of a run whose answer still changes: deviations as shares of the way, all else of itself."""
     ways = {f"{joint}.deviation": float(np.ptp(recording[f"{joint}.position"])) for joint in scene.joints}
     ways["tip_deviation"] = tip_travel(scene, recording)
-    sizes = {name: max(ways.get(name, 0.0), abs(b)) for name, (_, b) in told.items()}
-    shares = {name: abs(a - b) / sizes[name] for name, (a, b) in told.items() if sizes[name] > SMALL}
+    sizes = {name: max(ways.get(name, 0.0), abs(b)) for name, (_, b) in values.items()}
+    shares = {name: abs(a - b) / sizes[name] for name, (a, b) in values.items() if sizes[name] > SMALL}
     worst = max(shares, key=lambda name: shares[name], default=None)
     if worst is None or shares[worst] <= ALLOWED:
         return ()

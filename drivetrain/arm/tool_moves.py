@@ -114,8 +114,8 @@ def tool_motion(
         place = f"{here}: move {first + 1}" + (f" to {first + len(group)}" if len(group) > 1 else "")
         try:
             if group[0].kind in ALONG_PATH:
-                block, told = _along(arm, q, group, law, bounds, tool or ToolLimits(), sample_time)
-                notes += [f"{place[len('motion ') :]} {one}" for one in told]
+                block, remarks = _along(arm, q, group, law, bounds, tool or ToolLimits(), sample_time)
+                notes += [f"{place[len('motion ') :]} {one}" for one in remarks]
             else:
                 block = joint_move(q, _goal(arm, q, group[0]), law, None, bounds, sample_time)
         except InputError as error:

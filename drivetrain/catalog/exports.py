@@ -152,7 +152,7 @@ def _heading(entry: Any) -> Heading | None:
 
 
 @dataclass(frozen=True)
-class Brought:
+class Imported:
     """What an import of a maker's table wrote: the file, its rows, the rows left out, and headings nobody asked for."""
 
     file: Path
@@ -178,7 +178,7 @@ def read_map(path: Path) -> ExportMap:
 
 def import_export(
     path: str | Path, out: str | Path, given: ExportMap, *, basis: Basis = "", overwrite: bool = False
-) -> Brought:
+) -> Imported:
     """One table of a maker as a table of a catalogue folder; every fault of its cells at once."""
     path, name = Path(path), f"{given.table}.csv"
     target = Path(out) / name
@@ -214,7 +214,7 @@ def import_export(
         write_files(out, {name: table_text(records, TABLES[name])})
     taken = {at for _, at, _ in places.values()}
     unused = tuple(text for at, text in enumerate(grid[top]) if text.strip() and at not in taken)
-    return Brought(target, len(records), tuple(refused), unused)
+    return Imported(target, len(records), tuple(refused), unused)
 
 
 def _grid(path: Path) -> list[list[str]]:

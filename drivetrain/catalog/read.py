@@ -160,8 +160,8 @@ def _sheet(row: Row, kind: Any, file: str) -> Any:
         values["frameless"] = values["frameless"] == "yes"
     if "stages" in values:
         values["stages"] = int(values["stages"])
-    told = "; ".join(filter(None, (row.text("edition"), row.text("source"), row.text("notes"))))
-    values["source"] = f"{file} row {row.line}" + (f": {told}" if told else "")
+    origin = "; ".join(filter(None, (row.text("edition"), row.text("source"), row.text("notes"))))
+    values["source"] = f"{file} row {row.line}" + (f": {origin}" if origin else "")
     return kind(**values)
 
 

@@ -78,10 +78,10 @@ def import_(
     if columns is not None or form is Source.MAKER:
         refuse(drop_faulty, "--drop-faulty", "goes with the formats mgdb and table", None, "lint the folder instead")
         given = ExportMap(table) if columns is None else read_map(columns)
-        brought = import_export(source, out, given, basis=_basis(basis or []), overwrite=force)
-        listed("left out", [str(fault) for fault in brought.refused], most=25)
-        listed("headings that are no column of ours", list(brought.unused), most=25)
-        say(f"{brought.file}: {brought.rows} rows")
+        imported = import_export(source, out, given, basis=_basis(basis or []), overwrite=force)
+        listed("left out", [str(fault) for fault in imported.refused], most=25)
+        listed("headings that are no column of ours", list(imported.unused), most=25)
+        say(f"{imported.file}: {imported.rows} rows")
         say(f"next: `drivetrain catalog lint {out}`")
         return
     told = MGDB if form is Source.MGDB else TABLE

@@ -32,13 +32,13 @@ def load_chosen(path: Path) -> Study:
     return replace(study, joints=tuple(replace(one, drive=drives.get(one.name, one.drive)) for one in study.joints))
 
 
-def load_joints(path: Path, asked: list[str] | None, *others: str) -> tuple[Study, list[str]]:
+def load_joints(path: Path, wanted: list[str] | None, *others: str) -> tuple[Study, list[str]]:
     """A study as above, and the names of the joints that are asked for, or of others beside them."""
     from drivetrain.errors import whole_names
 
     loaded = load_chosen(path)
     known = [*(one.name for one in loaded.joints), *others]
-    return loaded, whole_names("--joint", "joint of the study", asked or (), known)
+    return loaded, whole_names("--joint", "joint of the study", wanted or (), known)
 
 
 def _result(path: Path) -> dict[str, Any]:

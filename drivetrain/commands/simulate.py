@@ -96,10 +96,10 @@ def simulate(
         misplaced = _not_of(
             "an arm without drives; the study says where it starts", {"--from": begin != "0 rad", "--tip": tip}
         )
-        asked = Asked(
+        request = Request(
             duration, None if solver is None else solver.value, step, effects, tolerance, resume, out, verify, start
         )
-        return _run_study(Path(what), asked, misplaced)
+        return _run_study(Path(what), request, misplaced)
     for_studies = {
         "--effects": effects, "--tolerance": tolerance, "--resume": resume, "--verify": verify, "--start": start,
     }  # fmt: skip
@@ -108,7 +108,7 @@ def simulate(
 
 
 @dataclass(frozen=True)
-class Asked:
+class Request:
     """What the command line says beside the study; None: what the study says."""
 
     duration: str | None = None
@@ -128,14 +128,14 @@ def _not_of(whose: str, given: Mapping[str, object]) -> list[Callable[[], None]]
 
 
 def _run_arm(
-    what: str, misplaced: list[Callable[[], None]], asked: tuple[str | None, str, str | None, str | None],
+    what: str, misplaced: list[Callable[[], None]], request: tuple[str | None, str, str | None, str | None],
     method: Method, out: Path | None,
 ) -> None:  # fmt: skip
     """Let an arm go and write what it does."""
     from drivetrain.arm.files.load import load_arm
     from drivetrain.simulation.passive import simulate_passive
 
-    duration, start, step, tip = asked
+    duration, start, step, tip = request
     width, solver, seconds, begin, loaded, *_ = inputs(
         lambda: positive(step or "1 ms", "s", "--step"),
         lambda: _solver(method),
@@ -197,7 +197,7 @@ def _deliver(recording: Recording, folder: Path) -> None:
     say(f"picture: {folder / 'recording.svg'}")
 
 
-def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) -> bool:
+def _run_study(path: Path, request: Request, misplaced: list[Callable[[], None]]) -> bool:
     """Run a study's cycle with its drives, and write what happens; whether every check holds on what was simulated."""
     from drivetrain.accuracy.costs import interval_of
     from drivetrain.accuracy.decision import basis_of, decision
@@ -221,23 +221,23 @@ def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) ->
         return loaded
 
     seconds, _, loaded, options, *_ = inputs(
-        lambda: positive(asked.duration, "s", "--duration"),
-        lambda: earlier.append(None if asked.resume is None else load_recording(asked.resume)),
+        lambda: positive(request.duration, "s", "--duration"),
+        lambda: earlier.append(None if request.resume is None else load_recording(request.resume)),
         load,
-        lambda: _options(said[0], asked),
-        lambda: whole_run(asked.verify, earlier[0] if earlier else None),
+        lambda: _options(said[0], request),
+        lambda: whole_run(request.verify, earlier[0] if earlier else None),
         lambda: refuse(
-            asked.start is not None and asked.resume is not None, "--start", "goes with a run from its start"
+            request.start is not None and request.resume is not None, "--start", "goes with a run from its start"
         ),
         *misplaced,
-        out=asked.out,
+        out=request.out,
     )
     result = chosen(loaded, runs=True)
     with working("choosing effects") as step:
         built = study_scene(result, options, progress=step)
     ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))
     say(str(ready))
-    given = _given(asked.start, ready)
+    given = _given(request.start, ready)
     interval, engine = interval_of(ready.scene.duration), engine_of(options)
     with _share("simulating") as share:
         recording = simulate(
@@ -247,10 +247,10 @@ def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) ->
             resume=earlier[0],
             progress=share,
             start=given,
-            checked=not asked.verify,
+            checked=not request.verify,
         )
     basis = basis_of(built.full, result)
-    if asked.verify:
+    if request.verify:
         with _share("once more, finer") as share:
             recording = verified(recording, ready.scene, engine, basis, interval=interval, progress=share, start=given)
     whole = options.solver != "inverse" and recording.stopped_by is None
@@ -260,8 +260,8 @@ def _run_study(path: Path, asked: Asked, misplaced: list[Callable[[], None]]) ->
         page = simulation_report(found)
     say("")
     lines(simulation_lines(found))
-    write_page(loaded, asked.out, {"simulation.html": page})
-    _save(recording, asked.out or report_folder(loaded.name))
+    write_page(loaded, request.out, {"simulation.html": page})
+    _save(recording, request.out or report_folder(loaded.name))
     return recording.stopped_by is None and (decided is None or decided.verdict is not Verdict.FAIL)
 
 
@@ -298,26 +298,26 @@ def _share(text: str) -> Iterator[Callable[[float], None]]:
         yield lambda share: step(round(100.0 * share), 100, text)
 
 
-def _options(study: Simulation, asked: Asked) -> Simulation:
+def _options(study: Simulation, request: Request) -> Simulation:
     """What the study says of its simulation, with what the command line says over it."""
     from drivetrain.errors import Fault, InputError, nearest
     from drivetrain.study.parts.simulation import KNOWN_EFFECTS
 
     faults: list[Fault] = []
     changes: dict[str, Any] = {}
-    if asked.effects is not None:
-        names = tuple(name.strip() for name in asked.effects.split(",") if name.strip())
+    if request.effects is not None:
+        names = tuple(name.strip() for name in request.effects.split(",") if name.strip())
         words = ("auto", "all", "none")
         for name in names:
             if name not in KNOWN_EFFECTS and not (name in words and len(names) == 1):
                 hint = nearest(name, [*KNOWN_EFFECTS, *words]) or ", ".join(KNOWN_EFFECTS)
                 faults.append(Fault("--effects", "is no effect of a study", name, hint))
         changes["effects"] = () if names == ("none",) else names
-    if asked.solver is not None:
-        if asked.solver not in ("fixed", "adaptive", "inverse"):
-            faults.append(Fault("--solver", "is for arms; a study takes fixed, adaptive or inverse", asked.solver))
-        changes["solver"] = asked.solver
-    for name, text, unit in (("step", asked.step, "s"), ("tolerance", asked.tolerance, "")):
+    if request.solver is not None:
+        if request.solver not in ("fixed", "adaptive", "inverse"):
+            faults.append(Fault("--solver", "is for arms; a study takes fixed, adaptive or inverse", request.solver))
+        changes["solver"] = request.solver
+    for name, text, unit in (("step", request.step, "s"), ("tolerance", request.tolerance, "")):
         if text is not None:
             try:
                 changes[name] = positive(text, unit, f"--{name}")

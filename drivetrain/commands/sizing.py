@@ -192,7 +192,7 @@ def _deliver(result: Evaluation | Selection, out: Path, *, pdf: bool = False, as
     from drivetrain.sizing.results import Evaluation
 
     result, found = _spread(result)
-    extra, beside = told_beside(result)
+    extra, beside = lines_beside(result)
     with progress(console(errors=True), "drawing the report"):
         files = write_outputs(out, result, spread=found, extra=extra)
     if pdf:
@@ -241,22 +241,22 @@ def _summarise(study: Study, *, errors: bool) -> None:
         errors=errors,
     )
     for task in study.joints:
-        told = f"no drive given; {len(task.pairs)} pairs may be chosen"
+        text = f"no drive given; {len(task.pairs)} pairs may be chosen"
         if task.drive is not None:
-            told = f"{' + '.join(key for key in task.drive if key)} given"
-        say(f"  {task.name}: {told}", errors=errors)
+            text = f"{' + '.join(key for key in task.drive if key)} given"
+        say(f"  {task.name}: {text}", errors=errors)
     for names, counts in passed_over(study.joints):
         for line in (f"candidates of {names}:", *(f"  {count}" for count in counts)):
             say(f"  {line}", errors=errors)
     warnings_first = sorted(study.notes, key=lambda note: not note.startswith("warning:"))
     listed("warnings and notes", warnings_first, most=MOST_NOTES)
     barred = [task.name for task in study.joints if task.drive is None and not task.pairs]
-    told = (
+    text = (
         f"the study can be read, but nothing can be chosen for {', '.join(barred)}"
         if barred
         else "the study can be used"
     )
-    say(told, errors=errors)
+    say(text, errors=errors)
 
 
 def options_beside(front: str | None, curves: list[str] | None, low: str | None, high: str | None) -> dict[str, Any]:
@@ -298,7 +298,7 @@ def options_beside(front: str | None, curves: list[str] | None, low: str | None,
     return asked | ({"curves": tuple(found)} if found else {})
 
 
-def told_beside(result: Evaluation | Selection) -> tuple[Extra | None, list[str]]:
+def lines_beside(result: Evaluation | Selection) -> tuple[Extra | None, list[str]]:
     """Front and curves where a selection was asked for them: parts of the report, and lines for the terminal."""
     from drivetrain.sizing.results import Selection
 

@@ -222,8 +222,8 @@ LEAST_PEAK_TIME = 1.0  # s, of an amplifier that prints none: 3.5 s of time cons
 def with_peak_time(amplifier: Amplifier) -> Amplifier:
     """An amplifier that bears its peak current for as long as it does at least, where nobody says."""
     both = amplifier.continuous_current is not None and amplifier.peak_current is not None
-    told = not both or judges_overload(amplifier)
-    return amplifier if told else replace(amplifier, peak_time=LEAST_PEAK_TIME)
+    complete = not both or judges_overload(amplifier)
+    return amplifier if complete else replace(amplifier, peak_time=LEAST_PEAK_TIME)
 
 
 def judges_overload(amplifier: Amplifier) -> bool:

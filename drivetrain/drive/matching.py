@@ -350,13 +350,13 @@ class GearFamily:
 
     def size_for(self, ratio: float, peak: float, average: float) -> float:
         """The smallest size that bears a load."""
-        asked = [peak]
+        needed = [peak]
         for name, value in (("momentary_torque", peak), ("average_torque_limit", average)):
             if name in self.laws:
-                asked.append(self.laws[name].torque_for(value, ratio))
+                needed.append(self.laws[name].torque_for(value, ratio))
         if "average_torque_limit" not in self.laws and "continuous_torque" in self.laws:
-            asked.append(self.laws["continuous_torque"].torque_for(average, ratio))
-        return max(max(asked) * KEPT, self.smallest)
+            needed.append(self.laws["continuous_torque"].torque_for(average, ratio))
+        return max(max(needed) * KEPT, self.smallest)
 
 
 def ideal_family(low: float, high: float) -> GearFamily:

@@ -109,12 +109,12 @@ def with_untold(motor: Motor) -> Motor:
     """A sheet with the most friction and inductance that it may hide; of no friction at all NaN is told."""
     friction, inductance = 0.0, 0.0
     if not (motor.frameless or tells_friction(motor)):
-        lasting = float(continuous_current_limit(as_record(motor), SHEET_AMBIENT, UNKNOWN))
-        friction = FRICTION_SHARE * motor.torque_constant * lasting
+        continuous = float(continuous_current_limit(as_record(motor), SHEET_AMBIENT, UNKNOWN))
+        friction = FRICTION_SHARE * motor.torque_constant * continuous
     if motor.inductance is None:
         inductance = (FRAMELESS_LAG if motor.frameless else LAG) * motor.resistance
-    told = friction == inductance == 0.0
-    return motor if told else replace(motor, untold_friction=friction, untold_inductance=inductance)
+    complete = friction == inductance == 0.0
+    return motor if complete else replace(motor, untold_friction=friction, untold_inductance=inductance)
 
 
 @law
@@ -140,7 +140,7 @@ def thermal_resistances(motor: Motor, housing_to_ambient: float | None = None) -
 def thermal_current(motor: Motor, ambient: float, housing_to_ambient: float | None = None) -> float | None:
     """Constant current that heats the winding just to its limit, copper loss alone."""
     mounting = UNKNOWN if housing_to_ambient is None else housing_to_ambient
-    return _told(thermal_limit_current(as_record(motor), ambient, mounting))
+    return _or_none(thermal_limit_current(as_record(motor), ambient, mounting))
 
 
 def continuous_current(motor: Motor, ambient: float, *, housing_to_ambient: float | None = None) -> SourcedValue:
@@ -160,7 +160,7 @@ def continuous_current(motor: Motor, ambient: float, *, housing_to_ambient: floa
     """
     mounting = UNKNOWN if housing_to_ambient is None else housing_to_ambient
     record, nominal = as_record(motor), _nominal_source(motor, ambient, housing_to_ambient)
-    value = _told(continuous_current_limit(record, ambient, mounting))
+    value = _or_none(continuous_current_limit(record, ambient, mounting))
     if value is None:
         return SourcedValue(None, "the catalogue row has neither a nominal current nor a thermal resistance and limit")
     if value == scaled_nominal_current(record, ambient, mounting):
@@ -168,7 +168,7 @@ def continuous_current(motor: Motor, ambient: float, *, housing_to_ambient: floa
     return SourcedValue(value, f"thermal limit: winding at {motor.max_winding_temperature} °C in air of {ambient:g} °C")
 
 
-def _told(value: float) -> float | None:
+def _or_none(value: float) -> float | None:
     return float(value) if known(value) else None
 
 

@@ -110,8 +110,8 @@ def _closed_positions(loops: Loops, screws: list[Array], q: Array) -> Array:
         begin, jacobian, _ = _pins(loops, screws, position, rest)
         change = q / steps
         position[:, driven] += change
-        asked = begin + (jacobian[:, :, driven] @ change[:, :, None])[..., 0]
-        position[:, passive] -= _least(jacobian[:, :, passive], asked)
+        target = begin + (jacobian[:, :, driven] @ change[:, :, None])[..., 0]
+        position[:, passive] -= _least(jacobian[:, :, passive], target)
         for _ in range(MOST if step == steps - 1 else 1):
             missing, jacobian, _ = _pins(loops, screws, position, rest)
             error = float(np.abs(missing).max(initial=0.0)) / size
@@ -125,13 +125,13 @@ def _closed_positions(loops: Loops, screws: list[Array], q: Array) -> Array:
     return position
 
 
-def _least(matrix: Array, asked: Array) -> Array:
+def _least(matrix: Array, target: Array) -> Array:
     """Least squares by the normal equations, whose rounding the next step of Newton's method takes away, (N, p)."""
     turned = np.swapaxes(matrix, 1, 2)
     normal = turned @ matrix
     scale = np.trace(normal, axis1=1, axis2=2)[:, None, None] + 1e-300
     normal = normal + 1e-14 * scale * np.eye(matrix.shape[2])
-    return np.asarray(np.linalg.solve(normal, turned @ asked[:, :, None])[..., 0])
+    return np.asarray(np.linalg.solve(normal, turned @ target[:, :, None])[..., 0])
 
 
 def _pins(loops: Loops, screws: list[Array], position: Array, velocity: Array) -> tuple[Array, Array, Array]:

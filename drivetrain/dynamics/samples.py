@@ -70,8 +70,8 @@ def run(
         raise spoiled(motion)
     if model.spread is None:
         return torque
-    for asked, found in zip(outputs, filled, strict=True):
-        asked[:] = found[:, : asked.shape[1]]
+    for output, found in zip(outputs, filled, strict=True):
+        output[:] = found[:, : output.shape[1]]
     return np.asarray(torque @ model.spread)
 
 

@@ -160,7 +160,7 @@ def of_side(side: str, place: Place) -> tuple[Signal, Signal, Signal]:
     return SPEED, JOINT_TORQUE, JOINT_DAMPING
 
 
-def told(place: Place, signals: Mapping[str, float], signal: Signal, otherwise: float = 0.0) -> float:
+def read(place: Place, signals: Mapping[str, float], signal: Signal, otherwise: float = 0.0) -> float:
     """A signal of an effect's joint."""
     return signals.get(f"{place.name}.{signal.name}", otherwise)
 

@@ -248,11 +248,11 @@ class AxisRun:
         if outcome.stopped_by is not None:
             raise ArithmeticError(f"{outcome.stopped_by.name}: {outcome.stopped_by.detail}")
         self._kept, self.time = outcome.kept, end
-        return self._told(outcome.rows[-1])
+        return self._outputs(outcome.rows[-1])
 
     def now(self, inputs: Mapping[str, float]) -> dict[str, float]:
         """The outputs where nothing has run yet."""
-        return self._told(self._to(inputs, self._engine.step).rows[0])
+        return self._outputs(self._to(inputs, self._engine.step).rows[0])
 
     def _to(self, inputs: Mapping[str, float], end: float) -> Outcome:
         for name, value in inputs.items():
@@ -260,7 +260,7 @@ class AxisRun:
         scene = replace(self._plan.scene, duration=end)
         return self._engine.run(replace(self._plan, scene=scene), RunOptions(end, resume=self._kept))
 
-    def _told(self, row: Any) -> dict[str, float]:
+    def _outputs(self, row: Any) -> dict[str, float]:
         joint = self._axis.joint
         shown = {
             name.removeprefix(f"{joint}."): float(row[column]) for name, (column, _) in self._layout.recorded.items()

@@ -114,9 +114,9 @@ def written_bodies(arm: Arm) -> WrittenBodies:
     for joint, rotor in enumerate(arm.rotors):
         if rotor is not None and arm.level is RotorLevel.FULL:
             _check_full(arm, joint, rotor, faults, lost=joint in lost)
-        told = None if rotor is None or joint in lost else _tags(arm, joint, rotor, float(couplings.factors[joint]))
-        tags.append(told)
-        if rotor is not None and _move_into_links(arm, joint, rotor, added, told=told):
+        tag = None if rotor is None or joint in lost else _tags(arm, joint, rotor, float(couplings.factors[joint]))
+        tags.append(tag)
+        if rotor is not None and _move_into_links(arm, joint, rotor, added, tag=tag):
             moved.append(arm.joint_names[joint])
     faults.raise_any()
     links = tuple(_with_added(arm, i, parts, faults) for i, parts in enumerate(added))
@@ -179,14 +179,14 @@ def _tags(arm: Arm, joint: int, rotor: MountedRotor, factor: float) -> RotorTags
 
 
 def _move_into_links(
-    arm: Arm, joint: int, rotor: MountedRotor, added: list[list[RigidBody]], *, told: RotorTags | None
+    arm: Arm, joint: int, rotor: MountedRotor, added: list[list[RigidBody]], *, tag: RotorTags | None
 ) -> bool:
     """Count a rotor with the links, but for the axial inertia that a reader will count with the link before."""
     turn = rotor.home[:3, :3]
     body = RigidBody(rotor.mass, rotor.home[:3, 3], turn @ rotor.inertia @ turn.T)
     moved = bool(rotor.carrier >= 0 and rotor.mass)
     parts = [(rotor.carrier, body)]
-    if told is not None and told.inertia is not None:
+    if tag is not None and tag.inertia is not None:
         z = axis_direction(arm, joint)
         parts.append((joint - 1, RigidBody(0.0, body.com, -rotor.axial_inertia * np.outer(z, z))))
         if rotor.carrier == joint - 1:

@@ -300,8 +300,8 @@ def _model(prior: _Prior, motion: list[Array]) -> _Model:
     balance = np.zeros(motion[0].shape)
     for i, task in enumerate(study.joints if study is not None else ()):
         balance[:, i] = -counterbalance_torque(task.counterbalances, motion[0][:, i])
-    asked, speed = joint_loads(arm, *motion), shaft_motion(arm, motion[1]) / travel
-    load = (asked.gear + shaft_torques(arm, balance)) * travel
+    loads, speed = joint_loads(arm, *motion), shaft_motion(arm, motion[1]) / travel
+    load = (loads.gear + shaft_torques(arm, balance)) * travel
     slow = np.maximum(SLOW * np.abs(speed).max(axis=0), 1e-12)
     way = np.tanh(speed / slow)
     sliding, coulomb, through, drag = (np.zeros_like(speed) for _ in range(4))
@@ -319,7 +319,7 @@ def _model(prior: _Prior, motion: list[Array]) -> _Model:
             running = drag_torque(mesh, np.abs(turning), temperature) * way[:, i] * np.sign(mesh.ratio)
             drag[:, i] = mesh.ratio * (running + friction_torque(shaft, turning))
     lost = through * (load + sliding) - load + drag
-    given = asked.torque + balance + (lost / travel) @ _turns(arm)
+    given = loads.torque + balance + (lost / travel) @ _turns(arm)
     laws = np.stack([speed, coulomb, way * np.abs(load + sliding)])
     return _Model(given, balance, through, laws)
 

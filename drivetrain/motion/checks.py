@@ -27,7 +27,7 @@ SPIKE = 5.0  # the same for accelerations
 SPIKE_SHARE = 0.5  # and at least this share of the largest acceleration of the joint
 SMALLEST_JUMP = 1e-4  # [rad or m]
 MISMATCH_FAULT = 0.15  # share of the span by which given rates and values may differ
-MISMATCH_DOUBT = 0.03
+MISMATCH_WARNING = 0.03
 TURNS_BELIEVED = 4.0 * math.pi  # [rad] joints of arms seldom make more than two turns either way
 SPEED_BELIEVED = 30.0  # [rad/s] joints of arms seldom turn faster than 290 rpm
 SMALL_IN_DEGREES = 2.0 * math.pi  # a file in deg in which nothing exceeds this may be in rad
@@ -82,12 +82,12 @@ def sampling_notes(time: Array, positions: list[Array]) -> list[str]:
         return []
     step = np.diff(distinct)
     usual = float(np.median(step))
-    told = f"sampling is not uniform to {100 * UNIFORM:g} %: steps of {step.min():.4g} to {step.max():.4g} s"
+    text = f"sampling is not uniform to {100 * UNIFORM:g} %: steps of {step.min():.4g} to {step.max():.4g} s"
     moving = np.any([np.diff(position) != 0.0 for position in positions], axis=0)
     gaps = np.flatnonzero(moving & (np.diff(time) > GAP_IN_TIME * usual))
     if len(gaps):
-        return [f"warning: {told}; something moves in the gap after t = {time[gaps[0]]:.4g} s"]
-    return [told]
+        return [f"warning: {text}; something moves in the gap after t = {time[gaps[0]]:.4g} s"]
+    return [text]
 
 
 def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) -> list[Fault]:
@@ -134,15 +134,15 @@ def isolated(sizes: Array, times_larger: float) -> NDArray[np.bool_]:
     return np.asarray((sizes > times_larger * third) & (sizes > 0.0))
 
 
-def spike_doubts(time: Array, acceleration: Array, joint: str, unit: str) -> list[str]:
+def spike_warnings(time: Array, acceleration: Array, joint: str, unit: str) -> list[str]:
     """Warnings about accelerations of one or two samples, told in the unit of the positions."""
     size = np.abs(acceleration)
     spikes = np.flatnonzero(isolated(size, SPIKE) & (size > SPIKE_SHARE * size.max()))
     if not len(spikes):
         return []
     worst = int(spikes[size[spikes].argmax()])
-    told = f"acceleration of {joint} has a spike of {acceleration[worst] / factor(unit):.4g} {unit}/s^2"
-    return [f"warning: {told} at t = {time[worst]:.6g} s: peak torque will be that of the spike"]
+    text = f"acceleration of {joint} has a spike of {acceleration[worst] / factor(unit):.4g} {unit}/s^2"
+    return [f"warning: {text} at t = {time[worst]:.6g} s: peak torque will be that of the spike"]
 
 
 def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -> tuple[list[Fault], list[str]]:
@@ -152,7 +152,7 @@ def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -
     span = max(float(np.ptp(wanted)), float(np.ptp(travel)))
     off = np.abs(wanted - travel)
     worst = int(off.argmax())
-    if off[worst] <= max(smallest, MISMATCH_DOUBT * span):
+    if off[worst] <= max(smallest, MISMATCH_WARNING * span):
         return [], []
     share = float(off[worst]) / span
     problem = f"is not the derivative of {values.name}: integrated, it misses by {100 * share:.3g} % of the span"

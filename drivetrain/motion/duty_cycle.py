@@ -313,14 +313,14 @@ def _gaps(
     for where, before, after, closing in _meetings(blocks):
         for i, (joint, end, start) in enumerate(zip(joint_names, before.position[-1], after.position[0], strict=True)):
             gap, (unit, times) = float(start - end), told_unit(slides, i)
-            told = f"{joint} stands at {times * end:.6g} and goes on from {times * start:.6g} [{unit}]"
+            text = f"{joint} stands at {times * end:.6g} and goes on from {times * start:.6g} [{unit}]"
             if abs(gap) <= GAP_SEEN:
                 continue
             if abs(gap) <= GAP_ALLOWED or (closing and may_stay_open):
-                notes[f"warning: {where}: {told}"] = None
+                notes[f"warning: {where}: {text}"] = None
                 continue
             fix = "add a motion back, or open_cycle: true" if closing else "add a motion between them"
-            problem = f"{'the cycle does not close' if closing else 'a gap'}: {told}"
+            problem = f"{'the cycle does not close' if closing else 'a gap'}: {text}"
             faults[where + joint] = Fault(f"cycle, {where}", problem, None, fix)
     if faults:
         raise InputError(faults.values())
@@ -335,8 +335,8 @@ def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...], slides: Seq
         step = after.velocity[0] - before.velocity[-1]
         for index in np.flatnonzero(np.abs(step) > SPEED_STEP_SEEN * peak):
             unit, times = told_unit(slides, int(index))
-            told = (
+            text = (
                 f"speed of {joint_names[index]} steps by {times * step[index]:.4g} [{unit.replace(' or', '/s or')}/s]"
             )
-            notes[f"warning: {where}: {told}; the impulse it takes is not counted"] = None
+            notes[f"warning: {where}: {text}; the impulse it takes is not counted"] = None
     return list(notes)

@@ -71,7 +71,7 @@ def _trajectory(path: Path, joint_names: Sequence[str]) -> Read:
         name: np.array([_row(point, word, k, len(joints), faults, str(path)) for k, point in enumerate(points)])
         for name, word in given.items()
     }
-    _tell(faults)
+    _raise_all(faults)
     return joints, time, series
 
 
@@ -110,7 +110,7 @@ def _row(point: Any, word: str, k: int, n: int, faults: list[Fault], file: str) 
     return np.full(n, math.nan)
 
 
-def _tell(faults: list[Fault]) -> None:
+def _raise_all(faults: list[Fault]) -> None:
     if len(faults) > SHOWN:
         faults[SHOWN:] = [Fault("points", f"{len(faults) - SHOWN} more like this", None, "", faults[0].file)]
     if faults:
@@ -137,7 +137,7 @@ def _matlab(path: Path, joint_names: Sequence[str]) -> Read:
         if found[what] is None
     ]
     n, series = len(joint_names), dict[str, Array]()
-    _tell(faults)
+    _raise_all(faults)
     time = _real(found["time"], "time", faults, str(path)).ravel()
     for name in (name for name in SERIES if found[name] is not None):
         rows = _real(found[name], name, faults, str(path))
@@ -148,7 +148,7 @@ def _matlab(path: Path, joint_names: Sequence[str]) -> Read:
         series[name] = rows
     if len(time) < 2:
         faults.append(Fault("variable time", "must hold two or more", len(time), "", str(path)))
-    _tell(faults)
+    _raise_all(faults)
     return joint_names, time, series
 
 
@@ -209,8 +209,8 @@ def _bag(path: Path, joint_names: Sequence[str]) -> Read:
             return list(sent.joint_names), time, whole
     time, measured = joint_states(path, joint_names)
     if len(time) < 2 or "position" not in measured:
-        told = f"holds neither a JointTrajectory nor two JointState of {', '.join(joint_names)}"
-        raise InputError(Fault("file", told, file=str(path)))
+        problem = f"holds neither a JointTrajectory nor two JointState of {', '.join(joint_names)}"
+        raise InputError(Fault("file", problem, file=str(path)))
     time, kept = np.unique(time, return_index=True)
     return joint_names, time, {"q": measured["position"][kept]}
 

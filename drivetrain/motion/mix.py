@@ -73,9 +73,9 @@ def share_faults(shares: Sequence[float]) -> list[Fault]:
         if not 0.0 <= share <= 1.0
     ]
     if not faults and shares and abs(math.fsum(shares) - 1.0) > WHOLE:
-        told = " + ".join(f"{100.0 * share:g} %" for share in shares)
+        text = " + ".join(f"{100.0 * share:g} %" for share in shares)
         total = 100.0 * math.fsum(shares)
-        faults.append(Fault("shares", f"must add to 100 %: {told} is {total:g} %", None, "what is left may be a dwell"))
+        faults.append(Fault("shares", f"must add to 100 %: {text} is {total:g} %", None, "what is left may be a dwell"))
     return faults
 
 

@@ -44,7 +44,7 @@ class Motion:
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return f"Motion({_told(self)})"
+        return f"Motion({_summary(self)})"
 
     def _repr_html_(self) -> str:
         return shown(repr(self), _extremes(self.joint_names, self.position, self.velocity, self.acceleration))
@@ -65,7 +65,7 @@ class Motion:
         return ax
 
 
-def _told(samples: Motion | LoadTable) -> str:
+def _summary(samples: Motion | LoadTable) -> str:
     length = samples.time[-1] - samples.time[0]
     return f"{samples.name}: {len(samples.joint_names)} joints, {len(samples.time)} samples, {length:.4g} s"
 
@@ -106,7 +106,7 @@ class LoadTable:
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return f"LoadTable({_told(self)})"
+        return f"LoadTable({_summary(self)})"
 
 
 def sampled(table: LoadTable) -> LoadTable:

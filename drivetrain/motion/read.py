@@ -17,7 +17,7 @@ from drivetrain.motion.checks import (
     sampling_notes,
     small_angle_doubts,
     speed_doubts,
-    spike_doubts,
+    spike_warnings,
     time_faults,
     unit_doubts,
 )
@@ -90,7 +90,7 @@ def read_motion(
         rows, how, some = _joint(time, table, found.found, joint, smoothing, faults)
         notes += some
         notes += _consistency(time, table, found.found, joint, still, faults)
-        notes += spike_doubts(time, rows[2], joint, found.found["position", joint].column.unit)
+        notes += spike_warnings(time, rows[2], joint, found.found["position", joint].column.unit)
         blocks.append(rows)
         ways.append(how)
     if faults:
@@ -99,8 +99,8 @@ def read_motion(
     title = name or Path(table.file).stem
     head = f"{title}: {len(time)} samples{_origin(table)}, {time[-1] - time[0]:.4g} s"
     position, velocity, acceleration = np.stack(blocks, axis=2)
-    told = [head, *_grouped(joints, ways), *notes]
-    return Motion(title, joints, time, position, velocity, acceleration, tuple(dict.fromkeys(told)))
+    lines = [head, *_grouped(joints, ways), *notes]
+    return Motion(title, joints, time, position, velocity, acceleration, tuple(dict.fromkeys(lines)))
 
 
 def read_load_table(

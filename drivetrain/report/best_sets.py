@@ -59,11 +59,11 @@ def set_lines(selection: Selection) -> list[str]:
 def _row(rank: int, one: DriveSet, best: DriveSet) -> SetRow:
     """One set against the first."""
     changed = [joint for joint, pair in one.drives.items() if best.drives.get(joint) != pair]
-    told = tuple(f"{joint}: {_pair(one.drives[joint])}" for joint in changed)
+    parts = tuple(f"{joint}: {_pair(one.drives[joint])}" for joint in changed)
     known = one.criteria
     mass, price, energy = (number(known.get(name), 4) for name in ("mass", "price", "energy"))
     used = percent(known.get("utilisation"))
-    return SetRow(rank, number(one.objective, 4), mass, price, energy, used, told)
+    return SetRow(rank, number(one.objective, 4), mass, price, energy, used, parts)
 
 
 def _pair(keys: tuple[str, str]) -> str:

@@ -41,9 +41,9 @@ def summary_pdf(result: Evaluation | Selection) -> bytes:
         words = [headline(evaluation, selection), *gaps(evaluation)[:1], overall_sentence(evaluation),
                  objective_text(evaluation, selection) + (f"; {selection.proof}" if selection else "")]  # fmt: skip
         words += list(selection.advice[:2]) if selection else []
-        told = "\n".join(line for text in words for line in textwrap.wrap(text, WRAP))
-        figure.text(0.07, 0.870, told, va="top", fontsize=9, linespacing=1.5)
-        top = 0.845 - 0.0165 * (told.count("\n") + 1)
+        wrapped = "\n".join(line for text in words for line in textwrap.wrap(text, WRAP))
+        figure.text(0.07, 0.870, wrapped, va="top", fontsize=9, linespacing=1.5)
+        top = 0.845 - 0.0165 * (wrapped.count("\n") + 1)
         if joints:
             height = 0.030 * (len(joints) + 1)
             axes = figure.add_axes((0.07, top - height, 0.86, height))

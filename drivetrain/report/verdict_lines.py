@@ -99,8 +99,8 @@ def family_lines(found: FamilySelection, names: Sequence[str]) -> list[str]:
         most = max(used, key=lambda item: item[0])
         lines.append(f"{name}: {one.verdict}, limited by {most[1]}: {_limit(most[2])}")
     unit = " kg" if found.evaluations[0].study.objective == "mass" else ""
-    told = "proven to be the least" if found.proven else f"not proven, at least {found.bound:.4g}{unit}"
-    return [*lines, f"{found.evaluations[0].study.objective} of a member: {found.objective:.4g}{unit}, {told}"]
+    proof_text = "proven to be the least" if found.proven else f"not proven, at least {found.bound:.4g}{unit}"
+    return [*lines, f"{found.evaluations[0].study.objective} of a member: {found.objective:.4g}{unit}, {proof_text}"]
 
 
 def part_lines(evaluation: Evaluation) -> list[str]:
@@ -184,23 +184,23 @@ def _constants(drive: Drive) -> str:
     """What the symbols of formulas stand for, of a drive; what its sheets do not say is left out."""
     motor, gear = drive.motor, drive.gear
     mesh = 1.0 if gear.direct else gear.efficiency if gear.mesh_efficiency is None else gear.mesh_efficiency
-    told = [
+    parts = [
         ("G", gear.ratio, ""), ("eta", mesh, ""), ("J of the rotor", motor.rotor_inertia, "kg m^2"),
         ("J at the gear's input", None if gear.direct else gear.inertia, "kg m^2"),
         ("kt", motor.torque_constant, "N m/A"),
         ("R", motor.resistance, "ohm"), ("L", motor.inductance, "H"), ("K1", gear.stiffness_1, "N m/rad"),
     ]  # fmt: skip
-    return ", ".join(f"{name} = {value:.5g} {unit}".rstrip() for name, value, unit in told if value is not None)
+    return ", ".join(f"{name} = {value:.5g} {unit}".rstrip() for name, value, unit in parts if value is not None)
 
 
 def _values(series: JointSeries, time: float) -> str:
     """What the symbols stand for at an instant of the cycle."""
     t = int(np.argmin(np.abs(series.time - time)))
-    told = [
+    parts = [
         ("w", series.speed, "rad/s"), ("dw/dt", series.acceleration, "rad/s^2"), ("T", series.gear_torque, "N m"),
         ("motor torque", series.motor_torque, "N m"), ("i", series.current, "A"), ("voltage", series.voltage, "V"),
     ]  # fmt: skip
-    return ", ".join(f"{name} = {row[t]:.5g} {unit}" for name, row, unit in told if np.isfinite(row[t]))
+    return ", ".join(f"{name} = {row[t]:.5g} {unit}" for name, row, unit in parts if np.isfinite(row[t]))
 
 
 def check_lines(check: Check, series: JointSeries | None = None) -> Iterator[str]:
@@ -227,8 +227,8 @@ def check_lines(check: Check, series: JointSeries | None = None) -> Iterator[str
 def _parts(joint: JointResult) -> str:
     """The drive of a joint: keys, and what the maker calls them."""
     motor, gear = joint.drive.motor, joint.drive.gear
-    told = [named(part.key, part) for part in ((motor, gear) if joint.gear else (motor,))]
-    return " with ".join(told) + ("" if joint.gear else ", no gear")
+    parts = [named(part.key, part) for part in ((motor, gear) if joint.gear else (motor,))]
+    return " with ".join(parts) + ("" if joint.gear else ", no gear")
 
 
 def fastest_lines(found: Fastest) -> Iterator[str]:

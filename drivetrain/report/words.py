@@ -80,10 +80,10 @@ def check_sentence(check: Check) -> str:
     if not math.isfinite(check.utilisation):
         return f"{check.name}: {check.remark or 'beyond any number'}"
     available = number(float(convert(check.available, check.unit, shown)), digits_near_limit(check.utilisation))
-    asked, allowed = required_text(check, shown, unit), f"{available}\u00a0{unit}".rstrip()
+    needs, allowed = required_text(check, shown, unit), f"{available}\u00a0{unit}".rstrip()
     entered = in_study_amperes(check)
     beside = f"; {entered}" if entered else ""
-    return f"{check.name} {asked}{when}, limit {allowed} ({percent(check.utilisation)}{beside})"
+    return f"{check.name} {needs}{when}, limit {allowed} ({percent(check.utilisation)}{beside})"
 
 
 def in_study_amperes(check: Check) -> str:
@@ -92,8 +92,8 @@ def in_study_amperes(check: Check) -> str:
         return ""
     digits = digits_near_limit(check.utilisation)
     found = [check.entered(name) for name in ("required", "available")]
-    asked, limit = (None if value is None else number(value, digits) for value in found)
-    return f"{asked}{'' if limit is None else f' of {limit}'} A {AMPERES[check.current_basis]}"
+    needs, limit = (None if value is None else number(value, digits) for value in found)
+    return f"{needs}{'' if limit is None else f' of {limit}'} A {AMPERES[check.current_basis]}"
 
 
 def common_unit(check: Check) -> str:
@@ -199,9 +199,9 @@ def overall_sentence(evaluation: Evaluation) -> str:
     """The limit that decides the whole verdict, in words."""
     found = binding_place(evaluation)
     if found is None and evaluation.verdict is Verdict.FAIL:
-        told = next(check.remark or check.name for check in evaluation.shared if check.verdict is Verdict.FAIL)
-        named = told.partition(" ")[0] in {task.name for task in evaluation.study.joints}
-        return f"{told if named else told[0].upper() + told[1:]}."
+        reason = next(check.remark or check.name for check in evaluation.shared if check.verdict is Verdict.FAIL)
+        named = reason.partition(" ")[0] in {task.name for task in evaluation.study.joints}
+        return f"{reason if named else reason[0].upper() + reason[1:]}."
     if found is None:
         return NOTHING
     place, check = found

@@ -241,6 +241,6 @@ def _with_constraints(
     series["rank"] = Series("-", motion.rank.astype(np.float64))
     events = recording.events
     if moved > MOVED:
-        told = f"the start did not meet the constraints; joints moved by up to {moved:.3g} rad or m"
-        events = (Event(float(recording.time[0]), "start", told), *events)
+        note = f"the start did not meet the constraints; joints moved by up to {moved:.3g} rad or m"
+        events = (Event(float(recording.time[0]), "start", note), *events)
     return replace(recording, series=series, events=events)

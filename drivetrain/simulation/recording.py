@@ -223,8 +223,8 @@ class Recording:
             return target
         arrays: dict[str, Any] = {f"series {i}": series.values for i, series in enumerate(self.series.values())}
         arrays |= {f"kept {name}": values for name, values in self.kept.items()}
-        told = np.array(self._told())
-        write_whole(target, lambda file: np.savez_compressed(file, time=self.time, told=told, **arrays))
+        header = np.array(self._header())
+        write_whole(target, lambda file: np.savez_compressed(file, time=self.time, header=header, **arrays))
         return target
 
     def _find(self, name: str) -> Series:
@@ -232,9 +232,9 @@ class Recording:
             raise InputError(Fault("series", "no series of that name", name, nearest(name, self.series)))
         return self.series[name]
 
-    def _told(self) -> str:
+    def _header(self) -> str:
         """All but the numbers, as JSON."""
-        told: dict[str, Any] = {
+        header: dict[str, Any] = {
             "format": FORMAT,
             "series": [[name, series.unit] for name, series in self.series.items()],
             "counters": dict(self.counters),
@@ -243,7 +243,7 @@ class Recording:
             "about": dict(self.about),
             "verified": {name: list(both) for name, both in self.verified.items()},
         }
-        return json.dumps(told)
+        return json.dumps(header)
 
 
 def _frozen(series: Mapping[str, Series], size: int) -> dict[str, Series]:
@@ -287,29 +287,29 @@ def load_recording(path: Path | str) -> Recording:
         raise InputError(Fault("recording", "no such file", str(source)))
     try:
         with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-            told = json.loads(str(stored["told"]))
+            header = json.loads(str(stored["told"]))
             arrays = {name: stored[name] for name in stored.files}
     except DAMAGE as error:
         raise InputError(Fault("recording", f"is no recording of this package: {error}", str(source))) from None
-    form = told.get("format") if isinstance(told, dict) else None
+    form = header.get("format") if isinstance(header, dict) else None
     if form != FORMAT:
         raise InputError(Fault("recording", f"must be of format {FORMAT}", form, file=str(source)))
     try:
-        return _restored(told, arrays)
+        return _restored(header, arrays)
     except DAMAGE as error:
         raise InputError(Fault("recording", f"is damaged: {error}", str(source))) from None
 
 
-def _restored(told: dict[str, Any], arrays: dict[str, Any]) -> Recording:
+def _restored(header: dict[str, Any], arrays: dict[str, Any]) -> Recording:
     """The recording that its file tells of."""
-    named = enumerate(told["series"])
+    named = enumerate(header["series"])
     return Recording(
         arrays["time"],
         {name: Series(unit, arrays[f"series {i}"]) for i, (name, unit) in named},
-        told["counters"],
-        tuple(Event(*event) for event in told["events"]),
-        None if told["stopped_by"] is None else Event(*told["stopped_by"]),
-        told["about"],
+        header["counters"],
+        tuple(Event(*event) for event in header["events"]),
+        None if header["stopped_by"] is None else Event(*header["stopped_by"]),
+        header["about"],
         {name.removeprefix("kept "): values for name, values in arrays.items() if name.startswith("kept ")},
-        {name: (float(one), float(other)) for name, (one, other) in told.get("verified", {}).items()},
+        {name: (float(one), float(other)) for name, (one, other) in header.get("verified", {}).items()},
     )

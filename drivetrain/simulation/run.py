@@ -65,8 +65,8 @@ def simulate(
     kept = None if resume is None else dict(resume.kept)
     outcome = engine.run(ready, RunOptions(interval, progress, kept, given))
     recording = _recording(ready, engine, outcome, kept or {}, given)
-    told = _step_events(ready, engine, recording, given, interval) if checked and resume is None else ()
-    return replace(recording, events=(*recording.events, *told)) if told else recording
+    events = _step_events(ready, engine, recording, given, interval) if checked and resume is None else ()
+    return replace(recording, events=(*recording.events, *events)) if events else recording
 
 
 def engine_of(solver: Engine | Solver | None) -> Engine:
@@ -126,9 +126,9 @@ def _step_events(
         return ()
     if plan.scene.duration > MOST_CHECKED * min(engine.step, plan.period):
         return ()
-    told = _bus_event(engine, recording, plan, given)
+    events = _bus_event(engine, recording, plan, given)
     finer = engine.finer(plan.period).run(plan, RunOptions(interval, start=given))
-    return told if finer.stopped_by is not None else (*told, *_step_event(engine, recording, plan, finer.rows))
+    return events if finer.stopped_by is not None else (*events, *_step_event(engine, recording, plan, finer.rows))
 
 
 def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mapping[str, float]) -> tuple[Event, ...]:
@@ -148,7 +148,7 @@ def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mappi
     worst, step, k = float(apart.max()), engine.step, int(np.argmax(apart))
     if worst <= BUS_OFF:
         return ()
-    told, left = "try AdaptiveStep", worst
+    events, left = "try AdaptiveStep", worst
     while left > BUS_OFF:
         step = float(f"{step * min(0.9 * BUS_OFF / left, 0.5):.2g}")  # when limits bind follows the grid
         if plan.scene.duration > MOST_TRIED * step:
@@ -156,8 +156,8 @@ def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mappi
         rows = FixedStep(step).run(plan, RunOptions(every, start=given)).rows
         left = float(off(rows[:, 0], rows[:, column]).max())
     else:
-        told = f"a step of {step:g} s holds {100.0 * BUS_OFF:g} %"
-    detail = f"the bus sinks to {recording[BUS].min():.3g} V and its voltage is off by {100.0 * worst:.2g} %: {told}"
+        events = f"a step of {step:g} s holds {100.0 * BUS_OFF:g} %"
+    detail = f"the bus sinks to {recording[BUS].min():.3g} V and its voltage is off by {100.0 * worst:.2g} %: {events}"
     return (Event(float(recording.time[k]), "bus", detail),)
 
 

@@ -30,7 +30,7 @@ def warnings(plan: Plan, engine: Engine, rows: Array) -> tuple[Event, ...]:
 
 def _heat(plan: Plan, rows: Array) -> Iterator[Event]:
     """Windings and magnets above what they stand, and heat that would run away."""
-    told, time = plan.layout.recorded, rows[:, 0]
+    recorded, time = plan.layout.recorded, rows[:, 0]
     for joint, effects in plan.scene.effects.items():
         heat = next((one for one in effects if isinstance(one, WindingHeat)), None)
         sheets = [getattr(one, "motor", None) for one in effects]
@@ -41,17 +41,17 @@ def _heat(plan: Plan, rows: Array) -> Iterator[Event]:
         if motor is not None and motor.max_winding_temperature is not None:
             limits["winding_temperature"] = ("winding", motor.max_winding_temperature, f"the limit of {motor.key}")
         for name, (kind, limit, whose) in limits.items():
-            values = rows[:, told[f"{joint}.{name}"][0]]
+            values = rows[:, recorded[f"{joint}.{name}"][0]]
             if values.max() > limit:
                 at = float(time[int(np.argmax(values > limit))])
                 hottest = f"{joint}.{name} reaches {values.max():.4g} °C, above {limit:g} °C, {whose}"
                 yield Event(at, kind, hottest)
-        if motor is None or f"{joint}.current_command" not in told or f"{joint}.current" not in told:
+        if motor is None or f"{joint}.current_command" not in recorded or f"{joint}.current" not in recorded:
             continue
-        square = _mean(time, rows[:, told[f"{joint}.current"][0]] ** 2)
+        square = _mean(time, rows[:, recorded[f"{joint}.current"][0]] ** 2)
         resistance = heat.network.resistance_winding_housing + heat.network.resistance_housing_ambient
         gain = motor.resistance * copper_coefficient(motor.reference_temperature) * resistance * square
-        winding = rows[:, told[f"{joint}.winding_temperature"][0]]
+        winding = rows[:, recorded[f"{joint}.winding_temperature"][0]]
         if gain >= 1.0 and winding[-1] > winding[0]:
             detail = f"{joint}: were {math.sqrt(square):.3g} A RMS to last, the winding would warm without end"
             yield Event(float(time[-1]), "runaway", detail)
@@ -82,9 +82,9 @@ def _bristles(plan: Plan, tolerance: float, step: float) -> Iterator[Event]:
         moved = float(inertia[joint]) / (one.place.ratio**2 if law.side == "motor" else 1.0)
         swing = math.sqrt(law.stiffness / moved)
         if step * swing > STIFFEST:
-            told = f"swings at {swing:.3g} rad/s, which a step of {step:g} s passes over; {1.0 / swing:.2g} s would do"
+            text = f"swings at {swing:.3g} rad/s, which a step of {step:g} s passes over; {1.0 / swing:.2g} s would do"
         elif bend < FINEST * tolerance:
-            told = f"bends by {bend:.3g} before it slips, less than a tolerance of {tolerance:g} resolves"
+            text = f"bends by {bend:.3g} before it slips, less than a tolerance of {tolerance:g} resolves"
         else:
             continue
-        yield Event(0.0, "bristles", f"{one.title} {told}; DryFriction sticks exactly at any step")
+        yield Event(0.0, "bristles", f"{one.title} {text}; DryFriction sticks exactly at any step")

@@ -193,8 +193,8 @@ class Evaluation:
     def __repr__(self) -> str:
         used = [(name, joint.binding) for name, joint in self.joints.items() if joint.binding]
         name, binding = max(used, key=lambda one: one[1].utilisation or 0.0, default=("", None))
-        told = "" if binding is None else f", {name} {binding.name} {_share(binding)}"
-        return f"Evaluation({self.study.name}: {self.verdict}, {len(self.joints)} joints{told})"
+        most = "" if binding is None else f", {name} {binding.name} {_share(binding)}"
+        return f"Evaluation({self.study.name}: {self.verdict}, {len(self.joints)} joints{most})"
 
     def _repr_html_(self) -> str:
         return shown(repr(self), self.summary)
@@ -215,8 +215,8 @@ class Evaluation:
             InputError: No such joint, or no joint at all.
         """
         used = {name: one.binding.utilisation or 0.0 if one.binding else 0.0 for name, one in self.joints.items()}
-        asked = max(used, key=used.__getitem__, default="") if joint is None else joint
-        [name] = whole_names("joint", "joint of this evaluation", [asked], self.joints)
+        chosen = max(used, key=used.__getitem__, default="") if joint is None else joint
+        [name] = whole_names("joint", "joint of this evaluation", [chosen], self.joints)
         one, ax = self.joints[name], axes_of(ax)
         motor, at = one.drive.motor, one.drive.motor.reference_temperature
         corners = operating_region(motor, one.amplifier, self.study.supply.voltage, at, at)

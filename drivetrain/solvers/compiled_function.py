@@ -50,32 +50,32 @@ def evaluate(address: int, t: float, x: Array, result: Array, numbers: Array, wo
 
 
 @law
-def ask(run: Any, function: int, t: float, asked: Array, result: Array) -> None:
+def call(run: Any, function: int, t: float, point: Array, result: Array) -> None:
     """Call a function of the problem at an instant and a state."""
-    call_address(function, (t, asked.ctypes.data, result.ctypes.data, run.calls.numbers, run.calls.words))
+    call_address(function, (t, point.ctypes.data, result.ctypes.data, run.calls.numbers, run.calls.words))
 
 
 @law
-def ask_rates(run: Any, t: float, asked: Array, answer: Array) -> None:
+def call_rates(run: Any, t: float, point: Array, answer: Array) -> None:
     """The right-hand side at a state, counted; never beyond what the segment may see."""
-    ask(run, run.calls.rates, min(t, run.clock.limit), asked, answer)
+    call(run, run.calls.rates, min(t, run.clock.limit), point, answer)
     run.count.rates += 1
 
 
 @law
-def ask_here(run: Any, function: int, states: Any, asked: Array, result: Array) -> None:
+def call_here(run: Any, function: int, states: Any, point: Array, result: Array) -> None:
     """Call a function of the problem here and now; it may change the state."""
-    load(states, asked)
-    ask(run, function, run.clock.time, asked, result)
+    load(states, point)
+    call(run, function, run.clock.time, point, result)
     for i in range(len(states)):
-        states[i].x = asked[i]
+        states[i].x = point[i]
 
 
 @law
-def load(states: Any, asked: Array) -> None:
+def load(states: Any, point: Array) -> None:
     """What is asked for is the state now."""
     for i in range(len(states)):
-        asked[i] = states[i].x
+        point[i] = states[i].x
 
 
 def in_c(function: Callable[[float, Array], Array], size: int) -> tuple[Any, list[BaseException]]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.jit import law
-from drivetrain.solvers.compiled_function import ask, ask_here, load
+from drivetrain.solvers.compiled_function import call, call_here, load
 from drivetrain.solvers.records import DONE, ZENO
 from drivetrain.solvers.step import take_step, within
 
@@ -24,24 +24,24 @@ _MOST = 160
 
 
 @law
-def _ask_events(run: Any, t: float, asked: Array, values: Array) -> None:
+def _events_at(run: Any, t: float, point: Array, values: Array) -> None:
     """The values of all events at a state, counted; never beyond what the segment may see."""
-    ask(run, run.calls.values, min(t, run.clock.limit), asked, values)
+    call(run, run.calls.values, min(t, run.clock.limit), point, values)
     run.count.event_values += 1
 
 
 @law
-def _events_here(run: Any, states: Any, asked: Array, values: Array) -> None:
+def _events_here(run: Any, states: Any, point: Array, values: Array) -> None:
     """The values of all events here and now."""
-    load(states, asked)
-    _ask_events(run, run.clock.time, asked, values)
+    load(states, point)
+    _events_at(run, run.clock.time, point, values)
 
 
 @law
-def _events_within(run: Any, states: Any, share: float, h: float, asked: Array, values: Array) -> None:
+def _events_within(run: Any, states: Any, share: float, h: float, point: Array, values: Array) -> None:
     """The values of all events at a share of the step."""
-    within(states, share, asked)
-    _ask_events(run, run.clock.time + share * h, asked, values)
+    within(states, share, point)
+    _events_at(run, run.clock.time + share * h, point, values)
 
 
 @law
@@ -52,14 +52,14 @@ def pass_events(events: Any) -> None:
 
 
 @law
-def first_event(run: Any, states: Any, asked: Array, events: Any, values: Array, h: float) -> float:
+def first_event(run: Any, states: Any, point: Array, events: Any, values: Array, h: float) -> float:
     """The share of the step at which the first event happens, 2 when none does; ``count.fired`` says which."""
     run.count.fired = -1
     for k in range(len(events)):
         events[k].later = events[k].old
     for part in range(_LOOKS):
         high = (part + 1) / _LOOKS
-        _events_within(run, states, high, h, asked, values)
+        _events_within(run, states, high, h, point, values)
         for k in range(len(events)):
             events[k].new = values[k]
         first = 2.0
@@ -69,9 +69,9 @@ def first_event(run: Any, states: Any, asked: Array, events: Any, values: Array,
                 continue
             held = event.later <= 0.0  # it was about to be broken when the step began
             if held and part == 0:  # unless it rises first, to be broken later
-                low = _leaves(run, states, asked, event, k, values, h)
+                low = _leaves(run, states, point, event, k, values, h)
                 held = low == 0.0
-            share = low if held else _root(run, states, asked, event, k, values, low, high, h)
+            share = low if held else _root(run, states, point, event, k, values, low, high, h)
             if share < first:
                 first, run.count.fired = share, k
         if first <= 1.0:
@@ -82,15 +82,15 @@ def first_event(run: Any, states: Any, asked: Array, events: Any, values: Array,
 
 
 @law
-def _leaves(run: Any, states: Any, asked: Array, event: Any, k: int, values: Array, h: float) -> float:
+def _leaves(run: Any, states: Any, point: Array, event: Any, k: int, values: Array, h: float) -> float:
     """A share soon after which value k, zero at the beginning, has the other sign than in ``new``; 0: there is none.
 
     So a ball that has just bounced is seen to fall again within the same step.
     """
-    _events_within(run, states, 0.0, h, asked, values)
+    _events_within(run, states, 0.0, h, point, values)
     residual = 4.0 * abs(values[k])  # what rounding has left of the event before
     for share in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14):
-        _events_within(run, states, share, h, asked, values)
+        _events_within(run, states, share, h, point, values)
         if values[k] * event.new < 0.0 and abs(values[k]) > residual:
             event.later = values[k]
             return share
@@ -99,7 +99,7 @@ def _leaves(run: Any, states: Any, asked: Array, event: Any, k: int, values: Arr
 
 @law
 def _root(
-    run: Any, states: Any, asked: Array, event: Any, k: int, values: Array, low: float, high: float, h: float
+    run: Any, states: Any, point: Array, event: Any, k: int, values: Array, low: float, high: float, h: float
 ) -> float:
     """The share of the step at which value k crosses, from ``later`` at low to ``new`` at high: regula falsi."""
     t, before, after, side = run.clock.time, event.later, event.new, 0
@@ -109,7 +109,7 @@ def _root(
         share = low + (high - low) * before / (before - after)
         if turn % 3 == 2 or not low < share < high:
             share = math.sqrt(low * high) if high > 4.0 * low > 0.0 else 0.5 * (low + high)
-        _events_within(run, states, share, h, asked, values)
+        _events_within(run, states, share, h, point, values)
         value = values[k]
         if value == 0.0:
             return share
@@ -128,7 +128,7 @@ def _root(
 
 @law
 def end_at_event(
-    method: Any, run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, factors: Array, pivots: Any,
+    method: Any, run: Any, states: Any, point: Array, answer: Array, jacobian: Array, factors: Array, pivots: Any,
     values: Array, share: float, whole: float,
 ) -> float:  # fmt: skip
     """Take the step again so that it ends at the event: found on the polynomial, corrected on the method itself [s]."""
@@ -136,14 +136,14 @@ def end_at_event(
     near = min(_CLOSE, 0.1 * math.sqrt(run.settings.rtol))
     last = False
     for turn in range(4):
-        take_step(method, run, states, asked, answer, jacobian, factors, pivots, h)
+        take_step(method, run, states, point, answer, jacobian, factors, pivots, h)
         if last or turn == 3:
             break
         for i in range(len(states)):
-            asked[i] = states[i].next
-        _ask_events(run, t + h, asked, values)
+            point[i] = states[i].next
+        _events_at(run, t + h, point, values)
         reached = values[k]
-        _events_within(run, states, 1.0 - 1e-4, h, asked, values)
+        _events_within(run, states, 1.0 - 1e-4, h, point, values)
         slope = (reached - values[k]) / (1e-4 * h)
         shift = -reached / slope if slope != 0.0 else 0.0
         moved = min(h + shift, whole)
@@ -167,10 +167,10 @@ def repeats(run: Any, h: float) -> bool:
 
 
 @law
-def jump_fires(run: Any, states: Any, asked: Array, events: Any, values: Array) -> bool:
+def jump_fires(run: Any, states: Any, point: Array, events: Any, values: Array) -> bool:
     """Whether what has changed where a segment begins sets off an event."""
     fired = False
-    _events_here(run, states, asked, values)
+    _events_here(run, states, point, values)
     for k in range(len(events)):
         events[k].new = values[k]
         fired = fired or values[k] < 0.0
@@ -181,10 +181,10 @@ def jump_fires(run: Any, states: Any, asked: Array, events: Any, values: Array) 
 
 
 @law
-def handle(run: Any, states: Any, asked: Array, events: Any, values: Array) -> int:
+def handle(run: Any, states: Any, point: Array, events: Any, values: Array) -> int:
     """Events fire at the present state: let the handler change it, look again. DONE: go on."""
     clock, count = run.clock, run.count
-    _events_here(run, states, asked, values)
+    _events_here(run, states, point, values)
     for k in range(len(events)):
         events[k].new = values[k]
         values[k] = -1.0 if k == count.fired or values[k] < 0.0 else 0.0
@@ -193,10 +193,10 @@ def handle(run: Any, states: Any, asked: Array, events: Any, values: Array) -> i
     count.busy = count.busy + weight if near else 0
     count.last_fired = count.culprit = count.fired
     clock.last_event = clock.origin = clock.time
-    ask_here(run, run.calls.handler, states, asked, values)
+    call_here(run, run.calls.handler, states, point, values)
     count.fresh = count.fresh_jacobian = count.strides = 0
     count.restarts += 1
-    _events_here(run, states, asked, values)
+    _events_here(run, states, point, values)
     for k in range(len(events)):
         events[k].old = values[k]
     return ZENO if count.busy > _BUSY else DONE

@@ -12,7 +12,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.jit import law
-from drivetrain.solvers.compiled_function import ask, ask_rates, load
+from drivetrain.solvers.compiled_function import call, call_rates, load
 
 _DIAGONAL = 10.0  # so many times smaller than another entry a diagonal may be and stay the pivot
 # Indices without a sign: numba asks of others whether they count from the end.
@@ -23,12 +23,12 @@ _MATTERS = 1e3  # a jump within a step matters when it moves a state by so many 
 
 
 @law
-def fill_jacobian(run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, h: float) -> bool:
+def fill_jacobian(run: Any, states: Any, point: Array, answer: Array, jacobian: Array, h: float) -> bool:
     """Fill the Jacobian and df/dt at the state, for a step; False when the rates jump there."""
     run.count.jacobians += 1
-    load(states, asked)
+    load(states, point)
     if run.calls.jacobian:
-        ask(run, run.calls.jacobian, run.clock.time, asked, jacobian)
+        call(run, run.calls.jacobian, run.clock.time, point, jacobian)
         for i in range(len(states)):
             states[i].drift = jacobian[len(states), i]
         if not run.settings.differences:
@@ -37,16 +37,16 @@ def fill_jacobian(run: Any, states: Any, asked: Array, answer: Array, jacobian: 
     # df/dt, by a difference that stays within the step
     t = run.clock.time
     later = min(t + min(h, _SMALL * max(abs(t), h)), run.clock.limit)
-    ask_rates(run, later, asked, answer)
+    call_rates(run, later, point, answer)
     for i in range(len(states)):
         states[i].drift = (answer[i] - states[i].rates) / (later - t) if later > t else 0.0
     if run.calls.jacobian:
         return True
-    return _by_differences(run, states, asked, answer, jacobian, h)
+    return _by_differences(run, states, point, answer, jacobian, h)
 
 
 @law
-def _by_differences(run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, h: float) -> bool:
+def _by_differences(run: Any, states: Any, point: Array, answer: Array, jacobian: Array, h: float) -> bool:
     """Fill the Jacobian by differences; False when the rates jump at this very state."""
     for j in range(len(states)):
         state = states[j]
@@ -54,30 +54,30 @@ def _by_differences(run: Any, states: Any, asked: Array, answer: Array, jacobian
         size = max(size, floor if floor < np.inf else 1e-3)
         move = _SMALL * size if state.rates >= 0.0 else -_SMALL * size  # in the direction in which it goes
         state.move = (state.x + move) - state.x
-        asked[j] = state.x + state.move
-        ask_rates(run, run.clock.time, asked, answer)
-        asked[j] = state.x
+        point[j] = state.x + state.move
+        call_rates(run, run.clock.time, point, answer)
+        point[j] = state.x
         inverse, worst, culprit = 1.0 / state.move, 0.0, 0
         for i in range(len(states)):
             change = answer[i] - states[i].rates
             jacobian[j, i] = change * inverse
             if abs(change) * h > worst * states[i].tolerance:
                 worst, culprit = abs(change) * h / states[i].tolerance, i
-        if run.count.jacobians % _LOOK == 1 and worst > _MATTERS and _jumps(run, states, asked, answer, j, culprit):
+        if run.count.jacobians % _LOOK == 1 and worst > _MATTERS and _jumps(run, states, point, answer, j, culprit):
             return False
     return True
 
 
 @law
-def _jumps(run: Any, states: Any, asked: Array, answer: Array, j: int, i: int) -> bool:
+def _jumps(run: Any, states: Any, point: Array, answer: Array, j: int, i: int) -> bool:
     """Whether rate i changes by the same, however little state j is moved."""
     x, rate, moved_rate = states[j].x, states[i].rates, answer[i]
     change = moved_rate - rate
     for part in (16.0, 256.0):
-        asked[j] = x + states[j].move / part
-        ask_rates(run, run.clock.time, asked, answer)
-        moved = asked[j] != x
-        asked[j] = x
+        point[j] = x + states[j].move / part
+        call_rates(run, run.clock.time, point, answer)
+        moved = point[j] != x
+        point[j] = x
         if not (moved and abs(answer[i] - rate - change) < 0.1 * abs(change)):
             return False
     run.count.culprit, run.count.argument = i, j

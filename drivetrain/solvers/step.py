@@ -9,7 +9,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.jit import law
-from drivetrain.solvers.compiled_function import ask_rates
+from drivetrain.solvers.compiled_function import call_rates
 from drivetrain.solvers.linear import factor, solve
 from drivetrain.solvers.records import DONE, JUMP, RUNS_AWAY, TOO_SHORT
 
@@ -25,16 +25,16 @@ _LAST: Any = np.uint64(0)  # the only row of a method's error
 
 
 @law
-def within(states: Any, share: float, asked: Array) -> None:
+def within(states: Any, share: float, point: Array) -> None:
     """What is asked for is the state at a share of the step, on its polynomial."""
     for i in range(len(states)):
         curve = states[i].curve
-        asked[i] = states[i].x + share * (curve[0] + share * (curve[1] + share * (curve[2] + share * curve[3])))
+        point[i] = states[i].x + share * (curve[0] + share * (curve[1] + share * (curve[2] + share * curve[3])))
 
 
 @law
 def take_step(
-    method: Any, run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, factors: Array, pivots: Any,
+    method: Any, run: Any, states: Any, point: Array, answer: Array, jacobian: Array, factors: Array, pivots: Any,
     h: float,
 ) -> None:  # fmt: skip
     """A step from the state with its rates, their drift and the Jacobian; fills next, error, stages and curve."""
@@ -47,13 +47,13 @@ def take_step(
     for s in range(count):
         if s > 0:
             for i in range(len(states)):
-                asked[i] = weighted(states[i].x, 1.0, method.a, s, states[i].stages, s)
-            ask_rates(run, t + method.times[s] * h, asked, answer)
+                point[i] = weighted(states[i].x, 1.0, method.a, s, states[i].stages, s)
+            call_rates(run, t + method.times[s] * h, point, answer)
         if implicit:
             slope, over = h * method.gammas[s], 1.0 / h
             for i in range(len(states)):
                 answer[i] = weighted(answer[i], over, method.c, s, states[i].stages, s) + slope * states[i].drift
-            solve(factors, pivots, answer, asked)
+            solve(factors, pivots, answer, point)
             for i in range(len(states)):
                 states[i].stages[s] = answer[i]
         else:
@@ -97,7 +97,7 @@ def largest_error(run: Any, states: Any) -> float:
 
 
 @law
-def first_step(run: Any, states: Any, asked: Array, answer: Array, end: float) -> float:
+def first_step(run: Any, states: Any, point: Array, answer: Array, end: float) -> float:
     """A first step for an adaptive method, in a segment that ends there [s].
 
     Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section II.4.
@@ -111,8 +111,8 @@ def first_step(run: Any, states: Any, asked: Array, answer: Array, end: float) -
     h = 1e-6 if size < 1e-5 or slope < 1e-5 else 0.01 * size / slope
     h = min(h, run.settings.largest_step, end - run.clock.time)
     for i in range(len(states)):
-        asked[i] = states[i].x + h * states[i].rates
-    ask_rates(run, run.clock.time + h, asked, answer)
+        point[i] = states[i].x + h * states[i].rates
+    call_rates(run, run.clock.time + h, point, answer)
     for i in range(len(states)):
         curve = max(curve, abs(answer[i] - states[i].rates) / states[i].tolerance / h)
     steepest = max(slope, curve)
@@ -163,7 +163,7 @@ def propose(order: float, run: Any, h: float, error: float) -> None:
 
 
 @law
-def refuse(run: Any, states: Any, asked: Array, answer: Array, h: float, error: float) -> int:
+def refuse(run: Any, states: Any, point: Array, answer: Array, h: float, error: float) -> int:
     """A step is refused: propose a shorter one, or say why there can be none."""
     clock, count = run.clock, run.count
     count.rejected += 1
@@ -174,7 +174,7 @@ def refuse(run: Any, states: Any, asked: Array, answer: Array, h: float, error: 
     ends = clock.step < max(run.settings.smallest_step, 4.0 * _EPSILON * abs(clock.time), _TINY)
     if error < np.inf:
         suspect = count.failures == _SUSPECT or count.rejected % _OFTEN == 0 or ends
-        if suspect and _jump_stays(run, states, asked, answer):
+        if suspect and _jump_stays(run, states, point, answer):
             return JUMP
         return TOO_SHORT if ends else DONE
     if ends:
@@ -187,7 +187,7 @@ def refuse(run: Any, states: Any, asked: Array, answer: Array, h: float, error: 
 
 
 @law
-def _jump_stays(run: Any, states: Any, asked: Array, answer: Array) -> bool:
+def _jump_stays(run: Any, states: Any, point: Array, answer: Array) -> bool:
     """Whether a rate jumps within the step just refused, and the state does not just pass the jump and leave it behind.
 
     Those that it passes are passed with short steps, if the problem allows it. Clock and count say which rate jumps,
@@ -195,7 +195,7 @@ def _jump_stays(run: Any, states: Any, asked: Array, answer: Array) -> bool:
     """
     clock, count = run.clock, run.count
     inexact = count.culprit
-    if not _find_jump(run, states, asked, answer):
+    if not _find_jump(run, states, point, answer):
         return False
     if run.settings.may_jump:
         count.jumps = count.jumps + 1 if clock.time - clock.last_jump <= _NEAR * clock.refused else 0
@@ -207,16 +207,16 @@ def _jump_stays(run: Any, states: Any, asked: Array, answer: Array) -> bool:
 
 
 @law
-def _find_jump(run: Any, states: Any, asked: Array, answer: Array) -> bool:
+def _find_jump(run: Any, states: Any, point: Array, answer: Array) -> bool:
     """Halve the interval in which a rate changes most until it is empty.
 
     A continuous rate, however steep, changes less and less; one that jumps does not.
     """
     clock, h, n = run.clock, run.clock.refused, len(states)
-    _ask_between(run, states, 0.0, asked, answer)
+    _rates_between(run, states, 0.0, point, answer)
     for j in range(n):
         states[j].next_rates = answer[j]
-    _ask_between(run, states, 1.0, asked, answer)
+    _rates_between(run, states, 1.0, point, answer)
     worst, i = 0.0, -1
     for j in range(n):
         change = h * abs(answer[j] - states[j].next_rates) / states[j].tolerance
@@ -228,7 +228,7 @@ def _find_jump(run: Any, states: Any, asked: Array, answer: Array) -> bool:
     whole = abs(right - left)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        _ask_between(run, states, middle, asked, answer)
+        _rates_between(run, states, middle, point, answer)
         if abs(answer[i] - left) >= abs(right - answer[i]):
             high, right = middle, answer[i]
         else:
@@ -237,23 +237,23 @@ def _find_jump(run: Any, states: Any, asked: Array, answer: Array) -> bool:
             return False
     run.count.culprit, run.count.argument = i, -1
     clock.before, clock.after, clock.jump_at = left, right, clock.time + high * h
-    _ask_between(run, states, low, asked, answer)
+    _rates_between(run, states, low, point, answer)
     before = answer[i]
     for j in range(n):
-        kept = asked[j]
-        asked[j] = states[j].x + high * (states[j].next - states[j].x)
-        if asked[j] != kept:
-            ask_rates(run, clock.time + low * h, asked, answer)
+        kept = point[j]
+        point[j] = states[j].x + high * (states[j].next - states[j].x)
+        if point[j] != kept:
+            call_rates(run, clock.time + low * h, point, answer)
             if abs(answer[i] - before) > 0.5 * abs(right - left):
                 run.count.argument = j
                 return True
-        asked[j] = kept
+        point[j] = kept
     return True
 
 
 @law
-def _ask_between(run: Any, states: Any, share: float, asked: Array, answer: Array) -> None:
+def _rates_between(run: Any, states: Any, share: float, point: Array, answer: Array) -> None:
     """The rates at a share of the straight line from the state to the end of the step refused."""
     for j in range(len(states)):
-        asked[j] = states[j].x + share * (states[j].next - states[j].x)
-    ask_rates(run, run.clock.time + share * run.clock.refused, asked, answer)
+        point[j] = states[j].x + share * (states[j].next - states[j].x)
+    call_rates(run, run.clock.time + share * run.clock.refused, point, answer)

@@ -263,7 +263,7 @@ class StiffnessWish:
     scatter: Share = 0.3
 
     @property
-    def asked(self) -> bool:
+    def stated(self) -> bool:
         """Whether anything is."""
         return (self.first_resonance, self.tip_deviation, self.lost_motion) != (None, None, None)
 

@@ -43,19 +43,19 @@ def note_implausible(
     """Notes down what is implausible in a study without faults."""
     if arm is not None:
         if form.arm is not None and form.arm.dh is None:  # rows of a table are doubted as they are read
-            _doubt_links(arm, ledger)
-        _doubt_limits(arm, ledger)
+            _check_links(arm, ledger)
+        _check_limits(arm, ledger)
         for payload in payloads.values():
-            _doubt_payload(payload, arm, ledger)
+            _check_payload(payload, arm, ledger)
         for name, motion in motions.items():
             if isinstance(motion, Motion):
-                _doubt_motion(motion, over(form.motions[name], form.motions.get(DEFAULT, MotionForm())), arm, ledger)
-    _doubt_ratios(form, ledger)
-    _doubt_factors(form, ledger)
-    _doubt_joints(form, joints, ledger)
+                _check_motion(motion, over(form.motions[name], form.motions.get(DEFAULT, MotionForm())), arm, ledger)
+    _check_ratios(form, ledger)
+    _check_factors(form, ledger)
+    _check_joints(form, joints, ledger)
 
 
-def _doubt_factors(form: StudyForm, ledger: Ledger) -> None:
+def _check_factors(form: StudyForm, ledger: Ledger) -> None:
     """Safety factors that take load away."""
     for name in ("peak_torque", "rms", "speed", "voltage", "bearing_static_safety", "bearing_load_factor", "brake"):
         factor = getattr(form.safety, name)
@@ -69,7 +69,7 @@ def _reach(arm: Arm) -> float:
     return float(np.linalg.norm(np.diff(np.vstack([arm.joint_points, arm.tip[:3, 3]]), axis=0), axis=1).sum())
 
 
-def _doubt_links(arm: Arm, ledger: Ledger) -> None:
+def _check_links(arm: Arm, ledger: Ledger) -> None:
     """Lengths and centres of mass of the links of a robot file."""
     points = np.vstack([arm.joint_points, arm.tip[:3, 3]])
     most = farthest(_reach(arm))
@@ -84,7 +84,7 @@ def _doubt_links(arm: Arm, ledger: Ledger) -> None:
             ledger.warning(("arm",), problem, hint=millimetres(away))
 
 
-def _doubt_density(payload: Payload, place: Place, ledger: Ledger) -> None:
+def _check_density(payload: Payload, place: Place, ledger: Ledger) -> None:
     """A mass that no body of such an inertia has; without any inertia it is a point mass, and nothing is said."""
     if not payload.mass > 0.0 or not np.linalg.eigvalsh(payload.inertia)[-1] > 0.0:
         return
@@ -96,7 +96,7 @@ def _doubt_density(payload: Payload, place: Place, ledger: Ledger) -> None:
     ledger.warning(place, problem, hint=f"was {payload.mass:.4g} {unit} meant, or is the inertia in another unit?")
 
 
-def _doubt_limits(arm: Arm, ledger: Ledger) -> None:
+def _check_limits(arm: Arm, ledger: Ledger) -> None:
     """Ranges of turning joints that look like degrees."""
     for i, name in enumerate(arm.joint_names):
         widest = max(abs(arm.lower[i]), abs(arm.upper[i]))
@@ -105,7 +105,7 @@ def _doubt_limits(arm: Arm, ledger: Ledger) -> None:
             ledger.warning(("arm",), problem, hint=f"was {widest:g} deg meant? robot files state radians")
 
 
-def _doubt_payload(payload: Payload, arm: Arm, ledger: Ledger) -> None:
+def _check_payload(payload: Payload, arm: Arm, ledger: Ledger) -> None:
     """Where its mass is, and how much of it."""
     place: Place = ("payloads", payload.name)
     away, most, links = float(np.linalg.norm(payload.com)), farthest(_reach(arm)), float(arm.masses.sum())
@@ -116,13 +116,13 @@ def _doubt_payload(payload: Payload, arm: Arm, ledger: Ledger) -> None:
         problem = f"{payload.mass:.4g} kg is more than {CARRIED:g} times the {links:.3g} kg of the arm's links"
         ledger.warning((*place, "mass"), problem, hint=f"was {payload.mass:.4g} g meant?")
     else:
-        _doubt_density(payload, (*place, "mass"), ledger)
+        _check_density(payload, (*place, "mass"), ledger)
 
 
-def _doubt_motion(motion: Motion, form: MotionForm, arm: Arm, ledger: Ledger) -> None:
+def _check_motion(motion: Motion, form: MotionForm, arm: Arm, ledger: Ledger) -> None:
     """Waypoints, then speeds; a file's columns have been doubted as they were read."""
     place: Place = ("motions", motion.name)
-    if any(note.startswith("warning: column") for note in motion.notes) or _doubt_waypoints(form, arm, place, ledger):
+    if any(note.startswith("warning: column") for note in motion.notes) or _check_waypoints(form, arm, place, ledger):
         return
     for i, name in enumerate(arm.joint_names):
         fastest = float(np.abs(motion.velocity[:, i]).max())
@@ -131,7 +131,7 @@ def _doubt_motion(motion: Motion, form: MotionForm, arm: Arm, ledger: Ledger) ->
             ledger.warning(place, problem, hint=f"was {fastest:.4g} deg/s meant, or is it a motor's speed?")
 
 
-def _doubt_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -> bool:
+def _check_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -> bool:
     """The worst waypoint of a motion, where its unit is the doubtful one; whether there is any."""
     worst: tuple[float, Place, str, str] | None = None
     units = form.unit or ("",)
@@ -147,16 +147,16 @@ def _doubt_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -
             deliberate = "deg" in text or "°" in text if turns else "mm" in text
             share = abs(at) / most
             if share > 1.0 and not allowed and not deliberate and (worst is None or share > worst[0]):
-                told = f"{at / math.tau:.3g} turns" if turns else f"more than {most:g} m"
+                size = f"{at / math.tau:.3g} turns" if turns else f"more than {most:g} m"
                 meant = f"was {at:.4g} {'deg' if turns else 'mm'} meant?"
-                problem = f"joint {arm.joint_names[i]} at {at:.4g} {'rad' if turns else 'm'}, {told}"
+                problem = f"joint {arm.joint_names[i]} at {at:.4g} {'rad' if turns else 'm'}, {size}"
                 worst = (share, (*place, "waypoints", row, i), problem, meant)
     if worst is not None:
         ledger.warning(worst[1], worst[2], hint=worst[3])
     return worst is not None
 
 
-def _doubt_ratios(form: StudyForm, ledger: Ledger) -> None:
+def _check_ratios(form: StudyForm, ledger: Ledger) -> None:
     """Ratios of the study's own gears: upside down, or of a sign that such gears have not."""
     for key in form.gears:
         ratio, kind = getattr(form.gears[key], "ratio", None), getattr(form.gears[key], "kind", None)
@@ -170,7 +170,7 @@ def _doubt_ratios(form: StudyForm, ledger: Ledger) -> None:
             ledger.warning(("gears", key, "ratio"), problem, hint=f"was {-ratio:.4g} meant?")
 
 
-def _doubt_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) -> None:
+def _check_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) -> None:
     """Lengths at the joints, and joints that no row may drive; those of one rule are told together."""
     idle: dict[tuple[Place, tuple[str, ...]], list[str]] = {}
     for task in joints:

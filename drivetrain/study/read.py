@@ -76,9 +76,9 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
             problem = "must be above the voltage of the source, or the resistor never goes off"
             ledger.fault(("supply", "threshold"), problem, supply.threshold)
     stiffness = made(form.stiffness)
-    if stiffness.asked and arm is None:
+    if stiffness.stated and arm is None:
         ledger.fault(("stiffness",), "goes with studies of an arm: a load table does not say where a tip is")
-    elif stiffness.asked and any(task.preload is not None for task in joints):
+    elif stiffness.stated and any(task.preload is not None for task in joints):
         ledger.fault(("stiffness",), "is not computed of arms with two motors on one axis")
     ledger.raise_any()
     if cycle is None:

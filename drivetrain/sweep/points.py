@@ -115,8 +115,8 @@ class Sweep:
 
     def digest(self) -> str:
         """What results depend on besides the files that the study names: two sweeps with the same one are one."""
-        told = [__version__, self.run, self.points_per_shard, self.names, self.values]
-        text = json.dumps(told, default=str).encode()
+        parts = [__version__, self.run, self.points_per_shard, self.names, self.values]
+        text = json.dumps(parts, default=str).encode()
         return hashlib.sha256(self.document.content + b"\0" + text).hexdigest()
 
 

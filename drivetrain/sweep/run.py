@@ -24,7 +24,7 @@ from drivetrain.sweep.shards import Row, done_shards, rows_of, write_shard
 if TYPE_CHECKING:
     from distributed import Client
 
-Tell = Callable[[int, int, str], None]
+Report = Callable[[int, int, str], None]
 AHEAD = 3  # shards a worker has waiting: it is never idle, and few studies are held at a time
 RETRIES = 5  # of a shard whose worker died
 KEPT = 16  # studies in memory
@@ -38,7 +38,7 @@ def run_sweep(
     *,
     workers: int | None = None,
     scheduler: str | None = None,
-    progress: Tell | None = None,
+    progress: Report | None = None,
 ) -> int:
     """Judge every point that is not done yet, and keep the results in shards.
 
@@ -57,19 +57,19 @@ def run_sweep(
     """
     if workers is not None and workers < 0:
         raise InputError(Fault("--workers", "must be 0 or more", workers))
-    folder, shelf = Path(out), _Shelf(sweep)
-    done = done_shards(folder, sweep, shelf.digest)
+    folder, shards = Path(out), _Shards(sweep)
+    done = done_shards(folder, sweep, shards.digest)
     todo = [shard for shard in range(sweep.shards) if shard not in done]
-    tell = progress or (lambda *_: None)
-    tell(len(done), sweep.shards, "shards")
-    run = _serial(shelf, todo) if workers == 0 and scheduler is None else _spread(shelf, todo, workers, scheduler)
+    report = progress or (lambda *_: None)
+    report(len(done), sweep.shards, "shards")
+    run = _serial(shards, todo) if workers == 0 and scheduler is None else _spread(shards, todo, workers, scheduler)
     for count, (shard, rows) in enumerate(run, len(done) + 1):
-        write_shard(folder, shard, sweep, shelf.digest(shard), rows)
-        tell(count, sweep.shards, "shards")
+        write_shard(folder, shard, sweep, shards.digest(shard), rows)
+        report(count, sweep.shards, "shards")
     return len(todo)
 
 
-class _Shelf:
+class _Shards:
     """The studies of a sweep, read once for all points that differ in the task alone."""
 
     def __init__(self, sweep: Sweep) -> None:
@@ -83,14 +83,14 @@ class _Shelf:
 
     def digest(self, shard: int) -> str:
         """Of the sweep and of every file that the studies of a shard were read from."""
-        told = [self.sweep.digest()]
+        parts = [self.sweep.digest()]
         for point in self.sweep.points(shard):
             key = repr(point.entries)
             if key not in self._digests:
                 study = self._read(point)
                 self._digests[key] = study if isinstance(study, str) else study.digest
-            told.append(self._digests[key])
-        return hashlib.sha256("\0".join(told).encode()).hexdigest()
+            parts.append(self._digests[key])
+        return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
     def _read(self, point: Point) -> Study | str:
         key = repr(point.entries)
@@ -104,13 +104,13 @@ class _Shelf:
         return self._kept[key]
 
 
-def _serial(shelf: _Shelf, todo: list[int]) -> Iterator[tuple[int, list[Row]]]:
+def _serial(shards: _Shards, todo: list[int]) -> Iterator[tuple[int, list[Row]]]:
     for shard in todo:
-        yield shard, rows_of(shelf.sweep, shelf.work(shard))
+        yield shard, rows_of(shards.sweep, shards.work(shard))
 
 
 def _spread(
-    shelf: _Shelf, todo: list[int], workers: int | None, scheduler: str | None
+    shards: _Shards, todo: list[int], workers: int | None, scheduler: str | None
 ) -> Iterator[tuple[int, list[Row]]]:
     """Shards on a cluster, in the order in which they are finished."""
     if not todo:
@@ -118,14 +118,14 @@ def _spread(
     from distributed import as_completed
 
     # Workers need only what is varied.
-    light = replace(shelf.sweep, document=Document(shelf.sweep.document.path, b"", {}, {}))
+    light = replace(shards.sweep, document=Document(shards.sweep.document.path, b"", {}, {}))
     with _client(workers, scheduler) as client:
         cores = max(len(client.scheduler_info(n_workers=-1)["workers"]), 1)
         waiting = iter(todo)
 
         def given(shard: int) -> object:
             # Not pure: a scheduler that outlives this run must not hand out answers of an earlier one.
-            return client.submit(_shard, light, shard, shelf.work(shard), pure=False, retries=RETRIES)
+            return client.submit(_shard, light, shard, shards.work(shard), pure=False, retries=RETRIES)
 
         running = as_completed([given(shard) for shard in islice(waiting, AHEAD * cores)])
         for future in running:

@@ -56,10 +56,10 @@ def _answer(run: str, study: Study) -> Row:
         drives, proof = {task.name: task.drive for task in study.joints if task.drive}, ""
     known = {name: evaluation.criteria.get(name, math.nan) for name in NUMBERS if name != "objective"}
     joint, check = _binding(evaluation)
-    told = (f"{name}: {' + '.join(key for key in keys if key)}" for name, keys in drives.items())
+    texts = (f"{name}: {' + '.join(key for key in keys if key)}" for name, keys in drives.items())
     return {
         "feasible": found.feasible, "verdict": str(found.verdict), "objective": found.objective, **known,
-        "proof": proof, "binding_joint": joint, "binding_check": check, "drives": "; ".join(told),
+        "proof": proof, "binding_joint": joint, "binding_check": check, "drives": "; ".join(texts),
     }  # fmt: skip
 
 
@@ -94,7 +94,7 @@ def done_shards(out: Path, sweep: Sweep, digest: Callable[[int], str]) -> set[in
         place = shard_path(out, shard)
         if not place.is_file():
             continue
-        if _told(place) != f"{digest(shard)}:{shard}":
+        if _digest_of(place) != f"{digest(shard)}:{shard}":
             problem = "holds results of another sweep, or of files that have changed since"
             raise InputError(Fault("--out", problem, str(out), "give another folder, or remove this one"))
         found.add(shard)
@@ -131,7 +131,7 @@ def _schema(sweep: Sweep) -> pa.Schema:
     return pa.schema([("point", pa.int64()), *varied, ("feasible", pa.bool_()), *numbers, *words])
 
 
-def _told(place: Path) -> str:
+def _digest_of(place: Path) -> str:
     """What a file says it belongs to; nothing for one that cannot be read."""
     try:
         metadata = pq.read_schema(place).metadata or {}

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 import drivetrain as dt
-from drivetrain.accuracy.auto import Told, estimates
+from drivetrain.accuracy.auto import Estimate, estimates
 from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import Basis, basis_of, change, decision
 from drivetrain.accuracy.scenes import without
@@ -124,7 +124,7 @@ def _warm(heat: WindingHeat, rise: float) -> WindingHeat:
     return replace(heat, winding=net.ambient + rise, housing=net.ambient + outer * rise)
 
 
-Row = tuple[Told, str, str, float, float]
+Row = tuple[Estimate, str, str, float, float]
 
 
 def estimated_and_measured(scene: Scene, basis: Basis, step: float = FINE) -> list[Row]:

@@ -11,7 +11,7 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.accuracy import auto
-from drivetrain.accuracy.auto import Limits, Told, added, audited, cheapest, choose_effects
+from drivetrain.accuracy.auto import Estimate, Limits, added, audited, cheapest, choose_effects
 from drivetrain.accuracy.costs import effects_cost, ran, solver_cost
 from drivetrain.accuracy.decision import basis_of, change, decision, tip_travel
 from drivetrain.accuracy.inverse_forward import inverse_against_forward
@@ -38,8 +38,8 @@ def full(evaluation: Evaluation) -> Scene:
     return full_scene(evaluation)
 
 
-def told(name: str, share: float, tip: float = 0.0, valid: bool = True) -> Told:
-    return Told(Choice(name, "a"), {"a": Change(share, 0.0, 0.0, 0.0, tip)}, valid, "")
+def told(name: str, share: float, tip: float = 0.0, valid: bool = True) -> Estimate:
+    return Estimate(Choice(name, "a"), {"a": Change(share, 0.0, 0.0, 0.0, tip)}, valid, "")
 
 
 def test_cheapest_set_is_that_of_all_subsets() -> None:
@@ -84,7 +84,7 @@ def test_an_estimate_that_lies_is_found_out_by_the_proof(
 ) -> None:
     honest = auto.estimates
 
-    def lying(*asked: object) -> tuple[Told, ...]:
+    def lying(*asked: object) -> tuple[Estimate, ...]:
         return tuple(
             replace(one, changes={name: Change() for name in one.changes}, valid=True) if one.choice == liar else one
             for one in honest(*asked)  # type: ignore[arg-type]

@@ -23,7 +23,7 @@ from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.asked import satisfied
+from drivetrain.sizing.search.preconditions import satisfied
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
 from drivetrain.study.parts.candidates import with_brakes
 from drivetrain.study.parts.verdicts import Verdict

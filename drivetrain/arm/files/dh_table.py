@@ -159,9 +159,9 @@ def _toolbox_links(path: Path, convention: str) -> list[tuple[int, Link]]:
             if makes or isinstance(target, tuple):
                 faults.add(f"line {line}", f"is no link with plain numbers: {error}")
     modified = {bool(link.get("mdh")) for _, link in found}
-    told = DHConvention.MODIFIED if True in modified else DHConvention.CLASSIC
-    if found and (len(modified) > 1 or told != convention):
-        faults.add("convention", f"the model is {told}", convention)
+    found_convention = DHConvention.MODIFIED if True in modified else DHConvention.CLASSIC
+    if found and (len(modified) > 1 or found_convention != convention):
+        faults.add("convention", f"the model is {found_convention}", convention)
     rows = []
     for line, link in found:
         try:

@@ -72,8 +72,8 @@ def flows(
 @kernel
 def held_at(current: float, integral: float, volts: float, kp: float, command: float, forward: float) -> float:
     """At which limit the voltage is."""
-    asked = kp * (command - current) + integral + forward
-    return volts if asked > volts else -volts if asked < -volts else 0.0
+    demanded = kp * (command - current) + integral + forward
+    return volts if demanded > volts else -volts if demanded < -volts else 0.0
 
 
 @kernel

@@ -265,10 +265,10 @@ def _longest_overload(time: Array, excess: Array) -> float:
     # Share of each interval that is above: all of it, none, or up to where the line crosses zero.
     total = np.abs(first) + np.abs(last)
     positive = np.maximum(first, 0.0) + np.maximum(last, 0.0)
-    lasting = steps * np.divide(positive, total, out=np.zeros_like(total), where=total > 0.0)
+    duration = steps * np.divide(positive, total, out=np.zeros_like(total), where=total > 0.0)
     breaks = np.flatnonzero(~above)
-    sums = np.add.reduceat(np.append(lasting, 0.0), breaks)
+    sums = np.add.reduceat(np.append(duration, 0.0), breaks)
     if above[0] and above[-1]:  # the stretch that runs over the end of the cycle
-        sums[-1] += lasting[: breaks[0]].sum()
-    before = lasting[: breaks[0]].sum()
+        sums[-1] += duration[: breaks[0]].sum()
+    before = duration[: breaks[0]].sum()
     return float(max(sums.max(), before))

@@ -90,14 +90,14 @@ def least_change(
             answer[k] = 0.0
             largest = max(largest, math.sqrt(_dot(w[k], w[k])))
         for k in range(rows):
-            size, asked = math.sqrt(_dot(w[k], w[k])), _dot(turns[k], drift[sample])
+            size, wanted = math.sqrt(_dot(w[k], w[k])), _dot(turns[k], drift[sample])
             if size <= tolerance * largest:
-                missed = max(missed, abs(asked))
+                missed = max(missed, abs(wanted))
                 continue
             rank += 1
             smallest = min(smallest, size)
             # The rows of w are at right angles: each takes its own part of x, whatever the others have taken.
-            push = (_dot(w[k], x) / size + asked / size) / size
+            push = (_dot(w[k], x) / size + wanted / size) / size
             for i in range(n):
                 x[i] -= push * w[k, i]
             for i in range(rows):

@@ -44,18 +44,18 @@ def speed_error(gains: Any, wanted: Any, place: float, speed: float) -> float:
 
 
 @law
-def asked_current(gains: Any, error: float, gathered: float, span: float, soft: float) -> Any:
+def demanded_current(gains: Any, error: float, gathered: float, span: float, soft: float) -> Any:
     """What a cascade asks for, and how its integrator grows; beyond the limit less, within a soft share of it not."""
     grown = gains.speed * gains.rate * error
-    asked = gains.speed * error + gathered + span * grown
-    beyond, band = abs(asked) - gains.peak, soft * gains.peak
+    demanded = gains.speed * error + gathered + span * grown
+    beyond, band = abs(demanded) - gains.peak, soft * gains.peak
     if not beyond > 0.0:
-        return asked, grown, True
+        return demanded, grown, True
     # At the limit the integrator only goes back: what it gathered there would have to be undone.
-    asked = gains.peak if asked > 0.0 else -gains.peak
-    if asked * error > 0.0:
+    demanded = gains.peak if demanded > 0.0 else -gains.peak
+    if demanded * error > 0.0:
         grown = grown * (1.0 - beyond / band) if beyond < band else 0.0
-    return asked, grown, False
+    return demanded, grown, False
 
 
 def missing_current(place: Place, signals: Mapping[str, float]) -> float:
@@ -64,7 +64,7 @@ def missing_current(place: Place, signals: Mapping[str, float]) -> float:
     Nothing where the command begins under way and a current is fed forward, as that is then the motion's.
     """
     fed = signals.get(f"{place.name}.{s.FED_CURRENT}", 0.0)
-    under_way = any(s.told(place, signals, one) != 0.0 for one in s.commanded(place)[1:])
+    under_way = any(s.read(place, signals, one) != 0.0 for one in s.commanded(place)[1:])
     if fed != 0.0 and under_way:
         return 0.0
     return signals.get(f"{place.name}.{s.HOLDING_CURRENT}", 0.0) - fed
@@ -142,12 +142,12 @@ def _follow(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, gains, motor = joint.pin, own.gains, joint.motor
     wanted = command_of(joint, gains.coupled)
     error = speed_error(gains, wanted, motor.position, motor.speed)
-    asked, grown, free = asked_current(gains, error, own.integrated_current, 0.5 * h, SOFT)
+    demanded, grown, free = demanded_current(gains, error, own.integrated_current, 0.5 * h, SOFT)
     if free:
         pin.damping += gains.speed
         pin.stiffness += gains.speed * gains.position
     own.integrated_current_rate = grown
-    pin.command += asked
+    pin.command += demanded
 
 
 @dataclass(frozen=True)
@@ -241,11 +241,11 @@ def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
     error = zeros[0] * whole + own.notched_once
     own.notched_once = zeros[1] * whole - poles[1] * error + own.notched_twice
     own.notched_twice = zeros[2] * whole - poles[2] * error
-    asked, grown, _ = asked_current(own.gains, error, own.integrated_current, own.period, 0.0)
+    demanded, grown, _ = demanded_current(own.gains, error, own.integrated_current, own.period, 0.0)
     own.integrated_current += own.period * grown
     # What is computed now is given out some samples later.
     waiting = own.waiting_current
-    waiting[own.delay] = asked
+    waiting[own.delay] = demanded
     own.sampled_current = waiting[0]
     for k in range(own.delay):
         waiting[k] = waiting[k + 1]
@@ -309,11 +309,11 @@ class SampledCascade(CascadeLoop):
         return SampledOwn(self.gains(place), self.every, self.delay, zeros, poles)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        measured = s.told(place, signals, s.MEASURED_POSITION)
-        asked, gathered = self._within(missing_current(place, signals)), super().start(place, signals)
-        waiting = (asked,) * self.delay + (0.0,) * (MOST_DELAY - self.delay)
-        last = measured - self.every * s.told(place, signals, s.MOTOR_SPEED)
-        return asked, last, *gathered, *waiting, 0.0, 0.0
+        measured = s.read(place, signals, s.MEASURED_POSITION)
+        demanded, gathered = self._within(missing_current(place, signals)), super().start(place, signals)
+        waiting = (demanded,) * self.delay + (0.0,) * (MOST_DELAY - self.delay)
+        last = measured - self.every * s.read(place, signals, s.MOTOR_SPEED)
+        return demanded, last, *gathered, *waiting, 0.0, 0.0
 
     def quasi_static(self) -> Effect | None:
         return CascadeLoop(self.position_gain, self.speed_gain, self.integral_time, self.peak_current)

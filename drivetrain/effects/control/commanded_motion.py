@@ -31,12 +31,12 @@ class Own:
 
 
 @law
-def _follow(told: Any, table: Any, low: int, at: int, t: float, over: bool) -> None:
+def _follow(command: Any, table: Any, low: int, at: int, t: float, over: bool) -> None:
     """Position, speed and acceleration between two samples: the polynomial of fifth order that meets both ends."""
     span = table[low + 1, 0] - table[low, 0] if low + 1 < len(table) else 0.0
     q = table[low, at]
     if over or span <= 0.0 or t < table[0, 0]:
-        told.position, told.speed, told.acceleration = table[len(table) - 1, at] if over else q, 0.0, 0.0
+        command.position, command.speed, command.acceleration = table[len(table) - 1, at] if over else q, 0.0, 0.0
         return
     u, d = (t - table[low, 0]) / span, table[low + 1, at] - q
     v0, a0 = table[low, at + 1] * span, table[low, at + 2] * span * span
@@ -44,9 +44,9 @@ def _follow(told: Any, table: Any, low: int, at: int, t: float, over: bool) -> N
     c3 = 10.0 * d - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1
     c4 = -15.0 * d + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1
     c5 = 6.0 * d - 3.0 * v0 - 3.0 * v1 - 0.5 * a0 + 0.5 * a1
-    told.position = q + u * (v0 + u * (0.5 * a0 + u * (c3 + u * (c4 + u * c5))))
-    told.speed = (v0 + u * (a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) / span
-    told.acceleration = (a0 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) / (span * span)
+    command.position = q + u * (v0 + u * (0.5 * a0 + u * (c3 + u * (c4 + u * c5))))
+    command.speed = (v0 + u * (a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) / span
+    command.acceleration = (a0 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) / (span * span)
 
 
 @scene_law(Own)
@@ -96,9 +96,9 @@ class CommandedMotion(Effect):
             hint = nearest(missing[0], list(self.motion.joint_names))
             raise InputError(Fault("motion", f"says nothing of {', '.join(missing)}", None, hint))
         kinds = (s.COMMAND_POSITION, s.COMMAND_SPEED, s.COMMAND_ACCELERATION)
-        told = [(name, kind) for name in place.joints for kind in kinds]
-        told += [(place.joints[i], kind) for i in place.shafts for kind in s.SHAFT_COMMANDS]
-        return Ports(provides=tuple(Signal(f"{name}:{kind.name}", kind.unit) for name, kind in told))
+        commands = [(name, kind) for name in place.joints for kind in kinds]
+        commands += [(place.joints[i], kind) for i in place.shafts for kind in s.SHAFT_COMMANDS]
+        return Ports(provides=tuple(Signal(f"{name}:{kind.name}", kind.unit) for name, kind in commands))
 
     def own(self, place: Place) -> Own:
         period = float(self.motion.time[-1] - self.motion.time[0])

@@ -184,10 +184,10 @@ class SampledComputedTorque(ComputedTorque):
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         at = [replace(place, joint=index, name=joint) for index, joint in enumerate(place.joints)]
         measured = [
-            s.told(one, signals, s.MEASURED_POSITION) - self.every * s.told(one, signals, s.MOTOR_SPEED) for one in at
+            s.read(one, signals, s.MEASURED_POSITION) - self.every * s.read(one, signals, s.MOTOR_SPEED) for one in at
         ]
-        asked, none = [missing_current(one, signals) for one in at], [0.0] * len(at)
-        return (*measured, *asked * (1 + self.delay), *none * (MOST_DELAY - self.delay))
+        demanded, none = [missing_current(one, signals) for one in at], [0.0] * len(at)
+        return (*measured, *demanded * (1 + self.delay), *none * (MOST_DELAY - self.delay))
 
     def quasi_static(self) -> Effect | None:
         return ComputedTorque(self.frequency, self.torque_constants)

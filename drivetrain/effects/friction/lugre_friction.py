@@ -143,7 +143,7 @@ class LuGreFriction(Effect):
         return Own(side_of(self.side, place), *law)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        speed = s.told(place, signals, s.of_side(self.side, place)[0])
+        speed = s.read(place, signals, s.of_side(self.side, place)[0])
         if speed == 0.0:
             return (0.0,)
         own = self.own(place)

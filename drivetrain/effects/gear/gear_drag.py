@@ -82,6 +82,6 @@ class GearDrag(Effect):
         )
 
     def own(self, place: Place) -> Own:
-        told = mesh(self.gear)
-        law = (told.drag, told.exponent, told.cooling, told.bend, told.seal, told.starting)
+        loss = mesh(self.gear)
+        law = (loss.drag, loss.exponent, loss.cooling, loss.bend, loss.seal, loss.starting)
         return Own(*law, int(self.follows), self.temperature)

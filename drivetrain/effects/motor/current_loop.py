@@ -45,7 +45,7 @@ class Own:
     # over half a step as over the whole
     half: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
     half_held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
-    asked: float = 0.0  # command within its limits [A]
+    demanded: float = 0.0  # command within its limits [A]
     # of the motor, that the step was guessed at [rad/s], [rad]
     speed: float = 0.0
     position: float = 0.0
@@ -83,7 +83,7 @@ def _reached(share: Any, held: Any, own: Any, push: float, drive: float) -> tupl
 
 @law
 def _moved(
-    h: float, own: Any, volts: float, asked: float, resistance: float, constant: float, speed: float
+    h: float, own: Any, volts: float, demanded: float, resistance: float, constant: float, speed: float
 ) -> tuple[float, float, float, float, float, bool]:
     """The winding over a step in which command and speed are held."""
     if own.resistance != resistance or own.step != h:
@@ -92,14 +92,14 @@ def _moved(
         own.current, own.integrated_voltage, own.proportional, own.integral, own.inductance
     )  # fmt: skip
     forward, emf = own.forward * speed, constant * speed
-    loop = (resistance, inductance, kp, ki, asked, emf, forward)
-    push, drive = h * (kp * asked + forward - emf) / inductance, h * ki * asked
+    loop = (resistance, inductance, kp, ki, demanded, emf, forward)
+    push, drive = h * (kp * demanded + forward - emf) / inductance, h * ki * demanded
     end, drawn = _reached(own.whole, own.held, own, push, drive)
     if volts < math.inf:
         middle = _reached(own.half, own.half_held, own, 0.5 * push, 0.5 * drive)
-        limited = held_at(current, integral, volts, kp, asked, forward) != 0.0
-        limited = limited or held_at(middle[0], middle[1], volts, kp, asked, forward) != 0.0
-        if limited or held_at(end, drawn, volts, kp, asked, forward) != 0.0:
+        limited = held_at(current, integral, volts, kp, demanded, forward) != 0.0
+        limited = limited or held_at(middle[0], middle[1], volts, kp, demanded, forward) != 0.0
+        if limited or held_at(end, drawn, volts, kp, demanded, forward) != 0.0:
             end, drawn, mean, square, power = loop_step(current, integral, h, volts, loop)
             return end, drawn, mean, square, power, True
     mean = own.held[0] * current + own.held[1] * integral + own.mean[0] * push + own.mean[1] * drive
@@ -112,20 +112,20 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, motor, heat = joint.pin, joint.motor, joint.heat
     resistance, constant = warm(own.motor, heat)
     inductance, kp, ki, volts = own.inductance, own.proportional, own.integral, pin.limit
-    own.asked, free = pin.command, 1.0
-    if abs(own.asked) > own.peak:
-        own.asked, free = own.peak if own.asked > 0.0 else -own.peak, 0.0
+    own.demanded, free = pin.command, 1.0
+    if abs(own.demanded) > own.peak:
+        own.demanded, free = own.peak if own.demanded > 0.0 else -own.peak, 0.0
     current, integral = own.current, own.integrated_voltage
     forward = own.forward * motor.speed
-    limit = held_at(current, integral, volts, kp, own.asked, forward)
+    limit = held_at(current, integral, volts, kp, own.demanded, forward)
     if h == 0.0:
-        wanted = kp * (own.asked - current) + integral + forward
+        wanted = kp * (own.demanded - current) + integral + forward
         pin.voltage = limit if limit != 0.0 else wanted
         own.current_rate = (pin.voltage - resistance * current - constant * motor.speed) / inductance
-        own.integrated_voltage_rate = ki * (own.asked - current) + (pin.voltage - wanted) * ki / kp
+        own.integrated_voltage_rate = ki * (own.demanded - current) + (pin.voltage - wanted) * ki / kp
         motor.torque += constant * current
         return
-    end, _, mean, _, _, _ = _moved(h, own, volts, own.asked, resistance, constant, motor.speed)
+    end, _, mean, _, _, _ = _moved(h, own, volts, own.demanded, resistance, constant, motor.speed)
     # The mean is a straight function of command and back-emf as long as the limit stays.
     by_command = h * (own.mean[0] * kp / inductance + own.mean[1] * ki)
     by_speed = h * own.mean[0] * (own.forward - constant) / inductance
@@ -148,8 +148,8 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     if h > 0.0:
         # Once more at the motion that was found: the law has seen a guess of it.
         faster, further = motor.speed - own.speed, motor.position - own.position
-        asked = own.asked - own.free * (pin.damping * faster + pin.stiffness * further)
-        end, drawn, mean, square, pin.power, _ = _moved(h, own, pin.limit, asked, resistance, constant, motor.speed)
+        demanded = own.demanded - own.free * (pin.damping * faster + pin.stiffness * further)
+        end, drawn, mean, square, pin.power, _ = _moved(h, own, pin.limit, demanded, resistance, constant, motor.speed)
         own.current_rate, own.integrated_voltage_rate = (end - current) / h, (drawn - own.integrated_voltage) / h
         pin.voltage = resistance * mean + constant * motor.speed + own.inductance * own.current_rate
     heat.copper_loss = resistance * square
@@ -203,11 +203,11 @@ class CurrentLoop(Effect):
         return Own(terminals(self.motor), inductance, kp, ki, self.peak_current, forward)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        current = min(max(s.told(place, signals, s.CURRENT_COMMAND), -self.peak_current), self.peak_current)
-        speed, rest = s.told(place, signals, s.MOTOR_SPEED), self.motor.reference_temperature
-        resistance = winding_resistance(self.motor, s.told(place, signals, s.WINDING_TEMPERATURE, rest))
-        constant = torque_constant(self.motor, s.told(place, signals, s.HOUSING_TEMPERATURE, rest))
-        volts = s.told(place, signals, s.VOLTAGE_LIMIT) or math.inf  # 0: not known yet
+        current = min(max(s.read(place, signals, s.CURRENT_COMMAND), -self.peak_current), self.peak_current)
+        speed, rest = s.read(place, signals, s.MOTOR_SPEED), self.motor.reference_temperature
+        resistance = winding_resistance(self.motor, s.read(place, signals, s.WINDING_TEMPERATURE, rest))
+        constant = torque_constant(self.motor, s.read(place, signals, s.HOUSING_TEMPERATURE, rest))
+        volts = s.read(place, signals, s.VOLTAGE_LIMIT) or math.inf  # 0: not known yet
         current = min(max(current, (-volts - constant * speed) / resistance), (volts - constant * speed) / resistance)
         return current, resistance * current + (constant - self.fed_forward * self.motor.torque_constant) * speed
 
@@ -242,9 +242,9 @@ def _give_out(t: Any, h: Any, own: Any, joint: Any) -> None:
 @joint_law(SampledOwn)
 def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin = joint.pin
-    asked = min(max(pin.command, -own.peak), own.peak)
+    demanded = min(max(pin.command, -own.peak), own.peak)
     # The amplifier lets the command rise no faster than this.
-    own.followed_command += min(max(asked - own.followed_command, -own.slope), own.slope)
+    own.followed_command += min(max(demanded - own.followed_command, -own.slope), own.slope)
     error = own.followed_command - pin.current
     grown = own.integrated_voltage + own.integral * error
     wanted = own.proportional * error + grown + own.forward * joint.motor.speed
@@ -310,8 +310,8 @@ class SampledCurrentLoop(Effect):
         )
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        current, speed = s.told(place, signals, s.CURRENT), s.told(place, signals, s.MOTOR_SPEED)
-        winding = s.told(place, signals, s.WINDING_TEMPERATURE) or self.motor.reference_temperature
+        current, speed = s.read(place, signals, s.CURRENT), s.read(place, signals, s.MOTOR_SPEED)
+        winding = s.read(place, signals, s.WINDING_TEMPERATURE) or self.motor.reference_temperature
         drop, emf = float(winding_resistance(self.motor, winding)) * current, self.motor.torque_constant * speed
         return drop + emf, drop + (1.0 - self.fed_forward) * emf, current
 

@@ -145,15 +145,15 @@ def _settle(t: Any, h: Any, own: Any, scene: Any) -> None:
     if abs(mean - own.trial) <= AGREED * own.voltage:
         return
     world.again = 1
-    told, off, before, was = own.trial, mean - own.trial, own.last, own.off
+    tried, off, before, was = own.trial, mean - own.trial, own.last, own.off
     if off > 0.0:
-        own.low = told
+        own.low = tried
     else:
-        own.high = told
-    guess = mean if world.tries == 0 or off == was else told - off * (told - before) / (off - was)
+        own.high = tried
+    guess = mean if world.tries == 0 or off == was else tried - off * (tried - before) / (off - was)
     if not own.low < guess < own.high:
         guess = 0.5 * (own.low + min(own.high, 2.0 * mean))
-    own.last, own.off, own.trial = told, off, guess
+    own.last, own.off, own.trial = tried, off, guess
 
 
 @scene_law(Own)

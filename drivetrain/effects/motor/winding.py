@@ -141,7 +141,7 @@ class Winding(Effect):
         return Own(terminals(self.motor), self.motor.inductance or math.nan)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        return (s.told(place, signals, s.CURRENT_COMMAND) if self.current is None else self.current,)
+        return (s.read(place, signals, s.CURRENT_COMMAND) if self.current is None else self.current,)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("current follows", (self.motor.inductance or math.nan) / self.motor.resistance),)

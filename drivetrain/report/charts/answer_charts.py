@@ -115,7 +115,7 @@ def curve_charts(found: OptimumCurve) -> tuple[Chart, ...]:
         Mark("rule", y=[reserve], colour=ORANGE, dash=True),
     ]
     return (
-        _curve(found, objective, lambda values: values["objective"], 300, _ends_told(found)),
+        _curve(found, objective, lambda values: values["objective"], 300, _end_marks(found)),
         _curve(found, "energy a cycle [J]", lambda values: values["energy"], 200),
         _curve(found, "highest utilisation [%]", lambda values: 100.0 * values["utilisation"], 200, limits),
     )
@@ -137,8 +137,8 @@ def _curve(
             continue
         x = [point.value for point in piece.points]
         y = [of({**point.criteria, "objective": point.objective}) for point in piece.points]
-        told = f"piece {index}: {number(piece.low, 4)} to {number(piece.high, 4)} {printed_unit(found.unit)}"
-        colour, tips = colour_of(found, piece), [f"{told}\n{drives_text(piece.drives)}"] * len(x)
+        text = f"piece {index}: {number(piece.low, 4)} to {number(piece.high, 4)} {printed_unit(found.unit)}"
+        colour, tips = colour_of(found, piece), [f"{text}\n{drives_text(piece.drives)}"] * len(x)
         marks += [Mark("line", x, y, colour=colour, size=2.5), Mark("points", x, y, colour=colour, size=6, tips=tips)]
     what = f" {found.payload}" if found.payload else ""
     unit = f" [{printed_unit(found.unit)}]" if found.unit else ""
@@ -153,7 +153,7 @@ def colour_of(found: OptimumCurve, piece: CurvePiece) -> str:
     return JOINT_COLOURS[sets.index(tuple(piece.drives.items())) % len(JOINT_COLOURS)]
 
 
-def _ends_told(found: OptimumCurve) -> list[Mark]:
+def _end_marks(found: OptimumCurve) -> list[Mark]:
     """What ends the range in which anything fits."""
     return [
         Mark("rule", x=[before.high], colour=VERMILLION,
@@ -336,8 +336,8 @@ def along_axis(results: pd.DataFrame, names: Sequence[str]) -> str:
 
 def _title(names: Sequence[str], key: object) -> str:
     values = key if isinstance(key, tuple) else (key,)
-    told = zip(names, values, strict=True)
-    return ", ".join(f"{_short(one)} {'× ' if one.startswith(SCALE) else ''}{value}" for one, value in told)
+    pairs = zip(names, values, strict=True)
+    return ", ".join(f"{_short(one)} {'× ' if one.startswith(SCALE) else ''}{value}" for one, value in pairs)
 
 
 def _short(name: str) -> str:

@@ -27,7 +27,7 @@ def margin_chart(evaluation: Evaluation) -> Chart | None:
         return None
     rows = sorted(used, key=lambda name: (-max(share for _, share in used[name]), name))
     reserve = 100.0 * (1.0 - evaluation.study.safety.reserve)
-    largest = max(share for told in used.values() for _, share in told)
+    largest = max(share for shares in used.values() for _, share in shares)
     end = LARGEST_DRAWN + 10.0 if not largest <= LARGEST_DRAWN else max(112.0, 1.06 * largest)
     marks = [
         Mark("span", x=[0.0], to=[reserve], colour=GREEN, alpha=0.08),
@@ -35,7 +35,7 @@ def margin_chart(evaluation: Evaluation) -> Chart | None:
         Mark("span", x=[100.0], to=[end], colour=VERMILLION, alpha=0.12),
     ]
     for number, (place, _) in enumerate(places):
-        own = [(rows.index(name), share) for name, told in used.items() for where, share in told if where == place]
+        own = [(rows.index(name), share) for name, shares in used.items() for where, share in shares if where == place]
         if own:
             colour = JOINT_COLOURS[number % len(JOINT_COLOURS)] if number < len(evaluation.joints) else "muted"
             tips = [f"{place}: {rows[row]} {percent(share / 100.0)} of the limit" for row, share in own]

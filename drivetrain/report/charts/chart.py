@@ -126,11 +126,11 @@ def rounded(values: Any, digits: int = 4) -> list[Any]:
 def _data(chart: Chart) -> dict[str, Any]:
     """A chart for the script: what is not as it would be by itself."""
     marks = [
-        _told(mark, [one for one in fields(mark) if one.name not in ("x", "y", "to")])
+        _changed_fields(mark, [one for one in fields(mark) if one.name not in ("x", "y", "to")])
         | {name: rounded(getattr(mark, name)) for name in ("x", "y", "to") if len(getattr(mark, name))}
         for mark in map(_thinned, chart.marks)
     ]
-    return _told(chart, [one for one in fields(chart) if one.name != "marks"]) | {"marks": marks}
+    return _changed_fields(chart, [one for one in fields(chart) if one.name != "marks"]) | {"marks": marks}
 
 
 def _thinned(mark: Mark) -> Mark:
@@ -147,7 +147,7 @@ def _thinned(mark: Mark) -> Mark:
     return replace(mark, x=np.asarray(mark.x)[kept], y=y[kept])
 
 
-def _told(record: Chart | Mark, known: list[Field[Any]]) -> dict[str, Any]:
+def _changed_fields(record: Chart | Mark, known: list[Field[Any]]) -> dict[str, Any]:
     values = {one.name: (getattr(record, one.name), one.default) for one in known}
     return {name: value for name, (value, usual) in values.items() if value != usual}
 

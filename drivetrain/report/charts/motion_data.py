@@ -159,8 +159,8 @@ def _joint(
             for name, warm in at.items() for share in SUPPLIES
         },
         "limits": {
-            key: [[name, float(shown(key, value, of[key]))] for name, value in told if value is not None]
-            for key, told in limits.items()
+            key: [[name, float(shown(key, value, of[key]))] for name, value in limit if value is not None]
+            for key, limit in limits.items()
         },
         "gear_limits": [
             [name, float(shown("gear" if unit == "N m" else "speed", value, unit)), unit == "N m"]
@@ -267,10 +267,10 @@ def regions(
     """
     motor = joint.drive.motor
     short = operating_region(motor, task.amplifier, supply, *at)
-    lasting = continuous_current(motor, study.ambient, housing_to_ambient=task.housing_to_ambient).value
-    if lasting is None:
+    continuous = continuous_current(motor, study.ambient, housing_to_ambient=task.housing_to_ambient).value
+    if continuous is None:
         return short, None
-    return short, continuous_region(motor, task.amplifier, supply, lasting, *at)
+    return short, continuous_region(motor, task.amplifier, supply, continuous, *at)
 
 
 def view(joint: JointResult, corners: Array) -> tuple[float, float]:

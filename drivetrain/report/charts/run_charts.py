@@ -40,11 +40,11 @@ def bode_charts(joint: str, design: LoopDesign, light: LoopDesign | None = None)
     at = design.frequencies[shown] / TURN
     gain: list[Mark] = [Mark("rule", y=[0.0], colour="muted")]
     phase: list[Mark] = [Mark("rule", y=[-180.0], colour="muted")]
-    told = (
+    caption = (
         ("speed", design.speed_loop, design.speed_phase_margin, design.speed_gain_margin, BLUE),
         ("position", design.position_loop, design.position_phase_margin, design.position_gain_margin, ORANGE),
     )
-    for name, loop, lag, factor, colour in told:
+    for name, loop, lag, factor, colour in caption:
         decibels, turned = _decibels(loop[shown]), _degrees(loop[shown])
         limit = f"{20.0 * math.log10(factor):.1f} dB" if math.isfinite(factor) else "without limit"
         label = f"{name} loop: phase margin {math.degrees(lag):.0f}°, gain margin {limit}"
@@ -121,24 +121,24 @@ def run_charts(
     for what, si in (("current", "A"), ("voltage", "V")):
         if series[what]:
             chart = _lines(recording, series[what], what, si, {j: limits.get(j, {}).get(what) for j in joints})
-            drawn.append((chart, _limits_told(what, si, series[what], limits)))
+            drawn.append((chart, _limits_text(what, si, series[what], limits)))
     if recording.kept:
         if series["winding_temperature"]:
             drawn.append((_lines(recording, series["winding_temperature"], "winding", "C"), "Temperatures in the run."))
         drawn.append((friction_chart(recording, joints), "Friction: where it begins to hold, lets go, turns round."))
-        told = "Energy put in (electrical), lost and stored; what is not accounted for."
-        drawn += captioned(energy_charts(recording), told)
+        caption = "Energy put in (electrical), lost and stored; what is not accounted for."
+        drawn += captioned(energy_charts(recording), caption)
     return tuple(drawn)
 
 
-def _limits_told(what: str, unit: str, curves: Mapping[str, Array], limits: Mapping[str, Mapping[str, float]]) -> str:
+def _limits_text(what: str, unit: str, curves: Mapping[str, Array], limits: Mapping[str, Mapping[str, float]]) -> str:
     """How much of each limit was used."""
-    told = [
+    parts = [
         f"{joint} {100.0 * float(np.abs(values).max()) / limits[joint][what]:.0f}\u00a0% of "
         f"{with_unit(limits[joint][what], unit)}"
         for joint, values in curves.items() if limits.get(joint, {}).get(what)
     ]  # fmt: skip
-    return f"{what.capitalize()}s" + (f"; at most {', '.join(told)}." if told else ".")
+    return f"{what.capitalize()}s" + (f"; at most {', '.join(parts)}." if parts else ".")
 
 
 def _lines(
@@ -261,9 +261,9 @@ def effects_charts(found: EffectCosts) -> tuple[Chart, Chart]:
     height, marks = 0.8 / len(SHOWN), [Mark("rule", x=[1.0], colour="ink", dash=True, label="1 %")]
     top = 160.0 * max(1.0, float(np.nanmax(np.abs(changes), initial=0.0)))
     for k, (what, colour) in enumerate(zip(SHOWN, COLOURS, strict=True)):
-        told = [(i, 100.0 * abs(share)) for i, share in enumerate(changes[:, k]) if abs(share) > LEAST]
-        at = [i - 0.4 + (k + 0.5) * height for i, _ in told]
-        marks.append(Mark("bars", [100.0 * LEAST] * len(at), at, to=[share for _, share in told], label=what,
+        bars = [(i, 100.0 * abs(share)) for i, share in enumerate(changes[:, k]) if abs(share) > LEAST]
+        at = [i - 0.4 + (k + 0.5) * height for i, _ in bars]
+        marks.append(Mark("bars", [100.0 * LEAST] * len(at), at, to=[share for _, share in bars], label=what,
                           colour=colour, size=0.9 * height))  # fmt: skip
     times = [row.time for row in found.rows]
     cost = [Mark("bars", [1.0] * len(rows), range(len(rows)), to=times, colour="muted", size=0.5)]
@@ -294,7 +294,7 @@ def solver_charts(found: SolverCosts) -> tuple[Chart, Chart]:
             if not runs:
                 continue
             x, y = [float(getattr(run, of)) for run in runs], [run.error for run in runs]
-            tips = [f"{family}, {told_setting(family, run.setting)}" for run in runs]
+            tips = [f"{family}, {setting_text(family, run.setting)}" for run in runs]
             colour = JOINT_COLOURS[i % len(JOINT_COLOURS)]
             marks += [
                 Mark("line", x, y, label=family, colour=colour),
@@ -309,10 +309,10 @@ def roads_charts(found: RoadsCompared) -> tuple[Chart, ...]:
     """The current of every joint by both roads."""
     return tuple(
         Chart(f"{joint}: current by sizing and by simulation", "time [s]", "current [A]",
-              [Mark("line", told.time, told.forward, label="simulated", colour=SKY, size=3),
-               Mark("line", told.time, told.inverse, label="by sizing", colour="ink", size=1)],
-              (float(told.time[0]), float(told.time[-1])), height=190, joined="roads", title=joint)
-        for joint, told in found.joints.items()
+              [Mark("line", road.time, road.forward, label="simulated", colour=SKY, size=3),
+               Mark("line", road.time, road.inverse, label="by sizing", colour="ink", size=1)],
+              (float(road.time[0]), float(road.time[-1])), height=190, joined="roads", title=joint)
+        for joint, road in found.joints.items()
     )  # fmt: skip
 
 
@@ -338,7 +338,7 @@ def auto_charts(found: AutoChoice) -> tuple[Chart, ...]:
     return tuple(charts)
 
 
-def told_setting(family: str, setting: float) -> str:
+def setting_text(family: str, setting: float) -> str:
     """A solver's step [s] or tolerance in words."""
     fixed = "step" in family or "RK4" in family
     return f"{1e3 * setting:g}\u00a0m{printed_unit('s')}" if fixed else f"{setting:.0e}".replace("e-0", "e−")

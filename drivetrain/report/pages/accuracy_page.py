@@ -12,8 +12,8 @@ from drivetrain.report.charts.run_charts import (
     auto_charts,
     effects_charts,
     roads_charts,
+    setting_text,
     solver_charts,
-    told_setting,
     worst,
 )
 from drivetrain.report.json_text import job_data, json_text
@@ -96,11 +96,11 @@ def _auto(found: AutoChoice, end: End) -> Section:
             f"{with_unit(proof.steps, 's')}, halved once to find the step's own error; energy audit "
             f"{number(proof.audit, 2)} of the energy that passes."
         )
-    told = f"Tolerance {100.0 * found.tolerance:g}\u00a0%, of the {end.name} {end.far(found.tip_tolerance)}."
+    text = f"Tolerance {100.0 * found.tolerance:g}\u00a0%, of the {end.name} {end.far(found.tip_tolerance)}."
     notes = tuple(f"{one.kind} of {one.joint} came back: the measured change was too large" for one in found.restored)
     tables = (_judged(found, end), *_measured(found, end))
     return Section(
-        "effects: auto", "auto", word, css, (told, lead), captioned(auto_charts(found), caption), tables, notes
+        "effects: auto", "auto", word, css, (text, lead), captioned(auto_charts(found), caption), tables, notes
     )
 
 
@@ -141,7 +141,7 @@ def _measured(found: AutoChoice, end: End) -> tuple[SheetTable, ...]:
 def _solvers(found: SolverCosts) -> Section:
     rows = tuple(
         (
-            run.family, told_setting(run.family, run.setting), _error(run.error, found.settled),
+            run.family, setting_text(run.family, run.setting), _error(run.error, found.settled),
             run.where or DASH, with_unit(run.seconds, "s"), number(float(run.work)), run.note,
         )
         for run in found.runs
@@ -164,10 +164,10 @@ def _error(error: float, settled: float) -> str:
 def _roads(found: RoadsCompared) -> Section:
     rows = tuple(
         (
-            joint, with_unit(told.peaks[0], "A"), with_unit(told.peaks[1], "A"), with_unit(told.rms[0], "A"),
-            with_unit(told.rms[1], "A"), _bound(told.apart_moving), _bound(told.apart_resting), told.note,
+            joint, with_unit(road.peaks[0], "A"), with_unit(road.peaks[1], "A"), with_unit(road.rms[0], "A"),
+            with_unit(road.rms[1], "A"), _bound(road.apart_moving), _bound(road.apart_resting), road.note,
         )
-        for joint, told in found.joints.items()
+        for joint, road in found.joints.items()
     )  # fmt: skip
     headings = ("joint", "peak, sizing", "peak, simulated", "RMS, sizing", "RMS, simulated", "apart in motion",
                 "apart at rest", "why")  # fmt: skip
@@ -198,12 +198,12 @@ def accuracy_lines(found: AccuracyFound) -> list[str]:
     if good:
         best = min(good, key=lambda run: run.seconds)
         lines.append(
-            f"cheapest solver within 1 %: {best.family} at {told_setting(best.family, best.setting)}, "
+            f"cheapest solver within 1 %: {best.family} at {setting_text(best.family, best.setting)}, "
             f"{with_unit(best.seconds, 's')}"
         )
-    for joint, told in found.roads.joints.items():
+    for joint, road in found.roads.joints.items():
         lines.append(
-            f"  {joint}: RMS current {with_unit(told.rms[0], 'A')} by sizing, {with_unit(told.rms[1], 'A')} simulated"
+            f"  {joint}: RMS current {with_unit(road.rms[0], 'A')} by sizing, {with_unit(road.rms[1], 'A')} simulated"
         )
     return lines
 
@@ -242,9 +242,9 @@ def accuracy_json(found: AccuracyFound) -> str:
             "reference": solvers.reference, "settled": solvers.settled, "runs": [vars(run) for run in solvers.runs],
         },
         "inverse_forward": {
-            joint: {"peaks": list(told.peaks), "rms": list(told.rms), "apart_moving": told.apart_moving,
-                    "apart_resting": told.apart_resting, "note": told.note}
-            for joint, told in found.roads.joints.items()
+            joint: {"peaks": list(road.peaks), "rms": list(road.rms), "apart_moving": road.apart_moving,
+                    "apart_resting": road.apart_resting, "note": road.note}
+            for joint, road in found.roads.joints.items()
         },
     }  # fmt: skip
     return json_text(job_data(found.evaluation.study, "accuracy") | data)

@@ -60,8 +60,8 @@ def _task(study: Study) -> Group:
     for part, share, name in zip(cycle.parts, cycle.shares, cycle.part_names, strict=True):
         length = number(float(cycle.time[part.stop - 1] - cycle.time[part.start]))
         used = "without end" if len(cycle.parts) == 1 else f"for {percent(share)} of the time"
-        told = f"{length} s, {part.stop - part.start} samples, repeated {used}"
-        lines.append(("cycle" if len(cycle.parts) == 1 else f"part of the mix: {name}", told))
+        text = f"{length} s, {part.stop - part.start} samples, repeated {used}"
+        lines.append(("cycle" if len(cycle.parts) == 1 else f"part of the mix: {name}", text))
     lines.append(("segments", ", ".join(cycle.segment_names)))
     lines += [("payload", f"{body.name}, {with_unit(body.mass, 'kg')}") for body in study.payloads]
     notes = () if study.drive_mass is None else (DRIVE_MASS[study.drive_mass],)
@@ -81,8 +81,8 @@ def _surroundings(study: Study) -> Group:
     lines += [] if supply.capacity is None else [("capacity of the bus", with_unit(supply.capacity, "F"))]
     lines += [] if supply.max_voltage is None else [("bus voltage allowed", with_unit(supply.max_voltage, "V"))]
     if supply.threshold is not None and supply.resistance is not None:
-        told = f"{with_unit(supply.resistance, 'ohm')} above {with_unit(supply.threshold, 'V')}"
-        lines.append(("brake resistor", told))
+        resistor = f"{with_unit(supply.resistance, 'ohm')} above {with_unit(supply.threshold, 'V')}"
+        lines.append(("brake resistor", resistor))
     lines += _amplifiers(study.joints)
     note = "Currents are those of the equivalent DC machine between two terminals, unless a column says otherwise."
     return Group("Surroundings", tuple(lines), (note,))
@@ -149,15 +149,15 @@ def _heat(evaluation: Evaluation) -> Group:
 def _gear_heat(study: Study, joint: JointResult) -> str:
     """What the gear loses, where that goes, and at which temperature its drag counts elsewhere."""
     task = next(task for task in study.joints if task.name == joint.name)
-    told = f"loses {number(joint.gear_loss or 0.0)} W, {percent(task.gear_heat)} of it into the motor's housing"
+    sentence = f"loses {number(joint.gear_loss or 0.0)} W, {percent(task.gear_heat)} of it into the motor's housing"
     if task.amplifier_heat:
-        told += f", beside {percent(task.amplifier_heat)} of the amplifier's loss,"
+        sentence += f", beside {percent(task.amplifier_heat)} of the amplifier's loss,"
     if joint.housing_temperature is not None:
-        told += f" of {number(joint.housing_temperature)} °C"
+        sentence += f" of {number(joint.housing_temperature)} °C"
     if not joint.drive.gear.drag_temperature_1:
-        return told
+        return sentence
     taken = float(study.drag_temperature(study.ambient))
-    return f"{told}; torque, current and power are checked with its drag at {taken:g} °C"
+    return f"{sentence}; torque, current and power are checked with its drag at {taken:g} °C"
 
 
 def _silent_sheets(evaluation: Evaluation) -> Group:
@@ -207,16 +207,16 @@ def _standstill(evaluation: Evaluation, briefly: bool) -> Group:
         remark if len(names) == count else f"{', '.join(names)}: {remark}" for remark, names in said.items()
     ]  # fmt: skip
     held = {name: _held(figures) for name, figures in ({} if briefly else holding_figures(evaluation)).items()}
-    notes += [f"{name} holds a load at rest: {told}" for name, told in held.items() if told]
+    notes += [f"{name} holds a load at rest: {values}" for name, values in held.items() if values]
     return Group("How losses and standstill are counted", (), tuple(notes))
 
 
 def _held(figures: Mapping[str, tuple[float | None, float | None]]) -> str:
     """RMS current and hottest winding by what counts of the mesh's friction; nothing where it makes no difference."""
-    told = {f"{_or_unknown(current, 'A')}, {_or_unknown(winding, '°C')}": choice for choice, (current, winding) in
+    choices = {f"{_or_unknown(current, 'A')}, {_or_unknown(winding, '°C')}": choice for choice, (current, winding) in
             figures.items()}  # fmt: skip
-    words = "; ".join(f"{numbers} with holding: {choice}" for numbers, choice in told.items())
-    return f"RMS current and hottest winding are {words}" if len(told) > 1 else ""
+    words = "; ".join(f"{numbers} with holding: {choice}" for numbers, choice in choices.items())
+    return f"RMS current and hottest winding are {words}" if len(choices) > 1 else ""
 
 
 def _or_unknown(value: float | None, unit: str) -> str:

@@ -66,9 +66,9 @@ class LivePage:
         live = page_text("live.html.j2", controls=self.controls.values(), joints=joints, lists=list(lists))
         return report_text(*report_content(self.first), live=live)
 
-    def answer(self, asked: Any, *, anew: bool = False) -> dict[str, Any]:
+    def answer(self, request: Any, *, anew: bool = False) -> dict[str, Any]:
         """The report of what is asked for, for the page's scripts: see ``KINDS``; anew: with drives selected."""
-        result = self.result(asked, anew=anew)
+        result = self.result(request, anew=anew)
         content, data, pictures = report_content(result, briefly=True)
         evaluation, selection = both(result)
         return {
@@ -78,9 +78,9 @@ class LivePage:
             "drives": _drives(evaluation),
         }
 
-    def result(self, asked: Any, *, anew: bool = False) -> Evaluation | Selection:
+    def result(self, request: Any, *, anew: bool = False) -> Evaluation | Selection:
         """The engine's own result: of ``evaluate``, or of ``select``, for the changed study."""
-        values, drives, ratios, faults = _read(asked)
+        values, drives, ratios, faults = _read(request)
         for name, value in values.items():
             if name not in self.controls:
                 faults.append(Fault(name, "is nothing that can be changed", value, nearest(name, list(self.controls))))
@@ -127,8 +127,8 @@ class LivePage:
                 raise InputError(Fault(f"ratio of {name}", "a direct drive has no gear", wanted, "choose a gear"))
             if wanted != own:
                 words = f"ratio {wanted:g} in place of {own:g}: no gear of the catalogue"
-                gear, told = scaled_gear(drive.gear, wanted), (*drive.assumptions, words)
-                mounted[i] = replace(drive, gear=gear, assumptions=told)
+                gear, assumptions = scaled_gear(drive.gear, wanted), (*drive.assumptions, words)
+                mounted[i] = replace(drive, gear=gear, assumptions=assumptions)
         return Setup(family.at(task), mounted)
 
     def _family(self, others: tuple[tuple[str, float], ...], payloads: tuple[str, ...]) -> WorkFamily:
@@ -143,10 +143,10 @@ class LivePage:
 
 def _controls(study: Study) -> list[Control]:
     payloads = [one for one in study.payloads if one.mass > 0.0] if study.arm is not None else []
-    asked = [(Vary.PAYLOAD, one.name) for one in payloads]
-    asked += [(Vary.CYCLE_TIME, ""), (Vary.VOLTAGE, ""), (Vary.AMBIENT, "")]
+    varied = [(Vary.PAYLOAD, one.name) for one in payloads]
+    varied += [(Vary.CYCLE_TIME, ""), (Vary.VOLTAGE, ""), (Vary.AMBIENT, "")]
     found = []
-    for vary, payload in asked:
+    for vary, payload in varied:
         now, (low, high) = vary.now(study, payload), usual_span(study, vary)
         if vary is Vary.PAYLOAD:
             low, high = 0.0, 2.0 * now
@@ -156,12 +156,12 @@ def _controls(study: Study) -> list[Control]:
     return found
 
 
-def _read(asked: Any) -> tuple[dict[str, float], dict[str, Pair], dict[str, float], list[Fault]]:
+def _read(request: Any) -> tuple[dict[str, float], dict[str, Pair], dict[str, float], list[Fault]]:
     """What came over the wire, each part of its kind, and what is wrong with it."""
     faults = []
-    if not isinstance(asked, Mapping) or not set(asked) <= set(KINDS):
-        raise InputError(Fault("the question", f"must be a mapping of {', '.join(KINDS)}", asked))
-    parts: dict[str, dict[str, Any]] = {name: asked.get(name, {}) for name in KINDS}
+    if not isinstance(request, Mapping) or not set(request) <= set(KINDS):
+        raise InputError(Fault("the question", f"must be a mapping of {', '.join(KINDS)}", request))
+    parts: dict[str, dict[str, Any]] = {name: request.get(name, {}) for name in KINDS}
     for name, problem in KINDS.items():
         if not isinstance(parts[name], dict):
             faults.append(Fault(name, problem, parts[name]))

@@ -172,17 +172,17 @@ def _samples(count: int) -> str:
 
 
 def _phases(margins: Margins) -> str:
-    told = [f"{number(math.degrees(lag))}° at {number(at / TURN)} Hz" for at, lag in margins.phase]
-    return ", ".join(told) or "no crossing"
+    parts = [f"{number(math.degrees(lag))}° at {number(at / TURN)} Hz" for at, lag in margins.phase]
+    return ", ".join(parts) or "no crossing"
 
 
 def _factors(margins: Margins) -> str:
-    told = [
+    parts = [
         f"{number(20.0 * math.log10(factor))} dB at {number(at / TURN)} Hz"
         for at, factor in margins.gain
         if 0.0 < factor < 1e3  # 60 dB: nobody's limit
     ]
-    return ", ".join(told) or "no crossing"
+    return ", ".join(parts) or "no crossing"
 
 
 def _plant(one: JointLoops) -> SheetTable:

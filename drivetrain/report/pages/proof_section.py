@@ -41,12 +41,12 @@ def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
         return (first, *(text for text in words if text))
     if proven:
         return (f"{selection.proof[0].upper()}{selection.proof[1:]}.",)
-    told = f"The search stopped at its time limit. {selection.proof[0].upper()}{selection.proof[1:]}."
+    lead = f"The search stopped at its time limit. {selection.proof[0].upper()}{selection.proof[1:]}."
     on = (
         "To go on: `drivetrain select` with a longer --time-limit, or selection: {time_limit: ...} in the study; in "
         "Python `select(study, resume=selection)` goes on from where this search stopped and loses nothing."
     )
-    return told, on
+    return lead, on
 
 
 def _sets(selection: Selection) -> tuple[SheetTable, ...]:
@@ -100,9 +100,9 @@ def _rules(selection: Selection) -> list[tuple[str, str]]:
     used = {"motor": len({motor for motor, _ in pairs}), "gear": len({gear for _, gear in pairs if gear})}
     facts = []
     for part, most in (("motor", wanted.most_motor_types), ("gear", wanted.most_gear_types)):
-        told = f"{used[part]} in the chosen set" if pairs else ""
+        use = f"{used[part]} in the chosen set" if pairs else ""
         limit = "" if most is None else f"at most {most} wanted"
-        text = "; ".join(one for one in (limit, told) if one)
+        text = "; ".join(one for one in (limit, use) if one)
         if text:
             facts.append((f"{part} types", text))
     for group in wanted.same_family:

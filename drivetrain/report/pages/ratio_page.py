@@ -217,8 +217,8 @@ def free_ratio_sentence(found: FreeRatios) -> str:
         small = f"{number(100.0 * more, 2)} %" if abs(more) >= 1e-6 else "less than a ten-thousandth of a percent"
         text += f"; with every joint at the best for its own motor it is {small} more"
     short = [one.joint for one in found.joints if one.verdict not in (Verdict.PASS, Verdict.MARGINAL)]
-    told = f" Not every check holds or could be made at {', '.join(short)}." if short else ""
-    return f"{text}.{told}"
+    addition = f" Not every check holds or could be made at {', '.join(short)}." if short else ""
+    return f"{text}.{addition}"
 
 
 def free_ratio_lines(found: FreeRatios) -> list[str]:

@@ -179,8 +179,8 @@ def _moments(evaluation: Evaluation) -> dict[str, str]:
 
 def _supply(study: Study, share: float) -> str:
     """A voltage of the switch."""
-    told = "" if share == 1.0 else f" ({percent(share)} of the study's)"
-    return f"{with_unit(share * study.supply.voltage, 'V')}{told}"
+    share_text = "" if share == 1.0 else f" ({percent(share)} of the study's)"
+    return f"{with_unit(share * study.supply.voltage, 'V')}{share_text}"
 
 
 def _rejected_words(evaluation: Evaluation, rejected: pd.DataFrame | None) -> dict[str, Any] | None:

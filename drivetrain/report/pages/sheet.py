@@ -70,7 +70,7 @@ def with_markup(section: Section, pictures: Pictures | None = None) -> dict[str,
     """A section for a template, its charts put among the pictures of the page."""
     shown = {name: getattr(section, name) for name in section.__dataclass_fields__}
     shown["tables"] = [table for table in section.tables if table.rows]
-    return shown | {"figures": [] if pictures is None else [(pictures.add(one), told) for one, told in section.figures]}
+    return shown | {"figures": [] if pictures is None else [(pictures.add(one), text) for one, text in section.figures]}
 
 
 def page_text(template: str, **content: Any) -> str:

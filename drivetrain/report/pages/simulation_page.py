@@ -38,7 +38,7 @@ def simulation_report(found: SimulationFound) -> str:
 
 def simulation_lines(found: SimulationFound) -> list[str]:
     """The run, for the terminal."""
-    recording, told = found.recording, found.decision
+    recording, made = found.recording, found.decision
     work = ", ".join(f"{count} {name}" for name, count in recording.counters.items())
     lines = [f"{found.effects}; {recording.about.get('solver', '')}: {work}"]
     if recording.stopped_by is not None:
@@ -46,21 +46,21 @@ def simulation_lines(found: SimulationFound) -> list[str]:
     lines += [f"warning: at {one.time:.4g} s: {one.detail}" for one in recording.events if one.name in UNTRUSTED]
     if recording.verified:
         lines.append(f"run once more, finer: {len(recording.verified)} quantities side by side on the page")
-    if told is not None:
-        for name, joint in told.joints.items():
+    if made is not None:
+        for name, joint in made.joints.items():
             lines.append(
                 f"  {name}: current {with_unit(joint.peak_current, 'A')}, RMS {with_unit(joint.rms_current, 'A')}, "
                 f"winding {with_unit(joint.winding_temperature, 'C')} when the cycle repeats without end"
             )
         end = end_of(found.evaluation.study)
-        lines.append(f"{end.name}: at most {end.far(told.tip_deviation)} from the command; verdict {told.verdict}")
+        lines.append(f"{end.name}: at most {end.far(made.tip_deviation)} from the command; verdict {made.verdict}")
     return lines
 
 
 def _run(found: SimulationFound) -> Section:
     recording, joints = found.recording, list(found.evaluation.joints)
-    told = found.decision
-    word, css = ("", "") if told is None else (str(told.verdict), CSS[told.verdict])
+    made = found.decision
+    word, css = ("", "") if made is None else (str(made.verdict), CSS[made.verdict])
     if recording.stopped_by is not None:
         word, css = "stopped", "fail"
     work = ", ".join(f"{number(float(count))} {name}" for name, count in recording.counters.items())
@@ -68,10 +68,10 @@ def _run(found: SimulationFound) -> Section:
     if recording.stopped_by is not None:
         lead.append(f"Stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}.")
     lead += [f"Warning, at {one.time:.4g} s: {one.detail}." for one in recording.events if one.name in UNTRUSTED]
-    if told is not None:
+    if made is not None:
         end = end_of(found.evaluation.study)
-        lead.append(f"The {end.name} comes as far as {end.far(told.tip_deviation)} from the command.")
-    tables = [] if told is None else [_decided(told), _checks(told)]
+        lead.append(f"The {end.name} comes as far as {end.far(made.tip_deviation)} from the command.")
+    tables = [] if made is None else [_decided(made), _checks(made)]
     if recording.verified:
         compared = tuple(
             (name, number(a, 5), number(b, 5), number(a - b, 2)) for name, (a, b) in recording.verified.items()
@@ -85,7 +85,7 @@ def _run(found: SimulationFound) -> Section:
     return Section("The run", "run", word, css, tuple(lead), run_charts(recording, joints, found.limits), tuple(tables))
 
 
-def _decided(told: Decision) -> SheetTable:
+def _decided(made: Decision) -> SheetTable:
     rows = tuple(
         (
             name, with_unit(joint.peak_current, "A"), with_unit(joint.rms_current, "A"),
@@ -93,15 +93,15 @@ def _decided(told: Decision) -> SheetTable:
             DASH if math.isnan(joint.winding_temperature) else with_unit(joint.winding_temperature, "C"),
             f"{number(1e3 * joint.deviation)}\u00a0mrad",
         )
-        for name, joint in told.joints.items()
+        for name, joint in made.joints.items()
     )  # fmt: skip
     headings = ("joint", "peak current", "RMS current", "RMS gear torque", "winding, periodic", "from the command")
     return SheetTable(headings, rows, "What it decides", (1, 2, 3, 4, 5))
 
 
-def _checks(told: Decision) -> SheetTable:
+def _checks(made: Decision) -> SheetTable:
     rows: list[tuple[str | Chip, ...]] = []
-    for name, checks in told.checks.items():
+    for name, checks in made.checks.items():
         for check in checks:
             if check.utilisation is not None:
                 shown = common_unit(check)

@@ -37,34 +37,34 @@ class ChanceRow:
 
 def spread_section(found: Spread) -> Section:
     """What the scatter does, for the report."""
-    told = found.robustness
+    odds = found.robustness
     figures = []
     for one in [one for one in found.tornadoes if one.bars][:MOST_FIGURES]:
         left = len(one.bars) - MOST_BARS
         figures.append((tornado_chart(one), TORNADO + (f" {left} narrower bars are left out." if left > 0 else "")))
     rows = tuple(
-        (one.place, one.check, one.probability, one.error, one.interval, one.usual) for one in chance_rows(told)
+        (one.place, one.check, one.probability, one.error, one.interval, one.usual) for one in chance_rows(odds)
     )
     choice = "" if found.choice is None else f" The set {found.choice.proof}."
     how = (
-        f"{_grouped(told.samples)} arms, seed {told.seed}; each evaluated by all checks with values of its own, motor "
+        f"{_grouped(odds.samples)} arms, seed {odds.seed}; each evaluated by all checks with values of its own, motor "
         "and gear of each joint drawn by themselves, the air and each payload once an arm, nothing correlated beyond "
-        f"that. Limits from data sheets stay as printed. {'; '.join(law_lines(told.evaluation.study))}."
+        f"that. Limits from data sheets stay as printed. {'; '.join(law_lines(odds.evaluation.study))}."
     )
     headings = ("where", "check", "holds in", "standard error", "95 % interval",
                 "utilisation that 5 / 50 / 95 % of the arms stay below")  # fmt: skip
-    return Section("What tolerances do", "spread", lead=(f"{chance_sentence(told)}{choice}",), figures=tuple(figures),
+    return Section("What tolerances do", "spread", lead=(f"{chance_sentence(odds)}{choice}",), figures=tuple(figures),
                    tables=(SheetTable(headings, rows, "", (2, 3, 4, 5)),), notes=(how,))  # fmt: skip
 
 
-def chance_sentence(told: Robustness) -> str:
+def chance_sentence(odds: Robustness) -> str:
     """The probability of the whole set in words."""
-    lacking = ", ".join(dict.fromkeys(check.name for check in told.evaluation.lacking))
+    lacking = ", ".join(dict.fromkeys(check.name for check in odds.evaluation.lacking))
     if lacking:
         return f"That all checks hold is proven in no arm: data are missing to check {lacking}."
-    row = _row("", "", told.whole)
+    row = _row("", "", odds.whole)
     return (
-        f"All checks hold in {row.probability} of {_grouped(told.samples)} arms drawn "
+        f"All checks hold in {row.probability} of {_grouped(odds.samples)} arms drawn "
         f"(standard error {row.error}, 95\u00a0% interval {row.interval})."
     )
 
@@ -86,13 +86,13 @@ def law_lines(study: Study) -> list[str]:
     return lines
 
 
-def chance_rows(told: Robustness) -> list[ChanceRow]:
+def chance_rows(odds: Robustness) -> list[ChanceRow]:
     """The whole set, every joint, and every check that does not hold for certain; least probable first."""
-    rows = [_row("all together", "", told.whole)]
-    rows += sorted((_row(name, "all checks", one) for name, one in told.joints.items()), key=lambda row: row.share)
+    rows = [_row("all together", "", odds.whole)]
+    rows += sorted((_row(name, "all checks", one) for name, one in odds.joints.items()), key=lambda row: row.share)
     single = [
-        _row(place, name, chance, told.utilisations[place].get(name, ()))
-        for place, checks in told.checks.items() for name, chance in checks.items() if chance.probability < SURE
+        _row(place, name, chance, odds.utilisations[place].get(name, ()))
+        for place, checks in odds.checks.items() for name, chance in checks.items() if chance.probability < SURE
     ]  # fmt: skip
     return rows + sorted(single, key=lambda row: row.share)
 
@@ -111,15 +111,15 @@ def spread_lines(found: Spread) -> list[str]:
 
 def spread_data(found: Spread) -> dict[str, Any]:
     """What ``result.json`` holds of it."""
-    told, choice = found.robustness, found.choice
+    odds, choice = found.robustness, found.choice
     data: dict[str, Any] = {
-        "samples": told.samples,
-        "seed": told.seed,
-        "scattering": list(told.scattering),
-        "whole": _chance(told.whole),
-        "joints": {name: _chance(one) for name, one in told.joints.items()},
+        "samples": odds.samples,
+        "seed": odds.seed,
+        "scattering": list(odds.scattering),
+        "whole": _chance(odds.whole),
+        "joints": {name: _chance(one) for name, one in odds.joints.items()},
         "checks": {
-            place: {name: _chance(one) for name, one in checks.items()} for place, checks in told.checks.items()
+            place: {name: _chance(one) for name, one in checks.items()} for place, checks in odds.checks.items()
         },
         "tornadoes": [
             {

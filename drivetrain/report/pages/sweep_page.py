@@ -43,8 +43,8 @@ def _rows(results: pd.DataFrame, names: Sequence[str]) -> tuple[tuple[str | Chip
     """The points; of drives only what differs from the last point above that has some."""
     rows, before = [], dict[str, str]()
     for _, row in results.iterrows():
-        told = str(row["drives"] or "")
-        drives = dict(part.partition(": ")[::2] for part in told.split("; ")) if told else {}
+        drives_text = str(row["drives"] or "")
+        drives = dict(part.partition(": ")[::2] for part in drives_text.split("; ")) if drives_text else {}
         changed = [f"{joint}: {pair}" for joint, pair in drives.items() if before.get(joint) != pair]
         same = bool(before) and len(changed) < len(drives)
         text = "; ".join(changed) or SAME

@@ -39,7 +39,7 @@ MOST_SHOWN = 8  # candidates a list; the file rejected.csv holds them all
 
 @dataclass(frozen=True)
 class CheckRow:
-    """One check of one joint, or of the supply, as texts; ``told``: what a check without a verdict tells.
+    """One check of one joint, or of the supply, as texts; ``information``: what a check without a verdict tells.
 
     Utilisation and instant [s] stand there as numbers for sorting too, -1 where there is none.
     """
@@ -50,7 +50,7 @@ class CheckRow:
     available: str
     unit: str
     utilisation: str
-    told: str
+    information: str
     margin: str
     time: str
     source: str
@@ -115,7 +115,7 @@ def check_row(joint: str, check: Check, rows: tuple[str, ...] = ()) -> CheckRow:
     source = check.source
     for row in rows:
         source = source.replace(f" ({row})", "") if row else source
-    told = next((value for value in (check.required, check.available) if value is not None), None)
+    information = next((value for value in (check.required, check.available) if value is not None), None)
     share = check.utilisation if check.utilisation is not None and not math.isnan(check.utilisation) else -1.0
     return CheckRow(
         joint=joint,
@@ -124,7 +124,7 @@ def check_row(joint: str, check: Check, rows: tuple[str, ...] = ()) -> CheckRow:
         available=text(check.available),
         unit=printed_unit(shown),
         utilisation=percent(check.utilisation),
-        told=f"{text(told)} {printed_unit(shown) if told is not None else ''}".strip()
+        information=f"{text(information)} {printed_unit(shown) if information is not None else ''}".strip()
         if check.utilisation is None
         else "",
         margin=margin,

@@ -12,7 +12,7 @@ from drivetrain.sizing.answers.why_not import PairAnswer, SmallestChange, Standi
 from drivetrain.sizing.results import Selection
 
 STANDING_CSS = {
-    Standing.CHOSEN: "pass", Standing.HOLDS: "pass", Standing.FALLS: "fail", Standing.NOT_JUDGED: "unchecked",
+    Standing.CHOSEN: "pass", Standing.FEASIBLE: "pass", Standing.REJECTED: "fail", Standing.NOT_JUDGED: "unchecked",
     Standing.NO_PARTNER: "unchecked",
 }  # fmt: skip
 
@@ -66,7 +66,7 @@ def _safe(after: float, before: float) -> float:
     return step * (math.ceil(steps) if after > before else math.floor(steps))
 
 
-def _asked(found: WhyNot) -> str:
+def _parts_text(found: WhyNot) -> str:
     gear = "a direct drive" if found.gear == "" else found.gear
     return " with ".join(part for part in (found.motor, gear) if part)
 
@@ -74,12 +74,12 @@ def _asked(found: WhyNot) -> str:
 def _standing(found: WhyNot, answer: PairAnswer) -> str:
     pair = " with ".join(part for part in (answer.motor, answer.gear or "no gear") if part)
     if answer.standing is Standing.NO_PARTNER:
-        return f"{answer.joint}: {_asked(found)} has no partner here."
+        return f"{answer.joint}: {_parts_text(found)} has no partner here."
     some = f" (the best of {answer.partners} pairs, {answer.holding} of which hold)" if answer.partners > 1 else ""
     words = {
         Standing.CHOSEN: "is the chosen drive",
-        Standing.HOLDS: "meets all limits, and was not chosen",
-        Standing.FALLS: "does not meet all limits beside the other chosen drives",
+        Standing.FEASIBLE: "meets all limits, and was not chosen",
+        Standing.REJECTED: "does not meet all limits beside the other chosen drives",
         Standing.NOT_JUDGED: "cannot be checked for lack of data",
     }
     return f"{answer.joint}: {pair}{some} {words[answer.standing]}."
@@ -101,14 +101,14 @@ def _best(found: WhyNot, answer: PairAnswer, best: Selection) -> str:
 
 def _section(found: WhyNot, answer: PairAnswer) -> Section:
     tables: list[SheetTable] = []
-    told = [change_sentence(change) for change in answer.changes]
+    sentences = [change_sentence(change) for change in answer.changes]
     if answer.result is not None:
         sources = (answer.result.drive.motor.source, answer.result.drive.gear.source)
         rows = [check_row(answer.joint, check, sources) for check in answer.result.checks]
         tables.append(SheetTable(
             ("check", "verdict", "utilisation", "required", "available", "unit", "margin"),
             tuple(
-                (row.name, Chip(row.verdict, row.css), row.told or row.utilisation, row.required, row.available,
+                (row.name, Chip(row.verdict, row.css), row.information or row.utilisation, row.required, row.available,
                  row.unit, row.margin)
                 for row in rows
             ),
@@ -122,7 +122,7 @@ def _section(found: WhyNot, answer: PairAnswer) -> Section:
         ))  # fmt: skip
     return Section(
         answer.joint, anchor(answer.joint), str(answer.standing), STANDING_CSS[answer.standing],
-        tuple(line for line in why_not_lines(found, answer) if line not in told), tables=tuple(tables),
+        tuple(line for line in why_not_lines(found, answer) if line not in sentences), tables=tuple(tables),
     )  # fmt: skip
 
 

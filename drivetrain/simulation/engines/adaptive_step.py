@@ -79,10 +79,10 @@ def _solve(run: Run, t: float, x: Any) -> None:
 def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """How far each coordinate and each guard is from changing its mode; negative when it has overdone it."""
     coordinates, guards, memory = coordinates_of(run), guards_of(run), memory_of(run)
-    asked = len(guards) > 0
+    guarded = len(guards) > 0
     for i in range(len(coordinates)):
-        asked = asked or coordinates[i].dry.mode == 0 or coordinates[i].surface != 0.0
-    if asked:
+        guarded = guarded or coordinates[i].dry.mode == 0 or coordinates[i].surface != 0.0
+    if guarded:
         _solve(run, t, x)
     if len(guards):
         account_at(run, t)
@@ -157,7 +157,7 @@ def _account(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
         energies[k] += h * memory[powers[k]]
 
 
-def _tell(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+def _record(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """A row of the recording."""
     _solve(run, t, x)
     account_at(run, t)
@@ -274,7 +274,7 @@ def _problem(plan: Plan, numbers: Array) -> CompiledProblem:
     watched = (*plan.coordinates, *guarded)
     changes = Events(right_side(_values), right_side(_handler), watched)
     switches = changes if guarded or _any_dry(plan) else None
-    hooks = Hooks(right_side(_account), right_side(_tell), 1 + len(plan.layout.columns), right_side(_opens))
+    hooks = Hooks(right_side(_account), right_side(_record), 1 + len(plan.layout.columns), right_side(_opens))
     names = tuple(plan.memory.states)[: plan.memory.moving]
     groups = plan.memory.view(numbers, "sections")["count"][AT.groups]
     return CompiledProblem(

@@ -315,8 +315,8 @@ class FixedStep(Engine):
             numbers = resumed(options.resume, plan, {"clock": clocks.itemsize // 8})
             clocks[:] = np.asarray(options.resume["clock"]).view(CLOCK)
             # The instant at which the two runs join stands in the first already.
-            told = math.floor(clock["time"] / options.interval + 1e-6)
-            clock["next_row"] = min(options.interval * (told + 1.0), plan.scene.duration)
+            recorded = math.floor(clock["time"] / options.interval + 1e-6)
+            clock["next_row"] = min(options.interval * (recorded + 1.0), plan.scene.duration)
             if clock["step"] != self.step:
                 clock["anchor"], clock["in_segment"] = clock["time"], 0
                 clock["node"] = clock["time"]

@@ -34,9 +34,9 @@ from drivetrain.simulation.planning.wiring import Instance, unit_at
 from drivetrain.simulation.recording import Event, Series
 
 MECHANICAL = {signal.name for signal in (*named.TAKEN, *named.SHAFT_TAKEN)}
-ASKED = (named.COMMAND_POSITION.name, named.COMMAND_SPEED.name, named.COMMAND_ACCELERATION.name)
+COMMANDED = (named.COMMAND_POSITION.name, named.COMMAND_SPEED.name, named.COMMAND_ACCELERATION.name)
 PAYLOAD = named.PAYLOAD_ENERGY.name.rpartition(".")[2]
-COMMANDS = {*ASKED, *(signal.name for signal in named.SHAFT_COMMANDS)}
+COMMANDS = {*COMMANDED, *(signal.name for signal in named.SHAFT_COMMANDS)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,21 +63,21 @@ def demanded(plan: Plan, times: Array) -> Demand:
     """What a scene's command takes, by the laws of its own effects."""
     _refuse(plan)
     passive = planned(replace(plan.scene, effects=_passive(plan)))
-    told = _asked(passive, times)
-    slides = _ways(passive, told)
+    demands = _demands(passive, times)
+    slides = _directions(passive, demands)
     names, body, n = passive.scene.joints, passive.body, passive.body.n
-    driven, acceleration = told["command_speed"], told["command_acceleration"]
-    turned = np.einsum("kij,kj->ki", told["turned"], acceleration) + told["turned_bias"]
-    whole = np.einsum("kij,kj->ki", told["mass"], acceleration) + told["bias_torque"]
-    joint = np.where(slides > 0.0, told["joint_slide_forward"], -told["joint_slide_backward"]) * np.abs(slides)
-    mesh = whole - turned - body.torques_of(told["joint_torque"]) - told["shaft_torque"] + joint
+    driven, acceleration = demands["command_speed"], demands["command_acceleration"]
+    turned = np.einsum("kij,kj->ki", demands["turned"], acceleration) + demands["turned_bias"]
+    whole = np.einsum("kij,kj->ki", demands["mass"], acceleration) + demands["bias_torque"]
+    joint = np.where(slides > 0.0, demands["joint_slide_forward"], -demands["joint_slide_backward"]) * np.abs(slides)
+    mesh = whole - turned - body.torques_of(demands["joint_torque"]) - demands["shaft_torque"] + joint
     way = slides * np.sign(body.ratios)
-    shaft = np.where(way > 0.0, told["motor_slide_forward"], -told["motor_slide_backward"]) * np.abs(way)
-    factor = np.where(mesh * slides > 0.0, 1.0 + told["mesh_driving"], 1.0 - told["mesh_driven"])
+    shaft = np.where(way > 0.0, demands["motor_slide_forward"], -demands["motor_slide_backward"]) * np.abs(way)
+    factor = np.where(mesh * slides > 0.0, 1.0 + demands["mesh_driving"], 1.0 - demands["mesh_driven"])
     holds = np.array([_holding_of(plan.scene.effects.get(name, ())) for name in names])
-    room = np.where(holds > 0.0, told["mesh_driving"], np.minimum(told["mesh_driven"], 1.0))
+    room = np.where(holds > 0.0, demands["mesh_driving"], np.minimum(demands["mesh_driven"], 1.0))
     factor = np.where(slides == 0.0, 1.0 + holds * room, factor)
-    motor = (factor * mesh + turned) / body.ratios + shaft - told["motor_torque"]
+    motor = (factor * mesh + turned) / body.ratios + shaft - demands["motor_torque"]
     current, voltage = np.full_like(motor, np.nan), np.full_like(motor, np.nan)
     for i in range(n):
         sheet = motor_of(plan.scene.effects.get(names[i], ()))
@@ -85,7 +85,7 @@ def demanded(plan: Plan, times: Array) -> Demand:
             rest, speed = sheet.reference_temperature, driven[:, i] * body.ratios[i]
             current[:, i] = motor[:, i] / torque_constant(sheet, rest)
             voltage[:, i] = terminal_voltage(sheet, speed, current[:, i], 0.0, rest, rest)
-    motion = (told["command_position"], driven, acceleration)
+    motion = (demands["command_position"], driven, acceleration)
     own = [body.joints_of(one) for one in motion]
     return Demand(times, own[0], own[1], own[2], driven, acceleration, mesh, joint, motor, current, voltage)
 
@@ -131,13 +131,13 @@ def _mechanical(one: Instance) -> bool:
     return out <= MECHANICAL | COMMANDS | {PAYLOAD} and not electrical and (bool(out) or not one.needs)
 
 
-def _asked(passive: Plan, times: Array) -> dict[str, Array]:
+def _demands(passive: Plan, times: Array) -> dict[str, Array]:
     """All that the passive effects and the mechanics tell along the command; commands are those of the coordinates."""
     joints, n, memory = passive.scene.joints, passive.body.n, passive.memory
     bound = () if passive.body.coupled is None else passive.body.coupled.shafts
     found: dict[str, Any] = {
         name: [memory.places.get(_coordinate(joint, name, i in bound), -1) for i, joint in enumerate(joints)]
-        for name in (*ASKED, "bias_torque", *sorted(MECHANICAL))
+        for name in (*COMMANDED, "bias_torque", *sorted(MECHANICAL))
     }
     found["turned_bias"] = memory.places_of("coordinates", "felt_bias")
     found |= {name: memory.places_of("pairs", field) for name, field in (("mass", "mass"), ("turned", "felt"))}
@@ -147,22 +147,22 @@ def _asked(passive: Plan, times: Array) -> dict[str, Array]:
     rows = equations.evaluate_commanded(memory.numbers.copy(), times, moved, commanded, wanted)
     rows[:, wanted < 0] = 0.0  # what a joint does not have
     ends = np.cumsum([len(own) for own in found.values()])[:-1]
-    told = dict(zip(found, np.split(rows, ends, axis=1), strict=True))
-    return told | {name: told[name].reshape(-1, n, n) for name in ("mass", "turned")}
+    demands = dict(zip(found, np.split(rows, ends, axis=1), strict=True))
+    return demands | {name: demands[name].reshape(-1, n, n) for name in ("mass", "turned")}
 
 
 def _coordinate(joint: str, name: str, bound: bool) -> str:
     """Name of what a joint's coordinate is told or tells: its shaft's where motors are coupled."""
-    if name in ASKED:
+    if name in COMMANDED:
         return f"{joint}.shaft_{name}" if bound else f"{joint}.{name}"
     return f"{joint}.{name}" if bound or not name.startswith("shaft_") else ""
 
 
-def _ways(passive: Plan, told: Mapping[str, Array]) -> Array:
+def _directions(passive: Plan, demands: Mapping[str, Array]) -> Array:
     """Which way each joint slides: 1, -1, or 0 where it rests."""
-    ways = np.zeros_like(told["command_speed"])
+    ways = np.zeros_like(demands["command_speed"])
     for i in range(passive.body.n):
-        speed, acceleration = told["command_speed"][:, i], told["command_acceleration"][:, i]
+        speed, acceleration = demands["command_speed"][:, i], demands["command_acceleration"][:, i]
         ways[:, i] = np.sign(loss_speed(speed, acceleration, resting(speed)))
     return ways
 
@@ -224,11 +224,11 @@ def _twisting(plan: Plan, time: Array, apart: float) -> tuple[Array, Array]:
     """
     twists = []
     for shift in (-apart, 0.0, apart):
-        told = demanded(plan, time + shift)
-        twist = np.zeros_like(told.mesh_torque)
+        demands = demanded(plan, time + shift)
+        twist = np.zeros_like(demands.mesh_torque)
         for i, shape in plan.body.springs.items():
             if shape.deflection is not None:
-                carried = told.mesh_torque[:, i] - told.joint_friction[:, i]
+                carried = demands.mesh_torque[:, i] - demands.joint_friction[:, i]
                 twist[:, i] = [shape.deflection(float(load)) for load in carried]
         twists.append(twist)
     before, now, after = twists

@@ -33,7 +33,7 @@ def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
     _put_motion(plan, at, *_commanded(plan))
     equations.evaluate_signals(numbers)
     for joint in held:  # where the command is, with empty integrators, no loop asks for anything
-        known.told[f"{joint}.{s.FED_CURRENT}"] = known.get(f"{joint}.{s.CURRENT_COMMAND.name}", 0.0)
+        known.read[f"{joint}.{s.FED_CURRENT}"] = known.get(f"{joint}.{s.CURRENT_COMMAND.name}", 0.0)
     position, speed = _motion(plan)
     _put_motion(plan, at, position, speed)
     for i in plan.body.springs:
@@ -46,7 +46,7 @@ def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
         for i, deflection in bent.items():
             at["position"][plan.body.motors[i]] = deflection(_load(known, plan.scene.joints[i]))
         for joint, motor in held.items():
-            known.told[f"{joint}.{s.HOLDING_CURRENT}"] = _holding(known, plan, joint, motor)
+            known.read[f"{joint}.{s.HOLDING_CURRENT}"] = _holding(known, plan, joint, motor)
         for one, places in begun:
             numbers[states["value"][places]] = one.effect.start(one.place, known)
         if plan.scene.position is None:
@@ -84,16 +84,16 @@ class _Known(Mapping[str, float]):
 
     def __init__(self, places: Mapping[str, int], values: Array) -> None:
         self._places, self._values = places, values
-        self.told: dict[str, float] = {}
+        self.read: dict[str, float] = {}
 
     def __getitem__(self, name: str) -> float:
-        return self.told[name] if name in self.told else float(self._values[self._places[name]])
+        return self.read[name] if name in self.read else float(self._values[self._places[name]])
 
     def __iter__(self) -> Iterator[str]:
-        return iter((*self._places, *self.told))
+        return iter((*self._places, *self.read))
 
     def __len__(self) -> int:
-        return len(self._places) + len(self.told)
+        return len(self._places) + len(self.read)
 
 
 def _commanded(plan: Plan) -> tuple[Array, Array]:
@@ -165,8 +165,8 @@ def start_words(plan: Plan, row: Mapping[str, float], given: Mapping[str, float]
     """How a run began, for its reader."""
     currents = [(joint, row.get(f"{joint}.{s.CURRENT.name}", 0.0)) for joint in plan.scene.joints]
     holds = ", ".join(f"{joint} {value:.3g} A" for joint, value in currents if abs(value) > 0.0)
-    told = "equilibrium" + (f", held by {holds}" if holds else "")
-    return told + (f"; given: {', '.join(given)}" if given else "")
+    text = "equilibrium" + (f", held by {holds}" if holds else "")
+    return text + (f"; given: {', '.join(given)}" if given else "")
 
 
 def sinking(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
@@ -176,11 +176,11 @@ def sinking(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
         if f"{joint}.{s.COMMAND_SPEED.name}" not in row:
             continue
         moved = row[f"{joint}.{s.COMMAND_SPEED.name}"] or row[f"{joint}.{s.COMMAND_ACCELERATION.name}"]
-        asked, flows = _holding(row, plan, joint, motor), row.get(f"{joint}.{s.CURRENT.name}", 0.0)
+        holding, flows = _holding(row, plan, joint, motor), row.get(f"{joint}.{s.CURRENT.name}", 0.0)
         ratio = plan.body.ratios[plan.scene.joints.index(joint)]
         moves = row.get(f"{joint}.{s.MOTOR_ACCELERATION.name}", ratio * row[f"{joint}.{s.ACCELERATION.name}"]) / ratio
         gives_way = moves * _load(row, joint) < 0.0 and abs(moves) > STILL
-        if not moved and gives_way and abs(asked) > (1.0 + NEGLIGIBLE) * abs(flows):
-            detail = f"{joint} gives way though nothing is commanded: {asked:.3g} A would hold it, {flows:.3g} A flow"
+        if not moved and gives_way and abs(holding) > (1.0 + NEGLIGIBLE) * abs(flows):
+            detail = f"{joint} gives way though nothing is commanded: {holding:.3g} A would hold it, {flows:.3g} A flow"
             events.append(Event(0.0, "start", detail))
     return tuple(events)

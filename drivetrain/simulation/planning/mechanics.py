@@ -86,13 +86,13 @@ def ratios_of(scene: Scene) -> tuple[float, ...]:
     result, faults = [], []
     for index, name in enumerate(scene.joints):
         place = replace(blank, joint=index, name=name)
-        told = {effect.shape(place).ratio for effect in scene.effects.get(name, ())} - {None}
+        ratios = {effect.shape(place).ratio for effect in scene.effects.get(name, ())} - {None}
         rotor = scene.body.rotors[index] if isinstance(scene.body, Arm) else None
         if rotor is not None:
-            told.add(rotor.ratio)
-        if len(told) > 1:
-            faults.append(Fault(f"effects[{name!r}]", "state different ratios", sorted(str(ratio) for ratio in told)))
-        result.append(next(iter(told)) if told else 1.0)
+            ratios.add(rotor.ratio)
+        if len(ratios) > 1:
+            faults.append(Fault(f"effects[{name!r}]", "state different ratios", sorted(str(ratio) for ratio in ratios)))
+        result.append(next(iter(ratios)) if ratios else 1.0)
     if faults:
         raise InputError(faults)
     return tuple(float(ratio or 1.0) for ratio in result)
@@ -142,9 +142,9 @@ def _behind_couplings(scene: Scene, shapes: Sequence[Shape]) -> list[Fault]:
 
 def _joint_shape(name: str, effects: Sequence[Effect], place: Place) -> tuple[Shape, list[Fault]]:
     """All shapes of a joint in one, and what contradicts."""
-    told = [effect.shape(place) for effect in effects]
-    rotors = [shape for shape in told if shape.rotor_inertia is not None]
-    springs = [shape for shape in told if shape.flexible]
+    shapes = [effect.shape(place) for effect in effects]
+    rotors = [shape for shape in shapes if shape.rotor_inertia is not None]
+    springs = [shape for shape in shapes if shape.flexible]
     faults = []
     if len(rotors) > 1:
         faults.append(Fault(f"effects[{name!r}]", "bring more than one rotor"))

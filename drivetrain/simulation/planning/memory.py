@@ -262,11 +262,11 @@ def _put_coordinates(placed: _Placed, block: _Block, body: Mechanics, joints: Se
 
 def _states(instances: Sequence[Instance], placed: _Placed, body: Mechanics) -> tuple[Array, NDArray[np.bool_], Any]:
     """Errors that do not matter, which states are memory, and the records of all states, memory last."""
-    told = {name: state for one in instances for name, state in zip(one.states, one.ports.states, strict=True)}
+    declared = {name: state for one in instances for name, state in zip(one.states, one.ports.states, strict=True)}
     order = [name for one in ranked(instances) for name in one.states]
-    order = [*(name for name in order if not told[name].memory), *(name for name in order if told[name].memory)]
+    order = [*(name for name in order if not declared[name].memory), *(name for name in order if declared[name].memory)]
     own = {name: placed.states[name] for name in order}
-    kept = {name: at for name, at in placed.states.items() if name not in told}
+    kept = {name: at for name, at in placed.states.items() if name not in declared}
     placed.states.clear()
     placed.states.update(kept | own)
     atol, memory = np.full(len(placed.states), 1e-7), np.zeros(len(placed.states), dtype=np.bool_)
@@ -274,8 +274,8 @@ def _states(instances: Sequence[Instance], placed: _Placed, body: Mechanics) -> 
     records = np.zeros(len(placed.states), r.STATE)
     for k, (name, (value, rate)) in enumerate(placed.states.items()):
         records[k]["value"], records[k]["rate"], records[k]["shown"] = value, rate, -1
-        if name in told:
-            atol[k], memory[k] = told[name].atol, told[name].memory
+        if name in declared:
+            atol[k], memory[k] = declared[name].atol, declared[name].memory
             if placed.signals[name] != value:
                 records[k]["shown"] = placed.signals[name]
     return atol, memory, records

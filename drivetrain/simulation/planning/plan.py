@@ -195,8 +195,8 @@ def check_meshes(
     Reference:
         Of a N + mu |N| = r with a = 1 + J ratio^2 / I: one solution for every r only while mu < a.
     """
-    told = [(one.place.joint, getattr(one.effect, "driven_loss", None)) for one in instances]
-    losses = {joint: float(loss) for joint, loss in told if loss is not None}
+    loss_terms = [(one.place.joint, getattr(one.effect, "driven_loss", None)) for one in instances]
+    losses = {joint: float(loss) for joint, loss in loss_terms if loss is not None}
     if not losses:
         return
     whole, rotors = inertia_at_start
@@ -332,7 +332,7 @@ def _scale_rows(scales: Sequence[tuple[str, TimeScale]]) -> list[tuple[str, str]
     for who, scale in scales:
         kind, _, joint = who.partition(" of ")
         same.setdefault((kind, scale.name, f"{scale.seconds:.3g} s"), []).append(joint)
-    return [(f"{kind}, {name}: {told}", ", ".join(filter(None, at))) for (kind, name, told), at in same.items()]
+    return [(f"{kind}, {name}: {text}", ", ".join(filter(None, at))) for (kind, name, text), at in same.items()]
 
 
 def _left_out(scene: Scene, instances: Sequence[Instance]) -> tuple[str, ...]:

@@ -80,8 +80,8 @@ def ranked(instances: Iterable[Instance]) -> list[Instance]:
     def rank(one: Instance) -> tuple[str, int]:
         return type(one.effect).__name__, one.place.joint
 
-    told = [list(same) for _, same in groupby(sorted(instances, key=rank), rank)]
-    return [one for same in told for one in (sorted(same, key=lambda x: repr(x.effect)) if len(same) > 1 else same)]
+    groups = [list(same) for _, same in groupby(sorted(instances, key=rank), rank)]
+    return [one for same in groups for one in (sorted(same, key=lambda x: repr(x.effect)) if len(same) > 1 else same)]
 
 
 SLIDING = {"rad": "m", "rad/s": "m/s", "rad/s^2": "m/s^2", "N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m"}
@@ -101,9 +101,12 @@ MOTOR_SIDE = {
 def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bool]) -> Directory:
     """Every signal with its unit and who sets it."""
     known, faults = Directory(), list[Fault]()
-    told = [*((signal, False) for signal in (*named.BEFORE, *named.AFTER)), *((signal, True) for signal in named.TAKEN)]
+    every = [
+        *((signal, False) for signal in (*named.BEFORE, *named.AFTER)),
+        *((signal, True) for signal in named.TAKEN),
+    ]
     for index, joint in enumerate(place.joints):
-        for signal, taken in told:
+        for signal, taken in every:
             if signal.name.startswith(("deflection", "gear_")) and not flexible[index]:
                 continue
             own = signal.name in MOTOR_SIDE

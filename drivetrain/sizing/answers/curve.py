@@ -23,8 +23,8 @@ from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.judge.vary import Number, Setup, Vary, edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.asked import unknown_terms
-from drivetrain.sizing.search.often_enough import CONFIDENCE, chance_of, scatters
+from drivetrain.sizing.search.chance_constraint import CONFIDENCE, chance_of, scatters
+from drivetrain.sizing.search.preconditions import unknown_terms
 from drivetrain.sizing.search.robust import robust_select
 from drivetrain.sizing.search.search import better_set, select
 from drivetrain.sizing.tables import CRITERION_UNITS, set_table
@@ -182,17 +182,17 @@ def optimum_curve(
     """
     what = varied(vary)
     row = _Row(study, what, _checked(study, what, payload, span, points))
-    tell = progress or (lambda done, total, text: None)
+    report = progress or (lambda done, total, text: None)
     grid = [float(value) for value in np.linspace(*span, points)]
     found: list[CurvePoint] = []
     for done, value in enumerate(grid):
-        tell(done, points + 1, f"selecting at {value:.4g}")
+        report(done, points + 1, f"selecting at {value:.4g}")
         found.append(row.selected(value, found[-1] if found else None, counted=True))
     tolerance = TOLERANCE * (span[1] - span[0])
-    tell(points, points + 1, "locating the breakpoints")
+    report(points, points + 1, "locating the breakpoints")
     starts = [(grid[0], found[0])]
     for before, one in itertools.pairwise(found):
-        if row.often is None:
+        if row.wanted is None:
             _between(row, starts, one, tolerance, SLIVER * (grid[1] - grid[0]))
         elif one.drives != before.drives:  # whether a set is feasible often enough is too dear to be asked on the way
             starts.append((0.5 * (before.value + one.value), one))
@@ -200,7 +200,7 @@ def optimum_curve(
     pieces, folded = _pieces(row, starts, grid[-1], tolerance, SLIVER * step)
     return OptimumCurve(
         study, what, row.payload, row.number.now, tuple(sorted(row.made, key=lambda one: one.value)), pieces,
-        tolerance if row.often is None else 0.5 * step, tuple(_notes(row, step, folded)),
+        tolerance if row.wanted is None else 0.5 * step, tuple(_notes(row, step, folded)),
     )  # fmt: skip
 
 
@@ -226,7 +226,7 @@ class _Row:
         return lru_cache(maxsize=1)(self.number.put)
 
     @property
-    def often(self) -> float | None:
+    def wanted(self) -> float | None:
         """Probability with which sets must be feasible; None where none is wanted or nothing scatters."""
         return self.study.wanted.holds if scatters(self.study) else None
 
@@ -236,7 +236,7 @@ class _Row:
         With ``counted`` it is told how often the set holds within the tolerances, which takes longer than the search.
         """
         study = self.at(value).study
-        if self.often is not None:
+        if self.wanted is not None:
             self.made.append(_robust(study, value))
             return self.made[-1]
         study = replace(study, wanted=replace(study.wanted, sets=1))
@@ -361,7 +361,7 @@ def _pieces(
     runs = [_Run(low, high, one.drives) for (low, one), high in zip(starts, ends, strict=True)]
     runs = _joined(runs, lambda run, drives: run.drives == drives)
     folded = 0
-    if row.often is None:
+    if row.wanted is None:
         runs = _joined(runs, lambda run, _: run.high - run.low <= 2.0 * tolerance)
         runs = _joined(runs, lambda run, drives: run.drives == drives or _as_good(row, drives, run))
         folded = len(runs)
@@ -409,7 +409,7 @@ def _ended_by(row: _Row, drives: Drives, value: float, direction: int) -> str:
     """What is over its limit just beyond an end."""
     if not drives:
         return ""
-    if row.often is not None:
+    if row.wanted is not None:
         return "another set is better, or it holds too seldom"
     found = row.evaluated(drives, value + direction * 2.0 * TOLERANCE * max(abs(value), abs(row.number.now), 1e-9))
     if found.feasible:
@@ -432,15 +432,15 @@ def _notes(row: _Row, step: float, folded: int) -> list[str]:
             f"{folded} pieces narrower than {SLIVER * step:.3g} {row.vary.unit} are folded into a neighbour, whose set "
             "is feasible there too and worth little less"
         )
-    if scatters(row.study) and row.often is None:
+    if scatters(row.study) and row.wanted is None:
         notes.append(
             "sets are those that hold with nominal numbers; with what probability each holds within the tolerances is "
             f"counted at each value of the grid over at most {SAMPLES} arms (`selection: holds` asks for sets that "
             "hold often enough)"
         )
-    elif row.often is not None:
+    elif row.wanted is not None:
         notes.append(
-            f"every set selected holds with at least {100.0 * row.often:g} % ({100.0 * CONFIDENCE:g} % confidence); "
+            f"every set selected holds with at least {100.0 * row.wanted:g} % ({100.0 * CONFIDENCE:g} % confidence); "
             f"between two selections a breakpoint is only known to {0.5 * step:.3g} {row.vary.unit}"
         )
     notes += [f"not proven at {point.value:.4g}: {point.proof}" for point in row.made if not is_proven(point.proof)]

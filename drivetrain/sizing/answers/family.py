@@ -18,8 +18,8 @@ import numpy as np
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.asked import check_asked, check_keys, satisfied
 from drivetrain.sizing.search.candidates import Domain, Domains, Mask, candidates
+from drivetrain.sizing.search.preconditions import check_keys, check_options, satisfied
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.propagate import Propagation, Ranges
 from drivetrain.sizing.search.tree import EVERY, SMALL, Tree, searched
@@ -50,8 +50,8 @@ class FamilySelection:
     def __repr__(self) -> str:
         if not self.drives:
             return "FamilySelection(no set fits all members)"
-        told = "optimal" if self.proven else f"not proven, bound {self.bound:.4g}"
-        return f"FamilySelection({self.objective:.4g} for each of {len(self.evaluations)} members, {told})"
+        proof = "optimal" if self.proven else f"not proven, bound {self.bound:.4g}"
+        return f"FamilySelection({self.objective:.4g} for each of {len(self.evaluations)} members, {proof})"
 
 
 @dataclass
@@ -108,22 +108,22 @@ def select_family(studies: Sequence[Study], *, wanted: SelectionOptions | None =
         ``select_family([changed(study, TaskChange(payload=share)) for share in (0.6, 1.0, 2.0)])``
     """
     members = _members(studies)
-    asked = replace(members[0].wanted if wanted is None else wanted, sets=1)
-    check_asked(members[0], asked)
-    if any(weight and name == "energy" for name, weight in asked.weights):
+    options = replace(members[0].wanted if wanted is None else wanted, sets=1)
+    check_options(members[0], options)
+    if any(weight and name == "energy" for name, weight in options.weights):
         raise InputError(Fault("wanted", "must be mass, price or both: energy differs between members"))
-    if asked.holds is not None:
-        raise InputError(Fault("wanted.holds", "is not asked of a family", asked.holds))
+    if options.holds is not None:
+        raise InputError(Fault("wanted.holds", "is not asked of a family", options.holds))
     try:
-        problems = tuple(problem(candidates(one), asked) for one in (replace(m, wanted=asked) for m in members))
+        problems = tuple(problem(candidates(one), options) for one in (replace(m, wanted=options) for m in members))
     except KeyError:
         for one in members:
             check_keys(one)
         raise
     others: Any = _Others(problems[1:])
-    tree = Tree(problems[0], often=others if problems[1:] else None)
+    tree = Tree(problems[0], accepts=others if problems[1:] else None)
     tree.begin()
-    tree, first = searched(tree, time.perf_counter() + asked.time_limit, lambda *_: None)
+    tree, first = searched(tree, time.perf_counter() + options.time_limit, lambda *_: None)
     counters = dict(tree.counters + others.counters)
     if not tree.best:
         return FamilySelection({}, math.nan, (), tree.finished, math.inf if tree.finished else tree.bound, counters)

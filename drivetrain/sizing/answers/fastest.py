@@ -137,7 +137,7 @@ class _Paced:
     share: float  # as of ``Fastest``
     pace: Array  # the share of its time that each takes
     evaluation: Evaluation  # of the drives at that pace
-    lasting: tuple[str, str]  # place and name of the check over the whole cycle that binds
+    over_cycle: tuple[str, str]  # place and name of the check over the whole cycle that binds
 
     @property
     def feasible(self) -> bool:
@@ -161,7 +161,7 @@ def _paced(study: Study, drives: Mapping[str, Given] | None, cycle: Cycle, moves
     if not _holds(at(edges)):
         share = _edge(lambda share: _holds(at(np.maximum(edges, share))), least, quicker=False)
     pace = np.maximum(edges, share)
-    return _Paced(cycle, moves, edges, share, pace, at(pace), _lasting(at, edges, share))
+    return _Paced(cycle, moves, edges, share, pace, at(pace), _over_cycle(at, edges, share))
 
 
 class _Way(NamedTuple):
@@ -432,7 +432,7 @@ def _instants(evaluation: Evaluation) -> list[tuple[str, Check]]:
     ]  # fmt: skip
 
 
-def _lasting(at: Callable[[Array], Evaluation], edges: Array, share: float) -> tuple[str, str]:
+def _over_cycle(at: Callable[[Array], Evaluation], edges: Array, share: float) -> tuple[str, str]:
     """Place and name of the check over the whole cycle that fails a little below its share."""
     if share == 0.0:
         return "", ""
@@ -448,7 +448,7 @@ def _move_times(before: Cycle, moves: list[slice], best: _Paced) -> tuple[MoveTi
         length = float(before.time[own.stop - 1] - before.time[own.start])
         start, end = float(after.time[move.start]), float(after.time[move.stop - 1])
         name = before.segment_names[before.segment[(own.start + own.stop - 1) // 2]]
-        place, check, at = *best.lasting, math.nan
+        place, check, at = *best.over_cycle, math.nan
         if final <= least:
             alone = evaluate(replace(result.study, cycle=_cut(after, move)), result.drives)
             place, most = max(_instants(alone), key=lambda one: one[1].utilisation or 0.0, default=("", None))

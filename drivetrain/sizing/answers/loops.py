@@ -56,27 +56,27 @@ def study_loops(
     evaluation: Evaluation, *, joints: Collection[str] | None = None, current_bandwidth: float | None = None
 ) -> StudyLoops:
     """The loops of evaluated drives, timed as the study's simulation times them; current loops as given [rad/s]."""
-    wishes = evaluation.study.simulation
+    settings = evaluation.study.simulation
     if current_bandwidth is not None:
-        wishes = replace(wishes, current_bandwidth=current_bandwidth)
+        settings = replace(settings, current_bandwidth=current_bandwidth)
     found, missing = [], {}
     for name, joint in evaluation.joints.items():
         if joints is not None and name not in joints:
             continue
-        span = servo_axes(joint, wishes.damping)
+        span = servo_axes(joint, settings.damping)
         if span is None:
             missing[name] = "the inertia of load or rotor is unknown, so no loop can be laid out"
         else:
-            found.append(_joint_loops(joint, *span, servo_timing(wishes, name)))
+            found.append(_joint_loops(joint, *span, servo_timing(settings, name)))
     return StudyLoops(tuple(found), missing)
 
 
-def servo_timing(wishes: Simulation, joint: str) -> ServoTiming:
+def servo_timing(settings: Simulation, joint: str) -> ServoTiming:
     """What lies between a joint's speed loop and its torque; continuous where the study states no control."""
-    control = wishes.control.get(joint)
+    control = settings.control.get(joint)
     if control is None or not control.sampled:
-        return ServoTiming(wishes.current_bandwidth)
-    return ServoTiming(wishes.current_bandwidth, 1.0 / control.rate, control.delay)
+        return ServoTiming(settings.current_bandwidth)
+    return ServoTiming(settings.current_bandwidth, 1.0 / control.rate, control.delay)
 
 
 def servo_axes(joint: JointResult, damping: float) -> tuple[ServoAxis, float] | None:

@@ -36,26 +36,26 @@ def trade_offs(study: Study, *, progress: Progress | None = None) -> TradeOffsFo
     Raises:
         InputError: A payload that the study does not carry is to be varied.
     """
-    tell = progress or (lambda done, total, text: None)
-    asked, front = study.trade_offs, None
-    if asked.front:
+    report = progress or (lambda done, total, text: None)
+    wanted, front = study.trade_offs, None
+    if wanted.front:
         front = pareto_front(
-            study, asked.front, time_limit=study.wanted.time_limit,
-            progress=lambda done, total, text: tell(done, total, f"front: {text}"),
+            study, wanted.front, time_limit=study.wanted.time_limit,
+            progress=lambda done, total, text: report(done, total, f"front: {text}"),
         )  # fmt: skip
-    return TradeOffsFound(front, tuple(_curve(study, one, tell) for one in asked.curves))
+    return TradeOffsFound(front, tuple(_curve(study, one, report) for one in wanted.curves))
 
 
 def check_trade_offs(study: Study) -> None:
     """Refuse a front or a curve that cannot be found, before anything is searched, with every fault at once."""
     faults: list[Fault] = []
-    asked = study.trade_offs
-    if asked.front:
+    wanted = study.trade_offs
+    if wanted.front:
         try:
-            check_criteria(study, asked.front)
+            check_criteria(study, wanted.front)
         except InputError as error:
             faults += error.faults
-    for one in asked.curves:
+    for one in wanted.curves:
         vary = Vary(one.vary)
         # Without a payload there is no usual range of one: any shows what is wrong.
         own = (0.0, 1.0) if vary is Vary.PAYLOAD and not vary.now(study) else usual_span(study, vary)
@@ -73,10 +73,10 @@ def usual_span(study: Study, vary: Vary) -> tuple[float, float]:
     return (own - AROUND, own + AROUND) if vary is Vary.AMBIENT else (low * own, high * own)
 
 
-def _curve(study: Study, wanted: CurveWanted, tell: Progress) -> OptimumCurve:
+def _curve(study: Study, wanted: CurveWanted, report: Progress) -> OptimumCurve:
     vary = Vary(wanted.vary)
     name = vary.replace("_", " ")
     return optimum_curve(
         study, vary, wanted.span or usual_span(study, vary),
-        progress=lambda done, total, text: tell(done, total, f"over the {name}: {text}"),
+        progress=lambda done, total, text: report(done, total, f"over the {name}: {text}"),
     )  # fmt: skip

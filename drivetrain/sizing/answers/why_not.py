@@ -57,8 +57,8 @@ class Standing(StrEnum):
     """How a pair stands at a joint, beside the other drives of the chosen set."""
 
     CHOSEN = "chosen"
-    HOLDS = "holds, not chosen"
-    FALLS = "rejected"
+    FEASIBLE = "holds, not chosen"
+    REJECTED = "rejected"
     NOT_JUDGED = "cannot be checked"
     NO_PARTNER = "has no partner"
 
@@ -115,14 +115,14 @@ class WhyNot:
     answers: tuple[PairAnswer, ...]
 
     def __repr__(self) -> str:
-        told = ", ".join(f"{one.joint} {one.standing}" for one in self.answers)
+        text = ", ".join(f"{one.joint} {one.standing}" for one in self.answers)
         gear = "no gear" if self.gear == "" else self.gear or "any gear"
-        return f"WhyNot({self.motor or 'any motor'} with {gear}: {told})"
+        return f"WhyNot({self.motor or 'any motor'} with {gear}: {text})"
 
     @property
     def holds(self) -> bool:
         """Whether it holds at every joint asked after."""
-        return all(one.standing in (Standing.CHOSEN, Standing.HOLDS) for one in self.answers)
+        return all(one.standing in (Standing.CHOSEN, Standing.FEASIBLE) for one in self.answers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,14 +252,14 @@ def _answer(question: _Question, joint: int, cost: bool) -> PairAnswer:
     shown = next((one for one in tried if one.keys == chosen), shown)
     failed = [check for check in shown.result.checks if check.verdict is Verdict.FAIL]
     furthest = worst_of(failed).check
-    standing = Standing.NOT_JUDGED if shown.lacks else Standing.HOLDS if shown.feasible else Standing.FALLS
+    standing = Standing.NOT_JUDGED if shown.lacks else Standing.FEASIBLE if shown.feasible else Standing.REJECTED
     if shown.keys == chosen and shown.feasible:
         standing = Standing.CHOSEN
     return PairAnswer(
         task.name, *shown.keys, standing, _passed_over(question, joint, shown), len(pairs), len(feasible),
         shown.result, next((check for check in failed if check.name == furthest), None), shown.lacks,
-        _smallest_changes(question, joint, shown.setup) if standing is Standing.FALLS else (),
-        _best_with(study, joint, pairs) if cost and standing in (Standing.HOLDS, Standing.FALLS) else None,
+        _smallest_changes(question, joint, shown.setup) if standing is Standing.REJECTED else (),
+        _best_with(study, joint, pairs) if cost and standing in (Standing.FEASIBLE, Standing.REJECTED) else None,
     )  # fmt: skip
 
 

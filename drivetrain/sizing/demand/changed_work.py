@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.demand.demand import Workload, asks_brakes, at_rest
+from drivetrain.sizing.demand.demand import Workload, at_rest, needs_brakes
 from drivetrain.sizing.demand.load_basis import JointBasis, Loads, load_basis
 from drivetrain.sizing.demand.stops import StopBasis, stop_basis
 from drivetrain.study.change import TaskChange, changed
@@ -44,7 +44,7 @@ class WorkFamily:
         basis = tuple(
             _combined(bases, share, slower) for bases in zip(self._moving, self._resting, *self._empty, strict=True)
         )
-        resting = () if not asks_brakes(study) else tuple(
+        resting = () if not needs_brakes(study) else tuple(
             _combined((still, still, empty, empty), share, 1.0)
             for still, empty in zip(self._resting, self._empty[1], strict=True)
         )  # fmt: skip

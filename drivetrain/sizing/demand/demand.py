@@ -199,11 +199,11 @@ class Workload:
 @lru_cache(maxsize=1)
 def workload(study: Study) -> Workload:
     """The work of a study's joints, prepared for any set of drives; kept while the same study is asked again."""
-    resting = load_basis(at_rest(study), forces_only=True) if asks_brakes(study) else ()
+    resting = load_basis(at_rest(study), forces_only=True) if needs_brakes(study) else ()
     return Workload(study, load_basis(study), study.cycle.weights, resting)
 
 
-def asks_brakes(study: Study) -> bool:
+def needs_brakes(study: Study) -> bool:
     """Whether a joint must be held by a brake."""
     return any(task.brakes for task in study.joints)
 
@@ -266,16 +266,16 @@ class JointWork:
             nothing = np.zeros_like(speed)
             given = nothing if cycle.torque is None else cycle.torque[:, self.joint]
             given = given - counterbalance_torques(self.work.study, cycle.position)[:, self.joint]
-            told = None if task.load_inertia is None else np.full_like(speed, task.load_inertia)
-            static = given if told is None else given - told * acceleration
+            inertia = None if task.load_inertia is None else np.full_like(speed, task.load_inertia)
+            static = given if inertia is None else given - inertia * acceleration
             return JointDemand(
                 cycle.time, self.work.weights, position, speed, acceleration, nothing, given, task.friction,
-                cycle.payload, None, told, cycle, self._table_stop(speed, acceleration, given),
+                cycle.payload, None, inertia, cycle, self._table_stop(speed, acceleration, given),
                 static if task.brakes else None,
             )  # fmt: skip
         basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
         carrier = self._carrier(self.work.basis, cycle.acceleration)
-        across, held = sums.wrench.reshape(-1, 6) if basis.told else None, self.work.static(self.joint, numbers)
+        across, held = sums.wrench.reshape(-1, 6) if basis.on_bearing else None, self.work.static(self.joint, numbers)
         return JointDemand(
             cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
             sums.force * travel, task.friction, cycle.payload, across, sums.inertia * travel**2, cycle,
@@ -313,8 +313,8 @@ class JointWork:
         if task.stop.ramp is None or task.load_inertia is None:
             return NO_STOP
         slowing, nothing = -speed[moving] / task.stop.ramp, np.zeros(len(moving))
-        asked = torque[moving] + task.load_inertia * (slowing - acceleration[moving])
-        return StopDemand(moving, nothing, asked, speed[moving], slowing, nothing)
+        needed = torque[moving] + task.load_inertia * (slowing - acceleration[moving])
+        return StopDemand(moving, nothing, needed, speed[moving], slowing, nothing)
 
 
 def joint_demand(study: Study, drives: Mapping[int, Drive], joint: int) -> JointDemand:

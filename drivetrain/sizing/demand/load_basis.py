@@ -76,7 +76,7 @@ class JointBasis:
 
     bare: Loads
     slides: bool
-    told: bool
+    on_bearing: bool
     drives: tuple[int, ...]
     force: Array
     wrench: Array
@@ -134,14 +134,14 @@ def all_numbers(study: Study, basis: JointBasis, drives: Mapping[int, Drive]) ->
 
 def _loads(study: Study, arm: Arm, forces_only: bool, chosen: Any = slice(None)) -> Loads:
     """What a motion asks of an arm, at all samples or at some; wrenches and inertias may be left out."""
-    gear, wrench, carrier = _asked(study, arm, chosen)
+    gear, wrench, carrier = _loads_at(study, arm, chosen)
     if forces_only:
         nothing = np.zeros((*gear.T.shape, 0))
         return Loads(gear.T, nothing, nothing, carrier.T)
     return Loads(gear.T, np.swapaxes(wrench, 0, 1), _inertia(arm, study.cycle.position[chosen]), carrier.T)
 
 
-def _asked(study: Study, arm: Arm, chosen: Any) -> tuple[Array, Array, Array]:
+def _loads_at(study: Study, arm: Arm, chosen: Any) -> tuple[Array, Array, Array]:
     """Gear torques, wrenches and carriers' accelerations at some samples, those of a base that moves left out."""
     cycle, still = study.cycle, 0
     motion = [rows[chosen] for rows in (cycle.position, cycle.velocity, cycle.acceleration)]
@@ -204,10 +204,10 @@ def _empty_rows(study: Study, bare: Loads, joint: int) -> JointBasis:
     assert study.arm is not None
     drives, slides = loading_drives(study, joint), not study.arm.screws[joint, :3].any()
     own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
-    told = not (slides or study.joints[joint].coupled or np.isnan(own.wrench).any())
+    on_bearing = not (slides or study.joints[joint].coupled or np.isnan(own.wrench).any())
     full, rows = bare.inertia.shape[-1], NUMBERS * len(drives)
     force, wrench, inertia = (np.zeros((rows, *shape)) for shape in (own.force.shape, (full, 6), (full,)))
-    return JointBasis(own, slides, told, drives, force, wrench, inertia)
+    return JointBasis(own, slides, on_bearing, drives, force, wrench, inertia)
 
 
 # Of the arm, of rotors of inertia 1 and ratio 1 and -1, and of bodies of mass 1 on the drive's link: a point, one with

@@ -244,7 +244,7 @@ def _by_drives(work: Workload, joint: int) -> Added:
     """What a unit of each number of every drive in a joint's basis adds, in the joint's unit; empty where unasked."""
     basis, task = work.basis[joint], work.study.joints[joint]
     rows, nothing = len(basis.force), np.zeros((len(basis.force), 0))
-    samples = basis.wrench.shape[1] // 6 if basis.told else 0
+    samples = basis.wrench.shape[1] // 6 if basis.on_bearing else 0
     wrench = basis.wrench[:, : 6 * samples].reshape(rows, samples, 6).transpose(0, 2, 1)
     stop = nothing if task.stop.ramp is None or work.stops is None else work.stops.joints[joint].force
     return Added(basis.force, wrench, basis.inertia, stop, work.resting[joint].force if task.brakes else nothing)

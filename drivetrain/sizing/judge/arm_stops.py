@@ -269,7 +269,7 @@ def _slowed(
 AT_CURRENT, POWER_OFF, BRAKE_HEAT = STOP_CHECKS
 
 
-def asks_stops(study: Study) -> bool:
+def needs_arm_stops(study: Study) -> bool:
     """Whether sets of drives of a study are held against a stop of all joints."""
     return _stops_at_current(study) or any(task.brakes and task.stop.power_off for task in study.joints)
 
@@ -290,13 +290,13 @@ def stop_checks(study: Study, drives: Mapping[str, Drive], *, quick: bool = Fals
         limits = np.array([(i or 0.0) * one.motor.torque_constant for i, one in zip(currents, every, strict=True)])
         unknown = [task.name for task, i in zip(tasks, currents, strict=True) if i is None and task.stop.ramp is None]
         lack = f"no current of a stop is known at {', '.join(unknown)}" if unknown else silent
-        yield from _told(study, drives, AT_CURRENT, Braking(limits, nothing, ramps), lack, quick)
+        yield from _checks_of(study, drives, AT_CURRENT, Braking(limits, nothing, ramps), lack, quick)
     if any(one.motor.brake.key and task.stop.power_off for one, task in zip(every, tasks, strict=True)):
         brakes = [one.motor.brake for one in every]
         limits = np.array([one.static_torque or 0.0 for one in brakes])
         delays = np.array([one.engage_time or 0.0 for one in brakes])
         lack = silent or _lacks(drives, _brake_lacks)
-        yield from _told(study, drives, POWER_OFF, Braking(limits, delays, open_end), lack, quick)
+        yield from _checks_of(study, drives, POWER_OFF, Braking(limits, delays, open_end), lack, quick)
 
 
 def _stops_at_current(study: Study) -> bool:
@@ -308,8 +308,8 @@ def _stops_at_current(study: Study) -> bool:
 
 def _lacks(drives: Mapping[str, Drive], of: Callable[[Drive], str]) -> str:
     """What the sheets of all drives do not say, in words."""
-    told = [f"{name}: {text} not in the catalogue row" for name, one in drives.items() if (text := of(one))]
-    return "; ".join(told)
+    lacks = [f"{name}: {text} not in the catalogue row" for name, one in drives.items() if (text := of(one))]
+    return "; ".join(lacks)
 
 
 def _brake_lacks(drive: Drive) -> str:
@@ -319,7 +319,7 @@ def _brake_lacks(drive: Drive) -> str:
     return " and ".join(f"the brake's {name.replace('_', ' ')}" for name in names if getattr(own, name) is None)
 
 
-def _told(
+def _checks_of(
     study: Study, drives: Mapping[str, Drive], row: Requirement, braking: Braking, lack: str, quick: bool
 ) -> Iterator[Check]:
     """The checks of one kind of stop."""
@@ -351,21 +351,21 @@ def _told(
 
 
 def _check(
-    study: Study, row: Requirement, factor: float, asked: Array, limits: list[float | None], least: list[float],
+    study: Study, row: Requirement, factor: float, torques: Array, limits: list[float | None], least: list[float],
     first: Indices, ways: str,
 ) -> Check:  # fmt: skip
     """What is asked of n joints from S states, held against the limit of each; the joint nearest to its limit tells.
 
     Of a limit that no sheet prints what a part bears at least stands in: what passes it is not checked.
     """
-    names, most = [task.name for task in study.joints], asked.max(axis=0)
+    names, most = [task.name for task in study.joints], torques.max(axis=0)
     assumed, allowed = np.array([one is None for one in limits]), _stood_in(limits, least)
     used = np.array([utilisation(factor * one, limit) for one, limit in zip(most, allowed, strict=True)])
     fails = (used > 1.0) & ~assumed
     joint = int(np.argmax(np.where(fails.any() & assumed, -1.0, np.nan_to_num(used, nan=math.inf))))
     verdict = judged(float(used[joint]), study.safety.reserve)
     doubtful = bool(assumed[joint]) and not used[joint] <= 1.0
-    state = int(np.argmax(asked[:, joint]))
+    state = int(np.argmax(torques[:, joint]))
     time, limit = float(study.cycle.time[first[state]]), allowed[joint]
     silent = [name for name, one in zip(names, assumed, strict=True) if one]
     lack = f"{row.sheet} is not in the catalogue row of {', '.join(silent)}" if silent else ""

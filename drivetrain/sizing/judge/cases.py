@@ -86,7 +86,7 @@ class Setting:
     overload: float = 0.0
     whole: float = UNKNOWN
     amplifier_heat: float = 0.0
-    rubs_as_told: float = 0.0
+    stated_friction: float = 0.0
     life: float = 0.0
     bearing_life: float = 0.0
     ratio_limit: float = 0.0
@@ -280,7 +280,7 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         task.gear_heat, study.cold_start, float(study.cold_start is not None),
         float(bool(task.brakes)), 0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
         1.0 - study.stiffness.scatter, study.supply.voltage, float(rates_supply(task.amplifier)),
-        *overload_asked(task.amplifier), task.amplifier_heat, float(task.motor_friction is not None), float(life),
+        *overload_limits(task.amplifier), task.amplifier_heat, float(task.motor_friction is not None), float(life),
         float(life and rests_on_gear(task, demand)),
         float(study.safety.inertia_ratio is not None and demand.load_inertia is not None),
     )  # fmt: skip
@@ -304,10 +304,10 @@ def stop_current(stated: float | None, amplifier: Amplifier) -> float | None:
     return min(found, default=None)
 
 
-def overload_asked(amplifier: Amplifier) -> tuple[float, float]:
+def overload_limits(amplifier: Amplifier) -> tuple[float, float]:
     """Whether an amplifier's overload can be judged, and the whole of it where the amplifier says how long it lasts."""
-    told = judges_overload(amplifier)
-    return float(judges_overload(with_peak_time(amplifier))), 1.0 if told else UNKNOWN
+    printed = judges_overload(amplifier)
+    return float(judges_overload(with_peak_time(amplifier))), 1.0 if printed else UNKNOWN
 
 
 def put_amplifier(cases: Any, amplifier: Amplifier, task: JointTask) -> None:
@@ -315,7 +315,7 @@ def put_amplifier(cases: Any, amplifier: Amplifier, task: JointTask) -> None:
     setting = cases["setting"]
     cases["amplifier"] = as_record(with_peak_time(amplifier))
     setting["volts"] = available_voltage(amplifier, 1.0) * setting["supply"]
-    setting["listed"], (setting["overload"], setting["whole"]) = rates_supply(amplifier), overload_asked(amplifier)
+    setting["listed"], (setting["overload"], setting["whole"]) = rates_supply(amplifier), overload_limits(amplifier)
     limit = stop_current(task.stop.current, amplifier)
     setting["stop_current"] = np.nan if limit is None else limit
 

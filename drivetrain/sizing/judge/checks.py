@@ -30,7 +30,7 @@ class Requirement:
     """One requirement held against one limit.
 
     Attributes:
-        name, unit: As told.
+        name, unit: As shown.
         required, limit: Fields of the case; where one is NaN nothing is checked. Of stage SUPPLY what all joints ask
             together (``verdicts.supply_figures``) and a field of the study's supply; of stage ARM a figure
             (``stiffness.FIGURES``) and a field of what the study wishes, made only where it does; of stage STOP told by
@@ -45,8 +45,8 @@ class Requirement:
             holds only against more is not made.
         peak: Whether some samples ask no more than all of them do: the larger of every sample's own.
         essential: Whether a drive for which it cannot be made is not chosen, and its evaluation proves nothing.
-        asked: Number that is 0 where a drive is not asked this.
-        wish: Whether it is told only where it is asked.
+        applies: Number that is 0 where a drive is not asked this.
+        optional: Whether it is shown only where it applies.
         of_gear: Whether a drive without a gear is not asked; as all of stage GEAR.
         scale: From SI to the unit.
         instant: Series whose largest magnitude is its instant (``operation.Operation``); empty: it has none.
@@ -69,8 +69,8 @@ class Requirement:
     essential: bool = False
     scale: float = 1.0
     instant: str = ""
-    asked: str = "one"
-    wish: bool = False
+    applies: str = "one"
+    optional: bool = False
     of_gear: bool = False
     words: Callable[[Any, Any], words.Words] = words.printed
     formula: str = ""
@@ -98,22 +98,22 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "gear momentary peaks", "1", "setting.stops", "figures.permitted_peaks", GEAR,
-        "peaks that the flexspline bears", asked="setting.counted",
-        wish=True, words=words.peaks,
+        "peaks that the flexspline bears", applies="setting.counted",
+        optional=True, words=words.peaks,
         formula="stops a day x service life; permitted N / (2 turns of the input in a stop)",
     ),
     Requirement(
         "gear torque in a jam", "N m", "figures.jam_torque", "gear.momentary_torque", GEAR, "momentary peak torque",
-        "safety.peak_torque", stand_in="stand_ins.momentary_torque", assumed=RARE, asked="setting.jam", wish=True,
+        "safety.peak_torque", stand_in="stand_ins.momentary_torque", assumed=RARE, applies="setting.jam", optional=True,
         words=words.jam, formula=JAM,
     ),
     Requirement(
         "gear ratcheting in a jam", "N m", "figures.jam_torque", "gear.ratcheting_torque", GEAR, "ratcheting torque",
-        "safety.peak_torque", asked="setting.jam", wish=True, words=words.jam, formula=JAM,
+        "safety.peak_torque", applies="setting.jam", optional=True, words=words.jam, formula=JAM,
     ),
     Requirement(
         "gear buckling in a jam", "N m", "figures.jam_torque", "gear.buckling_torque", GEAR, "buckling torque",
-        "safety.peak_torque", asked="setting.jam", wish=True, words=words.jam, formula=JAM,
+        "safety.peak_torque", applies="setting.jam", optional=True, words=words.jam, formula=JAM,
     ),
     Requirement(
         "gear average torque", "N m", "figures.average_load_torque", "limits.average_torque", GEAR,
@@ -133,41 +133,41 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "gear life L10", "h", "safety.life", "figures.gear_life", GEAR, "life", scale=1.0 / 3600.0,
-        words=words.gear_life, essential=True, asked="setting.life",
+        words=words.gear_life, essential=True, applies="setting.life",
         formula="L_rated (n_rated / n) (T_rated / T)^e",
     ),
     Requirement(
         "output bearing tilting moment", "N m", "figures.tilting_moment", "gear.tilting_moment_limit", GEAR,
-        "output bearing tilting moment limit", "safety.peak_torque", essential=True, asked="setting.bearing",
+        "output bearing tilting moment limit", "safety.peak_torque", essential=True, applies="setting.bearing",
         instant="tilting_moment", words=words.tilting,
         formula="largest moment across the output axis, about the bearing's centre on its worse side",
     ),
     Requirement(
         "output bearing axial load", "N", "figures.axial_load", "gear.axial_load_limit", GEAR,
-        "output bearing axial load limit", "safety.peak_torque", essential=True, asked="setting.bearing",
+        "output bearing axial load limit", "safety.peak_torque", essential=True, applies="setting.bearing",
         instant="axial_load", words=words.bearing,
         formula="largest force along the output axis",
     ),
     Requirement(
         "output bearing radial load", "N", "figures.radial_load", "gear.radial_load_limit", GEAR,
-        "output bearing radial load limit", "safety.peak_torque", essential=True, asked="setting.bearing",
+        "output bearing radial load limit", "safety.peak_torque", essential=True, applies="setting.bearing",
         instant="radial_load", words=words.bearing,
         formula="largest force across the output axis",
     ),
     Requirement(
         "output bearing static load", "N", "figures.bearing_static_load", "gear.bearing_static_rating", GEAR,
-        "static rating of the output bearing", "safety.bearing_static_safety", asked="setting.bearing",
+        "static rating of the output bearing", "safety.bearing_static_safety", applies="setting.bearing",
         words=words.bearing_rating, formula="P0 = Fr + 2 M/dp + 0.44 Fa, of the largest of each; the factor is C0/P0",
     ),
     Requirement(
         "output bearing life L10", "h", "safety.life", "figures.bearing_life", GEAR, "life",
-        asked="setting.bearing_life", scale=1.0 / 3600.0, words=words.bearing_life, essential=True,
+        applies="setting.bearing_life", scale=1.0 / 3600.0, words=words.bearing_life, essential=True,
         formula="10^6 turns (C/(fw P))^(10/3); P: mean over the travel of Fr + 2 M/dp + 0.45 Fa, or if that is more of "
         "0.67 (Fr + 2 M/dp + Fa)",
     ),
     Requirement(
         "gear stiffness", "N m/rad", "figures.wanted_stiffness", "limits.stiffness", GEAR, "stiffness", essential=True,
-        asked="setting.resonance", wish=True, instant="load_inertia", words=words.stiffness,
+        applies="setting.resonance", optional=True, instant="load_inertia", words=words.stiffness,
         formula="(2 pi f)^2 x load inertia, at its largest; enough for the joint by itself may not be for the arm",
     ),
     Requirement(
@@ -177,28 +177,30 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "torque behind the gear", "N m", "figures.joint_torque", "gear.stage_torque", SPEED, "torque of its stages",
-        "safety.peak_torque", essential=True, peak=True, instant="loosening_torque", asked="gear.staged", wish=True,
-        words=words.stage_torque, formula="largest load torque of every cycle at the joint, breaking loose included",
+        "safety.peak_torque", essential=True, peak=True, instant="loosening_torque", applies="gear.staged",
+        optional=True, words=words.stage_torque,
+        formula="largest load torque of every cycle at the joint, breaking loose included",
     ),
     Requirement(
         "speed behind the gear", "rad/s", "setting.fastest", "gear.stage_speed", SPEED, "speed of its stages",
-        "safety.speed", peak=True, instant="speed", asked="gear.staged", wish=True, words=words.stage_speed,
+        "safety.speed", peak=True, instant="speed", applies="gear.staged", optional=True, words=words.stage_speed,
         formula="max |w|",
     ),
     Requirement(
         "holding brake torque", "N m", "figures.holding_torque", "motor.brake.static_torque", SPEED, "static torque",
-        "safety.brake", essential=True, asked="setting.brake", wish=True, instant="static_torque", words=words.brake,
+        "safety.brake", essential=True, applies="setting.brake", optional=True, instant="static_torque",
+        words=words.brake,
         formula="largest |T| / |G| that holds a position of the cycle still, without help of the mesh",
     ),
     Requirement(
         "holding brake energy", "J", "figures.stopping_energy", "motor.brake.energy_per_stop", SPEED,
-        "energy per stop", asked="setting.brake", wish=True, words=words.brake, stand_in="stand_ins.brake_energy",
+        "energy per stop", applies="setting.brake", optional=True, words=words.brake, stand_in="stand_ins.brake_energy",
         assumed="26 J a N m of static torque, less than any brake of the shipped catalogue prints",
         formula="J w^2 / 2 x T / (T - T_load): largest speed and inertia, the worst position driving on",
     ),
     Requirement(
         "inertia ratio", "1", "figures.inertia_ratio", "safety.inertia_ratio", SPEED,
-        "inertia ratio that the study allows", instant="load_inertia", asked="setting.ratio_limit", essential=True,
+        "inertia ratio that the study allows", instant="load_inertia", applies="setting.ratio_limit", essential=True,
         words=words.inertia_ratio, formula="load inertia / (G^2 rotor inertia), at its largest",
     ),
     Requirement(
@@ -209,13 +211,13 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "cold start torque", "N m", "figures.cold_torque", "limits.short_time_torque", TORQUE, "short-time torque",
-        "safety.peak_torque", peak=True, essential=True, asked="setting.cold", wish=True, words=words.cold_torque,
+        "safety.peak_torque", peak=True, essential=True, applies="setting.cold", optional=True, words=words.cold_torque,
         more="untold.torque",
         formula="largest electromagnetic torque with the gear's drag cold, starting from rest included",
     ),
     Requirement(
         "cold start current", "A", "figures.cold_current", "limits.peak_current", TORQUE, "peak current",
-        "safety.peak_torque", peak=True, asked="setting.cold", wish=True, words=words.cold_current,
+        "safety.peak_torque", peak=True, applies="setting.cold", optional=True, words=words.cold_current,
         more="untold.current",
         formula="that torque / kt(cold)",
     ),
@@ -246,7 +248,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "cold start voltage", "V", "figures.cold_voltage", "setting.volts", HEAT, "voltage at the motor",
         "safety.voltage", essential=True,
-        asked="setting.cold", wish=True, words=words.voltage,
+        applies="setting.cold", optional=True, words=words.voltage,
         more="untold.voltage",
         formula="largest of |kt w + R i + L di/dt|, all of it cold, and of R i to start from rest",
     ),
@@ -272,13 +274,13 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,
-        "continuous current", "safety.rms", words=words.amplifier_lasting,
+        "continuous current", "safety.rms", words=words.amplifier_continuous,
         more="untold.current",
         formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
         "amplifier overload (I2t)", "1", "figures.overload", "setting.whole", HEAT, "all of its overload",
-        asked="setting.overload", wish=True, stand_in="one",
+        applies="setting.overload", optional=True, stand_in="one",
         assumed="1 s at the peak current, as with 3.5 s of time constant at twice the continuous one",
         words=words.overload,
         formula="integral of I^2 - I_c^2 over (I_p^2 - I_c^2) t_p, or a first-order mean of I^2/I_c^2, at its largest "
@@ -286,12 +288,12 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "amplifier highest supply", "V", "setting.supply", "amplifier.max_voltage", SPEED, "highest supply voltage",
-        asked="setting.listed", wish=True, formula="voltage of the supply",
+        applies="setting.listed", optional=True, formula="voltage of the supply",
     ),
     Requirement(
         "amplifier lowest supply", "V", "amplifier.min_voltage", "setting.supply", SPEED, "supply voltage",
-        asked="setting.listed",
-        wish=True, words=words.lowest_supply, formula="lowest supply voltage of the amplifier",
+        applies="setting.listed",
+        optional=True, words=words.lowest_supply, formula="lowest supply voltage of the amplifier",
     ),
     Requirement(
         "supply peak power", "W", "peak_power", "peak_power", SUPPLY, "peak power", instant="power",
@@ -368,12 +370,13 @@ def _table(checks: tuple[Requirement, ...]) -> Any:
     place = columns(CASE)
     names = (
         "required", "factor", "more", "limit", "stand_in", "origin", "stage", "rise", "geared", "peak", "essential",
-        "asked", "figured",
+        "applies", "figured",
     )  # fmt: skip
     rows = [
         (place[one.required], place[one.factor], place[one.more], place[one.limit],
          place[one.stand_in or one.limit], place[one.origin], one.stage, one.origin != "zero",
-         one.of_gear or one.stage == GEAR, one.peak, one.essential, place[one.asked], one.limit.startswith("figures."))
+         one.of_gear or one.stage == GEAR, one.peak, one.essential, place[one.applies],
+         one.limit.startswith("figures."))
         for one in checks
     ]  # fmt: skip
     return np.array(rows, dtype=np.dtype((np.record, [(name, np.int64) for name in names])))

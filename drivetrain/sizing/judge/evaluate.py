@@ -103,9 +103,9 @@ def holding_figures(evaluation: Evaluation) -> dict[str, dict[str, tuple[float |
         same = all(one.drive.gear.holding == number for one in evaluation.joints.values())
         chosen = evaluation if same else evaluate_drives(evaluation.study, drives)
         for name, joint in chosen.joints.items():
-            asked = {check.name: check.actual for check in joint.checks}
+            actual = {check.name: check.actual for check in joint.checks}
             if name in held:
-                found.setdefault(name, {})[choice] = (asked["motor RMS current"], asked["winding temperature"])
+                found.setdefault(name, {})[choice] = (actual["motor RMS current"], actual["winding temperature"])
     return found
 
 
@@ -235,15 +235,15 @@ def _remarks(op: Operation) -> list[str]:
 def _shared(op: Operation) -> str:
     """What is to be said of one of two motors on an axis."""
     torque, preload = op.demand.gear_torque, op.task.preload or 0.0
-    told = f"one of two motors of {op.task.sharing[0]}: half of the load"
+    text = f"one of two motors of {op.task.sharing[0]}: half of the load"
     if preload == 0.0:
-        return f"{told}, without a preload"
-    told = f"{told} {'plus' if preload > 0.0 else 'minus'} {abs(preload):.4g} N m of preload"
+        return f"{text}, without a preload"
+    text = f"{text} {'plus' if preload > 0.0 else 'minus'} {abs(preload):.4g} N m of preload"
     half = np.abs(torque - preload)
     if half.max() < abs(preload):
-        return f"{told}, which keeps the backlash closed"
+        return f"{text}, which keeps the backlash closed"
     share = 100.0 * op.demand.mean(np.where(half >= abs(preload), 1.0, 0.0))
-    return f"{told}; for {share:.3g} % of the time the backlash is open: above {half.max():.4g} N m it stays closed"
+    return f"{text}; for {share:.3g} % of the time the backlash is open: above {half.max():.4g} N m it stays closed"
 
 
 def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Check, ...]:
@@ -252,8 +252,8 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
     every = [result.series for result in results.values()]
     power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)
     more = np.sum([one.untold_power for one in results.values()], axis=0)
-    told = supply_checks(study, power, unknown=", ".join(lacking), more=(float(more[0]), float(more[1])))
-    found = tuple(placed(study.cycle, check) for check in told)
+    checks = supply_checks(study, power, unknown=", ".join(lacking), more=(float(more[0]), float(more[1])))
+    found = tuple(placed(study.cycle, check) for check in checks)
     torque, drives = np.column_stack([one.gear_torque for one in every]), {k: one.drive for k, one in results.items()}
     found += tuple(placed(study.cycle, check) for check in arm_checks(study, drives, torque))
     if len(drives) == len(study.joints):

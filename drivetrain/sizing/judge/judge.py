@@ -85,14 +85,14 @@ def judge_cases(
     judge_all(cases, numbers, checks, work.few, amounts, until, True, True, none, nothing, found, binding, lacking)
     left = np.flatnonzero((found <= until) & (lacking < 0))
     some, rows = cases[left], power[left] if len(power) > 1 else power
-    told, figures = used[left] if len(used) else used, (found[left], binding[left], lacking[left])
-    judge_all(some, as_numbers(some), checks, whole, amounts[left], until, True, False, rows, told, *figures)
+    shares, figures = used[left] if len(used) else used, (found[left], binding[left], lacking[left])
+    judge_all(some, as_numbers(some), checks, whole, amounts[left], until, True, False, rows, shares, *figures)
     cases[left] = some
     found[left], binding[left], lacking[left] = figures
     if len(power) > 1:
         power[left] = rows
     if len(used):
-        used[left] = told
+        used[left] = shares
 
 
 @kernel
@@ -117,7 +117,7 @@ def judge_all(
             add_rows(work.load.torque, work.added.torque, amounts[i], torque)
             stop = work.sum.stop
             add_rows(work.load.stop, work.added.stop, amounts[i], stop)
-        if len(work.added.torque) > 0 and still_asked(case):
+        if len(work.added.torque) > 0 and applies_at_rest(case):
             inertia = work.sum.inertia
             set_carried(case, added_up(work.load, work.added, amounts[i], work.sum), motion, quick)
         else:
@@ -256,7 +256,7 @@ def set_untold(case: Any) -> None:
     below the limit: RMS torques add up to no more than their sum.
     """
     motor, setting, figures, untold, ambient = case.motor, case.setting, case.figures, case.untold, case.setting.ambient
-    friction = motor.untold_friction if setting.moves != 0.0 and setting.rubs_as_told == 0.0 else 0.0
+    friction = motor.untold_friction if setting.moves != 0.0 and setting.stated_friction == 0.0 else 0.0
     limit = known_or(case.limits.winding_temperature, ambient)
     untold.torque, untold.current = friction, friction / abs(torque_constant(motor, limit))
     untold.voltage, untold.temperature, untold.stop_torque = 0.0, 0.0, 0.0
@@ -334,7 +334,7 @@ def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
     torque = known(unknown_torque(case))
     for i in range(len(checks)):
         check = checks[i]
-        if not asked(case, row, check):
+        if not applies(case, row, check):
             continue
         limit, lacks = known_or(row[check.limit], row[check.stand_in]), False
         if final or check.stage < TORQUE:
@@ -348,15 +348,15 @@ def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
 
 
 @law
-def asked(case: Any, row: Any, check: Any) -> Any:
+def applies(case: Any, row: Any, check: Any) -> Any:
     """Whether a drive is asked this: nothing of a gear where there is none, of its bearing only where that carries."""
-    return row[check.asked] != 0.0 and (check.geared == 0 or case.direct == 0.0)
+    return row[check.applies] != 0.0 and (check.geared == 0 or case.direct == 0.0)
 
 
 @law(fastmath=FAST)
 def utilisation_of(case: Any, row: Any, check: Any) -> Any:
     """Of one check of a case; NaN where it is not checked, and where more is asked than what stands in for a limit."""
-    if not asked(case, row, check):
+    if not applies(case, row, check):
         return np.nan
     required, limit = row[check.required] * row[check.factor] - row[check.origin], row[check.limit]
     stands_in = math.isnan(limit) and known(row[check.stand_in])
@@ -414,11 +414,11 @@ def add_row(start: Any, row: Any, amount: Any, out: Any) -> None:
 
 
 @law
-def still_asked(case: Any) -> Any:
+def applies_at_rest(case: Any) -> Any:
     """Whether the bearing carries the joint, a brake holds it, the motor stops it, or what inertia does counts."""
     setting, limited = case.setting, known(case.safety.inertia_ratio)
-    asked = setting.bearing != 0.0 or setting.brake != 0.0 or setting.resonance != 0.0 or setting.ramped == 0.0
-    return asked or limited
+    applies = setting.bearing != 0.0 or setting.brake != 0.0 or setting.resonance != 0.0 or setting.ramped == 0.0
+    return applies or limited
 
 
 @law(fastmath=FAST)

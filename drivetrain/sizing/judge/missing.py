@@ -26,7 +26,7 @@ HOLDING = "holding brake torque"
 REPEATED, PEAK, RMS = "gear repeated peak torque", "motor peak torque", "motor RMS current"
 SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")
 BEARING = {
-    row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.asked == "setting.bearing" and row.essential
+    row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.applies == "setting.bearing" and row.essential
 }
 LIMITS = {
     row.name: row.limit.replace("setting.whole", "amplifier.peak_time").replace("motor.brake.", "brake.")
@@ -37,7 +37,7 @@ LIVES = {
     "output bearing life L10": ("bearing_dynamic_rating", "bearing_pitch_diameter", "bearing_offset"),
 }
 SPRINGS = {"arm first resonance": "stiffness_1", "arm tip deviation": "stiffness_1", "arm lost motion": "backlash"}
-LASTING = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
+CONTINUOUS = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 _ROW = re.compile(r"\S+\.csv row \d+")
 
 
@@ -100,8 +100,8 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
         found += _of_checks(study, tasks[name], joint)
         for column in dict.fromkeys(SPRINGS[check.name] for check in shared if check.name in SPRINGS):
             if lacking_joints({name: joint.drive}, column):
-                asked = tuple(check.name for check in shared if SPRINGS.get(check.name) == column)
-                found.append(_gap(study, joint, joint.drive.gear, (column,), asked))
+                names = tuple(check.name for check in shared if SPRINGS.get(check.name) == column)
+                found.append(_gap(study, joint, joint.drive.gear, (column,), names))
         if name in unweighed:
             found += _of_column(study, joint, "mass", ("what the joints before must bear",))
     return tuple(found)
@@ -185,8 +185,8 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         if getattr(parts[part], column) is None:
             unprinted.append(name)
             yield _gap(study, joint, parts[part], (column,), (name,))
-    told = (REPEATED, HOLDING, "gear stiffness", *BEARING, *LIVES, *unprinted)
-    others = tuple(name for name in lacks if name not in told)
+    named = (REPEATED, HOLDING, "gear stiffness", *BEARING, *LIVES, *unprinted)
+    others = tuple(name for name in lacks if name not in named)
     if not others:
         return
     doubtful = tuple(one.name for one in joint.lacking if one.name in others and one.required and one.available)
@@ -204,7 +204,7 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
     if not known(short_time_torque(as_record(motor))):
         yield _gap(study, joint, motor, SHORT_TIME, (PEAK,))
     if continuous_current(motor, study.ambient, housing_to_ambient=task.housing_to_ambient).value is None:
-        yield _gap(study, joint, motor, LASTING, (RMS,))
+        yield _gap(study, joint, motor, CONTINUOUS, (RMS,))
 
 
 def _of_column(study: Study, joint: JointResult, column: str, checks: tuple[str, ...]) -> Iterator[Gap]:
@@ -231,13 +231,13 @@ def cells_to_fill(
         ("gears", [study.catalog.gears[key] for key in gears if key]),
         ("amplifiers", list(amplifiers)),
     ]
-    told = []
+    counts = []
     for kind, parts in rows:
         bare = [part for part in parts if getattr(part, column) is None and not (column == "mass" and _ideal(part))]
         if bare:
             first = f"{bare[0].key} ({row_of(study, bare[0])})"
-            told.append(f"{len(bare)} of {len(parts)} {kind} have none, such as {first}")
-    return f"fill the column {column}: {', '.join(told)}"
+            counts.append(f"{len(bare)} of {len(parts)} {kind} have none, such as {first}")
+    return f"fill the column {column}: {', '.join(counts)}"
 
 
 def uncounted(evaluation: Evaluation) -> tuple[str, ...]:

@@ -204,10 +204,10 @@ def _lumped(motor: Motor) -> bool:
 def _mounted(motor: Motor, mounting: float, study: Study) -> str:
     """What is taken for the way of the heat where a study states the mounting and a sheet only the whole."""
     whole, assumption = motor.resistance_winding_ambient, _assumption(motor, study)
-    told = f"motor {motor.key}: one thermal resistance in the catalogue row, {whole:g} K/W from winding to ambient"
+    text = f"motor {motor.key}: one thermal resistance in the catalogue row, {whole:g} K/W from winding to ambient"
     if assumption is None or assumption.winding_share is None:
-        return f"{told}; the larger of that and the stated {mounting:g} K/W is taken for all of it"
-    return f"{told}; {100 * assumption.winding_share:g} % of it assumed between winding and housing"
+        return f"{text}; the larger of that and the stated {mounting:g} K/W is taken for all of it"
+    return f"{text}; {100 * assumption.winding_share:g} % of it assumed between winding and housing"
 
 
 def _assumption(motor: Motor, study: Study) -> MotorAssumption | None:

@@ -22,15 +22,15 @@ from drivetrain.study.parts.verdicts import Check, Verdict
 def checks_of(op: Operation) -> tuple[Check, ...]:
     """Every check of one drive; those of the gear only where there is one, wishes only where they are stated."""
     rows = [row for row in CHECKS if not ((row.of_gear or row.stage == GEAR) and op.direct)]
-    return tuple(told(op, row) for row in rows if not row.wish or op.number(row.asked) != 0.0)
+    return tuple(as_check(op, row) for row in rows if not row.optional or op.number(row.applies) != 0.0)
 
 
 def check_of(op: Operation, name: str) -> Check:
     """One check by its name."""
-    return told(op, next(row for row in CHECKS if row.name == name))
+    return as_check(op, next(row for row in CHECKS if row.name == name))
 
 
-def told(op: Operation, row: Requirement) -> Check:
+def as_check(op: Operation, row: Requirement) -> Check:
     """One row of the table, held against what a drive does."""
     factor, basis = op.number(row.factor), op.task.amplifier.current_basis
     if row.stage >= TORQUE and op.missing:
@@ -55,7 +55,7 @@ def told(op: Operation, row: Requirement) -> Check:
     elif more != 0.0 and both and (used is None or used <= 1.0):
         remark = "; ".join(filter(None, (_hidden(more, row.unit, used is None), remark)))
     if used is None:
-        essential = (row.essential or both) and not words.silent and op.number(row.asked) != 0.0
+        essential = (row.essential or both) and not words.silent and op.number(row.applies) != 0.0
         remark = remark or "no limit in the catalogue row"
         required = None if words.silent else required
         return Check(
@@ -71,8 +71,8 @@ def told(op: Operation, row: Requirement) -> Check:
 def _hidden(more: float, unit: str, doubtful: bool) -> str:
     """What a motor whose sheet is silent may ask on top, and what comes of it."""
     amount = f"{more:.3g} {'K' if unit == 'C' else unit} more" if known(more) else "nobody knows how much more"
-    told = f"what the motor's catalogue row does not tell may ask {amount}"
-    return f"{told}: then it does not hold" if doubtful else f"{told}, and it still holds"
+    text = f"what the motor's catalogue row does not tell may ask {amount}"
+    return f"{text}: then it does not hold" if doubtful else f"{text}, and it still holds"
 
 
 def judged(used: float, reserve: float) -> Verdict:
@@ -144,8 +144,8 @@ def supply_checks(
     }  # fmt: skip
     found, hides = [], dict(zip(("peak_power", "mean_power"), more, strict=True))
     for row in SUPPLY_CHECKS:
-        asked, limit = float(figures[row.required]), getattr(supply, row.limit)
-        required = None if unknown or math.isnan(asked) else asked
+        amount, limit = float(figures[row.required]), getattr(supply, row.limit)
+        required = None if unknown or math.isnan(amount) else amount
         used = None if required is None or limit is None else utilisation(required, limit)
         remark = f"power unknown of {unknown}" if unknown else _supply_words(supply, row, bus)
         hidden = hides.get(row.required, 0.0)

@@ -160,8 +160,8 @@ def _hard_stop(op: Any) -> str:
 def amperes(amplifier: Amplifier, current: float) -> str:
     """A DC-equivalent current, in the ampere of the study first where that is another."""
     basis = amplifier.current_basis
-    told = f"{current:.3g} A (DC)"
-    return told if basis == "dc" else f"{from_dc(current, basis):.3g} A {AMPERES[basis]} ({told})"
+    text = f"{current:.3g} A (DC)"
+    return text if basis == "dc" else f"{from_dc(current, basis):.3g} A {AMPERES[basis]} ({text})"
 
 
 def _travel(op: Any) -> str:
@@ -194,12 +194,12 @@ def _safe_current(op: Any) -> str:
     safe, holding = safe_stop_current(op)
     if safe >= op.number("setting.stop_current"):
         return ""
-    told = "; no stop current keeps it safe"
+    text = "; no stop current keeps it safe"
     if safe > 0.0:
-        told = f"; a stop current up to {amperes(op.task.amplifier, safe)} keeps the gear safe"
-    told += f", {amperes(op.task.amplifier, holding)} hold the load"
+        text = f"; a stop current up to {amperes(op.task.amplifier, safe)} keeps the gear safe"
+    text += f", {amperes(op.task.amplifier, holding)} hold the load"
     return (
-        told if safe >= holding else f"{told}: no current does both, so let stops follow a ramp (stop: {{ramp: ...}})"
+        text if safe >= holding else f"{text}: no current does both, so let stops follow a ramp (stop: {{ramp: ...}})"
     )
 
 
@@ -246,11 +246,11 @@ def jam(op: Any, row: Any) -> Words:
     said, coast = printed(op, row), op.number("figures.coast_torque")
     if not known(coast):
         return said._replace(remark="not known without the gear's stiffness and the rotor's inertia")
-    told = f"{coast:.4g} N m with the motor off"
+    text = f"{coast:.4g} N m with the motor off"
     if not known(op.number(row.required)):
-        told += "; with it on not known: no current of a stop is stated"
-    told += _safe_jam(op, row)
-    return said._replace(remark=f"{told}; {said.remark}" if said.remark else told)
+        text += "; with it on not known: no current of a stop is stated"
+    text += _safe_jam(op, row)
+    return said._replace(remark=f"{text}; {said.remark}" if said.remark else text)
 
 
 def _safe_jam(op: Any, row: Any) -> str:
@@ -271,12 +271,12 @@ def _safe_jam(op: Any, row: Any) -> str:
 
 def stop_current(op: Any, row: Any) -> Words:
     """On a ramp what the stop asks, else what holds the load."""
-    asked = "what the ramp needs" if op.number("setting.ramped") != 0.0 else "what holds the load"
+    reason = "what the ramp needs" if op.number("setting.ramped") != 0.0 else "what holds the load"
     if not known(op.number(row.limit)):
-        asked = "neither stop: {current: ...} nor an amplifier peak_current is stated"
+        reason = "neither stop: {current: ...} nor an amplifier peak_current is stated"
     elif not known(op.number(row.required)):
-        asked = _no_stop(op)
-    return Words("current for a stop: the study's, or the amplifier's peak", asked)
+        reason = _no_stop(op)
+    return Words("current for a stop: the study's, or the amplifier's peak", reason)
 
 
 def average_torque(op: Any, row: Any) -> Words:
@@ -463,7 +463,7 @@ def rms_current(op: Any, row: Any) -> Words:
     return Words(limit.source, said or _hot_parts(op, limit.value))
 
 
-def amplifier_lasting(op: Any, row: Any) -> Words:
+def amplifier_continuous(op: Any, row: Any) -> Words:
     """The same of the amplifier."""
     said = printed(op, row)
     return said if said.remark or op.demand.moves else said._replace(remark=STANDS)
@@ -477,8 +477,8 @@ def _hot_parts(op: Any, continuous: float) -> str:
     weights = [sample_weights(cycle.time[part]) for part in cycle.parts]
     means = [square[part] @ each / each.sum() for part, each in zip(cycle.parts, weights, strict=True)]
     hot = [name for name, mean in zip(cycle.part_names, means, strict=True) if mean > continuous**2]
-    told = f"RMS of the mix; {', '.join(hot)} run by itself is above the limit: see the winding temperature"
-    return told if hot else ""
+    text = f"RMS of the mix; {', '.join(hot)} run by itself is above the limit: see the winding temperature"
+    return text if hot else ""
 
 
 def winding(op: Any, row: Any) -> Words:

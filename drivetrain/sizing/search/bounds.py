@@ -249,9 +249,9 @@ def look_closer(few: Span, whole: Span, sharp: Any) -> None:
         if k >= stretches:
             first, largest = (k - stretches) * length, -np.inf
             for t in range(first, first + length):
-                asked = max(whole.low[t], -whole.high[t])
-                if asked > largest:
-                    at, largest = t, asked
+                needed = max(whole.low[t], -whole.high[t])
+                if needed > largest:
+                    at, largest = t, needed
         few.low[k], few.high[k] = whole.low[at], whole.high[at]
         few.shown[k], few.lossy[k] = whole.shown[at], whole.lossy[at]
         few.motion.speed[k], few.motion.loss_speed[k] = whole.motion.speed[at], whole.motion.loss_speed[at]

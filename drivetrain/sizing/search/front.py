@@ -13,12 +13,12 @@ from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.asked import SHEET, lacking_of, same_study, words_of
 from drivetrain.sizing.search.candidates import candidates
+from drivetrain.sizing.search.chance_constraint import CONFIDENCE, ChanceConstraint, chance_of, scatters
 from drivetrain.sizing.search.front_tree import NAMES, FrontTree
-from drivetrain.sizing.search.often_enough import CONFIDENCE, OftenEnough, chance_of, scatters
+from drivetrain.sizing.search.preconditions import SHEET, lacking_of, same_study, words_of
 from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.tree import Tell, searched
+from drivetrain.sizing.search.tree import Report, searched
 from drivetrain.sizing.tables import CRITERION_UNITS, set_table
 from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import nominal_of
@@ -113,7 +113,7 @@ def pareto_front(
     *,
     time_limit: float = TIME_LIMIT,
     resume: Front | None = None,
-    progress: Tell | None = None,
+    progress: Report | None = None,
 ) -> Front:
     """The Pareto front of whole sets of drives that hold every check, exact.
 
@@ -141,10 +141,10 @@ def pareto_front(
     weights = tuple((name, 1.0) for name in names if name in ("mass", "price"))
     what = problem(candidates(study), replace(study.wanted, weights=weights or (("mass", 1.0),)))
     holds = study.wanted.holds if scatters(study) else None
-    often = None
+    accepts = None
     if holds is not None:
-        often = OftenEnough(what, nominal_of(study, what.candidates.work), holds, seed=study.tolerances.seed)
-    search = FrontTree(what, often=often, names=names)
+        accepts = ChanceConstraint(what, nominal_of(study, what.candidates.work), holds, seed=study.tolerances.seed)
+    search = FrontTree(what, accepts=accepts, names=names)
     return _searched(search, time_limit, progress, left_out, tuple(notes))
 
 
@@ -155,76 +155,77 @@ def check_criteria(study: Study, criteria: Sequence[str]) -> None:
 
 
 def _resumed(
-    study: Study, criteria: Sequence[str], time_limit: float, resume: Front, progress: Tell | None
+    study: Study, criteria: Sequence[str], time_limit: float, resume: Front, progress: Report | None
 ) -> Front:  # fmt: skip
     """A search that goes on."""
     if not same_study(resume.study, study):
         raise InputError(Fault("resume", "is a front of another study", resume.study.name))
-    asked = tuple(name for name in dict.fromkeys(criteria) if name not in resume.left_out)
-    if asked != resume.names:
+    wanted = tuple(name for name in dict.fromkeys(criteria) if name not in resume.left_out)
+    if wanted != resume.names:
         raise InputError(Fault("resume", "is a front of other criteria", ", ".join(resume.names)))
     if resume.state is None:
         return resume
-    notes = tuple(note for note in resume.notes if note not in _told_of_scatter(resume.state, resume.chances))
+    notes = tuple(note for note in resume.notes if note not in _chance_notes(resume.state, resume.chances))
     return _searched(resume.state.copied(), time_limit, progress, resume.left_out, notes)
 
 
 def _searched(
-    search: FrontTree, time_limit: float, progress: Tell | None, left_out: dict[str, str], notes: tuple[str, ...]
+    search: FrontTree, time_limit: float, progress: Report | None, left_out: dict[str, str], notes: tuple[str, ...]
 ) -> Front:
     """The front as far as a search comes."""
-    tell = progress or (lambda done, total, text: None)
+    report = progress or (lambda done, total, text: None)
     search.begin()  # what a first run compiles is no search
     end = time.perf_counter() + time_limit
-    search, evaluations = searched(search, end, tell)
+    search, evaluations = searched(search, end, report)
     points = [
         DriveSet(search.problem.keys(dict(enumerate(pairs))), one.objective, one.criteria)
         for pairs, one in evaluations.items()
     ]
     points.sort(key=lambda one: tuple(one.criteria[name] for name in search.names))
-    chances = _chances(search, points, tell)
-    counters = dict(search.counters) | (dict(search.often.counters) if search.often is not None else {})
+    chances = _chances(search, points, report)
+    counters = dict(search.counters) | (dict(search.accepts.counters) if search.accepts is not None else {})
     missing = missing_words(evaluated(search.problem.candidates.work, points[0].drives)) if points else ()
-    told = dict.fromkeys((*notes, *missing, *_told_of_scatter(search, chances)))
+    remarks = dict.fromkeys((*notes, *missing, *_chance_notes(search, chances)))
     return Front(
         search.problem.candidates.study, tuple(search.names), left_out, tuple(points), search.finished, search.gap(),
-        counters, tuple(told), None if search.finished else search, chances, not missing,
+        counters, tuple(remarks), None if search.finished else search, chances, not missing,
     )  # fmt: skip
 
 
-def _chances(search: FrontTree, points: Sequence[DriveSet], tell: Tell) -> tuple[Chance, ...]:
+def _chances(search: FrontTree, points: Sequence[DriveSet], report: Report) -> tuple[Chance, ...]:
     """With what probability each set holds; nothing where nothing scatters."""
     offered = search.problem.candidates
     if not scatters(offered.study):
         return ()
-    if search.often is not None:
+    if search.accepts is not None:
         by_keys = {
-            tuple(search.problem.keys(dict(enumerate(p))).items()): one.chance for p, one in search.often.trials.items()
+            tuple(search.problem.keys(dict(enumerate(p))).items()): one.chance
+            for p, one in search.accepts.trials.items()
         }
         return tuple(by_keys[tuple(point.drives.items())] for point in points)
     base, found = nominal_of(offered.study, offered.work), []
     for done, point in enumerate(points):
-        tell(done, len(points), f"drawing arms of {len(points)} sets")
+        report(done, len(points), f"drawing arms of {len(points)} sets")
         found.append(chance_of(base, point.drives))
     return tuple(found)
 
 
-def _told_of_scatter(search: FrontTree, chances: Sequence[Chance]) -> tuple[str, ...]:
+def _chance_notes(search: FrontTree, chances: Sequence[Chance]) -> tuple[str, ...]:
     """What tolerances mean for the front, in words."""
     study = search.problem.candidates.study
     if not scatters(study):
         return ()
-    if search.often is None:
+    if search.accepts is None:
         arms = chances[0].samples if chances else 0
         return (
             "the sets are those that hold with nominal numbers; with what probability each holds within the tolerances "
             f"is counted over {arms} arms (`selection: holds` asks for a front of sets that hold often enough)",
         )
-    counters = search.often.counters
+    counters = search.accepts.counters
     near = counters["sets too near to decide"]
-    told = f"every set holds with at least {100.0 * search.often.wanted:g} % ({100.0 * CONFIDENCE:g} % confidence)"
+    text = f"every set holds with at least {100.0 * search.accepts.wanted:g} % ({100.0 * CONFIDENCE:g} % confidence)"
     left = f"; {near} sets left out are too near to decide" if near else ""
-    return (f"{told}; of {counters['sets drawn']} sets arms were drawn{left}",)
+    return (f"{text}; of {counters['sets drawn']} sets arms were drawn{left}",)
 
 
 def _check(criteria: Sequence[str], time_limit: float) -> None:
@@ -245,15 +246,15 @@ def _known(study: Study, criteria: Sequence[str]) -> tuple[tuple[str, ...], dict
     """The criteria that can be compared; those that cannot, with the reason; and what is left aside."""
     names, left_out, notes = [], {}, []
     for name in dict.fromkeys(criteria):
-        told = words_of(study, name) if name in SHEET else ""
-        if told:
-            left_out[name] = told
+        text = words_of(study, name) if name in SHEET else ""
+        if text:
+            left_out[name] = text
             continue
         names.append(name)
         lacking = {joint: lacks for joint, (lacks, _) in lacking_of(study, name).items()} if name in SHEET else {}
         if any(lacking.values()):
-            told = ", ".join(f"{count} at {joint}" for joint, count in lacking.items() if count)
-            notes.append(f"candidates without a known {name} are left aside: {told}")
+            text = ", ".join(f"{count} at {joint}" for joint, count in lacking.items() if count)
+            notes.append(f"candidates without a known {name} are left aside: {text}")
     if not names:
-        raise InputError([Fault("criteria", told, name) for name, told in left_out.items()])
+        raise InputError([Fault("criteria", text, name) for name, text in left_out.items()])
     return tuple(names), left_out, notes

@@ -25,7 +25,7 @@ from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.search.bounds import BELOW
 from drivetrain.sizing.search.candidates import Domain, Indices, Mask, Pairs
 from drivetrain.sizing.search.problem import ROUNDING
-from drivetrain.sizing.search.tree import BranchAndBound, Node, Tell, halves, split
+from drivetrain.sizing.search.tree import BranchAndBound, Node, Report, halves, split
 from drivetrain.sizing.search.whole_sets import arm_use, supply_limited, supply_use
 
 
@@ -227,13 +227,13 @@ class FrontTree(BranchAndBound[Part]):
         self.zones = Zones(np.array(highest), EQUAL)
         self._survivors(root)  # compiled before the clock runs
 
-    def run(self, deadline: float, tell: Tell) -> None:
+    def run(self, deadline: float, report: Report) -> None:
         self.begin()
         if self._root is not None:  # at most half of the time goes into first sets
             root, self._root = self._root, None
             self._dive(root, 0.5 * (time.perf_counter() + deadline))
             self.following = self._narrowed(root)
-        super().run(deadline, tell)
+        super().run(deadline, report)
 
     def order(self, node: Part) -> float:
         order = node.used if self._judged else 0.0
@@ -302,7 +302,7 @@ class FrontTree(BranchAndBound[Part]):
             part = left
             if sum(map(len, part.domains)) == before:
                 break
-        few = FEW if self.often is None else FEW // 16
+        few = FEW if self.accepts is None else FEW // 16
         decided = not part.width.any() and part.sets <= MOST
         if not decided and not (self._ordered and part.sets <= few):
             return part
@@ -375,9 +375,9 @@ class FrontTree(BranchAndBound[Part]):
 
     def _without_failing(self, part: Part) -> Part:
         """A node without the candidates that are known to fail too often with loads that are decided."""
-        if self.often is None or not all(map(len, part.domains)):
+        if self.accepts is None or not all(map(len, part.domains)):
             return part
-        return replace(part, domains=self.often.without_failing(part.domains, part.width == 0.0))
+        return replace(part, domains=self.accepts.without_failing(part.domains, part.width == 0.0))
 
     def _walk(self, part: Part) -> Iterator[tuple[Pairs, Array]]:
         """Every set of a small node with its costs, from the tip to the base, those that reach no zone left out.
@@ -443,7 +443,7 @@ class FrontTree(BranchAndBound[Part]):
             cost = np.append(cost[:3], max(cost[USED], arm_use(self.problem, pairs)))
         if not cost[USED] <= 1.0 or self.zones.matched(self._point(cost)):
             return
-        if self.often is not None and not self.often(pairs):
+        if self.accepts is not None and not self.accepts(pairs):
             return
         if self.zones.offer(self._point(cost), pairs):
             self.counters["sets that fit"] += 1
@@ -494,9 +494,9 @@ class FrontTree(BranchAndBound[Part]):
                 cost = domain.cost.copy()
                 self._judge(cost, joint, domain.pairs, beside)
                 fits = np.asarray(cost[:, USED] < height)
-                if self.often is not None:
+                if self.accepts is not None:
                     lead = tuple(chosen.get(k, 0) for k in range(problem.n))
-                    fits &= ~self.often.fails(joint, domain.pairs, lead)
+                    fits &= ~self.accepts.fails(joint, domain.pairs, lead)
                 low = np.flatnonzero(fits)
                 if not len(low):
                     break

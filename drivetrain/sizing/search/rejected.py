@@ -19,7 +19,7 @@ import pandas as pd
 from drivetrain.arrays import Array
 from drivetrain.records import as_numbers
 from drivetrain.sizing.demand.changed_work import WorkFamily
-from drivetrain.sizing.judge.arm_stops import asks_stops
+from drivetrain.sizing.judge.arm_stops import needs_arm_stops
 from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.missing import gaps, missing_words
 from drivetrain.sizing.judge.objectives import weight_of
@@ -236,8 +236,8 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
 
 def _place(near: Nearest) -> str:
     if near.joint == SUPPLY:
-        soft = ", or are not as stiff as wished" if near.study.stiffness.asked else ""
-        hard = ", or load their gears too much as all stop at once" if asks_stops(near.study) else ""
+        soft = ", or are not as stiff as wished" if near.study.stiffness.stated else ""
+        hard = ", or load their gears too much as all stop at once" if needs_arm_stops(near.study) else ""
         return f"Every joint has a drive that meets its limits; together they need too much of the supply{soft}{hard}."
     name = near.study.joints[near.joint].name
     motor, gear = near.keys[name]

@@ -16,7 +16,14 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.candidates import candidates
-from drivetrain.sizing.search.often_enough import CONFIDENCE, Decision, OftenEnough, Trial, share_of_error, tried
+from drivetrain.sizing.search.chance_constraint import (
+    CONFIDENCE,
+    ChanceConstraint,
+    Decision,
+    Trial,
+    share_of_error,
+    tried,
+)
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.tree import Tree
 from drivetrain.sizing.tolerance.sampling import Nominal, candidate, nominal_of
@@ -62,14 +69,14 @@ class RobustSelection:
         before = self.better
         near = sum(trial.decision is Decision.OPEN for trial in before)
         confidence = f"{100.0 * self.confidence:g} % confidence"
-        asked = f"{100.0 * self.wanted:g} %"
+        wanted_text = f"{100.0 * self.wanted:g} %"
         shared = ", nor do those with one of their drives and the same loads" if self.passed else ""
         if self.chosen is None:
             if not self.trials:
                 return "no set holds with nominal numbers"
             end = "and there are no others" if self.exhausted else "the search went no further"
-            return f"none of {len(self.trials)} sets is known to hold with {asked} ({confidence}){shared}, {end}"
-        words = f"holds with at least {asked}; {len(before) - near} better sets do not{shared} ({confidence})"
+            return f"none of {len(self.trials)} sets is known to hold with {wanted_text} ({confidence}){shared}, {end}"
+        words = f"holds with at least {wanted_text}; {len(before) - near} better sets do not{shared} ({confidence})"
         words = f"{words}; {near} better sets are too near to decide" if near else words
         if self.bound < self.chosen.drives.objective * (1.0 - EQUAL):
             words = f"{words}; the search was stopped: sets from an objective of {self.bound:.4g} on are left"
@@ -137,17 +144,17 @@ def _in_order(
 
 def _searched(base: Nominal, wanted: float, confidence: float, seed: int, most: int) -> RobustSelection:
     """The best set of all that is feasible often enough, by one search."""
-    asked = replace(base.study, wanted=replace(base.study.wanted, sets=1))
-    what = problem(candidates(asked, replace(base.work, study=asked)), asked.wanted)
-    often = OftenEnough(what, base, wanted, confidence, seed, most)
-    tree = Tree(what, often=often)
+    wanted_text = replace(base.study, wanted=replace(base.study.wanted, sets=1))
+    what = problem(candidates(wanted_text, replace(base.work, study=wanted_text)), wanted_text.wanted)
+    accepts = ChanceConstraint(what, base, wanted, confidence, seed, most)
+    tree = Tree(what, accepts=accepts)
     tree.begin()
-    deadline = time.perf_counter() + asked.wanted.time_limit
-    while not (tree.finished or often.over) and time.perf_counter() < deadline:
+    deadline = time.perf_counter() + wanted_text.wanted.time_limit
+    while not (tree.finished or accepts.over) and time.perf_counter() < deadline:
         tree.run(0.0, lambda done, total, text: None)  # one step at a time
-    chosen = often.trials[tree.best[0].pairs] if tree.best else None
-    trials = tuple(sorted(often.trials.values(), key=lambda one: (one.drives.objective, one is chosen)))
+    chosen = accepts.trials[tree.best[0].pairs] if tree.best else None
+    trials = tuple(sorted(accepts.trials.values(), key=lambda one: (one.drives.objective, one is chosen)))
     bound = math.inf if tree.finished else tree.bound
     if chosen is not None and tree.finished:
         bound = chosen.drives.objective
-    return RobustSelection(wanted, confidence, chosen, trials, tree.finished and chosen is None, often.passed, bound)
+    return RobustSelection(wanted, confidence, chosen, trials, tree.finished and chosen is None, accepts.passed, bound)

@@ -13,11 +13,11 @@ from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import Pair, evaluated
 from drivetrain.sizing.judge.missing import missing_words, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
-from drivetrain.sizing.search.asked import check_asked, check_keys, nothing_to_choose, same_study, why_nothing
 from drivetrain.sizing.search.candidates import Pairs, candidates
+from drivetrain.sizing.search.preconditions import check_keys, check_options, nothing_to_choose, same_study, why_nothing
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.rejected import Rejected, advice_on, alternatives, nearest_set
-from drivetrain.sizing.search.tree import Tell, Tree, searched
+from drivetrain.sizing.search.tree import Report, Tree, searched
 from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import SelectionOptions
 
@@ -35,7 +35,7 @@ class Progress(Protocol):
 
 def select(
     study: Study, *, wanted: SelectionOptions | None = None, resume: Selection | None = None,
-    work: Workload | None = None, progress: Progress | Tell | None = None, advise: bool = True,
+    work: Workload | None = None, progress: Progress | Report | None = None, advise: bool = True,
 ) -> Selection:  # fmt: skip
     """The sets of drives with the smallest objective whose every check holds, and why not the others.
 
@@ -59,8 +59,8 @@ def select(
     Raises:
         InputError: Options that make no sense of the study; ``resume`` is of another study, or asks for something else.
     """
-    check_asked(study, wanted)
-    tell = _teller(progress)
+    check_options(study, wanted)
+    report = _reporter(progress)
     if not isinstance(resume, Selection | None):
         raise InputError(Fault("resume", "must be a selection", type(resume).__name__))
     if resume is not None and resume.state is None:
@@ -69,8 +69,8 @@ def select(
     tree.begin()
     begin = time.perf_counter()  # what a first run compiles is no search
     limit = tree.problem.wanted.time_limit if wanted is None else wanted.time_limit
-    tree, evaluations = searched(tree, begin + limit, tell)
-    return _answer(tree, evaluations, tell) if tree.best else _nothing_fits(tree, tell, advise)
+    tree, evaluations = searched(tree, begin + limit, report)
+    return _answer(tree, evaluations, report) if tree.best else _nothing_fits(tree, report, advise)
 
 
 def better_set(study: Study, objective: float) -> tuple[dict[str, Pair], bool]:
@@ -80,19 +80,19 @@ def better_set(study: Study, objective: float) -> tuple[dict[str, Pair], bool]:
     """
     tree = _new_tree(study, None, None)
     tree.below = (tree.problem.level(objective) - 0.5) * tree.problem.step
-    tree, _ = searched(tree, time.perf_counter() + tree.problem.wanted.time_limit, _teller(None))
+    tree, _ = searched(tree, time.perf_counter() + tree.problem.wanted.time_limit, _reporter(None))
     keys = tree.problem.keys(dict(enumerate(tree.found[0]))) if tree.best else {}
     return keys, tree.finished
 
 
 def _new_tree(study: Study, wanted: SelectionOptions | None, work: Workload | None) -> Tree:
     """A search that begins."""
-    asked = study if wanted is None else replace(study, wanted=wanted)
+    study_asked = study if wanted is None else replace(study, wanted=wanted)
     try:
-        offered = candidates(asked, None if work is None else replace(work, study=asked))
-        return Tree(problem(offered, asked.wanted))
+        offered = candidates(study_asked, None if work is None else replace(work, study=study_asked))
+        return Tree(problem(offered, study_asked.wanted))
     except KeyError:
-        check_keys(asked)
+        check_keys(study_asked)
         raise
 
 
@@ -111,7 +111,7 @@ def _old_tree(study: Study, wanted: SelectionOptions | None, resume: Selection) 
     return tree.copied()
 
 
-def _answer(tree: Tree, evaluations: Mapping[Pairs, Evaluation], tell: Tell) -> Selection:
+def _answer(tree: Tree, evaluations: Mapping[Pairs, Evaluation], report: Report) -> Selection:
     """What a search found."""
     study, problem, sets = tree.problem.candidates.study, tree.problem, []
     for found in tree.best:
@@ -120,18 +120,18 @@ def _answer(tree: Tree, evaluations: Mapping[Pairs, Evaluation], tell: Tell) -> 
         objective = found.objective if math.isnan(one.objective) else one.objective
         sets.append(DriveSet(problem.keys(dict(enumerate(found.pairs))), objective, one.criteria))
     best, chosen = evaluations[tree.found[0]], dict(enumerate(tree.found[0]))
-    tell(1, 1, "the next best of each joint")
+    report(1, 1, "the next best of each joint")
     return Selection(
         study, sets[0].drives, best, sets[0].objective, _proof(tree), Rejected(problem, chosen),
         alternatives(problem, chosen), missing_words(best), dict(tree.counters), tuple(sets),
         min(tree.bound, sets[0].objective), None if tree.finished else tree,
-        tuple(f"{told}; the objective is that of the rest" for told in uncounted(best)), *tree.equals,
+        tuple(f"{text}; the objective is that of the rest" for text in uncounted(best)), *tree.equals,
     )  # fmt: skip
 
 
-def _nothing_fits(tree: Tree, tell: Tell, advise: bool) -> Selection:
+def _nothing_fits(tree: Tree, report: Report, advise: bool) -> Selection:
     """The answer when no set was found: the nearest one, and what would fix it."""
-    tell(1, 1, "what would fix it")
+    report(1, 1, "what would fix it")
     study, lacking = tree.problem.candidates.study, nothing_to_choose(tree.problem)
     reasons = why_nothing(tree.problem)
     near = nearest_set(tree.problem)
@@ -165,15 +165,15 @@ def _proof(tree: Tree) -> str:
         return OPTIMAL
     if best <= bound + ROUNDING * abs(bound):
         return f"{OPTIMAL}; whether an equal set takes less energy is not proven: the search was stopped"
-    told = f"lower bound {bound:.3g}{UNITS.get(tree.problem.wanted.objective, '')}"
+    text = f"lower bound {bound:.3g}{UNITS.get(tree.problem.wanted.objective, '')}"
     if not 0.0 < bound < math.inf:
-        return f"not proven: {told}"
-    return f"not proven: at most {100.0 * (best / bound - 1.0):.3g} % above the best possible ({told})"
+        return f"not proven: {text}"
+    return f"not proven: at most {100.0 * (best / bound - 1.0):.3g} % above the best possible ({text})"
 
 
-def _teller(progress: Progress | Tell | None) -> Tell:
+def _reporter(progress: Progress | Report | None) -> Report:
     """One function for every kind of progress."""
     if progress is None:
         return lambda done, total, text: None
-    advance: Tell = getattr(progress, "advance", progress)  # type: ignore[arg-type]
+    advance: Report = getattr(progress, "advance", progress)  # type: ignore[arg-type]
     return advance

@@ -21,7 +21,6 @@ from typing import Any, Generic, Self, TypeVar
 import numpy as np
 
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.asked import satisfied
 from drivetrain.sizing.search.candidates import (
     Domains,
     Indices,
@@ -31,8 +30,9 @@ from drivetrain.sizing.search.candidates import (
     with_domain,
     without_cheapest,
 )
+from drivetrain.sizing.search.chance_constraint import ChanceConstraint
 from drivetrain.sizing.search.common_parts import CommonParts
-from drivetrain.sizing.search.often_enough import OftenEnough
+from drivetrain.sizing.search.preconditions import satisfied
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.sizing.search.propagate import Propagation, Ranges
 from drivetrain.sizing.search.whole_sets import (
@@ -44,9 +44,9 @@ from drivetrain.sizing.search.whole_sets import (
     without_soft,
 )
 
-TELL_EVERY = 50  # nodes, sets
+REPORT_EVERY = 50  # nodes, sets
 
-Tell = Callable[[int, int, str], None]
+Report = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,19 +71,19 @@ class BranchAndBound(ABC, Generic[AnyNode]):
 
     problem: Problem  # what is chosen from
     excluded: frozenset[Pairs] = frozenset()  # sets that are not to be found
-    often: OftenEnough | None = None  # None where it is not asked whether sets are feasible often enough
+    accepts: ChanceConstraint | None = None  # None where it is not asked whether sets are feasible often enough
     counters: Counter[str] = field(default_factory=Counter, init=False)  # work done
     open: list[tuple[float, int, AnyNode]] = field(default_factory=list, init=False)  # most promising first
     following: AnyNode | None = field(default=None, init=False)  # that a descent goes on with
     started: bool = field(default=False, init=False)
 
-    def run(self, deadline: float, tell: Tell) -> None:
+    def run(self, deadline: float, report: Report) -> None:
         """Search until it is finished or the time is up; one step is made whatever the deadline (``perf_counter``)."""
         self.begin()
         while not self.finished:
             node = self._next()
-            if self.counters["nodes"] % TELL_EVERY == 0:
-                tell(*self.progress())
+            if self.counters["nodes"] % REPORT_EVERY == 0:
+                report(*self.progress())
             parts = self.parts(node)
             self.following = self.followed(parts)
             for part in parts:
@@ -159,17 +159,17 @@ class BranchAndBound(ABC, Generic[AnyNode]):
         """How much is done, of how much, and in words."""
 
 
-def searched(tree: AnyTree, deadline: float, tell: Tell) -> tuple[AnyTree, dict[Pairs, Evaluation]]:
+def searched(tree: AnyTree, deadline: float, report: Report) -> tuple[AnyTree, dict[Pairs, Evaluation]]:
     """A search run until it is finished or the time is up, and its sets evaluated.
 
     Where compiled code and evaluation disagree on a set, an error in here, it must not hide others: anew without it.
     """
     while True:
-        tree.run(deadline, tell)
+        tree.run(deadline, report)
         evaluations = {}
         for done, pairs in enumerate(tree.found):
-            if done and done % TELL_EVERY == 0:
-                tell(done, len(tree.found), f"evaluating {len(tree.found)} sets")
+            if done and done % REPORT_EVERY == 0:
+                report(done, len(tree.found), f"evaluating {len(tree.found)} sets")
             evaluations[pairs] = tree.problem.evaluation(pairs)
         wrong = frozenset(pairs for pairs, one in evaluations.items() if not satisfied(one))
         if not wrong:
@@ -328,11 +328,11 @@ class Tree(BranchAndBound[Bounded]):
         node = Bounded(left, ranges, bound)
         if all(domain.settled for domain in left) and not self._open_loads(node).size:
             node = replace(node, whole=self._offer_cheapest(node))
-        if self.often is None:
+        if self.accepts is None:
             return node
         decided = np.asarray([ranges.decided[loading].all() for loading in self.problem.loads])
-        often = self.often.without_failing(left, decided)
-        return node if often is left else self.narrowed(often, full, node)
+        accepts = self.accepts.without_failing(left, decided)
+        return node if accepts is left else self.narrowed(accepts, full, node)
 
     def _violated(self, domains: Domains) -> CommonParts | None:
         """A constraint that the cheapest candidates violate."""
@@ -358,7 +358,7 @@ class Tree(BranchAndBound[Bounded]):
             return False
         if (self.last is not None and found >= self.last) or found.pairs in {one.pairs for one in self.best}:
             return True
-        if self.often is not None and not self.often(found.pairs):
+        if self.accepts is not None and not self.accepts(found.pairs):
             self.excluded |= {found.pairs}
             return False
         self.counters["sets that fit"] += 1
@@ -370,7 +370,7 @@ class Tree(BranchAndBound[Bounded]):
         problem, last = self.problem, self.last
         if last is None or node.bound < (last.level - 0.5) * problem.step:
             return False
-        counting = self.often is None and last.level == self.best[0].level and self.counted[last.level] < COUNTED
+        counting = self.accepts is None and last.level == self.best[0].level and self.counted[last.level] < COUNTED
         if not counting and least_joules(problem, node.domains, node.ranges) > last.joules:
             self.uncounted.add(last.level)
             return True

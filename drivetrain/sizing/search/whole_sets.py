@@ -20,7 +20,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.friction import friction_torque
 from drivetrain.drive.spring import Spring, gear_spring, twist_under
-from drivetrain.sizing.judge.arm_stops import asks_stops, stop_checks
+from drivetrain.sizing.judge.arm_stops import needs_arm_stops, stop_checks
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.parts import FilledParts
@@ -209,7 +209,7 @@ def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
     Infinite where a check lacks a number of a drive that the study does not give: such a drive is not chosen.
     """
     study, work = problem.candidates.study, problem.candidates.work
-    if not (study.stiffness.asked or asks_stops(study)):
+    if not (study.stiffness.stated or needs_arm_stops(study)):
         return 0.0
     filled_parts, keys = FilledParts(study), problem.keys(dict(enumerate(pairs)))
     mounted = {i: filled_parts.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
@@ -229,7 +229,7 @@ def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
             elif check.name == "arm first resonance" and len(problem.cuts) < MOST_CUTS:
                 problem.cuts[_swing(study, drives, check.time)] = None
             return used
-    if asks_stops(study):
+    if needs_arm_stops(study):
         if any(task.amplifiers for task in study.joints):
             study = evaluated(work, keys).study  # with the amplifiers that were chosen, whose peak current brakes
         checks = tuple(stop_checks(study, drives, quick=True))
@@ -331,8 +331,8 @@ def moved_by(offered: Candidates, joint: int, domain: Domain, cut: Cut, low: Arr
 @lru_cache(maxsize=MOST_CUTS)
 def swing_room(study: Study, cut: Swing) -> float:
     """How much the springs may yield to a cut's torques in an arm that swings as fast as wished [J]."""
-    torques, wish = np.array(cut.torques), 2.0 * math.pi * (study.stiffness.first_resonance or math.inf)
-    return float(torques @ np.linalg.solve(shaft_inertia(study, {}, cut.sample), torques)) / wish**2
+    torques, wanted = np.array(cut.torques), 2.0 * math.pi * (study.stiffness.first_resonance or math.inf)
+    return float(torques @ np.linalg.solve(shaft_inertia(study, {}, cut.sample), torques)) / wanted**2
 
 
 def yielded_by(offered: Candidates, joint: int, domain: Domain, cut: Swing) -> Array:

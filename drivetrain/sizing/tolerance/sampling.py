@@ -106,8 +106,8 @@ def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
         works.append(work_of(demand, added))
     evaluation = evaluated(nominal.work, given_drives(study, drives))
     known = all(result.torque_known for result in evaluation.joints.values())
-    told = [getattr(study.supply, check.limit) if known else None for check in SUPPLY_CHECKS]
-    limits = np.array(told, dtype=np.float64)  # None becomes NaN
+    stated = [getattr(study.supply, check.limit) if known else None for check in SUPPLY_CHECKS]
+    limits = np.array(stated, dtype=np.float64)  # None becomes NaN
     lossy = tuple(mounted[i].gear.kind != "ideal" for i in range(len(study.joints)))
     return Candidate(study, drives, evaluation, lossy, tuple(cases), tuple(works), table(), limits)
 
@@ -122,8 +122,8 @@ def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: A
     motor, gear, setting = cases["motor"], cases["gear"], cases["setting"]
     if study.safety.life is None:  # no limit holds the life of bearings, which takes as long as all the rest
         gear["bearing_dynamic_rating"] = np.nan
-    told = np.isnan(motor["nominal_current"])
-    motor["nominal_current"][told] = (motor["nominal_torque"] / motor["torque_constant"])[told]
+    unprinted = np.isnan(motor["nominal_current"])
+    motor["nominal_current"][unprinted] = (motor["nominal_torque"] / motor["torque_constant"])[unprinted]
     motor["torque_constant"] *= factors[:, CONSTANT]
     motor["resistance"] *= factors[:, RESISTANCE]
     for name in (*PATHS, *TIMES):
@@ -211,7 +211,7 @@ def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice)
         as_built(ready.study, ready.cases[joint], ready.lossy[joint], draws.factors[part, joint], draws.ambient[part])
         for joint in range(len(works))
     ]
-    asked = np.empty((count, len(SUPPLY_CHECKS)))
+    required = np.empty((count, len(SUPPLY_CHECKS)))
     for first in range(0, count, AT_ONCE):
         some = slice(first, min(first + AT_ONCE, count))
         drawn = power[: some.stop - first]
@@ -224,9 +224,9 @@ def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice)
                 used[joint, some], found[some], binding[some], lacking[some],
             )  # fmt: skip
         figures = supply_figures(ready.study, drawn)
-        asked[some] = np.stack([figures[row.required] for row in SUPPLY_CHECKS], axis=1)
+        required[some] = np.stack([figures[row.required] for row in SUPPLY_CHECKS], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        supply = np.where(ready.limits > 0.0, asked / ready.limits, np.where(asked > 0.0, np.inf, 0.0))
+        supply = np.where(ready.limits > 0.0, required / ready.limits, np.where(required > 0.0, np.inf, 0.0))
     supply[:, np.isnan(ready.limits)] = np.nan
     return Samples(np.swapaxes(used, 0, 1), supply, not ready.nominal.lacking)
 

@@ -173,12 +173,12 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     if around.arm is not None:
         _unmarched_faults(around, index, form, place)
     _check_second_motor(around, index, form, place)
-    brakes, told = _brakes(around, form, (*place, "brake"))
+    brakes, brake_note = _brakes(around, form, (*place, "brake"))
     if brakes:
         given = () if drive is None else _with_brakes(around, (drive,), brakes)
         left_open = len(given) > 1  # one motor and gear, and the choice of its brake
         pairs = given if left_open else _with_brakes(around, pairs, brakes)
-        drive, passed_over = None if left_open or not given else given[0], (*passed_over, *told)
+        drive, passed_over = None if left_open or not given else given[0], (*passed_over, *brake_note)
     chain = _chain(form, ledger, (*place, "stages"))
     if chain is not None:
         pairs = _with_stages(around, name, pairs, chain)
@@ -279,10 +279,10 @@ def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[
             ledger.fault(place, "acts at the output: only brakes at the motor's shaft are checked", key)
     if chosen and not found and not ledger.spoiled(("catalogs",)):
         ledger.fault(place, f"no brake of the catalogue acts at the motor and has {', '.join(_BRAKE_NEEDS)}")
-    told = (
+    text = (
         f"brakes: {len(found)} of {len(keys)} considered, the others lack {', '.join(_BRAKE_NEEDS).replace('_', ' ')}"
     )
-    return tuple(found), (told,) if chosen else ()
+    return tuple(found), (text,) if chosen else ()
 
 
 def _counterbalances(around: Surroundings, index: int, form: JointForm, place: Place) -> tuple[Counterbalance, ...]:

@@ -124,9 +124,9 @@ def resolve_base(
     if not form.open_cycle:
         _check_return(motion, swings, cycle.duration, ledger)
     cycle, motion = along(cycle, motion)
-    told = ", ".join(f"{axis} by {one.amplitude:.4g} {'m' if axis in 'xyz' else 'rad'} in {one.period:g} s"
+    text = ", ".join(f"{axis} by {one.amplitude:.4g} {'m' if axis in 'xyz' else 'rad'} in {one.period:g} s"
                      for axis, one in swings.items())  # fmt: skip
-    ledger.note([f"The base of the arm moves as given{f': {told}' if told else ''}; the drives are judged against the "
+    ledger.note([f"The base of the arm moves as given{f': {text}' if text else ''}; the drives are judged against the "
                  "phase in which it then meets the cycle."])  # fmt: skip
     return swinging(swings, cycle.time) if swings else motion, cycle
 

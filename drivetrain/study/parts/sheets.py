@@ -75,8 +75,8 @@ def _priced(catalog: Catalog, wanted: Prices, ledger: Ledger) -> Catalog:
             found[key] = offer
     guessed = [key for key, offer in found.items() if offer.estimate]
     if found:
-        told = f"; estimates are those of {', '.join(guessed[:MOST_NAMED])}" if guessed else ""
-        ledger.note([f"{len(found)} rows without a price have that of prices.csv, in {wanted.currency}{told}."])
+        text = f"; estimates are those of {', '.join(guessed[:MOST_NAMED])}" if guessed else ""
+        ledger.note([f"{len(found)} rows without a price have that of prices.csv, in {wanted.currency}{text}."])
     priced: dict[str, Any] = {name: _with_offers(rows, found) for name, rows in tables.items()}
     return replace(catalog, **priced)
 

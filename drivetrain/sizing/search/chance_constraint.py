@@ -19,8 +19,8 @@ from enum import StrEnum
 import numpy as np
 
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.asked import satisfied
 from drivetrain.sizing.search.candidates import Domains, Indices, Mask, with_domain
+from drivetrain.sizing.search.preconditions import satisfied
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.sizing.tolerance.draws import Pair, drawn
 from drivetrain.sizing.tolerance.monte_carlo import Chance
@@ -53,7 +53,7 @@ class Trial:
 
 
 @dataclass
-class OftenEnough:
+class ChanceConstraint:
     """Says of sets whether they are feasible with a wanted probability, and remembers what it said."""
 
     problem: Problem  # what they are chosen from

@@ -23,17 +23,17 @@ SHEET = ("mass", "price")  # what sheets state; energy and utilisation are compu
 MOST_NAMED = 3
 
 
-def check_asked(study: Study, wanted: SelectionOptions | None) -> None:
+def check_options(study: Study, wanted: SelectionOptions | None) -> None:
     """Refuse what no search can answer; a study from a file has passed all of it.
 
     ``wanted``: what is asked for instead of what the study says; None: that.
     """
     if not isinstance(study, Study):
         raise InputError(Fault("study", "must be a study", type(study).__name__, "load_study reads one from its file"))
-    asked = study.wanted if wanted is None else wanted
-    if not isinstance(asked, SelectionOptions):
-        raise InputError(Fault("wanted", "must be SelectionOptions", type(asked).__name__))
-    faults = [*_of_numbers(asked), *_of_weights(asked), *_of_groups(study, asked)]
+    options = study.wanted if wanted is None else wanted
+    if not isinstance(options, SelectionOptions):
+        raise InputError(Fault("wanted", "must be SelectionOptions", type(options).__name__))
+    faults = [*_of_numbers(options), *_of_weights(options), *_of_groups(study, options)]
     if faults:
         raise InputError(faults)
 
@@ -50,28 +50,28 @@ def check_keys(study: Study) -> None:
         raise InputError(faults)
 
 
-def _of_numbers(asked: SelectionOptions) -> Iterator[Fault]:
+def _of_numbers(options: SelectionOptions) -> Iterator[Fault]:
     for name in ("sets", "most_motor_types", "most_gear_types"):
-        value = getattr(asked, name)
+        value = getattr(options, name)
         if value is not None and not value >= 1:
             yield Fault(f"wanted.{name}", "must be 1 or more", value)
-    if not asked.time_limit >= 0.0:
-        yield Fault("wanted.time_limit", "must be 0 or more [s]", asked.time_limit)
+    if not options.time_limit >= 0.0:
+        yield Fault("wanted.time_limit", "must be 0 or more [s]", options.time_limit)
 
 
-def _of_weights(asked: SelectionOptions) -> Iterator[Fault]:
-    if not any(weight > 0.0 for _, weight in asked.weights):
-        yield Fault("wanted.weights", "needs a weight above 0", asked.weights, f"for one of {', '.join(TERMS)}")
-    for name, weight in asked.weights:
+def _of_weights(options: SelectionOptions) -> Iterator[Fault]:
+    if not any(weight > 0.0 for _, weight in options.weights):
+        yield Fault("wanted.weights", "needs a weight above 0", options.weights, f"for one of {', '.join(TERMS)}")
+    for name, weight in options.weights:
         if name not in TERMS:
             yield Fault("wanted.weights", "is no term of an objective", name, nearest(str(name), TERMS))
         elif not 0.0 <= weight < math.inf:
             yield Fault(f"wanted.weights.{name}", "must be 0 or more, and finite", weight)
 
 
-def _of_groups(study: Study, asked: SelectionOptions) -> Iterator[Fault]:
+def _of_groups(study: Study, options: SelectionOptions) -> Iterator[Fault]:
     names = [task.name for task in study.joints]
-    for group in asked.same_family:
+    for group in options.same_family:
         for name in group:
             if name not in names:
                 yield Fault("wanted.same_family", "is no joint of the study", name, nearest(str(name), names))
@@ -167,7 +167,7 @@ def nothing_to_choose(problem: Problem) -> tuple[Check, ...]:
     return tuple(
         Check(
             f"candidates of {task.name}", 1.0, 0.0, "1", None, Verdict.FAIL,
-            remark=_told(_reason(problem, joint)[0], [task.name]),
+            remark=_with_joints(_reason(problem, joint)[0], [task.name]),
         )
         for joint, task in enumerate(problem.candidates.study.joints) if not len(problem.known[joint])
     )  # fmt: skip
@@ -179,7 +179,7 @@ def why_nothing(problem: Problem) -> tuple[tuple[str, str], ...]:
     for joint, task in enumerate(problem.candidates.study.joints):
         if not len(problem.known[joint]):
             joints.setdefault(_reason(problem, joint), []).append(task.name)
-    return tuple((_told(reason, names), fix) for (reason, fix), names in joints.items())
+    return tuple((_with_joints(reason, names), fix) for (reason, fix), names in joints.items())
 
 
 def _reason(problem: Problem, joint: int) -> tuple[str, str]:
@@ -196,7 +196,7 @@ def _reason(problem: Problem, joint: int) -> tuple[str, str]:
     return f"none of the {len(pairs)} candidates of {{}} has a known {' and '.join(terms)}", "; ".join(cells)
 
 
-def _told(reason: str, names: list[str]) -> str:
+def _with_joints(reason: str, names: list[str]) -> str:
     """A reason with the names of its joints."""
     listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
     if reason.startswith("{} "):
