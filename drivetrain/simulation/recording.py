@@ -224,7 +224,7 @@ class Recording:
         arrays: dict[str, Any] = {f"series {i}": series.values for i, series in enumerate(self.series.values())}
         arrays |= {f"kept {name}": values for name, values in self.kept.items()}
         header = np.array(self._header())
-        write_whole(target, lambda file: np.savez_compressed(file, time=self.time, header=header, **arrays))
+        write_whole(target, lambda file: np.savez_compressed(file, time=self.time, told=header, **arrays))
         return target
 
     def _find(self, name: str) -> Series:

@@ -136,7 +136,7 @@ def test_a_given_drive_without_data_is_told(make):
 class Ladder:
     """Sets that hold up to a value each, the dearer the further: what a curve asks of a task, without one."""
 
-    often = None
+    wanted = None
 
     def __init__(self, steps):
         self.steps, self.searches = steps, 0  # (name, holds up to, cost)
