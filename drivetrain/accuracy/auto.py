@@ -137,26 +137,26 @@ def choose_effects(
     """The cheapest scene within a tolerance of the full one, proven by running both."""
     check_positive("tolerance", tolerance, "1")
     report = progress or silent
-    found_changes = estimates(scene, basis, step, report)
+    found = estimates(scene, basis, step, report)
     if tip_tolerance is None:
         tip_tolerance = tolerance * tip_travel(scene, ran(plan(without(scene, ())), FixedStep(step)))
     limits = Limits(tolerance, tip_tolerance)
-    dropped = set(cheapest(found_changes, limits, scene.joints, costs))
+    dropped = set(cheapest(found, limits, scene.joints, costs))
     restored: list[Choice] = []
     while True:
         report(0, 1, f"proving that {len(dropped)} effects may be omitted")
         kept = without(scene, dropped)
         proof = None
         if dropped:
-            bound = added([one.bound for one in found_changes if one.choice in dropped], scene.joints)
+            bound = added([one.bound for one in found if one.choice in dropped], scene.joints)
             proof = proved(scene, kept, basis, bound, limits.share, limits.tip, step)
         if proof is None or proof.proven or not proof.beyond:
             break
-        back = _largest(found_changes, dropped, limits, proof)
+        back = _largest(found, dropped, limits, proof)
         restored.append(back)
         dropped.remove(back)
     report(1, 1, "done")
-    judged = tuple(_judged(one, one.choice not in dropped, scene, costs) for one in found_changes)
+    judged = tuple(_judged(one, one.choice not in dropped, scene, costs) for one in found)
     return AutoChoice(kept, tolerance, tip_tolerance, judged, proof, tuple(restored))
 
 
@@ -167,10 +167,10 @@ def _judged(estimate: Estimate, kept: bool, scene: Scene, costs: Mapping[str, fl
 
 
 def cheapest(
-    estimates_: Sequence[Estimate], limits: Limits, joints: tuple[str, ...], costs: Mapping[str, float]
+    found: Sequence[Estimate], limits: Limits, joints: tuple[str, ...], costs: Mapping[str, float]
 ) -> tuple[Choice, ...]:
     """The effects that may go together and save most; after a hundred thousand sets the best one so far."""
-    fit = [one for one in estimates_ if one.valid and _used([one], limits, joints) <= 1.0]
+    fit = [one for one in found if one.valid and _used([one], limits, joints) <= 1.0]
     fit.sort(key=lambda one: (-costs.get(one.choice.kind, 1.0), _used([one], limits, joints)))
     prices = [costs.get(one.choice.kind, 1.0) for one in fit]
     after = [sum(prices[k:]) for k in range(len(fit) + 1)]

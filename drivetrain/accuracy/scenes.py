@@ -126,20 +126,20 @@ def left(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> t
 def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Scene:
     """The scene with every effect that the sheets have numbers for; what the controller feeds forward is not in yet."""
     study = evaluation.study
-    options_ = study.simulation if options is None else options
+    settings = study.simulation if options is None else options
     built = scene_of(
         study, {name: joint.drive for name, joint in evaluation.joints.items()},
         options=SceneOptions(
-            bandwidth=options_.bandwidth, feed_forward=False, heat=False, springs=True, damping=options_.damping,
-            repetitions=options_.repetitions,
+            bandwidth=settings.bandwidth, feed_forward=False, heat=False, springs=True, damping=settings.damping,
+            repetitions=settings.repetitions,
         ),
     )  # fmt: skip
     effects, ratios = dict(built.effects), dict(zip(built.joints, ratios_of(built), strict=True))
     for task in study.joints:
         joint = evaluation.joints[task.name]
-        own = [one for effect in effects[task.name] for one in _electrical(effect, joint.drive, options_, task.name)]
-        own = [one for effect in own for one in _sampled(effect, ratios[task.name], options_.control.get(task.name))]
-        teeth = options_.cogging.get(task.name)
+        own = [one for effect in effects[task.name] for one in _electrical(effect, joint.drive, settings, task.name)]
+        own = [one for effect in own for one in _sampled(effect, ratios[task.name], settings.control.get(task.name))]
+        teeth = settings.cogging.get(task.name)
         own += [Cogging((teeth.amplitude,), (teeth.periods,))] if teeth is not None else []
         effects[task.name] = (*own, *_heat(study, task, joint))
     volts = {available_voltage(task.amplifier, study.supply.voltage) for task in study.joints}

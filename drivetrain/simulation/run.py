@@ -148,7 +148,7 @@ def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mappi
     worst, step, k = float(apart.max()), engine.step, int(np.argmax(apart))
     if worst <= BUS_OFF:
         return ()
-    events, left = "try AdaptiveStep", worst
+    advice, left = "try AdaptiveStep", worst
     while left > BUS_OFF:
         step = float(f"{step * min(0.9 * BUS_OFF / left, 0.5):.2g}")  # when limits bind follows the grid
         if plan.scene.duration > MOST_TRIED * step:
@@ -156,8 +156,8 @@ def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mappi
         rows = FixedStep(step).run(plan, RunOptions(every, start=given)).rows
         left = float(off(rows[:, 0], rows[:, column]).max())
     else:
-        events = f"a step of {step:g} s holds {100.0 * BUS_OFF:g} %"
-    detail = f"the bus sinks to {recording[BUS].min():.3g} V and its voltage is off by {100.0 * worst:.2g} %: {events}"
+        advice = f"a step of {step:g} s holds {100.0 * BUS_OFF:g} %"
+    detail = f"the bus sinks to {recording[BUS].min():.3g} V and its voltage is off by {100.0 * worst:.2g} %: {advice}"
     return (Event(float(recording.time[k]), "bus", detail),)
 
 

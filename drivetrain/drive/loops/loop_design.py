@@ -207,22 +207,22 @@ def design_loops(
     if speed_bandwidth is not None:
         return given_loops(axis, timing, *_gains(axis, wanted), limited_by="wanted")
     axes = [axis] if lightest in (None, axis.load_inertia) else [axis, replace(axis, load_inertia=lightest)]
-    plants = [_Plant.of(one, timing, wanted) for one in axes]
-    found, good = _fastest(plants, axis, wanted, modulus_margin)
+    servos = [_Servo.of(one, timing, wanted) for one in axes]
+    found, good = _fastest(servos, axis, wanted, modulus_margin)
     if not good or found < wanted:  # too fast for its lag, or for its spring: that is, a rigid joint could be faster
-        rigid = [_Plant.of(replace(one, stiffness=None), timing, wanted) for one in axes]
+        rigid = [_Servo.of(replace(one, stiffness=None), timing, wanted) for one in axes]
         stiff, _ = _fastest(rigid, axis, wanted, modulus_margin)
         by_spring = axis.stiffness is not None and (stiff > found or not good)
         limit = SPRING if by_spring else min(list(limits)[:2], key=lambda name: limits[name])
-    design = _judged(plants[0], *_gains(axis, found), limit)
+    design = _judged(servos[0], *_gains(axis, found), limit)
     if limit != SPRING or not 0.0 < timing.period * resonances(axis)[1] < NOTCHED * math.pi:
         return design
     notch = Notch(resonances(axis)[1])
-    plants = [_Plant.of(one, timing, wanted, notch) for one in axes]
-    faster, good = _fastest(plants, axis, wanted, modulus_margin)
+    servos = [_Servo.of(one, timing, wanted, notch) for one in axes]
+    faster, good = _fastest(servos, axis, wanted, modulus_margin)
     if not good or (design.stable and faster < WORTH * found):
         return design
-    return replace(design, with_notch=_judged(plants[0], *_gains(axis, faster), "notch and " + SPRING))
+    return replace(design, with_notch=_judged(servos[0], *_gains(axis, faster), "notch and " + SPRING))
 
 
 def given_loops(
@@ -237,14 +237,14 @@ def given_loops(
 ) -> LoopDesign:
     """What gains make of an axis."""
     bandwidth = speed_gain * axis.torque_constant / axis.whole_inertia
-    plant_ = _Plant.of(axis, timing, bandwidth, notch)
-    return _judged(plant_, speed_gain, integral_time, position_gain, limited_by)
+    servo = _Servo.of(axis, timing, bandwidth, notch)
+    return _judged(servo, speed_gain, integral_time, position_gain, limited_by)
 
 
 def closed_loop(axis: ServoAxis, timing: ServoTiming, design: LoopDesign) -> StateSpace:
     """The cascade from commanded to measured angle of the motor, without speed fed forward."""
-    plant_ = _Plant.of(axis, timing, design.speed_bandwidth, design.notch)
-    return _cascade(plant_, design.speed_gain, design.integral_time, design.position_gain)[1]
+    servo = _Servo.of(axis, timing, design.speed_bandwidth, design.notch)
+    return _cascade(servo, design.speed_gain, design.integral_time, design.position_gain)[1]
 
 
 def _gains(axis: ServoAxis, bandwidth: float) -> tuple[float, float, float]:
@@ -252,7 +252,7 @@ def _gains(axis: ServoAxis, bandwidth: float) -> tuple[float, float, float]:
     return bandwidth * axis.whole_inertia / axis.torque_constant, OUTER / bandwidth, bandwidth / OUTER
 
 
-def _fastest(plants: list[_Plant], axis: ServoAxis, first: float, margin: float) -> tuple[float, bool]:
+def _fastest(servos: list[_Servo], axis: ServoAxis, first: float, margin: float) -> tuple[float, bool]:
     """The largest bandwidth from ``first`` down at which every bench settles and stays away from -1, if there is one.
 
     Where none has the margin, the nearest to it of those that settle.
@@ -261,17 +261,17 @@ def _fastest(plants: list[_Plant], axis: ServoAxis, first: float, margin: float)
     near = []
     for bandwidth in tried.tolist():
         gains = _gains(axis, bandwidth)
-        near.append(min(_distance(plant_, *gains)[0] for plant_ in plants))
-        if near[-1] >= margin and all(_settled(*_cascade(plant_, *gains)) for plant_ in plants):
+        near.append(min(_distance(servo, *gains)[0] for servo in servos))
+        if near[-1] >= margin and all(_settled(*_cascade(servo, *gains)) for servo in servos):
             return bandwidth, True
     for k in np.argsort(near)[::-1]:  # those with the margin do not settle, or they would have been taken
-        if near[k] < margin and all(_settled(*_cascade(plant_, *_gains(axis, float(tried[k])))) for plant_ in plants):
+        if near[k] < margin and all(_settled(*_cascade(servo, *_gains(axis, float(tried[k])))) for servo in servos):
             return float(tried[k]), False
     return first, False
 
 
 @dataclass(frozen=True, eq=False)
-class _Plant:
+class _Servo:
     """An axis as its speed loop meets it: from the commanded current, late as it comes, to the measured speed."""
 
     axis: ServoAxis
@@ -283,7 +283,7 @@ class _Plant:
     summed: Array
 
     @staticmethod
-    def of(axis: ServoAxis, timing: ServoTiming, first: float, notch: Notch | None = None) -> _Plant:
+    def of(axis: ServoAxis, timing: ServoTiming, first: float, notch: Notch | None = None) -> _Servo:
         """With responses that show every bandwidth from ``first`` down."""
         import control
 
@@ -293,7 +293,7 @@ class _Plant:
         at = _grid(axis, timing, plant, first)
         points = 1j * at if timing.period == 0.0 else np.exp(1j * at * timing.period)
         states = np.linalg.solve(points[:, None, None] * np.eye(plant.nstates) - plant.A, plant.B[None])
-        return _Plant(axis, timing, notch, plant, at, (plant.C @ states + plant.D)[:, 0, 0], _summed(timing)(points))
+        return _Servo(axis, timing, notch, plant, at, (plant.C @ states + plant.D)[:, 0, 0], _summed(timing)(points))
 
 
 def _grid(axis: ServoAxis, timing: ServoTiming, plant: StateSpace, first: float) -> Array:
@@ -320,25 +320,25 @@ def _summed(timing: ServoTiming) -> TransferFunction:
     return control.tf([timing.period, 0.0], [1.0, -1.0], timing.period)
 
 
-def _responses(plant_: _Plant, gain: float, integral: float, outer: float) -> tuple[Array, Array]:
+def _responses(servo: _Servo, gain: float, integral: float, outer: float) -> tuple[Array, Array]:
     """Open speed loop and open position loop along the bench's frequencies."""
-    inner = gain * (1.0 + plant_.summed / integral) * plant_.response
-    return inner, outer * plant_.summed * inner / (1.0 + inner)
+    inner = gain * (1.0 + servo.summed / integral) * servo.response
+    return inner, outer * servo.summed * inner / (1.0 + inner)
 
 
-def _distance(plant_: _Plant, gain: float, integral: float, outer: float) -> tuple[float, float]:
+def _distance(servo: _Servo, gain: float, integral: float, outer: float) -> tuple[float, float]:
     """The nearest that one of the open loops comes to -1, and at which frequency."""
-    away = np.min([np.abs(1.0 + loop) for loop in _responses(plant_, gain, integral, outer)], axis=0)
+    away = np.min([np.abs(1.0 + loop) for loop in _responses(servo, gain, integral, outer)], axis=0)
     at = int(np.argmin(away))
-    return float(away[at]), float(plant_.at[at])
+    return float(away[at]), float(servo.at[at])
 
 
-def _cascade(plant_: _Plant, gain: float, integral: float, outer: float) -> tuple[StateSpace, StateSpace]:
+def _cascade(servo: _Servo, gain: float, integral: float, outer: float) -> tuple[StateSpace, StateSpace]:
     """Closed speed loop and closed cascade."""
     import control
 
-    summed = control.ss(_summed(plant_.timing))
-    speed = control.feedback(plant_.plant * (gain * (1.0 + summed / integral)))
+    summed = control.ss(_summed(servo.timing))
+    speed = control.feedback(servo.plant * (gain * (1.0 + summed / integral)))
     return speed, control.feedback(outer * summed * speed)
 
 
@@ -350,18 +350,18 @@ def _settled(*loops: StateSpace) -> bool:
     )
 
 
-def _judged(plant_: _Plant, gain: float, integral: float, outer: float, limited_by: str) -> LoopDesign:
-    axis, timing = plant_.axis, plant_.timing
-    loops = _cascade(plant_, gain, integral, outer)
+def _judged(servo: _Servo, gain: float, integral: float, outer: float, limited_by: str) -> LoopDesign:
+    axis, timing = servo.axis, servo.timing
+    loops = _cascade(servo, gain, integral, outer)
     poles = loops[1].poles().astype(complex)
     if timing.period > 0.0:
         poles = np.log(np.where(np.abs(poles) > 1e-12, poles, 1e-12)) / timing.period
-    near, where = _distance(plant_, gain, integral, outer)
+    near, where = _distance(servo, gain, integral, outer)
     most, (anti, res) = sampled_limit(axis, timing), resonances(axis)
     return LoopDesign(
         gain * axis.torque_constant / axis.whole_inertia, outer, gain, integral, outer, limited_by, anti, res,
         _settled(*loops), near, where, tuple(poles.tolist()), 0.0 if math.isinf(most) else gain / most,
-        plant_.at, *_responses(plant_, gain, integral, outer), plant_.notch,
+        servo.at, *_responses(servo, gain, integral, outer), servo.notch,
     )  # fmt: skip
 
 

@@ -40,11 +40,11 @@ def bode_charts(joint: str, design: LoopDesign, light: LoopDesign | None = None)
     at = design.frequencies[shown] / TURN
     gain: list[Mark] = [Mark("rule", y=[0.0], colour="muted")]
     phase: list[Mark] = [Mark("rule", y=[-180.0], colour="muted")]
-    caption = (
+    rows = (
         ("speed", design.speed_loop, design.speed_phase_margin, design.speed_gain_margin, BLUE),
         ("position", design.position_loop, design.position_phase_margin, design.position_gain_margin, ORANGE),
     )
-    for name, loop, lag, factor, colour in caption:
+    for name, loop, lag, factor, colour in rows:
         decibels, turned = _decibels(loop[shown]), _degrees(loop[shown])
         limit = f"{20.0 * math.log10(factor):.1f} dB" if math.isfinite(factor) else "without limit"
         label = f"{name} loop: phase margin {math.degrees(lag):.0f}°, gain margin {limit}"
