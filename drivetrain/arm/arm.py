@@ -93,6 +93,18 @@ class Arm:
         """Which joints are prismatic, (n,)."""
         return [not screw[:3].any() for screw in self.screws]
 
+    @property
+    def axes(self) -> Array:
+        """Directions of the joints' axes, or of their travel, base frame, all joints at zero, (n, 3)."""
+        return np.where(self.screws[:, :3].any(axis=1, keepdims=True), self.screws[:, :3], self.screws[:, 3:])
+
+    @property
+    def pitches(self) -> Array:
+        """How far each joint moves along its axis a radian [m/rad], (n,); zero but where it is helical."""
+        pitch = np.sum(self.screws[:, :3] * self.screws[:, 3:], axis=1)
+        rounding = 1e-12 * np.maximum(1.0, np.linalg.norm(self.screws[:, 3:], axis=1))
+        return np.where(np.abs(pitch) <= rounding, 0.0, pitch)
+
     def body_before(self, joint: int) -> int:
         """The body that a joint hangs on.
 

@@ -1,6 +1,6 @@
 """The currents of one control tick: feed-forward, friction without chatter, limits of voltage, current and heat.
 
-These laws run compiled (``commander.py``) and on symbols (``symbols.py``), from which the C code is printed. So nothing
+These laws run compiled (``commander.py``) and on symbols (``c_code.py``), from which the C code is printed. So nothing
 here may branch on what changes from tick to tick: limits are taken with ``np.minimum`` and ``np.maximum``.
 """
 

@@ -83,22 +83,13 @@ class Body:
     joint: str
     link: str
     before: int  # the body on which it hangs; -1 is the base
-    screw: Array
+    slides: bool  # whether its joint is prismatic
+    axis: Array  # direction of its joint [-], (3,)
     point: Array  # of the joint's axis [m], (3,)
     lower: float
     upper: float
     locked: RigidBody  # with the rotors that it carries locked in it
     drives: tuple[int, ...]  # at its joint: one, none, or the two that share it
-
-    @property
-    def kind(self) -> str:
-        """Of its joint: ``revolute`` or ``prismatic``."""
-        return "revolute" if self.screw[:3].any() else "prismatic"
-
-    @property
-    def axis(self) -> Array:
-        """Direction of its joint [-], (3,)."""
-        return np.asarray(self.screw[:3] if self.screw[:3].any() else self.screw[3:])
 
 
 def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
@@ -117,9 +108,8 @@ def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
     faults, found = Faults(), []
     for body, (owner, at) in enumerate(places):
         chain = chains[owner]
-        home, screw, name = chain.home[at], chain.screws[at], chain.joint_names[at]
-        pitch = float(screw[:3] @ screw[3:])
-        if abs(pitch) > 1e-12 * max(1.0, float(np.linalg.norm(screw[3:]))):
+        home, name, pitch = chain.home[at], chain.joint_names[at], chain.pitches[at]
+        if pitch:
             faults.add(f"joint {name}", f"is helical: {format_name} has no such joint", f"{pitch:.6g} m/rad")
         parts = [RigidBody(chain.masses[at], home[:3, 3], home[:3, :3] @ chain.inertias[at] @ home[:3, :3].T)]
         for rotor in arm.rotors:
@@ -130,7 +120,8 @@ def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
         drives = tuple(own + [second[row] for row in own if row in second])
         found.append(
             Body(name, chain.link_names[at] if owner == 0 else name, body - 1 if loops is None else loops.before(body),
-                 screw, chain.joint_points[at], chain.lower[at], chain.upper[at], combined(parts), drives)
+                 chain.slides[at], chain.axes[at], chain.joint_points[at], chain.lower[at], chain.upper[at],
+                 combined(parts), drives)
         )  # fmt: skip
     faults.raise_any()
     return found[: len(found) - len(second)]  # what a second motor turns weighs nothing and stands at the end

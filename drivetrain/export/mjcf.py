@@ -69,7 +69,7 @@ def mjcf_text(
     for i, one in enumerate(bodies):
         before, locked = points[one.before], one.locked
         body = ElementTree.SubElement(places[one.before], "body", name=one.link, pos=text(one.point - before))
-        joint = {"name": one.joint, "type": "hinge" if one.kind == "revolute" else "slide", "axis": text(one.axis)}
+        joint = {"name": one.joint, "type": "slide" if one.slides else "hinge", "axis": text(one.axis)}
         own = [drives[row] for row in one.drives if rows[row] is None]
         if own:
             joint["damping"] = text(sum(drive.viscous for drive in own))

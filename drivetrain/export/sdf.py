@@ -63,7 +63,7 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
         for a in range(3):
             for b in range(a, 3):
                 _put(tensor, f"i{'xyz'[a]}{'xyz'[b]}", text(locked.inertia[a, b]))
-        joint = ElementTree.SubElement(model, "joint", name=body.joint, type=body.kind)
+        joint = ElementTree.SubElement(model, "joint", name=body.joint, type="prismatic" if body.slides else "revolute")
         _put(joint, "parent", before)
         _put(joint, "child", body.link)
         along = ElementTree.SubElement(joint, "axis")

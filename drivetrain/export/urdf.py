@@ -30,7 +30,7 @@ from drivetrain.export.urdf_elements import (
     add_transmission,
     text,
 )
-from drivetrain.export.urdf_rotors import RotorTags, WrittenBodies, axis_direction, written_bodies
+from drivetrain.export.urdf_rotors import RotorTags, WrittenBodies, written_bodies
 from drivetrain.spatial.poses import axis_point, inverse_pose, pose
 from drivetrain.version import __version__
 from drivetrain.whole_files import write_text
@@ -86,9 +86,9 @@ def _written(arm: Arm, data: UrdfJointData, base: str | None, tip: str | None) -
     """The text, and the notes in it."""
     refuse_loops(arm)
     faults = Faults()
-    for joint in np.flatnonzero(_pitch(arm)):
+    for joint in np.flatnonzero(arm.pitches):
         place = f"joint {arm.joint_names[joint]}"
-        faults.add(place, "is helical: URDF has no such joint", f"{_pitch(arm)[joint]:.6g} m/rad")
+        faults.add(place, "is helical: URDF has no such joint", f"{arm.pitches[joint]:.6g} m/rad")
     columns = {name: faults.attempt(_column, getattr(data, name), arm.n, name) for name in vars(data)}
     ends = [_end_name(arm, base, "base_link", "base", faults), _end_name(arm, tip, "tool0", "tip", faults)]
     if ends[0] == ends[1]:
@@ -103,12 +103,6 @@ def _written(arm: Arm, data: UrdfJointData, base: str | None, tip: str | None) -
     _chain(root, arm, bodies, columns, ends)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n", notes
-
-
-def _pitch(arm: Arm) -> Array:
-    """Of each joint [m/rad], what rounding leaves of none taken as none."""
-    pitch = np.sum(arm.screws[:, :3] * arm.screws[:, 3:], axis=1)
-    return np.where(np.abs(pitch) <= 1e-12 * np.maximum(1.0, np.linalg.norm(arm.screws[:, 3:], axis=1)), 0.0, pitch)
 
 
 def _column(values: Any, n: int, name: str) -> Array | None:
@@ -175,7 +169,7 @@ def _chain(root: Element, arm: Arm, bodies: WrittenBodies, columns: dict[str, Ar
     for i, frame in enumerate(frames):
         joint = add_joint(root, arm.joint_names[i], _kind(arm, i), (parents[i], arm.link_names[i]))
         add_origin(joint, inverse_pose(before) @ frame)
-        add_axis(joint, frame[:3, :3].T @ axis_direction(arm, i))
+        add_axis(joint, frame[:3, :3].T @ arm.axes[i])
         known = {name: float(column[i]) for name, column in columns.items() if column is not None}
         effort = known.pop("effort", np.inf)
         limits = {"lower": arm.lower[i], "upper": arm.upper[i], "effort": effort, "velocity": arm.speed_limits[i]}
@@ -206,7 +200,7 @@ def _transmissions(root: Element, arm: Arm, bodies: WrittenBodies) -> None:
 
 
 def _kind(arm: Arm, joint: int) -> str:
-    if not arm.screws[joint, :3].any():
+    if arm.slides[joint]:
         return "prismatic"
     free = np.isinf(arm.lower[joint]) and np.isinf(arm.upper[joint])
     return "continuous" if free else "revolute"

@@ -137,16 +137,10 @@ def _level_note(level: RotorLevel) -> str:
     return f"rotors are counted at level {level.value}, which URDF cannot say: set it after reading{lost}"
 
 
-def axis_direction(arm: Arm, joint: int) -> Array:
-    """The unit direction of a joint's axis, base frame, all joints zero, (3,)."""
-    screw = arm.screws[joint]
-    return np.asarray(screw[:3] if screw[:3].any() else screw[3:])
-
-
 def _turn(arm: Arm, joint: int, rotor: MountedRotor) -> int:
     """1 or -1 where the rotor's axis is parallel to the joint's, with or against it; 0 where it is not."""
-    along = float(rotor.screw[:3] @ axis_direction(arm, joint))
-    across = float(np.linalg.norm(np.cross(rotor.screw[:3], axis_direction(arm, joint))))
+    along = float(rotor.screw[:3] @ arm.axes[joint])
+    across = float(np.linalg.norm(np.cross(rotor.screw[:3], arm.axes[joint])))
     return int(np.sign(along)) if across <= PARALLEL else 0
 
 
@@ -187,7 +181,7 @@ def _move_into_links(
     moved = bool(rotor.carrier >= 0 and rotor.mass)
     parts = [(rotor.carrier, body)]
     if tag is not None and tag.inertia is not None:
-        z = axis_direction(arm, joint)
+        z = arm.axes[joint]
         parts.append((joint - 1, RigidBody(0.0, body.com, -rotor.axial_inertia * np.outer(z, z))))
         if rotor.carrier == joint - 1:
             parts = [(rotor.carrier, _rest(body, parts[1][1]))]

@@ -72,7 +72,7 @@ def exciting_motion(
 
 
 def _limits(arm: Arm) -> tuple[Array, Array, Array]:
-    turning = arm.screws[:, :3].any(axis=1)
+    turning = ~np.array(arm.slides)
     known = np.isfinite(arm.lower) & np.isfinite(arm.upper) & np.isfinite(arm.speed_limits)
     if not (turning | known).all():
         name = arm.joint_names[int(np.argmin(turning | known))]

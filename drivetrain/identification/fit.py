@@ -113,7 +113,7 @@ class Identification:
         i, ax = names.index(name), axes_of(ax)
         ax.plot(self.time, self.measured[:, i], color="0.6", label="measured")
         ax.plot(self.time, self.modelled[:, i], color="C0", linewidth=0.9, label="identified")
-        unit = "N m" if self.arm.screws[i, :3].any() else "N"
+        unit = "N" if self.arm.slides[i] else "N m"
         ax.set(xlabel="time [s]", ylabel=f"{'torque' if unit == 'N m' else 'force'} [{unit}]", title=name)
         ax.legend(loc="upper right")
         return ax
@@ -357,7 +357,7 @@ def _columns(
         *([getattr(law, name) for law in prior.friction] for name in laws),
     ])  # fmt: skip
     names = [every[i] for i in (*inertial, *spinning)]
-    shafts = arm.screws[:, :3].any(axis=1) | (prior.travel != 1.0)
+    shafts = ~np.array(arm.slides) | (prior.travel != 1.0)
     for name, unit in laws.items():
         for joint, turning in zip(arm.joint_names, shafts, strict=True):
             names.append(f"{joint}.{name} [{unit if turning else unit.replace('N m', 'N').replace('rad', 'm')}]")

@@ -142,8 +142,7 @@ def joint_series(arm: Arm, q: Array, qd: Array, qdd: Array, tau: Array) -> dict[
     """Position, speed, acceleration and torque of every joint, by name."""
     result = {}
     for i, name in enumerate(arm.joint_names):
-        turning = bool(arm.screws[i, :3].any())
-        length, force = ("rad", "N m") if turning else ("m", "N")
+        length, force = ("m", "N") if arm.slides[i] else ("rad", "N m")
         result[f"{name}.position"] = Series(length, q[:, i])
         result[f"{name}.speed"] = Series(f"{length}/s", qd[:, i])
         result[f"{name}.acceleration"] = Series(f"{length}/s^2", qdd[:, i])
@@ -155,7 +154,7 @@ def limit_events(arm: Arm, times: Array, q: Array) -> tuple[Event, ...]:
     """When joints pass the limits of their positions, to the recording's interval."""
     events = []
     for i, name in enumerate(arm.joint_names):
-        unit = "rad" if arm.screws[i, :3].any() else "m"
+        unit = "m" if arm.slides[i] else "rad"
         for side, beyond, limit in (
             ("lower", q[:, i] < arm.lower[i], arm.lower[i]),
             ("upper", q[:, i] > arm.upper[i], arm.upper[i]),

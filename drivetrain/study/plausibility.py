@@ -100,7 +100,7 @@ def _check_limits(arm: Arm, ledger: Ledger) -> None:
     """Ranges of turning joints that look like degrees."""
     for i, name in enumerate(arm.joint_names):
         widest = max(abs(arm.lower[i]), abs(arm.upper[i]))
-        if arm.screws[i, :3].any() and DEGREES[0] <= widest <= DEGREES[1] and float(widest).is_integer():
+        if not arm.slides[i] and DEGREES[0] <= widest <= DEGREES[1] and float(widest).is_integer():
             problem = f"joint {name} may turn to {widest:g} rad, {widest / math.tau:.3g} turns"
             ledger.warning(("arm",), problem, hint=f"was {widest:g} deg meant? robot files state radians")
 
@@ -126,7 +126,7 @@ def _check_motion(motion: Motion, form: MotionForm, arm: Arm, ledger: Ledger) ->
         return
     for i, name in enumerate(arm.joint_names):
         fastest = float(np.abs(motion.velocity[:, i]).max())
-        if arm.screws[i, :3].any() and fastest > SPEED:
+        if not arm.slides[i] and fastest > SPEED:
             problem = f"joint {name} reaches {fastest:.4g} rad/s, {fastest * 30.0 / math.pi:.4g} rpm"
             ledger.warning(place, problem, hint=f"was {fastest:.4g} deg/s meant, or is it a motor's speed?")
 
@@ -137,7 +137,7 @@ def _check_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -
     units = form.unit or ("",)
     for row, values in enumerate(form.waypoints or []):
         for i, value in enumerate(values):
-            turns = bool(arm.screws[i, :3].any())
+            turns = not arm.slides[i]
             unit = "rad" if turns else "m"
             text = value if isinstance(value, str) else f"{value} {units[i % len(units)] or unit}"
             at = quantity(text, unit, "")

@@ -10,7 +10,7 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotation
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.dynamics.core.packed import axis_directions, link_frames, packed
+from drivetrain.dynamics.core.packed import link_frames, packed
 from drivetrain.dynamics.inverse import inverse_dynamics
 
 
@@ -48,8 +48,8 @@ def test_frames_are_rotations_on_the_axes(joints: str) -> None:
     for frame in frames:
         assert np.abs(frame[:3, :3].T @ frame[:3, :3] - np.eye(3)).max() < 4e-16
         assert np.linalg.det(frame[:3, :3]) == pytest.approx(1.0)
-    np.testing.assert_allclose(frames[1:, :3, 2], axis_directions(arm), atol=1e-15)
-    across = np.sum(frames[1:-1, :3, 0] * axis_directions(arm)[1:], axis=1)
+    np.testing.assert_allclose(frames[1:, :3, 2], arm.axes, atol=1e-15)
+    across = np.sum(frames[1:-1, :3, 0] * arm.axes[1:], axis=1)
     assert np.abs(across).max() < 1e-15
     np.testing.assert_allclose(frames[1:, :3, 3], arm.joint_points, atol=1e-15)
 

@@ -93,20 +93,13 @@ def followers(arm: Arm) -> list[int]:
     return [i for i, r in enumerate(arm.rotors) if r is not None and apart[i] and (r.mass or r.inertia.any())]
 
 
-def axis_directions(arm: Arm) -> Array:
-    """The directions of the joint axes, along which the z axes of the joint frames lie."""
-    turning = _turning(arm)
-    return np.where(turning[:, None], arm.screws[:, :3], arm.screws[:, 3:])
-
-
 def link_frames(arm: Arm) -> Array:
     """Frames of the base and of the links as the recursion takes them, with every joint at zero.
 
     The origin of link i is the point of joint axis i nearest to ``joint_points[i]``, its z axis is the joint's, its x
     axis is at right angles to the next joint's too. The base has the frame of link 0.
     """
-    axes = axis_directions(arm)
-    turning = _turning(arm)[:, None]
+    axes, turning = arm.axes, ~np.array(arm.slides)[:, None]
     on_axis = np.cross(arm.screws[:, :3], arm.screws[:, 3:])
     along = np.sum(axes * (arm.joint_points - on_axis), axis=1, keepdims=True)
     frames = np.zeros((arm.n + 1, 4, 4))
@@ -123,10 +116,6 @@ def link_frames(arm: Arm) -> Array:
     frames[1:, :3, 0], frames[1:, :3, 1], frames[1:, :3, 2] = x, np.cross(axes, x), axes
     frames[0] = frames[1]
     return frames
-
-
-def _turning(arm: Arm) -> np.ndarray:
-    return np.asarray(arm.screws[:, :3].any(axis=1))
 
 
 def inverse_poses(poses: Array) -> Array:
@@ -166,12 +155,8 @@ def _pose(links: np.ndarray, poses: Array) -> None:
 
 def _joints(links: np.ndarray, arm: Arm, frames: Array) -> None:
     """How the joints move, and how far their own frames are turned from the recursion's."""
-    turning = _turning(arm)
-    pitch = np.sum(arm.screws[:, :3] * arm.screws[:, 3:], axis=1)
-    # What rounding leaves of the pitch of a revolute joint is none.
-    pitch[np.abs(pitch) <= 1e-12 * np.linalg.norm(arm.screws[:, 3:], axis=1)] = 0.0
-    links["turn"] = turning
-    links["slide"] = np.where(turning, pitch, 1.0)
+    links["turn"] = ~np.array(arm.slides)
+    links["slide"] = np.where(arm.slides, 1.0, arm.pitches)
     own = [frame[:, :2].T @ frame_along(frame[:, 2])[:, 0] for frame in frames[1:, :3, :3]]
     _set(links, "cos_own sin_own", np.array(own))
 

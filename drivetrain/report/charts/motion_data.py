@@ -211,8 +211,6 @@ def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | Non
     at = kept[np.unique(np.linspace(0, len(kept) - 1, POSES).astype(int))]
     arm, positions = main_chain(arm, study.cycle.position[at])
     moved = link_poses(arm, positions) @ np.linalg.inv(arm.home)
-    turns = np.linalg.norm(arm.screws[:, :3], axis=1) > 0.5
-    directions = np.where(turns[:, None], arm.screws[:, :3], arm.screws[:, 3:])
     moved[..., :3, 3] *= 1e3
     moved[..., :3, :3] *= TURNED
     points = np.vstack([np.zeros(3), arm.joint_points, arm.tip[:3, 3]])
@@ -220,7 +218,7 @@ def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | Non
         "samples": np.searchsorted(kept, at).tolist(),
         "moved": np.round(moved[..., :3, :]).astype(int).ravel().tolist(),
         "points": np.round(1e3 * points, 1).tolist(),
-        "axes": np.round(directions, 3).tolist(),
+        "axes": np.round(arm.axes, 3).tolist(),
         "shapes": [
             {"link": link, "corners": np.round(1e3 * corners).astype(int).tolist(), "faces": faces.tolist()}
             for link, (corners, faces) in _shapes(arm, points)

@@ -33,7 +33,6 @@ from drivetrain.study.parts.mounting import (
     carrying,
     drive_body,
     emptied,
-    joint_axis,
     mount_point,
     rotor_ratio,
     seat,
@@ -202,7 +201,7 @@ def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
 def _empty_rows(study: Study, bare: Loads, joint: int) -> JointBasis:
     """One joint with rows for the drives that load it, to be filled; those of wrenches (rows, N, 6)."""
     assert study.arm is not None
-    drives, slides = loading_drives(study, joint), not study.arm.screws[joint, :3].any()
+    drives, slides = loading_drives(study, joint), study.arm.slides[joint]
     own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
     on_bearing = not (slides or study.joints[joint].coupled or np.isnan(own.wrench).any())
     full, rows = bare.inertia.shape[-1], NUMBERS * len(drives)
@@ -222,7 +221,7 @@ def _fill_by_runs(study: Study, arm: Arm, joints: Sequence[JointBasis], forces_o
     """What a unit of each number adds, as differences of whole runs, for loops and bases that move."""
     for k, task in enumerate(study.joints):
         link, point, axis = (
-            carrier_link(arm, k, task.mount), mount_point(arm, k, task.mount), joint_axis(arm, seat(k, task.mount)),
+            carrier_link(arm, k, task.mount), mount_point(arm, k, task.mount), arm.axes[seat(k, task.mount)],
         )  # fmt: skip
         rotors = [seated_rotor(arm, k, task.mount, ratio, 1.0) for ratio in (1.0, -1.0)]
         arms = [arm, *(with_rotors(arm, [own if i == k else None for i in range(arm.n)]) for own in rotors)]
@@ -243,7 +242,7 @@ def _fill_going_along(study: Study, arm: Arm, joints: Sequence[JointBasis]) -> N
     """The same of an open chain, in one pass over the motion."""
     cycle, n, samples = study.cycle, arm.n, len(study.cycle.time)
     mounts = [task.mount for task in study.joints]
-    axes = [joint_axis(arm, i) for i in range(n)]
+    axes = arm.axes
     riders = Riders(
         np.array([carrier_link(arm, k, mount) for k, mount in enumerate(mounts)]),
         np.array([mount_point(arm, k, mount) for k, mount in enumerate(mounts)]),

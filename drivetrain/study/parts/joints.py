@@ -219,7 +219,7 @@ def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: 
     arm, ledger, stop = around.arm, around.ledger, resolve_stop(around, form, place)
     assert arm is not None
     loops, moves = None if arm.linkage is None else arm.linkage.loops, around.form.base is not None
-    bears = form.output_bearing == "gear" and arm.screws[index, :3].any()
+    bears = form.output_bearing == "gear" and not arm.slides[index]
     if loops is not None and loops.inside(loops.driven[index]) and bears:
         problem = f"must be external at {arm.joint_names[index]}: how pins and bearings share the loads in a loop is "
         ledger.fault(
@@ -288,7 +288,7 @@ def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[
 def _counterbalances(around: Surroundings, index: int, form: JointForm, place: Place) -> tuple[Counterbalance, ...]:
     """Those of a joint that turns."""
     place, found = (*place, "counterbalances"), []
-    if form.counterbalances and around.arm is not None and not around.arm.screws[index, :3].any():
+    if form.counterbalances and around.arm is not None and around.arm.slides[index]:
         around.ledger.fault(place, "go with a joint that turns")
     for k, entry in enumerate(form.counterbalances):
         with around.ledger.gather((*place, k)):
@@ -416,7 +416,7 @@ def _load_inertia(around: Surroundings, form: JointForm, place: Place) -> float 
 
 def _travel(around: Surroundings, index: int, form: JointForm, place: Place, chain: Chain | None) -> float | None:
     """Travel a radian of a prismatic joint: needed there, out of place elsewhere."""
-    slides = around.arm is not None and not around.arm.screws[index, :3].any()
+    slides = around.arm is not None and around.arm.slides[index]
     travel, own = form.travel_per_turn, None if chain is None else chain.travel
     if own is not None and (travel is not None or not slides):
         problem = "say what the joint travels: travel_per_turn goes without" if slides else "slide, but the joint turns"

@@ -36,7 +36,7 @@ def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) ->
             rotors[joint] = seated_rotor(arm, joint, task.mount, rotor_ratio(drive, task), drive_inertia(drive))
             mass, across, along = drive_body(drive)
             if study.drive_mass is not DriveMass.INCLUDED and mass > 0.0:
-                axis = joint_axis(arm, seat(joint, task.mount))
+                axis = arm.axes[seat(joint, task.mount)]
                 inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
                 arm = with_body(arm, link, mass, mount_point(arm, joint, task.mount), inertia)
     return carrying(study, with_rotors(arm, rotors), payload_index)
@@ -97,7 +97,7 @@ def seat(joint: int, mount: Mount) -> int:
 
 def seated_rotor(arm: Arm, joint: int, mount: Mount, ratio: float, inertia: float) -> Rotor:
     """A rotor where its drive sits, along the axis of the joint there; ratio [- or rad/m], inertia [kg m^2]."""
-    axis = joint_axis(arm, seat(joint, mount))
+    axis = arm.axes[seat(joint, mount)]
     line = np.concatenate([axis, np.cross(arm.joint_points[seat(joint, mount)], axis)])
     return Rotor(ratio, inertia, screw=line, carrier=carrier_link(arm, joint, mount))
 
@@ -134,17 +134,10 @@ def _without(arm: Arm, joint: int, task: JointTask) -> Arm:
     return with_body(arm, carrier_link(arm, joint, held.mount), -held.mass, point, np.zeros((3, 3)))
 
 
-def joint_axis(arm: Arm, joint: int) -> Array:
-    """Direction of a joint's axis, or of its travel, base frame, all joints at zero, (3,)."""
-    screw = arm.screws[joint]
-    axis: Array = screw[:3] if screw[:3].any() else screw[3:]
-    return axis
-
-
 def mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
     """Where a drive's centre of mass sits, base frame, all joints at zero [m], (3,)."""
     at = seat(joint, mount)
-    point: Array = arm.joint_points[at] + mount.offset * joint_axis(arm, at)
+    point: Array = arm.joint_points[at] + mount.offset * arm.axes[at]
     return point
 
 
