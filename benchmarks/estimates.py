@@ -16,7 +16,7 @@ from pathlib import Path
 import drivetrain as dt
 from drivetrain.accuracy.decision import basis_of
 from drivetrain.accuracy.scenes import LABELS, full_scene
-from drivetrain.accuracy.study_run import complete
+from drivetrain.sizing.results import every_drive
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "accuracy"))
@@ -31,7 +31,7 @@ def shipped(name: str) -> list[Row]:
     """A shipped study with the drives that it gives or that ``select`` chooses."""
     study = dt.load_study(ROOT / "examples" / name / "study.yaml")
     given = all(task.drive is not None for task in study.joints)
-    found = dt.evaluate(study) if given else complete(dt.select(study))
+    found = dt.evaluate(study) if given else every_drive(dt.select(study))
     full = full_scene(found, study.simulation)
     return estimated_and_measured(full, basis_of(full, found), SHIPPED_STEP)
 

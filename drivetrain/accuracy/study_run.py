@@ -20,9 +20,9 @@ from drivetrain.simulation.engines.inverse import Inverse
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
-from drivetrain.simulation.study_scene import axis_faults, refuse_unsimulated
+from drivetrain.simulation.study_scene import refuse_unsimulated
 from drivetrain.sizing.judge.evaluate import Given, evaluate, evaluate_drives
-from drivetrain.sizing.results import Evaluation, Selection
+from drivetrain.sizing.results import Evaluation, Selection, every_drive
 from drivetrain.sizing.search.search import select
 from drivetrain.solvers.solver import Rodas5P, Solver
 from drivetrain.study.model import Study
@@ -128,23 +128,6 @@ def engine_of(settings: Simulation) -> Engine:
     return Inverse() if settings.solver == "inverse" else FixedStep(settings.step)
 
 
-def gives_all(study: Study) -> bool:
-    """Whether a study names a drive for every joint."""
-    faults = axis_faults(study) if study.arm is None else []
-    if faults:
-        raise InputError(faults)
-    return all(task.drive is not None for task in study.joints)
-
-
-def complete(found: Selection) -> Evaluation:
-    """What a search chose, or found nearest, with a drive in every joint."""
-    study, judged = found.evaluation.study, found.evaluation.joints
-    missing = [task.name for task in study.joints if task.name not in judged]
-    if missing:
-        raise InputError(Fault("joints", f"no drive was found for {', '.join(missing)}", file=study.path))
-    return found.evaluation
-
-
 def _evaluation(
     what: Study | Evaluation | Selection, drives: Mapping[str, Drive] | Mapping[str, Given] | None
 ) -> Evaluation:
@@ -153,9 +136,8 @@ def _evaluation(
         if drives is not None:
             hint = "an evaluation and a selection have their drives"
             raise InputError(Fault("drives", "go with a study", hint=hint))
-        return complete(what) if isinstance(what, Selection) else what
+        return every_drive(what) if isinstance(what, Selection) else what
     refuse_unsimulated(what)
-    given = gives_all(what)
     if drives is not None:
         own = {name: drive for name, drive in drives.items() if isinstance(drive, Drive)}
         if own and len(own) == len(drives):
@@ -163,10 +145,10 @@ def _evaluation(
         if own:
             raise InputError(Fault("drives", "must be drives, or keys of (motor, gear), not both", sorted(own)))
         return evaluate(what, {name: keys for name, keys in drives.items() if not isinstance(keys, Drive)})
-    if given:
+    if all(task.drive is not None for task in what.joints):
         return evaluate(what)
     chosen = select(what)
     if not chosen.drives:
         hint = "select says why; evaluate(study, drives) takes drives that do not fit"
         raise InputError(Fault("joints", "no set of drives fits", hint=hint, file=what.path))
-    return complete(chosen)
+    return every_drive(chosen)

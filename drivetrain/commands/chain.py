@@ -63,18 +63,21 @@ def _result(path: Path) -> dict[str, Any]:
 
 def chosen(study: Study, *, runs: bool = False) -> Evaluation:
     """The evaluation of the drives given, or of those selected where none are; ``runs``: they will be simulated."""
-    from drivetrain.accuracy.study_run import complete, gives_all
     from drivetrain.sizing.judge.evaluate import evaluate
+    from drivetrain.sizing.results import every_drive
     from drivetrain.sizing.search.search import select
 
-    given = gives_all(study) if runs else all(task.drive is not None for task in study.joints)
-    if given:
+    if runs:
+        from drivetrain.simulation.study_scene import refuse_unsimulated
+
+        refuse_unsimulated(study)
+    if all(task.drive is not None for task in study.joints):
         with working("checking the given drives"):
             return evaluate(study)
     say("note: the study does not name all drives; they are selected first", errors=True)
     with working("searching the catalogues for drives") as step:
         found = select(study, progress=step)
-    evaluation = complete(found)
+    evaluation = every_drive(found)
     if not found.drives:
         say("note: no set of drives fits; the closest candidates are taken", errors=True)
     elif not found.feasible:

@@ -46,10 +46,12 @@ from drivetrain.study.parts.mounting import loaded_arm
 
 
 def refuse_unsimulated(study: Study) -> None:
-    """Raises InputError for what no engine knows: a moving base, closed loops, two motors on one axis."""
+    """Raises InputError for what no engine knows: a moving base, closed loops, two motors on one axis, half an axis."""
     refuse_moving_base(study, "a simulation")
     if study.arm is not None:
         refuse_loops(study.arm)
+    elif faults := axis_faults(study):
+        raise InputError(faults)
 
 
 def axis_faults(study: Study) -> list[Fault]:
@@ -138,7 +140,6 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
     """
     refuse_unsimulated(study)
     faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
-    faults += axis_faults(study) if study.arm is None else []
     faults += _apart(study.cycle)
     hint = "evaluate and select choose: take the study of what they find"
     for task in study.joints:

@@ -13,7 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.motor_limits import operating_region
-from drivetrain.errors import whole_names
+from drivetrain.errors import Fault, InputError, whole_names
 from drivetrain.notebook import axes_of, shown
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, Verdict, lacking, verdict_of
@@ -378,3 +378,12 @@ class Selection:
             The axes.
         """
         return self.evaluation.plot(ax, joint=joint)
+
+
+def every_drive(found: Selection) -> Evaluation:
+    """What a search chose, or found nearest, with a drive in every joint; InputError where a joint has none."""
+    study, judged = found.evaluation.study, found.evaluation.joints
+    missing = [task.name for task in study.joints if task.name not in judged]
+    if missing:
+        raise InputError(Fault("joints", f"no drive was found for {', '.join(missing)}", file=study.path))
+    return found.evaluation
