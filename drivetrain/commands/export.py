@@ -171,6 +171,6 @@ def export(
     elif to is Format.FMU:
         notes = write_fmu(result, out, joint=joint or "", springs=springs)
     else:
-        notes = write_drive_urdf(result, out, payload=payload)
+        notes = tuple(dict.fromkeys((*write_drive_urdf(result, out, payload=payload), *lost(to.value))))
     lines([*notes, f"{to.value}: {out}", f"verdict on these drives: {result.verdict}"])
     return result.feasible

@@ -29,7 +29,7 @@ class _Commands:
     time: Array
     scales: Mapping[str, CurrentScale]
     numbers: dict[str, Array]
-    position: dict[str, Array]
+    position: dict[str, Array]  # of the joints, also where motors are coupled
     velocity: dict[str, Array]
 
 
@@ -72,12 +72,11 @@ def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: 
     rows = dict(iter(table.groupby("joint", sort=False)))
     time = rows[next(iter(rows))]["time [s]"].to_numpy()
     numbers, position, velocity = {}, {}, {}
-    for name, joint in evaluation.joints.items():
+    cycle, names = evaluation.study.cycle, [task.name for task in evaluation.study.joints]
+    for name in evaluation.joints:
         numbers[name] = faults.attempt(in_scale, rows[name]["current [A]"].to_numpy(), scales[name], name, time)
-        task = next(task for task in evaluation.study.joints if task.name == name)
-        ratio = joint.drive.gear.ratio / (task.travel_per_turn or 1.0)
-        position[name] = np.interp(time, joint.series.time, joint.series.position)
-        velocity[name] = rows[name]["motor speed [rad/s]"].to_numpy() / ratio
+        moves = (one[:, names.index(name)] for one in (cycle.position, cycle.velocity))
+        position[name], velocity[name] = (np.interp(time, cycle.time, one) for one in moves)
     faults.raise_any()
     written = {name: values for name, values in numbers.items() if values is not None}
     study = evaluation.study

@@ -1,9 +1,10 @@
-"""Arms with closed loops: palletisers and a screw on a triangle, against MuJoCo with equality constraints and numpy."""
+"""Arms with closed loops: palletisers and a screw on a triangle, against MuJoCo's and pinocchio's constraints."""
 
 from __future__ import annotations
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import drivetrain as dt
@@ -76,7 +77,7 @@ CASES = {"palletiser": palletiser(), "skew": palletiser(0.05), "actuator": actua
 
 def motion(arm, samples=12, seed=3):
     rng = np.random.default_rng(seed)
-    size = np.where(arm.screws[:, :3].any(axis=1), 0.5, 0.15)
+    size = np.where(arm.slides, 0.15, 0.5)
     return [scale * size * rng.uniform(-1.0, 1.0, (samples, arm.n)) for scale in (1.0, 4.0, 10.0)]
 
 
@@ -121,9 +122,8 @@ def mujoco_model(arm):
         tensor = home[:3, :3] @ chain.inertias[at] @ home[:3, :3].T
         one.mass, one.ipos, one.explicitinertial = chain.masses[at], home[:3, 3] - here, True
         one.fullinertia = [tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2]]
-        turns = chain.screws[at, :3].any()
-        kind = mujoco.mjtJoint.mjJNT_HINGE if turns else mujoco.mjtJoint.mjJNT_SLIDE
-        one.add_joint(name=f"j{body}", type=kind, axis=chain.screws[at, :3] if turns else chain.screws[at, 3:])
+        kind = mujoco.mjtJoint.mjJNT_SLIDE if chain.slides[at] else mujoco.mjtJoint.mjJNT_HINGE
+        one.add_joint(name=f"j{body}", type=kind, axis=chain.axes[at])
         bodies[body], origin[body] = one, here
     for first, second, point in loops.pins:
         ends = [loops.paths[chain][count - 1] if count else -1 for chain, count in (first, second)]
@@ -160,6 +160,46 @@ def test_torques_against_mujoco(name):
         np.testing.assert_allclose(rows[:, passive].T @ multipliers, tree[passive], atol=1e-8 * np.abs(tree).max())
         expected = tree[driven] - rows[:, driven].T @ multipliers
         np.testing.assert_allclose(torque[k], expected, rtol=1e-9, atol=1e-9 * np.abs(tree).max())
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_accelerations_of_pinocchio(name):
+    """Under our torques pinocchio's constrained dynamics moves tree and pins by our accelerations."""
+    arm = CASES[name]
+    q, qd, qdd = motion(arm, seed=5)
+    loops, chains = arm.linkage.loops, arm.linkage.chains
+    model, ids, origin = pin.Model(), {-1: 0}, {-1: np.zeros(3)}
+    model.gravity.linear = arm.gravity
+    for body, owner in enumerate(loops.owner):
+        chain, at, before = chains[owner], loops.paths[owner].index(body), loops.before(body)
+        here, home, axis = chain.joint_points[at], chain.home[at], chain.axes[at]
+        kind = (pin.JointModelPrismaticUnaligned if chain.slides[at] else pin.JointModelRevoluteUnaligned)(axis)
+        ids[body] = model.addJoint(ids[before], kind, pin.SE3(np.eye(3), here - origin[before]), f"j{body}")
+        tensor = home[:3, :3] @ chain.inertias[at] @ home[:3, :3].T
+        model.appendBodyToJoint(
+            ids[body], pin.Inertia(chain.masses[at], home[:3, 3] - here, tensor), pin.SE3.Identity()
+        )
+        origin[body] = here
+    models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    for first, second, point in loops.pins:
+        ends = [loops.paths[chain][count - 1] if count else -1 for chain, count in (first, second)]
+        held = [part for end in ends for part in (ids[end], pin.SE3(np.eye(3), point - origin[end]))]
+        models.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, *held, pin.ReferenceFrame.LOCAL))
+        datas.append(models[-1].createData())
+    data, settings = model.createData(), pin.ProximalSettings(1e-12, 1e-12, 100)
+    # Since version 4 it wants the data, too.
+    pin.initConstraintDynamics(
+        model, data, *((models, datas) if int(pin.__version__.split(".")[0]) >= 4 else (models,))
+    )
+    whole, torque = whole_motion(arm.linkage, q, qd, qdd), inverse_dynamics(arm, q, qd, qdd)
+    rows = [ids[body] - 1 for body in range(len(loops.owner))]
+    for k in range(len(q)):
+        place, speed, tau = np.zeros((3, model.nv))
+        place[rows], speed[rows] = whole.position[k], whole.velocity[k]
+        tau[[rows[joint] for joint in loops.driven]] = torque[k]
+        found = pin.constraintDynamics(model, data, place, speed, tau, models, datas, settings)[rows]
+        size = np.abs(whole.acceleration[k]).max()
+        np.testing.assert_allclose(found, whole.acceleration[k], atol=1e-6 * size)
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from export.driven_arms import coupled
 
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.errors import InputError
@@ -78,8 +79,12 @@ def read_yaml(path: Path) -> dict[str, np.ndarray]:
     assert all(set(p) == {"time_from_start", "positions", "velocities", "effort"} for p in points)
     assert all(0 <= p["time_from_start"]["nanosec"] < 10**9 for p in points)
     times = np.array([p["time_from_start"]["sec"] + 1e-9 * p["time_from_start"]["nanosec"] for p in points])
-    effort = np.array([p["effort"] for p in points]).T
-    return {"time": times} | dict(zip(message["joint_names"], effort, strict=True))
+    effort, positions, velocities = (
+        np.array([p[what] for p in points]) for what in ("effort", "positions", "velocities")
+    )
+    return {"time": times, "positions": positions, "velocities": velocities} | dict(
+        zip(message["joint_names"], effort.T, strict=True)
+    )
 
 
 def read_header(path: Path, folder: Path) -> dict[str, np.ndarray]:
@@ -122,6 +127,17 @@ def test_currents_come_back(wide, tmp_path: Path, scale: str, basis: str | None,
             assert np.abs(current - wide.joints[name].series.current).max() <= 0.501 * count + 1e-7
             if scales[name].whole:
                 np.testing.assert_array_equal(numbers[name], np.rint(numbers[name]))
+
+
+def test_a_trajectory_moves_the_joints_and_not_the_shafts_of_their_motors(make, tmp_path: Path) -> None:
+    """Two joints on a differential: their numbers are the shafts' currents, their motion is the arm's."""
+    found = coupled(make)
+    read = read_yaml(write_currents(found, tmp_path / "c.yaml", current_scales(found, "amperes", basis="dc")))
+    np.testing.assert_allclose(read["positions"], found.study.cycle.position, atol=1e-15)
+    np.testing.assert_allclose(read["velocities"], found.study.cycle.velocity, atol=1e-15)
+    for name, joint in found.joints.items():
+        np.testing.assert_allclose(read[name], joint.series.current, atol=1e-12 * np.abs(joint.series.current).max())
+        assert name == "j1" or np.abs(joint.series.position - read["positions"][:, int(name[1]) - 1]).max() > 0.1
 
 
 def test_without_a_basis_the_study_says_it(make_one, make, ur5) -> None:
