@@ -41,7 +41,7 @@ def scaled(values: Array, unit: str, *others: float | None) -> tuple[Array, str]
 
 def printed_unit(unit: str) -> str:
     """A unit as it is printed."""
-    return _PRINTED.get(unit, unit).replace("ohm", "Ω").replace("^2", "²")
+    return _PRINTED.get(unit, unit).replace("ohm", "Ω").replace("^2", "²").replace(" ", "\u00a0")
 
 
 def number(value: float | None, digits: int = 3) -> str:

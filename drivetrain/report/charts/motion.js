@@ -97,6 +97,7 @@ page.setup(function () {
     function plane(joint, element) {
       const [wide, high] = joint.view, of = units.torque;
       const figure = page.frame({ height: 330, x: `motor speed [${units.speed}]`, y: `motor torque [${of}]`, x_range: [-wide, wide], y_range: [-high, high] });
+      figure.below[0].ticker.desired_num_ticks = 4; // thousands of rpm run into each other in a third of the page
       const legend = [], dashed = { line_dash: [4, 3], fill_color: null };
       const region = (i) => { const one = joint.region[i]; return one ? { x: one[0], y: one[1] } : { x: [], y: [] }; };
       const areas = [["#0072B2", 0.13, "intermittent limit"], ["#009E73", 0.22, "continuous limit"]].map(([ink, alpha, label], i) => {
