@@ -147,10 +147,13 @@ def family(
         list[str] | None,
         typer.Option(metavar="MASS", help="Each study with its heaviest payload of this mass; may be repeated."),
     ] = None,
+    common: Annotated[
+        str, typer.Option(metavar="PARTS", help="That all members share: drives, or motors or gears alone.")
+    ] = "drives",
     time_limit: Annotated[str | None, typer.Option(metavar="TIME", help="For the search, such as 10s.")] = None,
     out: Annotated[Path | None, folder_for("each member's report, result.json and currents.csv")] = None,
 ) -> bool:
-    """Choose one set of drives that fits every member of a family: other payloads, reaches, motions."""
+    """Choose drives, motors or gears that fit every member of a family alike: other payloads, reaches, motions."""
     from dataclasses import replace
 
     from drivetrain.report.outputs import write_outputs
@@ -167,8 +170,8 @@ def family(
     )
     members = inputs(*(partial(carrying_mass, one, mass) for one in loaded for mass in masses)) if masses else loaded
     wanted = members[0].wanted if seconds is None else replace(members[0].wanted, time_limit=seconds)
-    with working("searching for one set of drives for all"):
-        found = select_family(members, wanted=wanted)
+    with working(f"searching for {common} that fit all"):
+        found = select_family(members, wanted=wanted, common=common)
     lines(family_lines(found, [one.name for one in members]))
     folder = out or report_folder(f"{members[0].name} family")
     for number, one in enumerate(found.evaluations, 1):

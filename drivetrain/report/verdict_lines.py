@@ -92,7 +92,13 @@ def family_lines(found: FamilySelection, names: Sequence[str]) -> list[str]:
     if not found.drives:
         proof = "no set of drives fits every member" if found.proven else "none was found in the time given"
         return [f"DOES NOT FIT: {proof}"]
-    lines = [f"{joint}: {motor} with {gear or 'no gear'}" for joint, (motor, gear) in found.drives.items()]
+    lines = []
+    for joint in found.drives:
+        motors, gears = zip(*(one.drives[joint] for one in found.evaluations), strict=True)
+        motor, gear = (
+            " / ".join(own if len({*own}) > 1 else own[:1]) for own in (motors, [g or "no gear" for g in gears])
+        )
+        lines.append(f"{joint}: {motor} with {gear}")
     for name, one in zip(names, found.evaluations, strict=True):
         used = [(c.utilisation or 0.0, place, c) for place, j in one.joints.items() for c in j.checks]
         used += [(c.utilisation or 0.0, shared_place(c), c) for c in one.shared]

@@ -65,6 +65,39 @@ def test_is_the_best_of_all_sets_that_fit_all(make, seed):
     assert found.bound == pytest.approx(best, rel=1e-9)
 
 
+def least_with_common(members, which):
+    """The least mean mass of sets with common motors (0) or gears (1), infinite for none."""
+    names = [task.name for task in members[0].joints]
+    least = []
+    for member in members:
+        best = {}
+        for one in itertools.product(*(task.pairs for task in member.joints)):
+            found = evaluate(member, dict(zip(names, one, strict=True)))
+            parts = tuple(pair[which] for pair in one)
+            if found.feasible:
+                best[parts] = min(best.get(parts, np.inf), found.objective)
+        least.append(best)
+    sums = [sum(best.get(parts, np.inf) for best in least) for parts in least[0]]
+    return min(sums, default=np.inf) / len(members)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_common_motors_or_gears_are_the_best(make, seed):
+    members = family(make, seed)
+    whole = select_family(members)
+    for which, common in enumerate(("motors", "gears")):
+        found, best = select_family(members, common=common), least_with_common(members, which)
+        assert found.proven
+        if np.isinf(best):
+            assert not found.drives and not whole.drives
+            continue
+        assert found.objective == pytest.approx(best, rel=1e-9) and found.bound == pytest.approx(best, rel=1e-9)
+        assert not whole.drives or found.objective <= whole.objective + 1e-9
+        for joint in found.drives:
+            assert len({one.drives[joint][which] for one in found.evaluations}) == 1
+        assert all(one.feasible for one in found.evaluations)
+
+
 def test_some_members_bind_where_the_first_would_not(make):
     """So that the test above is one."""
     found = [(select_family(members), select(members[0])) for members in (family(make, k) for k in range(8))]

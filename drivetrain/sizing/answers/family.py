@@ -1,11 +1,17 @@
-"""One set of drives for a family of arms: several payloads, reaches or tasks, chosen by one search for all of them.
+"""Drives for a family of arms: several payloads, reaches or tasks, with common parts, chosen by one search for all.
 
-The search is that of the first member. At every node the bounds of each other member rule candidates out too, as what
-one member cannot use the family cannot; a set is taken where every member's evaluation holds.
+Where drives are common, the search is that of the first member. At every node the bounds of each other member rule
+candidates out too, as what one member cannot use the family cannot; a set is taken where every member's evaluation
+holds.
+
+Where motors or gears alone are common, a node says which of them each joint may have. Every member's best set there is
+proven by its own search; their sum is a bound. Where members disagree at a joint, one part that a member has taken is
+given to all, and in the other half to none.
 """
 
 from __future__ import annotations
 
+import heapq
 import math
 import time
 from collections import Counter
@@ -15,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.candidates import Domain, Domains, Mask, candidates
@@ -29,12 +35,13 @@ from drivetrain.study.parts.selection import SelectionOptions
 
 @dataclass(frozen=True, eq=False)
 class FamilySelection:
-    """One set of drives for all members of a family.
+    """The drives of all members of a family.
 
     Attributes:
-        drives: Keys of (motor, gear) by joint name; empty where no set fits all members.
-        objective: Of the set, for one member [kg, or the unit of the price]; NaN where none fits.
-        evaluations: Of each member with these drives, in their order; empty where none fits.
+        drives: Keys of (motor, gear) by joint name, of the first member where others may have other parts: theirs are
+            in ``evaluations``; empty where no set fits all members.
+        objective: For one member, the mean where they differ [kg, or the unit of the price]; NaN where none fits.
+        evaluations: Of each member with its drives, in their order; empty where none fits.
         proven: Whether no better set fits all members, or none at all.
         bound: No set that fits all members has a smaller objective; infinite where none fits.
         counters: Work done.
@@ -89,13 +96,20 @@ def _untested(one: Problem, domain: Domain) -> Domain:
     return Domain(domain.pairs, cost, np.zeros(len(cost), dtype=np.bool_), float(cost.min()))
 
 
-def select_family(studies: Sequence[Study], *, wanted: SelectionOptions | None = None) -> FamilySelection:
-    """The drives with the smallest objective that fit every one of several studies, the same in all of them.
+COMMON = ("drives", "motors", "gears")
+
+
+def select_family(
+    studies: Sequence[Study], *, wanted: SelectionOptions | None = None, common: str = "drives"
+) -> FamilySelection:
+    """The drives with the smallest objective that fit every one of several studies, with common parts.
 
     Args:
         studies: Of arms with the same joint names: other payloads (``dt.study.changed``), reaches, motions, supplies.
             Of the candidates of each joint those count that every study offers.
         wanted: As of ``select``; None: what the first study says. Mass or price, as each weighs alike in all members.
+        common: What is the same in all members: ``drives``, motor and gear of every joint; ``motors``, with gears that
+            each member has for itself; ``gears``, with motors of its own.
 
     Returns:
         The drives, and their evaluation in each study.
@@ -107,7 +121,9 @@ def select_family(studies: Sequence[Study], *, wanted: SelectionOptions | None =
     Example:
         ``select_family([changed(study, TaskChange(payload=share)) for share in (0.6, 1.0, 2.0)])``
     """
-    members = _members(studies)
+    if common not in COMMON:
+        raise InputError(Fault("common", f"must be {', '.join(COMMON)}", common, nearest(str(common), COMMON)))
+    members = _members(studies, common)
     options = replace(members[0].wanted if wanted is None else wanted, sets=1)
     check_options(members[0], options)
     if any(weight and name == "energy" for name, weight in options.weights):
@@ -120,10 +136,13 @@ def select_family(studies: Sequence[Study], *, wanted: SelectionOptions | None =
         for one in members:
             check_keys(one)
         raise
+    deadline = time.perf_counter() + options.time_limit
+    if common != "drives":
+        return _with_own_parts(problems, COMMON.index(common) - 1, deadline)
     others: Any = _Others(problems[1:])
     tree = Tree(problems[0], accepts=others if problems[1:] else None)
     tree.begin()
-    tree, first = searched(tree, time.perf_counter() + options.time_limit, lambda *_: None)
+    tree, first = searched(tree, deadline, lambda *_: None)
     counters = dict(tree.counters + others.counters)
     if not tree.best:
         return FamilySelection({}, math.nan, (), tree.finished, math.inf if tree.finished else tree.bound, counters)
@@ -133,7 +152,80 @@ def select_family(studies: Sequence[Study], *, wanted: SelectionOptions | None =
     return FamilySelection(drives, best.objective, evaluations, tree.finished, bound, counters)
 
 
-def _members(studies: Sequence[Study]) -> list[Study]:
+Allowed = tuple[frozenset[str], ...]  # parts by joint
+
+
+def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) -> FamilySelection:
+    """Sets of all members with common motors (0) or gears (1) and the least sum of objectives."""
+    parts = [[np.array([p.candidates.keys(k)[which] for k in own.tolist()], dtype=str) for own in p.known]
+             for p in problems]  # fmt: skip
+    counters: Counter[str] = Counter()
+
+    def chosen(member: int, tree: Tree) -> list[str]:
+        keys = problems[member].candidates.keys
+        return [keys(pair)[which] for pair in tree.best[0].pairs]
+
+    def searches(allowed: Allowed, before: Sequence[Tree], limit: float) -> list[Tree] | None:
+        """Each member's best set of parts that are allowed; None where no sum of them is below a limit."""
+        found = list(before)
+        for k, one in enumerate(problems):
+            if found[k].best and all(part in may for part, may in zip(chosen(k, found[k]), allowed, strict=True)):
+                continue  # what was best of more still is
+            known = tuple(
+                own[np.isin(named, [*may])] for own, named, may in zip(one.known, parts[k], allowed, strict=True)
+            )
+            rest = sum(other.bound for i, other in enumerate(found) if i != k)
+            tree = Tree(replace(one, known=known), below=limit - rest)
+            tree.begin()
+            found[k], _ = searched(tree, deadline, lambda *_: None)
+            counters.update(found[k].counters)
+            counters["searches"] += 1
+            if not found[k].best and found[k].finished:
+                return None
+        return found if sum(tree.bound for tree in found) < limit else None
+
+    every = tuple(frozenset.intersection(*(frozenset(own[j].tolist()) for own in parts)) for j in range(problems[0].n))
+    best: list[Tree] | None = None
+    limit, waiting = math.inf, list[tuple[float, int, Allowed, list[Tree]]]()
+
+    def most(found: Sequence[Tree]) -> tuple[int, Tree]:
+        """The member whose set costs most."""
+        return max(enumerate(found), key=lambda one: one[1].best[0].objective)
+
+    def looked_at(allowed: Allowed, before: Sequence[Tree], *, keep: bool = True) -> None:
+        nonlocal best, limit
+        found = searches(allowed, before, limit)
+        if found is None:
+            return
+        bound = sum(tree.bound for tree in found)
+        cost = sum(tree.best[0].objective if tree.best else math.inf for tree in found)
+        alike = cost < math.inf and len({tuple(chosen(k, tree)) for k, tree in enumerate(found)}) == 1
+        if alike and cost < limit:
+            best, limit = found, cost
+        if keep and (not alike or bound < cost):
+            heapq.heappush(waiting, (bound, -counters["searches"], allowed, found))
+
+    looked_at(every, [Tree(one) for one in problems])
+    if (
+        best is None and waiting and time.perf_counter() < deadline
+    ):  # a first answer: what the member that needs most has, for all
+        looked_at(tuple(frozenset({part}) for part in chosen(*most(waiting[0][3]))), waiting[0][3], keep=False)
+    while waiting and waiting[0][0] < limit and time.perf_counter() < deadline:
+        _, _, allowed, found = heapq.heappop(waiting)
+        sets = [chosen(k, tree) for k, tree in enumerate(found)]
+        joint = max(range(len(every)), key=lambda j: len({own[j] for own in sets}))
+        part = frozenset({sets[most(found)[0]][joint]})
+        for may in (part, allowed[joint] - part):
+            looked_at((*allowed[:joint], may, *allowed[joint + 1 :]), found)
+    left, n = min((waiting[0][0] if waiting else math.inf), limit), len(problems)
+    if best is None:
+        return FamilySelection({}, math.nan, (), not waiting, left / n, dict(counters))
+    evaluations = tuple(one.evaluation(tree.best[0].pairs) for one, tree in zip(problems, best, strict=True))
+    drives = problems[0].keys(dict(enumerate(best[0].best[0].pairs)))
+    return FamilySelection(drives, limit / n, evaluations, left >= limit, left / n, dict(counters))
+
+
+def _members(studies: Sequence[Study], common: str) -> list[Study]:
     """The studies, each with the candidates that all of them offer."""
     if not isinstance(studies, Sequence) or not studies or not all(isinstance(one, Study) for one in studies):
         raise InputError(Fault("studies", "must be a list of studies", type(studies).__name__))
@@ -147,12 +239,16 @@ def _members(studies: Sequence[Study]) -> list[Study]:
             faults.append(Fault(f"studies[{i}]", "gives another drive than the first", ", ".join(drives)))
     if faults:
         raise InputError(faults)
-    offered = [_common([one.joints[j] for one in studies]) for j in range(len(names))]
-    members = [
-        replace(one, joints=tuple(replace(t, pairs=pairs) for t, pairs in zip(one.joints, offered, strict=True)))
-        for one in studies
-    ]
-    used = {key for task in members[0].joints for pair in (*task.pairs, task.drive or ("", "")) for key in pair}
+    members = list(studies)
+    if common == "drives":
+        offered = [_common([one.joints[j] for one in studies]) for j in range(len(names))]
+        members = [
+            replace(one, joints=tuple(replace(t, pairs=pairs) for t, pairs in zip(one.joints, offered, strict=True)))
+            for one in studies
+        ]
+    used = {
+        key for one in members for task in one.joints for pair in (*task.pairs, task.drive or ("", "")) for key in pair
+    }
     for i, one in enumerate(members[1:], 1):
         for table in ("motors", "gears"):
             rows, own = getattr(first.catalog, table), getattr(one.catalog, table)
