@@ -29,7 +29,7 @@ DEFAULT_INTERVAL = 0.01  # s
 EQUILIBRIUM = "equilibrium"
 MOST_ROWS = 1e8
 BUS, SINKS, BUS_OFF = "scene.bus_voltage", 0.99, 1e-3  # of the nominal voltage: a source that is too weak; an error
-MOST_CHECKED = 5e4  # steps, at most 0.3 s more
+MOST_CHECKED = 5e4  # steps, at most 0.3 s more, and a second where a step that sees enough is looked for
 MOST_TRIED, MOST_KNOWN, MOST_COMPARED = 4e5, 100_000, 2e4  # of a bus that sinks: steps of each engine, rows
 ALLOWED, NOTHING = 0.01, 1e-6  # of what is decided, that half the step may change; [its unit]
 BEYOND = 1e30  # no number of an arm; its square is still one
@@ -65,7 +65,7 @@ def simulate(
     kept = None if resume is None else dict(resume.kept)
     outcome = engine.run(ready, RunOptions(interval, progress, kept, given))
     recording = _recording(ready, engine, outcome, kept or {}, given)
-    events = _step_events(ready, engine, recording, given, interval) if checked and resume is None else ()
+    events = _step_events(ready, engine, outcome.rows, recording, given, interval) if checked and resume is None else ()
     return replace(recording, events=(*recording.events, *events)) if events else recording
 
 
@@ -115,7 +115,7 @@ def _recording(
 
 
 def _step_events(
-    plan: Plan, engine: Engine, recording: Recording, given: Mapping[str, float], interval: float
+    plan: Plan, engine: Engine, rows: Array, recording: Recording, given: Mapping[str, float], interval: float
 ) -> tuple[Event, ...]:
     """What a fixed step sees too little of, found by a run at half the step.
 
@@ -127,8 +127,29 @@ def _step_events(
     if plan.scene.duration > MOST_CHECKED * min(engine.step, plan.period):
         return ()
     events = _bus_event(engine, recording, plan, given)
-    finer = engine.finer(plan.period).run(plan, RunOptions(interval, start=given))
-    return events if finer.stopped_by is not None else (*events, *_step_event(engine, recording, plan, finer.rows))
+    halved = engine.finer(plan.period).run(plan, RunOptions(interval, start=given))
+    if halved.stopped_by is not None or not _most_changed(plan, rows, halved.rows):
+        return events
+    # What rings faster than rows are recorded looks different whenever it is; the rows of these runs see it.
+    seen = RunOptions(min(interval, plan.scene.duration / MOST_COMPARED), start=given)
+    rows, tried, first, advice = engine.run(plan, seen).rows, engine, "", "try AdaptiveStep"
+    while plan.scene.duration <= MOST_CHECKED * tried.step:
+        finer = tried.finer(plan.period)
+        halved = finer.run(plan, seen)
+        if halved.stopped_by is not None:
+            break
+        changed = _most_changed(plan, rows, halved.rows)
+        if not changed:
+            advice = f"half of {tried.step:g} s changes nothing by more than {100.0 * ALLOWED:g} %"
+            break
+        first, tried, rows = first or changed, finer, halved.rows
+    if not first:
+        return events
+    detail = (
+        f"half the step changes {first}: what strikes, sticks, rings or turns round within a step of {engine.step:g} s; "
+        f"{advice}"
+    )
+    return (*events, Event(float(recording.time[-1]), "step", detail))
 
 
 def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mapping[str, float]) -> tuple[Event, ...]:
@@ -161,30 +182,20 @@ def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mappi
     return (Event(float(recording.time[k]), "bus", detail),)
 
 
-def _step_event(engine: FixedStep, recording: Recording, plan: Plan, finer: Array) -> tuple[Event, ...]:
-    """What half the step changes most of what a recording decides."""
+def _most_changed(plan: Plan, rows: Array, finer: Array) -> str:
+    """What a finer run changes most of what a recording decides, and by how much; empty where that is little."""
     shares: dict[str, float] = {}
     for joint in plan.scene.joints:
         for what, measures in LOOKED.items():
             name = f"{joint}.{what}"
-            if name in recording.series:
-                here, there = recording[name], _of(finer, recording, plan, name)
+            if name in plan.layout.recorded:
+                column = plan.layout.recorded[name][0]
+                here, there = rows[:, column], np.interp(rows[:, 0], finer[:, 0], finer[:, column])
                 size = np.ptp(there) if what == "position" else np.abs(there).max()
                 if size > NOTHING:
                     shares |= {f"{name} {words}": measure(here, there) for words, measure in measures.items()}
     worst = max(shares, key=lambda name: shares[name], default="")
-    if not worst or shares[worst] <= ALLOWED:
-        return ()
-    detail = (
-        f"half the step changes {worst} by {100.0 * shares[worst]:.2g} %: what strikes, sticks or turns round within a "
-        f"step of {engine.step:g} s; try a shorter one, or AdaptiveStep"
-    )
-    return (Event(float(recording.time[-1]), "step", detail),)
-
-
-def _of(finer: Array, recording: Recording, plan: Plan, name: str) -> Array:
-    """What a finer run has at the instants of a recording."""
-    return np.interp(recording.time, finer[:, 0], finer[:, plan.layout.recorded[name][0]])
+    return f"{worst} by {100.0 * shares[worst]:.2g} %" if worst and shares[worst] > ALLOWED else ""
 
 
 def _rms(values: Array) -> float:

@@ -16,7 +16,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
-from drivetrain.effects.control.cascade import CascadeLoop, SampledCascade
+from drivetrain.effects.control.cascade import CascadeLoop, PositionLoop, SampledCascade
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.encoder import Encoder
 from drivetrain.effects.effect import Effect, Place, Ports
@@ -40,7 +40,7 @@ from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
-from drivetrain.solvers.solver import DormandPrince853, Rodas4
+from drivetrain.solvers.solver import DormandPrince853, Rodas4, Rodas5P
 
 MOTOR = Motor(key="m", resistance=0.299, torque_constant=0.0302, inductance=82e-6)
 STICKY = Friction(coulomb=1.0, static=1.5)
@@ -405,3 +405,22 @@ def test_wrists_in_balance_start_from_rest() -> None:
     motion = replace(motion, joint_names=arm.joint_names, position=start + motion.position)
     run = simulate(Scene(arm, effects | {"scene": (CommandedMotion(motion),)}, 0.1), solver=AdaptiveStep())
     assert run.stopped_by is None
+
+
+@pytest.mark.parametrize(("seed", "tolerance"), [(7, 1e-8), (9, 1e-6), (23, 1e-8)])
+def test_a_last_wrist_without_load_starts_from_rest(seed: int, tolerance: float) -> None:
+    """Its mesh has no bound, and what pushes it at the start is rounding of the other joints: one way, then the other."""
+    rng, arm = np.random.default_rng(seed), dt.load_arm("ur5")
+    start, motor = np.array([0.2, -1.2, 1.0, 0.3, 0.5, 0.1]), Motor("m", 0.3, 0.09, inductance=3e-4)
+    effects: dict[str, tuple[Effect, ...]] = {}
+    for name, inertia in zip(arm.joint_names, np.diag(dt.mass_matrix(arm, start)), strict=True):
+        stiffness, whole = float(10 ** rng.uniform(3.0, 4.8)), float(inertia) + 0.5
+        gear = Gear("g", 100.0, kind="spur", efficiency=0.6, stiffness_1=stiffness)
+        effects[name] = (
+            FullRotor(5e-5, 100.0), CurrentLoop(motor, 3000.0), PositionLoop(whole * 225.0, whole * 30.0, 0.09),
+            MeshLoss(gear), FlexibleJoint(gear, 10.0 * math.sqrt(stiffness * inertia)),
+        )  # fmt: skip
+    motion = quintic(rng.uniform(-0.6, 0.6, 6))
+    motion = replace(motion, joint_names=arm.joint_names, position=start + motion.position)
+    scene = Scene(arm, effects | {"scene": (CommandedMotion(motion),)}, 1e-3)
+    assert simulate(scene, solver=AdaptiveStep(Rodas5P(tolerance))).stopped_by is None

@@ -96,17 +96,33 @@ def test_an_ordinary_run_says_nothing() -> None:
 
 
 def test_what_strikes_within_a_step_is_said() -> None:
-    """A swing of 158 rad/s on a wall's spring: a step of a millisecond runs ahead of the cosine, and says so."""
+    """A swing of 158 rad/s on a wall's spring: a step of a millisecond runs ahead of the cosine, and says which does not."""
     swing = math.sqrt(2.5e4)
     off, told = [], []
-    for step in (1e-3, 1e-4):
+    for step in (1e-3, 1.25e-4):
         scene = dt.joint_scene(1.0, [dt.WallSpring(2.5e4)], 2.0, position=0.01)
         run = dt.simulate(scene, solver=dt.FixedStep(step))
         apart = run["joint.speed"] + 0.01 * swing * np.sin(swing * run.time)
         off.append(math.sqrt(float(np.mean(apart**2))) / (0.01 * swing))
         told += [named(run, "step")]
-    assert off[0] > 0.1 and "joint.position" in told[0][0].detail and "AdaptiveStep" in told[0][0].detail
-    assert off[1] < 0.01 and not told[1]
+    assert off[0] > 0.1 and "joint.position" in told[0][0].detail and "half of 0.000125 s" in told[0][0].detail
+    assert off[1] < 0.02 and not told[1]
+
+
+def test_a_brake_that_bites_before_a_stiff_spring() -> None:
+    """The link then rings on the gear's spring, at 16e3 rad/s: a step of a millisecond sees a third of its torque."""
+    link, gear = 2e-4, dt.Gear("g", 100.0, stiffness_1=5e4)
+    brake = dt.HoldingBrake(2000.0, engages=(0.01,))
+    scene = dt.joint_scene(link, [dt.FullRotor(5e-5, 100.0), dt.FlexibleJoint(gear), brake], 0.1, speed=1.0)
+    (event,) = named(dt.simulate(scene), "step")
+    enough = float(event.detail.rpartition("half of ")[2].partition(" s ")[0])
+    torque = 1.0 * math.sqrt(link * 5e4 / 2.0)  # RMS of the swing that the link's speed makes
+    rms = [
+        math.sqrt(float(np.mean(run["joint.mesh_torque"][run.time > 0.02] ** 2)))
+        for run in (dt.simulate(scene, solver=dt.FixedStep(step), interval=7.3e-5) for step in (1e-3, enough))
+    ]
+    assert "joint.mesh_torque RMS" in event.detail
+    assert rms[0] < 0.5 * torque and rms[1] == pytest.approx(torque, rel=0.02)
 
 
 def test_play_that_rattles_is_said() -> None:

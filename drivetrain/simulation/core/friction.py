@@ -23,6 +23,7 @@ from typing import Any
 from drivetrain.simulation.core.records import part
 
 ROUNDING = 1e-12  # of a bound: less is no reason to break loose
+CALM = 1e-8  # [rad/s^2 or m/s^2]: less beyond its bound a mesh that comes to rest sticks; without load it has no bound
 MOST_LOOSE = 8  # coordinates that let go at once, of which all sets are tried
 NO_SET = -1001  # no set of modes fits
 
@@ -124,7 +125,7 @@ def _correct_stuck(coordinates: Any, pairs: Any, h: float, i: int, load: float) 
     """Whether a stuck coordinate must break loose; its mode is changed."""
     one, force = coordinates[i], taken_by_friction(coordinates, pairs, i, h)
     dry, forward, backward = one.dry, _limit(one.dry, load, 1), _limit(one.dry, load, -1)
-    slack = ROUNDING * (abs(forward) + abs(backward))
+    slack = ROUNDING * (abs(forward) + abs(backward)) + (CALM * pairs[i, i].mass if dry.driven != 0.0 else 0.0)
     one.friction = force
     one.margin = min(forward - force, backward + force)
     if dry.given or (force <= forward + slack and force >= -backward - slack):

@@ -65,7 +65,7 @@ from drivetrain.solvers.solver import Adaptive, Rodas4, Rodas5P, Solver
 
 AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is at rest
 TOGETHER = 1e-9  # of its friction: what is closer to its bound when another lets go does so too
-QUIET = 1e-8  # [rad/s^2 or m/s^2]: less beyond its bound a mesh does not let go
+QUIET = 3e-8  # [rad/s^2 or m/s^2]: less beyond its bound a mesh does not let go; more than what comes to rest needs
 PUSH = 1e-300  # [rad/s]: the speed that tells in which direction a coordinate was pushed off
 
 
