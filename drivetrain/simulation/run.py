@@ -146,8 +146,8 @@ def _step_events(
     if not first:
         return events
     detail = (
-        f"half the step changes {first}: what strikes, sticks, rings or turns round within a step of {engine.step:g} s; "
-        f"{advice}"
+        f"half the step changes {first}: what strikes, sticks, rings or turns round within a step of "
+        f"{engine.step:g} s; {advice}"
     )
     return (*events, Event(float(recording.time[-1]), "step", detail))
 

@@ -409,7 +409,7 @@ def test_wrists_in_balance_start_from_rest() -> None:
 
 @pytest.mark.parametrize(("seed", "tolerance"), [(7, 1e-8), (9, 1e-6), (23, 1e-8)])
 def test_a_last_wrist_without_load_starts_from_rest(seed: int, tolerance: float) -> None:
-    """Its mesh has no bound, and what pushes it at the start is rounding of the other joints: one way, then the other."""
+    """Its mesh has no bound, and what pushes it at the start is rounding of other joints: one way, then the other."""
     rng, arm = np.random.default_rng(seed), dt.load_arm("ur5")
     start, motor = np.array([0.2, -1.2, 1.0, 0.3, 0.5, 0.1]), Motor("m", 0.3, 0.09, inductance=3e-4)
     effects: dict[str, tuple[Effect, ...]] = {}

@@ -96,7 +96,7 @@ def test_an_ordinary_run_says_nothing() -> None:
 
 
 def test_what_strikes_within_a_step_is_said() -> None:
-    """A swing of 158 rad/s on a wall's spring: a step of a millisecond runs ahead of the cosine, and says which does not."""
+    """A swing of 158 rad/s on a wall's spring: a millisecond runs ahead of the cosine, and says what does not."""
     swing = math.sqrt(2.5e4)
     off, told = [], []
     for step in (1e-3, 1.25e-4):
