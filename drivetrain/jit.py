@@ -127,14 +127,19 @@ def _folder(module: Path) -> Path | None:
 def _drop_damaged(folder: Path) -> None:
     """Take away files that are not what was written, which numba would run; made anew when they are needed.
 
-    A process that was killed has left no sums: of its files beginning and end are looked at.
+    Of files that a process has written which was killed, or still runs, beginning and end are looked at.
     """
     sums = _sums(folder)
     for file in folder.rglob("*.nb?"):
         content = file.read_bytes()
         whole = content[:1] == b"\x80" and content[-1:] == b"."  # as every pickle
-        if zlib.crc32(content) != sums[file.name] if file.name in sums else not whole:
+        if not whole or sums.get(_written(file), zlib.crc32(content)) != zlib.crc32(content):
             file.unlink(missing_ok=True)
+
+
+def _written(file: Path) -> str:
+    """What a sum is of: another process may write the file anew, and note its own sums only when it ends."""
+    return f"{file.name} {file.stat().st_mtime_ns}"
 
 
 def _sums(folder: Path) -> dict[str, int]:
@@ -151,7 +156,7 @@ def _keep_sums() -> None:
     for folder in _USED - {None}:
         assert folder is not None
         try:
-            sums = {file.name: zlib.crc32(file.read_bytes()) for file in folder.rglob("*.nb?")}
+            sums = {_written(file): zlib.crc32(file.read_bytes()) for file in folder.rglob("*.nb?")}
             if sums != _sums(folder):
                 beside = folder / f"{SUMS}.{os.getpid()}"
                 beside.write_text(json.dumps(sums), encoding="utf-8")

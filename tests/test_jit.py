@@ -54,7 +54,7 @@ def package(tmp_path: Path) -> Path:
     return folder
 
 
-def used(package: Path, **environment: str) -> tuple[float, int]:
+def used(package: Path, code: str = USE, **environment: str) -> tuple[float, int]:
     """What the kernel gives in a process of its own, and how often it was found in the cache."""
     kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "NUMBA_CACHE_DIR")}
     surroundings = {
@@ -65,7 +65,7 @@ def used(package: Path, **environment: str) -> tuple[float, int]:
         **environment,
     }
     done = subprocess.run(
-        [sys.executable, "-c", USE], cwd=package.parent, env=surroundings, capture_output=True, text=True
+        [sys.executable, "-c", code], cwd=package.parent, env=surroundings, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
     value, hits = done.stdout.split()
@@ -99,7 +99,7 @@ def test_where_nothing_can_be_written_it_compiles_in_memory(package: Path) -> No
 
 
 def test_damaged_files_are_thrown_away(package: Path) -> None:
-    """Cut off, emptied, foreign; where the process that wrote them ended in peace, changed in one bit too."""
+    """Cut off, emptied, foreign; where the process that wrote them ended in peace, rotten in one bit too."""
     assert used(package) == (6.0, 0)
     (folder,) = (package / "__pycache__" / "kernels").iterdir()
     files = [next(folder.rglob(pattern)) for pattern in ("*.nbi", "*.nbc")]
@@ -108,18 +108,29 @@ def test_damaged_files_are_thrown_away(package: Path) -> None:
         if killed:
             (folder / jit.SUMS).unlink()
         for file in files:
-            whole = file.read_bytes()
+            whole, written = file.read_bytes(), file.stat().st_mtime_ns
             flipped = bytes([*whole[:200], whole[200] ^ 1, *whole[201:]])
             for damaged in (b"", b"no cache" * 100, whole[:100], *([] if killed else [flipped])):
                 file.write_bytes(damaged)
+                os.utime(file, ns=(written, written))
                 jit._drop_damaged(folder)
                 assert not file.exists()
             file.write_bytes(whole)
+            os.utime(file, ns=(written, written))
     for file in files:
         whole = file.read_bytes()
         file.write_bytes(whole[:100])
         assert used(package) == (6.0, 0)
     assert used(package) == (6.0, 1)
+
+
+def test_what_another_process_adds_is_kept(package: Path) -> None:
+    """Its sums are not noted while it runs, or if it is killed."""
+    assert used(package) == (6.0, 0)
+    adds = USE.replace("np.ones(3)", "np.ones(3, np.float32)") + "import os; sys.stdout.flush(); os._exit(0)\n"
+    assert used(package, "import sys" + adds) == (6.0, 0)
+    assert used(package) == (6.0, 1)
+    assert used(package, "import sys" + adds) == (6.0, 1)
 
 
 def test_two_first_runs_at_once(package: Path) -> None:
