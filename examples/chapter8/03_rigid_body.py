@@ -45,7 +45,7 @@ def main(picture: Path) -> None:
     book, time = cuboid(1.2, 0.22, 0.15, 0.03), np.linspace(0.0, 8.0, 8001)
     inertia = book.spatial_inertia()
     starts = [[x, y, z, 0, 0, 0] for y in (2, 4, 8, 16) for x, z in ((8, 0), (0, 8))]
-    others = [free_motion(inertia, np.eye(4), start, time[::4]) for start in starts]
+    others = [free_motion(inertia, np.eye(4), start, time[::10]) for start in starts]
     flip = free_motion(inertia, np.eye(4), [0.02, 15.0, 0.02, 0.1, 0, 0], time)
     energy, p = kinetic_energy(inertia, flip.twists), space_momentum(inertia, flip)
     turns, drift = np.count_nonzero(np.diff(np.sign(flip.twists[:, 1]))), np.abs(p - p[0]).max() / np.abs(p).max()

@@ -1,4 +1,4 @@
-"""The articulated-body recursion against the mass matrix, pinocchio, and 50 digits."""
+"""The articulated-body recursion against the mass matrix and pinocchio; tests/hard has it against 50 digits."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from chains import chain, exact_accelerations
 from in_pinocchio import InPinocchio
 from random_arms import EVERY_JOINT, balanced_rotor, error, motion, random_arm, rotors_of, unbalanced_rotor
 
@@ -75,71 +74,6 @@ def test_far_carriers_in_chains(reach: int) -> None:
     arm = with_rotors(bare, rotors)
     q, qd, tau = motion(reach + 10, arm.n)
     assert error(articulated_body(arm, q, qd, tau), forward_dynamics(arm, q, qd, tau)) < TOLERANCE
-
-
-def test_round_trip_on_a_thousand_arms() -> None:
-    worst = 0.0
-    for seed in range(1000):
-        arm = random_arm(seed, EVERY_JOINT[: 1 + seed % 6])
-        q, qd, qdd = motion(seed, arm.n, 1)
-        worst = max(worst, error(articulated_body(arm, q, qd, inverse_dynamics(arm, q, qd, qdd)), qdd))
-    assert worst < 1e-9
-
-
-def random_chain(n: int, seed: int = 0) -> tuple[object, np.ndarray, np.ndarray, np.ndarray]:
-    rng = np.random.default_rng([n, seed])
-    arm = chain(rng.uniform(0.3, 1.0, n), rng.uniform(0.5, 2.0, n))
-    return arm, rng.uniform(-3, 3, n), rng.uniform(-1, 1, n), rng.uniform(-5, 5, n)
-
-
-def test_chain_of_fifty_in_fifty_digits() -> None:
-    arm, q, qd, tau = random_chain(50)
-    wanted = exact_accelerations(arm, q, qd, tau)
-    batch = (q[None], qd[None], tau[None])  # one sample alone goes by articulated bodies always
-    ours, by_matrix = (error(f(arm, *batch), wanted) for f in (articulated_body, forward_dynamics))
-    assert ours < 1e-11
-    assert ours < by_matrix < 1e-9  # the matrix's condition number is 1e7: the naive way loses digits, and more with n
-
-
-def test_chain_of_two_hundred() -> None:
-    arm, q, qd, tau = random_chain(200)
-    wanted = exact_accelerations(arm, q, qd, tau)
-    twin = InPinocchio(arm)
-    batch = (q[None], qd[None], tau[None])  # one sample alone goes by articulated bodies always
-    ours, by_matrix = (error(f(arm, *batch), wanted) for f in (articulated_body, forward_dynamics))
-    assert ours < 1e-11
-    assert ours < 10.0 * error(pin.aba(twin.model, twin.data, q, qd, tau), wanted)
-    assert by_matrix > 1e-11  # what it saves us from
-
-
-def test_heavy_end() -> None:
-    """A million to one between the last link and the others (condition 1e7)."""
-    masses = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1e6])
-    arm = chain(np.full(6, 0.5), masses)
-    twin, found = InPinocchio(arm), []
-    for seed in range(15):
-        rng = np.random.default_rng(seed)
-        q, qd, tau = rng.uniform(-3, 3, 6), rng.uniform(-1, 1, 6), rng.uniform(-5, 5, 6)
-        wanted = exact_accelerations(arm, q, qd, tau)
-        other = pin.aba(twin.model, twin.data, q, qd, tau)
-        found.append([error(x, wanted) for x in (articulated_body(arm, q, qd, tau), other)])
-    ours, theirs = np.median(found, axis=0)
-    assert ours < 1e-10
-    assert ours < 2.0 * theirs
-
-
-def test_ratios_from_one_to_a_hundred_thousand() -> None:
-    arm = chain(np.full(6, 0.5), np.full(6, 2.0))
-    ratios, inertia = [1.0, 1e2, 1.0, 1e5, 1.0, 1.0], 1e-5
-    geared = with_rotors(arm, [Rotor(g, inertia) for g in ratios], level=RotorLevel.REFLECTED)
-    rng = np.random.default_rng(4)
-    q, qd, tau = rng.uniform(-3, 3, 6), rng.uniform(-1, 1, 6), rng.uniform(-5, 5, 6)
-    # A rotor turns with the link before it, too.
-    carried = np.array([np.diag([0.0, 0.0, 0.0 if i == 5 else inertia]) for i in range(6)])
-    riding = replace(arm, inertias=arm.inertias + carried)
-    wanted = exact_accelerations(riding, q, qd, tau, inertia * np.square(ratios))
-    found = articulated_body(geared, q, qd, tau)
-    np.testing.assert_allclose(found, wanted, rtol=1e-11, atol=1e-12 * np.abs(wanted).max())
 
 
 def without_inertia(arm: object, links: list[int]) -> object:

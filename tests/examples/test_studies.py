@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
 from drivetrain.whole_files import shipped
 
+study_of = cache(load_study)
 EXAMPLES = sorted(path.parent.name for path in shipped("examples").glob("*/study.yaml"))
 
 
@@ -25,7 +27,7 @@ def test_there_are_five() -> None:
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_an_example_loads(name: str) -> None:
-    study = load_study(shipped("examples") / name / "study.yaml")
+    study = study_of(shipped("examples") / name / "study.yaml")
     assert study.description
     assert all(task.drive is not None or task.pairs for task in study.joints)
     assert not [note for note in study.notes if note.startswith("warning:")]
@@ -35,7 +37,7 @@ def test_an_example_loads(name: str) -> None:
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_command_in_its_readme_is_the_one_for_it(name: str) -> None:
     text = (shipped("examples") / name / "README.md").read_text(encoding="utf-8")
-    study = load_study(shipped("examples") / name / "study.yaml")
+    study = study_of(shipped("examples") / name / "study.yaml")
     command = "size" if all(task.drive for task in study.joints) else "select"
     assert f"drivetrain {command} examples/{name}/study.yaml" in text
 
@@ -45,13 +47,13 @@ def test_where_it_lies_changes_nothing(name: str, tmp_path: Path) -> None:
     source = shipped("examples") / name
     for file in source.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
-    here, there = load_study(source / "study.yaml"), load_study(tmp_path / "study.yaml")
+    here, there = study_of(source / "study.yaml"), load_study(tmp_path / "study.yaml")
     assert here.digest == there.digest
     np.testing.assert_array_equal(here.cycle.position, there.cycle.position)
 
 
 def test_the_payload_is_carried_only_where_the_task_has_it() -> None:
-    study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
+    study = study_of(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
     masses = {body.name: body.mass for body in study.payloads}
     carried = np.array([masses[study.cycle.payload_names[i]] for i in study.cycle.payload])
     assert carried.max() == 5.0
@@ -63,7 +65,7 @@ def test_the_payload_is_carried_only_where_the_task_has_it() -> None:
 
 def test_the_puma_stays_inside_its_published_ranges() -> None:
     """P. Corke, Visual Control of Robots (1996), table 2.1, of the same Denavit-Hartenberg table."""
-    study = load_study(shipped("examples") / "puma560" / "study.yaml")
+    study = study_of(shipped("examples") / "puma560" / "study.yaml")
     lower = np.radians([-180.0, -170.0, -160.0, -180.0, -10.0, -180.0])
     upper = np.radians([180.0, 165.0, 150.0, 180.0, 100.0, 180.0])
     assert (study.cycle.position >= lower).all()
@@ -76,7 +78,7 @@ def test_the_puma_stays_inside_its_published_ranges() -> None:
 
 
 def test_the_door_closes_and_its_speed_is_the_derivative_of_its_travel() -> None:
-    study = load_study(shipped("examples") / "one_axis" / "study.yaml")
+    study = study_of(shipped("examples") / "one_axis" / "study.yaml")
     angle = study.cycle.position[:, 0]
     assert angle.max() == pytest.approx(np.pi / 2, abs=1e-4)  # the table is rounded to 1e-4 rpm
     assert angle[-1] == pytest.approx(0.0, abs=1e-4)
@@ -89,7 +91,7 @@ def test_the_door_closes_and_its_speed_is_the_derivative_of_its_travel() -> None
 
 def test_neither_product_of_the_mix_alone_tells_what_it_needs() -> None:
     """As its README says: all day the heavy one asks for more than the mix does, the light one for less."""
-    study = load_study(shipped("examples") / "mix" / "study.yaml")
+    study = study_of(shipped("examples") / "mix" / "study.yaml")
     cycle = study.cycle
     assert cycle.part_names == ("canisters", "cartons") and cycle.shares == pytest.approx((0.25, 0.75))
     mixed = select(study)

@@ -140,6 +140,13 @@ def every_set(study):
             yield one.criteria | {"price": np.sum(np.array(prices, dtype=float))}
 
 
+@pytest.fixture(scope="module")
+def cases(make):
+    """Studies, each with all its sets: the search and the front are held against the same."""
+    studies = [two_joints(make, np.random.default_rng((seed, 2)), OBJECTIVES[0]) for seed in range(5)]
+    return [(study, list(every_set(study))) for study in studies]
+
+
 def test_a_scene_runs_behind_the_amplifier_that_was_chosen(make):
     found = evaluate(one_joint(make, (amplifier("weak", 4.0, 5.0), amplifier("strong", 90.0, 90.0))))
     drives = {name: joint.drive for name, joint in found.joints.items()}
@@ -151,15 +158,13 @@ def test_a_scene_runs_behind_the_amplifier_that_was_chosen(make):
         scene_of(one_joint(make, (amplifier("weak", 4.0, 5.0), amplifier("strong", 90.0, 90.0))), drives)
 
 
-def test_selection_with_amplifiers_is_brute_force(make):
-    rng, chosen = np.random.default_rng(4), {weights: set() for weights in OBJECTIVES}
-    for seed in range(5):
-        study = two_joints(make, rng, OBJECTIVES[0])
-        every = list(every_set(study))
+def test_selection_with_amplifiers_is_brute_force(cases):
+    chosen = {weights: set() for weights in OBJECTIVES}
+    for study, every in cases:
         for weights in OBJECTIVES:
             best = np.nanmin([np.inf, *(sum(weight * found[name] for name, weight in weights) for found in every)])
             found = select(replace(study, wanted=SelectionOptions(weights)), advise=False)
-            assert "disagreements" not in found.counters, seed
+            assert "disagreements" not in found.counters
             assert found.feasible == np.isfinite(best)
             if found.feasible:
                 assert found.objective == pytest.approx(best, rel=1e-9)
@@ -168,10 +173,9 @@ def test_selection_with_amplifiers_is_brute_force(make):
     assert all(len(some) > 1 for some in chosen.values())
 
 
-def test_the_front_knows_what_amplifiers_cost(make):
-    for seed in range(4):
-        study = two_joints(make, np.random.default_rng((seed, 2)), (("mass", 1.0),))
-        every = [(found["mass"], found["price"]) for found in every_set(study) if np.isfinite(found["price"])]
+def test_the_front_knows_what_amplifiers_cost(cases):
+    for study, sets in cases:
+        every = [(found["mass"], found["price"]) for found in sets if np.isfinite(found["price"])]
         best = {
             one
             for one in every
