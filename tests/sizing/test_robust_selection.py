@@ -141,7 +141,7 @@ def coupled_choice(make):
 @pytest.fixture(scope="module")
 def chances(coupled_choice):
     """Objective of every set that holds with nominal numbers, and how often it does."""
-    return [(one.objective, robustness(one, samples=6000, seed=8).whole) for one in feasible_sets(coupled_choice)]
+    return [(one.objective, robustness(one, samples=20000, seed=8).whole) for one in feasible_sets(coupled_choice)]
 
 
 @pytest.mark.parametrize("wanted", [0.7, 0.92])
