@@ -153,8 +153,9 @@ def export(
         lambda: refuse(joint is None and to is Format.FMU, "--joint", "is needed: an FMU holds the drive of one joint"),
         lambda: load_chosen(study),
     )
-    if loaded.arm is not None and to is not Format.MJCF:
-        refuse_loops(loaded.arm, shared=to is Format.C)  # before drives are sought for it
+    if loaded.arm is not None:  # before drives are sought for it
+        closed = to in (Format.MJCF, Format.ROS2, Format.PHYSX, Format.FMU)
+        refuse_loops(loaded.arm, shared=to in (Format.MJCF, Format.C), closed=closed)
     result = chosen(loaded)
     notes: tuple[str, ...]
     if to is Format.MJCF:

@@ -56,11 +56,11 @@ class DriveData:
 
 
 def exported(
-    evaluation: Evaluation, payload: str | None = None, *, closed: bool = False
+    evaluation: Evaluation, payload: str | None = None, *, shared: bool = False, closed: bool = False
 ) -> tuple[Arm, list[DriveData]]:
     """The arm with its drives and a payload, rotors at the level ``reflected``, and what is known of the drives.
 
-    ``closed``: whether the format knows closed loops and two motors on an axis.
+    ``shared``, ``closed``: whether the format knows two motors on an axis, and closed loops.
     """
     study = evaluation.study
     if study.arm is None:
@@ -70,8 +70,7 @@ def exported(
         raise InputError(Fault("payload", "is none of the study's", payload, nearest(payload, names)))
     drives = {name: joint.drive for name, joint in evaluation.joints.items()}
     arm = loaded_arm(study, drives, -1 if payload is None else names.index(payload))
-    if not closed:
-        refuse_loops(arm)
+    refuse_loops(arm, shared=shared, closed=closed)
     data = [_drive(study, task, evaluation.joints[task.name]) for task in study.joints]
     return at_level(arm, RotorLevel.REFLECTED), data
 

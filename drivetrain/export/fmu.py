@@ -21,7 +21,7 @@ from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.dynamics.mass import mass_matrix
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.effects.gear.springs import Backlash, FlexibleJoint
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.motor.given import GivenCurrent
@@ -208,8 +208,11 @@ def _load_inertia(study: Study, evaluation: Evaluation, index: int) -> float:
     arm = loaded_arm(study, {name: one.drive for name, one in evaluation.joints.items()}, -1)
     drive = evaluation.joints[task.name].drive
     ratio = drive.gear.ratio / (task.travel_per_turn or 1.0)
-    whole = float(mass_matrix(arm, study.cycle.position[0])[index, index])
-    return whole - ratio**2 * drive_inertia(drive)
+    rest = np.zeros(arm.n)
+    with_weight, weight = (
+        inverse_dynamics(arm, study.cycle.position[0], rest, qdd) for qdd in (np.eye(arm.n)[index], rest)
+    )
+    return float(with_weight[index] - weight[index]) - ratio**2 * drive_inertia(drive)
 
 
 class AxisRun:

@@ -31,6 +31,7 @@ from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.export.drives import exported
+from drivetrain.export.fmu import axis_of
 from drivetrain.export.limits import write_drive_urdf, write_physx, write_ros2
 from drivetrain.export.losses import FORMATS, losses_table
 from drivetrain.export.mjcf import write_mjcf
@@ -42,7 +43,7 @@ from drivetrain.study.parts.second_motors import with_sharing
 from drivetrain.study.read import load_study
 from drivetrain.whole_files import shipped
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+README = Path(__file__).resolve().parents[2] / "README.md"
 STEP = (
     1e-4  # s; MuJoCo tells the force at a step's beginning but moves by that at its end: currents are off by the step
 )
@@ -52,7 +53,7 @@ WHICH = {"ur5": ur5, "coupled": coupled}
 
 
 def reflected(found: Evaluation, payload: str | None = None, *, closed: bool = False) -> Arm:
-    arm, _ = exported(found, payload, closed=closed)
+    arm, _ = exported(found, payload, shared=closed, closed=closed)
     assert arm.level is RotorLevel.REFLECTED
     return arm
 
@@ -147,6 +148,33 @@ def test_mujoco_asks_our_loads_of_closed_arms(make, tmp_path: Path, which: str) 
                       [(loops.driven[a], loops.driven[b]) for a, b in loops.shared])
                   for body in (kept[i] for i in driven)]  # fmt: skip
         np.testing.assert_allclose(asked, wanted, atol=1e-8 * np.abs(tree).max())
+
+
+def test_drives_of_closed_arms_go_where_drives_alone_count(make, tmp_path: Path) -> None:
+    """Limits, envelopes and FMUs of a palletiser; what an FMU's joint moves is MuJoCo's, its pins freed."""
+    found = palletiser(make)
+    write_ros2(found, tmp_path / "limits.yaml")
+    write_physx(found, tmp_path / "envelopes.json")
+    limits = yaml.safe_load((tmp_path / "limits.yaml").read_text())["joint_limits"]
+    envelopes = json.loads((tmp_path / "envelopes.json").read_text())["joints"]
+    assert list(limits) == list(envelopes) == list(found.joints)
+    assert limits["crank"]["max_velocity"] == pytest.approx(envelopes["crank"]["velocity_limit"], rel=1e-12)
+    write_mjcf(found, tmp_path / "arm.xml")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    data, loops = mujoco.MjData(model), found.study.arm.linkage.loops
+    start = found.study.cycle.position[:1]
+    data.qpos[:] = whole_motion(found.study.arm.linkage, start, 0.0 * start, 0.0 * start).position[0]
+    mujoco.mj_forward(model, data)
+    rows, driven, passive = data.efc_J.reshape(-1, model.nv)[: 3 * model.neq], list(loops.driven), list(loops.passive)
+    follow = np.zeros((model.nv, len(driven)))
+    follow[driven] = np.eye(len(driven))
+    follow[passive] = -np.linalg.lstsq(rows[:, passive], rows[:, driven], rcond=None)[0]
+    whole = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, whole)
+    for i, (name, moved) in enumerate(zip(found.joints, np.diag(follow.T @ whole @ follow), strict=True)):
+        axis = axis_of(found, name)
+        rotor = axis.gear.ratio**2 * (axis.motor.rotor_inertia + axis.gear.inertia)
+        assert axis.load_inertia == pytest.approx(moved - rotor, rel=1e-7), i
 
 
 class Followed:
@@ -388,7 +416,7 @@ def test_physx_envelopes_are_the_motors_lines(make, tmp_path: Path, which: str) 
 def test_every_format_says_what_it_loses(make) -> None:
     table = losses_table()
     assert all(f"`{name}`" in table for name in FORMATS)
-    assert table in (DOCS / "bridges.md").read_text(encoding="utf-8")
+    assert table in README.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("write", [write_mjcf, write_sdf, write_drive_urdf, write_ros2, write_physx])
