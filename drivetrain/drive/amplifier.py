@@ -241,16 +241,6 @@ def conduction_loss(on_resistance: Any, current: Any) -> Any:
     return 2.0 * on_resistance * current * current
 
 
-@law
-def standstill_current(current: Any) -> Any:
-    """What a motor that stands still may ask of one phase for ever, as an RMS current [A].
-
-    Turning, every phase carries the amplitude for an instant; at rest one of them may carry it all the time, sqrt(2)
-    times its RMS. Brushed motors, whose brushes then load the same bars, are counted alike.
-    """
-    return math.sqrt(2.0) * current
-
-
 def available_voltage(amplifier: Amplifier, supply_voltage: float) -> float:
     """The largest voltage the amplifier can put between two motor terminals."""
     return amplifier.modulation * supply_voltage

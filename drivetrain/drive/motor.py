@@ -142,7 +142,14 @@ def braked(motor: Motor, brake: Brake) -> Motor:
     for name, own in (("rotor_inertia", "inertia"), ("mass", "mass"), ("price", "price")):
         values = getattr(motor, name), getattr(brake, own)
         sums[name] = None if None in values else sum(values)
+    if brake.mass is None:
+        sums["mass"] = motor.mass  # what is known loads the arm; whole_mass tells that it is not all
     return replace(motor, key=f"{motor.key}+{brake.key}", brake=brake, **sums)  # type: ignore[arg-type]
+
+
+def whole_mass(motor: Motor) -> float | None:
+    """Of a motor with its brake [kg]; None where one of them is unknown."""
+    return None if motor.brake.key and motor.brake.mass is None else motor.mass
 
 
 @dataclass(frozen=True)

@@ -300,18 +300,23 @@ def worked_out(path):
             warm = AIR + way_out * (square * one.resistance(warm) / one.constant(warm) ** 2 + weight @ lost)
         constant = one.constant(warm)
         current, rms = drawn / constant, math.sqrt(weight @ drawn**2) / constant
-        row["winding temperature"] = warm, 110.0
+        # At rest one phase may carry the amplitude: twice its share of the loss, through all of the one way out.
+        still = np.where(rest[1:] & rest[:-1], steps, 0.0)
+        phase = np.sqrt(1.0 + np.convolve(still, [1, 1]) / np.convolve(steps, [1, 1]))
+        extra = way_out * (weight @ ((phase**2 - 1.0) * current**2))
+        slope = one.resistance(1.0) - one.resistance(0.0)
+        row["winding temperature"] = warm + extra * one.resistance(warm) / (1.0 - extra * slope), 110.0
         short, strongest, lasting = motor["peak_torque"], 30.0 * RMS_TO_DC, 12.0 * RMS_TO_DC
         row["motor peak torque"] = starting.max() * more, short
         row["amplifier peak current"] = starting.max() / constant * more, strongest
-        row["amplifier continuous current"] = rms * FACTORS["rms"], lasting
+        row["amplifier continuous current"] = math.sqrt(weight @ (phase * current) ** 2) * FACTORS["rms"], lasting
         row["current to stop"] = turn / constant * more, strongest
         cooler = motor["nominal_current"] * math.sqrt((110.0 - AIR) / (110.0 - 25.0))
         melts = math.sqrt((110.0 - AIR) / (one.resistance(110.0) * way_out))
         row["motor RMS current"] = rms * FACTORS["rms"], min(cooler, melts)
         full, overload = 0.0, 0.0
         for _ in range(2):
-            for step, now in zip(steps, current, strict=False):
+            for step, now in zip(steps, phase * current, strict=False):
                 full = max(full + ((now * FACTORS["rms"]) ** 2 - lasting**2) * step, 0.0)
                 overload = max(overload, full)
         row["amplifier overload (I2t)"] = overload / ((strongest**2 - lasting**2) * 2.0), 1.0

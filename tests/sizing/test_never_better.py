@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from dataclasses import replace
 
@@ -21,7 +22,8 @@ from drivetrain.sizing.judge.parts import parts_of
 from drivetrain.sizing.judge.vary import named_drives
 from drivetrain.study.parts.verdicts import Verdict
 
-STUDIES, PAIRS, SETS = 500, 8, 2
+STUDIES, PAIRS = 500, 8
+SETS = int(os.environ.get("DRIVETRAIN_SETS", "2"))  # whole sets of each change: 28 make 500, which take minutes
 GOOD = (Verdict.PASS, Verdict.MARGINAL)
 
 PATHS = ("resistance_winding_housing", "resistance_housing_ambient", "resistance_winding_ambient")
@@ -40,7 +42,8 @@ GEAR_LIMITS = (
 )  # fmt: skip
 # Without them a sheet says less, and no other number of it stands in.
 ALONE = (
-    "max_speed rotor_inertia inductance coulomb_friction viscous_friction no_load_current no_load_speed",
+    "max_speed rotor_inertia inductance coulomb_friction viscous_friction no_load_current no_load_speed "
+    "winding_time_constant",
     "momentary_torque max_input_speed average_input_speed_limit rated_speed rated_life tilting_moment_limit "
     "axial_load_limit radial_load_limit efficiency bearing_dynamic_rating bearing_static_rating bearing_offset "
     "bearing_pitch_diameter mesh_efficiency drag_speed drag_torque seal_drag_torque starting_torque ratcheting_torque "
@@ -170,8 +173,15 @@ def a_motor_that_tells_less(study, rng):
 
 
 def a_brake_datum_less(study, rng):
-    name = str(rng.choice(["static_torque", "energy_per_stop"]))
-    return study, with_parts(study, lambda row: replace(row, brake=replace(row.brake, **{name: None})))
+    name = str(rng.choice(["static_torque", "energy_per_stop", "mass"]))
+
+    def less(row):
+        mass = row.mass
+        if name == "mass" and None not in (mass, row.brake.mass):
+            mass -= row.brake.mass
+        return replace(row, mass=mass, brake=replace(row.brake, **{name: None}))
+
+    return study, with_parts(study, less)
 
 
 def a_longer_life(study, rng):
@@ -270,6 +280,10 @@ def test_worse_data_never_make_a_verdict_of_a_drive_better(make):
     assert runaways > 50 and verdicts > 50
 
 
+def _checks(evaluation):
+    return [*evaluation.shared, *(check for joint in evaluation.joints.values() for check in joint.checks)]
+
+
 @pytest.mark.parametrize("change", WORSE, ids=lambda change: change.__name__)
 def test_worse_data_never_make_a_verdict_better(make, change):
     """Not of one check of a whole set, those of the arm and of its stops among them."""
@@ -278,12 +292,17 @@ def test_worse_data_never_make_a_verdict_better(make, change):
         before, after = change(random_task(make, 7 * seed + 1), rng)
         drives = {task.name: task.pairs[rng.integers(len(task.pairs))] for task in before.joints}
         was, now = evaluate(before, drives), evaluate(after, drives)
+        asked_less = any(eased(change, one.name) for one in _checks(was) if one.verdict not in GOOD)
+        assert was.feasible or asked_less or not now.feasible, (seed, was.verdict)
         told = [(joint.checks, now.joints[name].checks) for name, joint in was.joints.items()]
+        endless = any(check.name == HEAT and check.required == np.inf for check in _checks(now))
         for checks, others in [*told, (was.shared, now.shared)]:
             later = {check.name: check for check in others}
             if HEAT in later and later[HEAT].required == np.inf:
                 assert later[HEAT].verdict is Verdict.FAIL and "thermal runaway" in later[HEAT].remark
                 continue
             for check in checks:
+                if endless and check.name.startswith("supply"):
+                    continue
                 if check.verdict in (Verdict.FAIL, Verdict.NOT_CHECKED) and not eased(change, check.name):
                     assert later[check.name].verdict not in GOOD, (seed, check, later[check.name])

@@ -77,12 +77,14 @@ class Losses(NamedTuple):
 
     Attributes:
         square: Mean square of the torque [N^2 m^2].
+        held: The same of what one phase may have above its share while the motor stands still [N^2 m^2].
         housing: Mean loss in the housing [W].
         integrals: Memory, (4, N + 1), see ``integrals_of``.
         winding_at, housing_at: Take the temperatures at the samples [C].
     """
 
     square: Array
+    held: Array
     housing: Array
     integrals: Array
     winding_at: Array
@@ -92,7 +94,7 @@ class Losses(NamedTuple):
 def new_losses(samples: int) -> Losses:
     """Memory for a number of samples."""
     row, rows = np.zeros(samples + 1), np.zeros((4, samples + 1))
-    return Losses(row, row.copy(), rows, row.copy(), row.copy())
+    return Losses(row, row.copy(), row.copy(), rows, row.copy(), row.copy())
 
 
 class Periods(NamedTuple):
@@ -601,3 +603,56 @@ def _traced(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any
         for t in range(begin, end + 1):
             losses.housing_at[t] = losses.winding_at[t]
     return found
+
+
+# The phase that stands still under load
+#
+# Turning, all phases share the loss; at rest one may carry the amplitude, and twice its share of the loss. What it has
+# above that warms it alone, through its own part of the way to the housing: as the loss of all warms them, once more.
+
+
+@law
+def settled(periods: Any, i: Any, rate: Any, values: Any, out: Any) -> Any:
+    """The response of first order to values from sample to sample of a part that repeats, at its samples; its largest.
+
+    A rate of NaN: nobody knows how fast; their mean.
+    """
+    begin, end = intervals(periods, i)
+    answer, mean, length = 0.0, 0.0, 0.0
+    for k in range(begin, end):
+        answer += (values[k] - answer) * -math.expm1(-rate * periods.step[k])
+        mean += values[k] * periods.step[k]
+        length += periods.step[k]
+    answer = answer / -math.expm1(-rate * length) if known(rate) else mean / length
+    most = answer
+    for k in range(begin, end):
+        out[k] = answer
+        if known(rate):
+            answer += (values[k] - answer) * -math.expm1(-rate * periods.step[k])
+        most = max(most, answer)
+    out[periods.edges[i + 1] - 1] = answer
+    return most
+
+
+@law
+def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any, ambient: Any) -> Any:
+    """Largest temperature of the phase that carries most at rest, when, and in which part; ``held`` is given.
+
+    Its resistance is that of its warmest instant; infinite where its loss grows faster with that than the cooling.
+    """
+    peak, when, where = heat.peak, heat.peak_time, heat.peak_part
+    cold, slope = per_torque(copper, heat.magnets)
+    way, rise, most = nodes.inner if nodes.inner > 0.0 else nodes.outer, losses.integrals[0], 0.0
+    for i in range(len(periods.shares)):
+        most = max(most, settled(periods, i, 1.0 / (way * nodes.winding), losses.held, rise))
+    if most == 0.0 or way * slope * most >= 1.0:
+        return (np.inf if most > 0.0 else peak), when, where
+    scale = way * (cold + slope * (heat.peak - ambient)) / (1.0 - way * slope * most)
+    for i in range(len(periods.shares)):
+        time = 0.0
+        for k in range(periods.edges[i], periods.edges[i + 1]):
+            warm = losses.winding_at[k] + scale * rise[k]
+            if warm > peak:
+                peak, when, where = warm, time, i
+            time += periods.step[k]
+    return peak, when, where

@@ -26,6 +26,7 @@ class Motion(NamedTuple):
         rate_before, rate_at, rate_after: The rate of a series at a sample is their sum with the sample before, itself
             and the one after [1/s].
         next_way: Speed at the sample after, of which the sign counts [rad/s].
+        phase: What the current of one phase may be over that of all; see ``one_phase``.
         rests: Stretches in which the joint stands still, first sample and the one after the last, (M, 2).
         periods: Parts, shares and steps.
     """
@@ -39,6 +40,7 @@ class Motion(NamedTuple):
     rate_at: Array
     rate_after: Array
     next_way: Array
+    phase: Array
     rests: Any
     periods: Periods
 
@@ -205,11 +207,29 @@ def motion_of(demand: JointDemand) -> Motion:
     edges = np.flatnonzero(np.diff(at_rest.astype(np.int8), prepend=0, append=0)).astype(np.int64).reshape(-1, 2)
     weight = demand.weights if demand.weights.sum() > 0.0 else np.full(len(slow), 1.0 / len(slow))
     before, at, after = rates(demand)
+    periods = periods_of(cycle.time, cycle.parts, cycle.shares)
     return Motion(
         _row(demand.speed), _row(demand.acceleration), _row(demand.carrier_acceleration), _row(slow), _row(weight),
-        _row(before), _row(at), _row(after), _row(slow[cycle.after]), edges,
-        periods_of(cycle.time, cycle.parts, cycle.shares),
+        _row(before), _row(at), _row(after), _row(slow[cycle.after]),
+        one_phase(at_rest, periods), edges, periods,
     )  # fmt: skip
+
+
+def one_phase(at_rest: Array, periods: Periods) -> Array:
+    """The current that heats one phase over the RMS of all, at every sample.
+
+    Turning, every phase carries the amplitude for an instant; at rest one of them may carry it all the time, sqrt(2)
+    times its RMS, and the same one in every round of the cycle. Brushed motors, whose brushes then load the same bars,
+    are counted alike.
+    """
+    step, first = periods.step, periods.edges[:-1]
+    still = step * at_rest * np.roll(at_rest, -1)
+    alone = first[np.diff(periods.edges) == 1]
+    still[alone] = step[alone] * at_rest[alone]
+    before, rested = np.roll(step, 1), np.roll(still, 1)
+    before[first], rested[first] = 0.0, 0.0
+    whole = step + before
+    return np.sqrt(1.0 + np.divide(still + rested, whole, out=np.zeros_like(whole), where=whole > 0.0))
 
 
 def load_of(demand: JointDemand) -> Load:

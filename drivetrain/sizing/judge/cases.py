@@ -137,6 +137,8 @@ class Untold:
 
     Attributes:
         torque, current, voltage, temperature: Of the motor [N m], [A], [V], [K].
+        rms_current, winding_temperature: In a long hold [A], [K].
+        resistance: Of a winding whose temperature no sheet tells [ohm].
         stop_torque: Of the gear in a stop at the current limit [N m].
     """
 
@@ -144,6 +146,9 @@ class Untold:
     current: float = 0.0
     voltage: float = 0.0
     temperature: float = 0.0
+    rms_current: float = 0.0
+    winding_temperature: float = 0.0
+    resistance: float = 0.0
     stop_torque: float = 0.0
 
 
@@ -170,12 +175,12 @@ class Figures:
         inertia_ratio: Load over rotor, at its largest.
         wanted_stiffness: Of the gear; with less the arm swings slower than wished, whatever its other gears [N m/rad].
         motor_torque: Largest electromagnetic, starting from rest included [N m].
-        rms_torque: [N m].
+        rms_torque, phase_torque: Of the motor, and as one of its phases may feel it, ``series.one_phase`` [N m].
         magnet_temperature, winding_temperature: Mean of the magnets, largest of the winding [C].
+        phase_temperature: Largest of the phase that carries most at rest [C].
         hottest_part, hottest_time: Part in which the winding is hottest, and when, from its start [s].
         heat_converged: 1 where magnet and housing temperature could be matched.
-        motor_current, rms_current: [A]; of a joint that never moves what one phase may carry, see
-            ``standstill_current``.
+        motor_current, rms_current, phase_current: [A]; the second of a joint that never moves that of one phase.
         voltage: Largest at the terminals [V].
         cold_torque, cold_current, cold_voltage: The same of a cold start [N m], [A], [V].
         gear_loss: Mean power that the gear makes into heat, as warm as it settles [W].
@@ -210,13 +215,16 @@ class Figures:
     wanted_stiffness: float = UNKNOWN
     motor_torque: float = UNKNOWN
     rms_torque: float = UNKNOWN
+    phase_torque: float = UNKNOWN
     magnet_temperature: float = UNKNOWN
     winding_temperature: float = UNKNOWN
+    phase_temperature: float = UNKNOWN
     hottest_part: float = 0.0
     hottest_time: float = UNKNOWN
     heat_converged: float = 1.0
     motor_current: float = UNKNOWN
     rms_current: float = UNKNOWN
+    phase_current: float = UNKNOWN
     voltage: float = UNKNOWN
     cold_torque: float = UNKNOWN
     cold_current: float = UNKNOWN

@@ -256,15 +256,16 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "continuous current",
         "safety.rms",
         essential=True, words=words.rms_current,
-        more="untold.current",
+        more="untold.rms_current",
         formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
-        "winding temperature", "C", "figures.winding_temperature", "limits.winding_temperature", HEAT,
+        "winding temperature", "C", "figures.phase_temperature", "limits.winding_temperature", HEAT,
         "highest winding temperature",
         origin="setting.ambient", instant="winding", words=words.winding,
-        more="untold.temperature",
-        formula="hottest winding of the cycle repeated without end; utilisation of the rise over ambient",
+        more="untold.winding_temperature",
+        formula="hottest phase of the cycle repeated without end, which at rest has twice its share of the loss; "
+        "utilisation of the rise over ambient",
     ),
     Requirement(
         "gear temperature", "C", "figures.gear_temperature", "gear.max_temperature", HEAT,
@@ -273,10 +274,10 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         formula="mean of the housing that gear and motor share; utilisation of the rise over ambient",
     ),
     Requirement(
-        "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,
+        "amplifier continuous current", "A", "figures.phase_current", "amplifier.continuous_current", HEAT,
         "continuous current", "safety.rms", words=words.amplifier_continuous,
         more="untold.current",
-        formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
+        formula="RMS torque / kt(magnets), at rest times sqrt(2): one phase may carry the amplitude",
     ),
     Requirement(
         "amplifier overload (I2t)", "1", "figures.overload", "setting.whole", HEAT, "all of its overload",

@@ -193,10 +193,9 @@ def _untold_power(op: Operation) -> tuple[float, float]:
         motor, op.study.ambient if motor.max_winding_temperature is None else motor.max_winding_temperature
     )
     pairs = (figures.input_speed, figures.motor_current), (figures.mean_input_speed, figures.rms_current)
-    if untold.torque == 0.0:
-        return 0.0, 0.0
+    more = untold.current if untold.torque != 0.0 else 0.0
     peak, mean = (
-        float(untold.torque * speed + ohms * untold.current * (2.0 * current + untold.current))
+        float(untold.torque * speed + ohms * more * (2.0 * current + more) + untold.resistance * (current + more) ** 2)
         for speed, current in pairs
     )
     return peak, mean

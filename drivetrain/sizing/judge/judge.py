@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.drive.amplifier import conduction_loss, overload_share, standstill_current
+from drivetrain.drive.amplifier import conduction_loss, overload_share
 from drivetrain.drive.brake import LEAST_ENERGY, holding_torque, stopping_energy
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import (
@@ -49,7 +49,14 @@ from drivetrain.drive.gear import (
     wear,
 )
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
-from drivetrain.drive.motor_limits import continuous_current_limit, least_max_speed, short_time_torque
+from drivetrain.drive.motor_limits import (
+    WARMEST,
+    WINDING_SHARE,
+    continuous_current_limit,
+    least_max_speed,
+    least_winding_time,
+    short_time_torque,
+)
 from drivetrain.drive.stops import (
     braked,
     braking_push,
@@ -60,7 +67,16 @@ from drivetrain.drive.stops import (
     stop_rotor,
     struck,
 )
-from drivetrain.drive.thermal.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
+from drivetrain.drive.thermal.periodic_heat import (
+    Nodes,
+    copper_of,
+    hottest_phase,
+    interval_means,
+    part_means,
+    periodic_heat,
+    settled,
+    thermal_nodes,
+)
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
 from drivetrain.sizing.demand.series import Work
@@ -140,19 +156,19 @@ def judge_all(
             volts = voltage_at(case, motion, traces, ambient)
             if quick and case.motor.magnet_coefficient <= 0.0:  # warm, it needs no less current
                 set_currents(case, torque_constant(case.motor, ambient))
-                figures.winding_temperature, figures.voltage = np.nan, volts
+                figures.phase_temperature, figures.voltage = np.nan, volts
                 found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
         if found[i] <= until:
             warm_up(case, motion, traces)
             set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
-            if case.untold.torque != 0.0 or case.motor.untold_inductance > 0.0:
-                add_untold(case, motion, traces)
+            add_untold(case, motion, traces)
             if case.setting.overload != 0.0:
                 figures.overload = overload_of(case, motion, traces) + unknown
             volts = larger(volts, starting_voltage(case, motion, traces))
             drawn = power[min(i, len(power) - 1)] if len(power) > 0 else traces.power
             figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
             figures.winding_temperature += unknown
+            figures.phase_temperature += unknown
             figures.gear_loss += unknown
             figures.gear_temperature += unknown
             found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
@@ -171,6 +187,7 @@ def set_mechanics(case: Any, found: Any) -> None:
     figures.gear_life = life_of(gear, found.average_load, figures.mean_input_speed)
     figures.motor_torque = found.torque + unknown
     figures.rms_torque = math.sqrt(found.square / case.setting.duration) + unknown
+    figures.phase_torque = math.sqrt(found.phase / case.setting.duration) + unknown
 
 
 @law
@@ -260,6 +277,7 @@ def set_untold(case: Any) -> None:
     limit = known_or(case.limits.winding_temperature, ambient)
     untold.torque, untold.current = friction, friction / abs(torque_constant(motor, limit))
     untold.voltage, untold.temperature, untold.stop_torque = 0.0, 0.0, 0.0
+    untold.rms_current, untold.winding_temperature, untold.resistance = 0.0, 0.0, 0.0
     if friction == 0.0:
         return
     ohms, driven = winding_resistance(motor, limit), mesh_of(case.gear).driven
@@ -278,10 +296,18 @@ def set_untold(case: Any) -> None:
 @law
 def add_untold(case: Any, motion: Any, traces: Any) -> None:
     """What the warmth of untold friction asks: weaker magnets, more resistance; and the largest untold L di/dt."""
-    motor, untold, more = case.motor, case.untold, torque_factor(case.safety) * case.figures.motor_current
-    ohms = winding_resistance(motor, untold.temperature) - winding_resistance(motor, 0.0)
-    untold.current += case.figures.motor_current * abs(motor.magnet_coefficient) * untold.temperature
-    untold.voltage += more * ohms
+    motor, untold, figures = case.motor, case.untold, case.figures
+    unknown = 0.0 if known(figures.winding_temperature) else WARMEST - traces.losses.winding_at[0]
+    warmer = untold.temperature + max(unknown, 0.0)
+    untold.resistance = winding_resistance(motor, warmer) - winding_resistance(motor, 0.0)
+    untold.current += figures.motor_current * abs(motor.magnet_coefficient) * untold.temperature
+    untold.voltage += torque_factor(case.safety) * figures.motor_current * untold.resistance
+    untold.winding_temperature += untold.temperature
+    untold.rms_current = untold.current
+    if not known(case.limits.winding_temperature + figures.winding_temperature):
+        untold.rms_current += held_current(case, motion, traces)
+    if motor.untold_inductance == 0.0:
+        return
     steepest, weakest = 0.0, known_or(case.limits.winding_temperature, case.setting.ambient)
     before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
     for t in range(len(torque)):
@@ -291,22 +317,38 @@ def add_untold(case: Any, motion: Any, traces: Any) -> None:
     untold.voltage += lag * steepest / abs(torque_constant(motor, weakest))
 
 
+@law
+def held_current(case: Any, motion: Any, traces: Any) -> Any:
+    """By how much a long hold may exceed the RMS current of a motor whose temperature no sheet tells [A].
+
+    A winding follows in its time constant what one phase carries at rest; while it turns the RMS current counts.
+    """
+    losses, figures, edges = traces.losses, case.figures, motion.periods.edges
+    square = 1.0 / torque_constant(case.motor, figures.magnet_temperature) ** 2
+    rate, rms, most = 1.0 / least_winding_time(case.motor), figures.rms_current, 0.0
+    for t in range(len(motion.speed)):
+        rests = motion.phase[t] > 1.0 and motion.phase[min(t + 1, len(motion.speed) - 1)] > 1.0
+        losses.held[t] = 2.0 * square * losses.held[t] if rests else rms * rms
+    for part in range(len(edges) - 1):
+        most = max(most, settled(motion.periods, part, rate, losses.held, losses.integrals[0]))
+    return max(math.sqrt(most) - rms, 0.0)
+
+
 @law(fastmath=FAST)
 def set_currents(case: Any, constant: Any) -> None:
-    """Peak and RMS current with a torque constant [N m/A]."""
+    """Peak and RMS currents with a torque constant [N m/A]."""
     figures = case.figures
     figures.motor_current = figures.motor_torque / abs(constant)
     figures.stop_current = figures.stop_motor_torque / abs(constant)
-    rms = figures.rms_torque / abs(constant)
-    figures.rms_current = rms if case.setting.moves != 0.0 else standstill_current(rms)
+    figures.phase_current = figures.phase_torque / abs(constant)
+    figures.rms_current = figures.phase_current if case.setting.moves == 0.0 else figures.rms_torque / abs(constant)
 
 
 @law
 def overload_of(case: Any, motion: Any, traces: Any) -> Any:
     """Share of the amplifier's overload, the largest of all parts, each repeated by itself."""
-    torque, edges, largest = traces.torque[1:-1], motion.periods.edges, 0.0
+    torque, edges, largest = traces.torque[1:-1] * motion.phase, motion.periods.edges, 0.0
     scale = case.safety.rms / abs(torque_constant(case.motor, case.figures.magnet_temperature))
-    scale = scale if case.setting.moves != 0.0 else standstill_current(scale)
     for part in range(len(edges) - 1):
         first, last = edges[part], edges[part + 1]
         share = overload_share(case.amplifier, torque[first:last], scale, motion.periods.step[first:last])
@@ -539,12 +581,15 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
 
 
 class Mechanical(NamedTuple):
-    """Largest and average load, largest motor torque, its sum of weighted squares, load at the joint: ``Figures``."""
+    """Largest and average load, largest motor torque, its sum of weighted squares and that which one phase may feel,
+    load at the joint: ``Figures``.
+    """
 
     load: float
     average_load: float
     torque: float
     square: float
+    phase: float
     joint: float
 
 
@@ -586,7 +631,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
     excess_series(joint, 1.0, motion.loss_speed, traces.loss_excess)
     excess_series(shaft, mesh.ratio, motion.loss_speed, traces.shaft_excess)
     drag_series(mesh, gear_temperature, motion.loss_speed, traces.powers, traces.drag)
-    largest_load, most, largest, square, more = 0.0, 0.0, 0.0, 0.0, onward(case.gear) - 1.0
+    largest_load, most, largest, square, phase, more = 0.0, 0.0, 0.0, 0.0, 0.0, onward(case.gear) - 1.0
     for t in range(len(torque)):
         speed = motion.loss_speed[t]
         load = gear_torque[t] + sliding_friction(joint, motion.speed[t]) + traces.joint_excess[t]
@@ -603,7 +648,9 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
             larger(largest_load, driven),
             larger(largest, abs(torque[t])),
         )
-        square += motion.weight[t] * torque[t] * torque[t]
+        heating = motion.weight[t] * torque[t] * torque[t]
+        square += heating
+        phase += heating * motion.phase[t] * motion.phase[t]
         traces.load[t] = load
     moves = case.setting.moves
     for first, last in motion.rests:
@@ -612,7 +659,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
         most, largest_load = larger(most, resting_load), larger(largest_load, resting_load * (1.0 + more * moves))
         largest = larger(largest, start)
     average = average_load(traces.load, motion.weight, motion.speed, more, case.gear.life_exponent, largest_load)
-    return Mechanical(largest_load, average, largest, square, most)
+    return Mechanical(largest_load, average, largest, square, phase, most)
 
 
 @law(fastmath=FAST)
@@ -650,16 +697,20 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
     Where the sheet does not say enough, or no steady temperature exists, the magnets are at ambient temperature and the
     winding at its limit. The gear's heat comes through the housing, which evens it out: its mean counts, of a gear as
     warm as the housing.
+
+    The hottest phase is told; where no time constant of the winding is, the least that it may have stands in beside.
     """
     motor, figures, ambient, losses = case.motor, case.figures, case.setting.ambient, traces.losses
     nodes, rest = thermal_nodes(motor, case.setting.mounting), known_or(motor.max_winding_temperature, ambient)
     figures.winding_temperature, figures.hottest_time, figures.hottest_part = np.nan, np.nan, 0.0
+    figures.phase_temperature = np.nan
     figures.heat_converged, figures.magnet_temperature, losses.housing_at[0] = 1.0, ambient, ambient
     figures.housing_temperature, figures.gear_loss, share = np.nan, np.nan, case.setting.gear_heat
     figures.gear_temperature = case.setting.gear_temperature if case.setting.settles == 0.0 else np.nan
     shaft_losses(case, motion, traces)
+    set_held(motion, traces)
     if known(nodes.inner + nodes.outer):
-        periods, parts = motion.periods, traces.parts
+        periods, parts, copper = motion.periods, traces.parts, copper_of(motor, ambient)
         interval_means(traces.torque[1:-1], traces.friction_loss, losses)
         part_means(periods, losses, parts)
         square, loss, figures.gear_loss = 0.0, 0.0, 0.0
@@ -676,9 +727,18 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
             warmed = losses.housing[first:after]
             for t in range(len(warmed)):
                 warmed[t] += share * gear
-        heat = periodic_heat(nodes, copper_of(motor, ambient), motion.periods, losses, traces.parts, ambient)
-        figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
-        figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
+        quickest = -np.inf
+        if math.isnan(nodes.winding):
+            inner = nodes.inner if nodes.inner > 0.0 else WINDING_SHARE * nodes.outer
+            outer = nodes.inner + nodes.outer - inner
+            fast = Nodes(inner, outer, least_winding_time(motor) / inner, nodes.housing)
+            heat = periodic_heat(fast, copper, periods, losses, parts, ambient)
+            quickest = hottest_phase(fast, copper, periods, losses, heat, ambient)[0]
+        heat = periodic_heat(nodes, copper, periods, losses, parts, ambient)
+        warm, figures.hottest_time, part = hottest_phase(nodes, copper, periods, losses, heat, ambient)
+        figures.winding_temperature, figures.phase_temperature = heat.peak, warm
+        figures.hottest_part, figures.heat_converged = part, heat.converged
+        case.untold.winding_temperature = max(quickest - warm, 0.0) if warm < np.inf else 0.0
         figures.housing_temperature = heat.housing
         if case.setting.settles != 0.0 and share > 0.0:
             figures.gear_temperature = heat.housing if heat.peak < np.inf else np.inf
@@ -686,6 +746,17 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
             figures.magnet_temperature = heat.magnets
             return
     losses.winding_at[:] = rest
+
+
+@law(fastmath=FAST)
+def set_held(motion: Any, traces: Any) -> None:
+    """What one phase has above its share of the torque's mean square from each sample to the next."""
+    held, torque, phase, extra = traces.losses.held, traces.torque[1:-1], motion.phase, traces.losses.integrals[0]
+    for t in range(len(torque)):
+        extra[t] = (phase[t] * phase[t] - 1.0) * torque[t] * torque[t]
+    for t in range(len(torque) - 1):
+        held[t] = 0.5 * (extra[t] + extra[t + 1])
+    held[len(torque) - 1] = extra[len(torque) - 1]
 
 
 @law(fastmath=FAST)

@@ -12,7 +12,7 @@ from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear, unknown_loss
-from drivetrain.drive.motor import Motor, tells_friction
+from drivetrain.drive.motor import Motor, tells_friction, whole_mass
 from drivetrain.drive.motor_limits import continuous_current, short_time_torque
 from drivetrain.records import as_record, known
 from drivetrain.sizing.judge.checks import CHECKS
@@ -38,6 +38,7 @@ LIVES = {
 }
 SPRINGS = {"arm first resonance": "stiffness_1", "arm tip deviation": "stiffness_1", "arm lost motion": "backlash"}
 CONTINUOUS = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
+CONTINUOUS_OVER_TIME = ("winding_time_constant", "max_winding_temperature")  # beside resistances
 _ROW = re.compile(r"\S+\.csv row \d+")
 
 
@@ -195,6 +196,10 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, motor, columns, doubtful)
     if motor.inductance is None and (volts := tuple(name for name in doubtful if name.endswith("voltage"))):
         yield _gap(study, joint, motor, ("inductance",), volts)
+    if hot := tuple(name for name in doubtful if name in (RMS, "winding temperature")):
+        gone = [name for name in CONTINUOUS_OVER_TIME if getattr(motor, name) is None]
+        if gone:
+            yield _gap(study, joint, motor, (" and ".join(gone),), hot)
     if motor.rotor_inertia is None:
         yield _gap(study, joint, motor, ("rotor_inertia",), others)
     if gear.kind != "ideal" and not _loss_known(gear):
@@ -233,11 +238,17 @@ def cells_to_fill(
     ]
     counts = []
     for kind, parts in rows:
-        bare = [part for part in parts if getattr(part, column) is None and not (column == "mass" and _ideal(part))]
+        bare = [part for part in parts if _lacks(part, column) and not (column == "mass" and _ideal(part))]
         if bare:
             first = f"{bare[0].key} ({row_of(study, bare[0])})"
             counts.append(f"{len(bare)} of {len(parts)} {kind} have none, such as {first}")
     return f"fill the column {column}: {', '.join(counts)}"
+
+
+def _lacks(part: Motor | Gear | Amplifier, column: str) -> bool:
+    """Whether a part, a motor with its brake, has no such number."""
+    weighed = column == "mass" and isinstance(part, Motor)
+    return (whole_mass(part) if weighed else getattr(part, column)) is None  # type: ignore[arg-type]
 
 
 def uncounted(evaluation: Evaluation) -> tuple[str, ...]:

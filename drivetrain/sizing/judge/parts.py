@@ -12,7 +12,7 @@ from drivetrain.drive.brake import Brake
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import HOLDING, NO_GEAR, Gear
-from drivetrain.drive.motor import Motor, tells_friction
+from drivetrain.drive.motor import Motor, tells_friction, whole_mass
 from drivetrain.drive.motor_limits import FRICTION_SHARE, with_untold
 from drivetrain.records import as_records, known
 from drivetrain.sizing.demand.demand import JointDemand
@@ -85,7 +85,7 @@ def parts_of(study: Study) -> Parts:
     pairs = tuple(known[id(one)] for one in lists)
     weighed = _column([0.0 if one.kind == "ideal" and one.mass is None else one.mass for one in gears])
     priced = _column([0.0 if one.key == "" else one.price for one in gears])
-    mass, price = _column([one.mass for one in motors]), _column([one.price for one in motors])
+    mass, price = _column([whole_mass(one) for one in motors]), _column([one.price for one in motors])
     return Parts(
         study, motor_keys, gear_keys, motors, gears, motor_records(motors), gear_records(gears), pairs,
         tuple(_amounts(study, joint, motors, gears, some) for joint, some in enumerate(pairs)),

@@ -29,6 +29,7 @@ from drivetrain.records import known
 from drivetrain.sizing.judge.cases import rests_on_gear, stop_temperature
 
 STANDS = "the joint never moves: one phase may carry the amplitude, sqrt(2) times its RMS"
+RESTS = "at rest one phase may carry the amplitude: sqrt(2) times its RMS"
 AMPERES = {"dc": "DC", "rms": "rms", "peak": "amplitude"}
 UNUSED = "the joint never moves: no turn uses up its life"
 NO_SHORT_TIME = "a short-time limit is not in the catalogue row"
@@ -465,8 +466,9 @@ def rms_current(op: Any, row: Any) -> Words:
 
 def amplifier_continuous(op: Any, row: Any) -> Words:
     """The same of the amplifier."""
-    said = printed(op, row)
-    return said if said.remark or op.demand.moves else said._replace(remark=STANDS)
+    said, demand = printed(op, row), op.demand
+    rests = bool(np.any(demand.gear_torque[demand.at_rest] != 0.0))
+    return said if said.remark or not rests else said._replace(remark=RESTS if demand.moves else STANDS)
 
 
 def _hot_parts(op: Any, continuous: float) -> str:

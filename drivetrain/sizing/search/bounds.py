@@ -307,13 +307,14 @@ def bound(case: Any, row: Any, checks: Any, span: Span, brake: Brake, amounts: A
     used, _ = worst(case, row, checks, SPEED, used, NOTHING, peaks)
     figures.motor_torque = found.torque + unknown
     figures.rms_torque = math.sqrt(found.square / setting.duration) + unknown
+    figures.phase_torque = math.sqrt(found.phase / setting.duration) + unknown
     used, _ = worst(case, row, checks, TORQUE, used, NOTHING, peaks)
     if peaks or used > until:
         return used, LeastHeat(np.nan, np.nan, np.nan)
     heat = least_heat(case, span)
 
     heated, weakest = heat.hottest > -np.inf, torque_constant(motor, heat.magnets)
-    figures.winding_temperature = heat.hottest + unknown if heated else np.nan
+    figures.phase_temperature = heat.hottest + unknown if heated else np.nan
     if weakest <= 0.0:  # it runs away; where the torque is not known nobody says so
         return np.inf if known(unknown) else used, heat
     if motor.magnet_coefficient <= 0.0 or not heated:  # else warm magnets may be stronger without bound
@@ -385,11 +386,12 @@ def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
 
 
 class LeastMechanical(NamedTuple):
-    """Least load, least largest torque and least sum of weighted squares; see ``judge.Mechanical``."""
+    """Least load, least largest torque and least sums of weighted squares; see ``judge.Mechanical``."""
 
     load: float
     torque: float
     square: float
+    phase: float
 
 
 @law(fastmath=FAST)
@@ -403,7 +405,7 @@ def least_mechanical(case: Any, span: Span, amounts: Any, gear_temperature: Any)
     turning, excess = friction_curve(case.shaft), span.excess
     excess_series(turning, mesh.ratio, motion.loss_speed, excess)
     drag_series(mesh, gear_temperature, motion.loss_speed, span.powers, span.drag)
-    least, most, shaft, load, torque, square = span.least, span.most, span.shaft, 0.0, 0.0, 0.0
+    least, most, shaft, load, torque, square, phase = span.least, span.most, span.shaft, 0.0, 0.0, 0.0, 0.0
     for t in range(len(low)):
         speed = motion.loss_speed[t]
         shaft[t] = (
@@ -418,7 +420,9 @@ def least_mechanical(case: Any, span: Span, amounts: Any, gear_temperature: Any)
         load = larger(load, larger(low[t] + shown[t], -(high[t] + shown[t])))
         magnitude = larger(larger(least[t], -most[t]), 0.0)
         torque = larger(torque, magnitude)
-        square += motion.weight[t] * magnitude * magnitude
+        heating = motion.weight[t] * magnitude * magnitude
+        square += heating
+        phase += heating * motion.phase[t] * motion.phase[t]
     if case.setting.moves != 0.0:
         joint = friction_curve(case.joint)
         for first_sample, after in motion.rests:
@@ -434,7 +438,7 @@ def least_mechanical(case: Any, span: Span, amounts: Any, gear_temperature: Any)
                     other = starting_torque(mesh, turning, joint, b, 0.0) + rotor
                     if start * other > 0.0:
                         torque = larger(torque, smaller(abs(start), abs(other)))
-    return LeastMechanical(load, torque, square)
+    return LeastMechanical(load, torque, square, phase)
 
 
 @law(fastmath=FAST)

@@ -14,6 +14,7 @@ from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
+from drivetrain.drive.motor import whole_mass
 from drivetrain.errors import Fault, InputError
 from drivetrain.study.model import DriveMass, JointTask, Mount, Study
 
@@ -53,7 +54,8 @@ def carrying(study: Study, arm: Arm, payload_index: int) -> Arm:
 def drive_mass(drive: Drive) -> float | None:
     """Mass of motor and gear together [kg]; an ideal gear weighs nothing; None when one of them is unknown."""
     gear = 0.0 if drive.gear.kind == "ideal" and drive.gear.mass is None else drive.gear.mass
-    return None if drive.motor.mass is None or gear is None else drive.motor.mass + gear
+    motor = whole_mass(drive.motor)
+    return None if motor is None or gear is None else motor + gear
 
 
 def mass_counts(study: Study, joint: int) -> bool:
