@@ -183,7 +183,7 @@ def whole_arm(duration: float = 0.5) -> Scene:
     effects: dict[str, tuple[Effect, ...]] = {
         name: (
             FullRotor(5e-5, 100.0), FlexibleJoint(GEAR, 4.0), MeshLoss(GEAR), CurrentLoop(motor, 3000.0, 40.0),
-            PositionLoop(stiffness, damping, 0.09), WindingHeat(NETWORK),
+            PositionLoop(stiffness, damping, 0.09), WindingHeat(NETWORK, gear_heat=1.0),
         )
         for name, (stiffness, damping) in zip(names, loops, strict=True)
     }  # fmt: skip

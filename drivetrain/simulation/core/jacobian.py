@@ -40,6 +40,10 @@ from drivetrain.simulation.core.records import (
 from drivetrain.simulation.planning.plan import Plan
 
 TIP = tuple(signal.name for signal in named.TIP_TAKEN)
+BEHIND_POWERS = {
+    named.MOTOR_FRICTION_POWER.name: (named.MOTOR_SLIDE_FORWARD, named.MOTOR_SLIDE_BACKWARD),
+    named.MESH_POWER.name: (named.GEAR_TORQUE, named.MESH_DRIVING, named.MESH_DRIVEN),
+}
 PROBES = 2  # postures
 
 
@@ -54,10 +58,9 @@ def dependence(plan: Plan) -> NDArray[np.bool_]:
             read = 0
             for name in one.needs:
                 read |= known.get(name, 0)
-                if name.endswith(f".{named.MOTOR_FRICTION_POWER.name}"):
-                    joint = name.rpartition(".")[0]
-                    for bound in (named.MOTOR_SLIDE_FORWARD, named.MOTOR_SLIDE_BACKWARD):
-                        read |= known.get(f"{joint}.{bound.name}", 0)
+                joint, _, kind = name.rpartition(".")
+                for behind in BEHIND_POWERS.get(kind, ()):
+                    read |= known.get(f"{joint}.{behind.name}", 0)
             for name in one.states:
                 read |= 1 << states[name]
             for name in (*one.provides, *one.contributes, *one.outputs):
@@ -111,11 +114,15 @@ def _motion(plan: Plan) -> dict[str, int]:
     for name in ("scene.mass_matrix", *(signal.name for signal in named.TIP_GIVEN)):
         known[name] = everything
     every = (1 << len(states)) - 1
-    for joint in plan.scene.joints:  # of the evaluation before, if a law reads them at all
+    for i, joint in enumerate(plan.scene.joints):  # of the evaluation before, if a law reads them at all
         for signal in named.AFTER:
             known[f"{joint}.{signal.name}"] = every
-        # Sliding, dry friction at a motor takes its bound; stuck, no power.
+        # Sliding, dry friction at a motor takes its bound, a mesh behind a spring a share of what that carries; stuck,
+        # no power.
         known[f"{joint}.{named.MOTOR_FRICTION_POWER.name}"] = known[f"{joint}.{named.MOTOR_SPEED.name}"]
+        if i in plan.body.springs:
+            own = known[f"{joint}.{named.DEFLECTION.name}"] | known[f"{joint}.{named.DEFLECTION_SPEED.name}"]
+            known[f"{joint}.{named.MESH_POWER.name}"] = own
     return known
 
 
