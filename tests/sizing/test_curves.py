@@ -61,7 +61,7 @@ def test_every_value_has_the_optimum_of_brute_force(make, seed, vary, span, obje
     assert curve.pieces[0].low == span[0] and curve.pieces[-1].high == span[1]
     assert all(a.high == b.low for a, b in itertools.pairwise(curve.pieces))
     assert len(curve.pieces) >= 2 or vary is Vary.VOLTAGE
-    values = np.random.default_rng(seed).uniform(*span, 6)
+    values = np.random.default_rng(seed).uniform(*span, 4)
     for value in values:
         piece = next(one for one in curve.pieces if one.low <= value <= one.high)
         sets = feasible_sets(changed(study, change(value)))
