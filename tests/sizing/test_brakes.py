@@ -82,6 +82,14 @@ def test_a_brake_loads_its_motor_and_the_arm(make):
     assert rotor == pytest.approx(STRONG.inertia * (acceleration + study.cycle.acceleration[:, 1]), rel=1e-6)
 
 
+def test_a_brake_of_unknown_mass_leaves_the_motors_on_the_arm(make):
+    study = held_study(make, (replace(STRONG, mass=None, inertia=0.0),))
+    found, plain = evaluate(study, {"j2": ("m1", "g1")}), evaluate(make_plain(study), {"j2": ("m1", "g1")})
+    assert found.verdict is Verdict.NOT_CHECKED and np.isnan(found.criteria["mass"])
+    torques = (one.joints["j1"].series.gear_torque for one in (found, plain))
+    np.testing.assert_allclose(*torques, rtol=1e-12)
+
+
 def make_plain(study: Study) -> Study:
     """The same without a brake."""
     return replace(study, joints=(study.joints[0], replace(study.joints[1], brakes=(), drive=("m1", "g1"))))

@@ -10,6 +10,7 @@ import pytest
 
 from drivetrain.catalog.read import Catalog, read_catalog
 from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import Safety
 from drivetrain.study.parts.verdicts import Verdict
@@ -137,6 +138,51 @@ def test_at_rest_one_phase_carries_the_amplitude(make):
     weak = make.task(amplifier=replace(make.task().amplifier, continuous_current=limit))
     told = checks_of(evaluate(replace(held(make, 15.0), joints=(weak,))))["amplifier continuous current"]
     assert told.verdict is Verdict.FAIL
+
+
+def moved_and_held(make, **sheet):
+    """Half of the time at 1 A, half of it holding 6 A, for 200 s each; all heat is the winding's."""
+    time = np.concatenate([np.linspace(0.0, 200.0, 201), np.linspace(200.0, 400.0, 101)])
+    moves = np.arange(302) < 201
+    speed = np.where(moves, 0.1 * np.sin(np.pi * time / 200.0), 0.0)
+    speed[[0, 200]] = 0.0
+    told = {
+        "no_load_current": None, "no_load_speed": None, "coulomb_friction": 0.0, "viscous_friction": 0.0,
+        "magnet_coefficient": 0.0, "max_winding_temperature": 75.0,
+    }  # fmt: skip
+    motor = replace(make.motor, **told | sheet)
+    cycle = make.table_cycle(time, np.where(moves, 2.5, 15.0), speed, np.zeros(302))
+    parts = Catalog({"m1": motor}, {"g1": replace(make.gear, efficiency=1.0)})
+    return make.study(cycle, catalog=parts, joints=(make.task(gear_heat=0.0),))
+
+
+def test_a_long_hold_is_judged_by_its_hottest_phase(make):
+    """Against small steps of both nodes and of what one phase has above its share: 36 A^2 R twice at rest."""
+    winding, housing, extra, peak, step = 25.0, 25.0, 0.0, 0.0, 0.05
+    for k in range(12 * 8000):
+        rests = k % 8000 >= 4000
+        amperes = 36.0 if rests else 1.0
+        copper, own = (amperes * 0.3 * (1.0 + 0.0039 * (at - 25.0)) for at in (winding, winding + extra))
+        out = winding - housing
+        winding += step * (copper - out) / 20.0
+        housing += step * (out - (housing - 25.0) / 4.0) / 200.0
+        extra += step * (own * rests - extra) / 20.0
+        peak = max(peak, winding + extra)
+    found = checks_of(evaluate(moved_and_held(make)))
+    told = found["winding temperature"]
+    assert told.required == pytest.approx(peak, abs=0.01 * (peak - 25.0))
+    assert told.verdict is Verdict.FAIL and told.required - extra < 75.0
+    assert found["motor RMS current"].verdict is Verdict.PASS
+
+
+@pytest.mark.parametrize("gone", [["winding_time_constant"], ["winding_time_constant", "max_winding_temperature"]])
+def test_a_long_hold_is_not_proven_by_a_row_that_tells_less(make, gone):
+    evaluation = evaluate(moved_and_held(make, **dict.fromkeys(gone)))
+    assert not evaluation.feasible
+    if len(gone) == 2:
+        told = checks_of(evaluation)["motor RMS current"]
+        assert told.verdict is Verdict.NOT_CHECKED and told.required < 0.8 * told.available
+        assert "winding_time_constant" in " ".join(missing_words(evaluation))
 
 
 # Voltage with the factored torque
