@@ -174,7 +174,7 @@ class Stage:
         if self.force_limit is not None:
             found["force"] = self.force_limit * arm
         if self.tooth_force is not None:
-            found["teeth of the belt"] = self.tooth_force * (self.teeth_in_mesh or 1.0) * arm
+            found["teeth in mesh"] = self.tooth_force * (self.teeth_in_mesh or 1.0) * arm
         if self.rod is not None:
             length, diameter = self.rod
             section = math.pi * diameter**4 / 64.0

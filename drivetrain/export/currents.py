@@ -71,6 +71,8 @@ def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: 
     faults = Faults()
     rows = dict(iter(table.groupby("joint", sort=False)))
     time = rows[next(iter(rows))]["time [s]"].to_numpy()
+    lasting = np.append(np.diff(time) > 0.0, True)  # a command with another at its instant lasts no time
+    time, rows = time[lasting], {name: one[lasting] for name, one in rows.items()}
     numbers, position, velocity = {}, {}, {}
     cycle, names = evaluation.study.cycle, [task.name for task in evaluation.study.joints]
     for name in evaluation.joints:
@@ -83,7 +85,9 @@ def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: 
     head = [
         f"currents of {study.name}, by drivetrain {__version__}",
         f"study: {study.path or study.name}, SHA-256 {study.digest or 'none: made in a program'}",
-        "samples: those of the cycle" if rate is None else f"rate: {rate:.9g} Hz; {HOLDS[hold]}",
+        "samples: those of the cycle, of several at one instant the last"
+        if rate is None
+        else f"rate: {rate:.9g} Hz; {HOLDS[hold]}",
         "each command holds until the next (zero order)",
         *(f"{name}: {one.base}; 1 {one.unit} is {one.amperes:.17g} A dc" for name, one in scales.items()),
     ]
