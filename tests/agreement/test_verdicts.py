@@ -305,18 +305,21 @@ def worked_out(path):
         phase = np.sqrt(1.0 + np.convolve(still, [1, 1]) / np.convolve(steps, [1, 1]))
         extra = way_out * (weight @ ((phase**2 - 1.0) * current**2))
         slope = one.resistance(1.0) - one.resistance(0.0)
-        row["winding temperature"] = warm + extra * one.resistance(warm) / (1.0 - extra * slope), 110.0
+        row["winding temperature"] = warm, 110.0
+        row["phase temperature at rest"] = warm + extra * one.resistance(warm) / (1.0 - extra * slope), 110.0
         short, strongest, lasting = motor["peak_torque"], 30.0 * RMS_TO_DC, 12.0 * RMS_TO_DC
         row["motor peak torque"] = starting.max() * more, short
         row["amplifier peak current"] = starting.max() / constant * more, strongest
-        row["amplifier continuous current"] = math.sqrt(weight @ (phase * current) ** 2) * FACTORS["rms"], lasting
+        row["amplifier continuous current"] = rms * FACTORS["rms"], lasting
+        held = math.sqrt(weight @ (phase * current) ** 2) * FACTORS["rms"]
+        row["amplifier phase current at rest"] = held, lasting
         row["current to stop"] = turn / constant * more, strongest
         cooler = motor["nominal_current"] * math.sqrt((110.0 - AIR) / (110.0 - 25.0))
         melts = math.sqrt((110.0 - AIR) / (one.resistance(110.0) * way_out))
         row["motor RMS current"] = rms * FACTORS["rms"], min(cooler, melts)
         full, overload = 0.0, 0.0
         for _ in range(2):
-            for step, now in zip(steps, phase * current, strict=False):
+            for step, now in zip(steps, current, strict=False):
                 full = max(full + ((now * FACTORS["rms"]) ** 2 - lasting**2) * step, 0.0)
                 overload = max(overload, full)
         row["amplifier overload (I2t)"] = overload / ((strongest**2 - lasting**2) * 2.0), 1.0

@@ -636,23 +636,19 @@ def settled(periods: Any, i: Any, rate: Any, values: Any, out: Any) -> Any:
 
 @law
 def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any, ambient: Any) -> Any:
-    """Largest temperature of the phase that carries most at rest, when, and in which part; ``held`` is given.
+    """Largest temperature of the phase that carries most at rest; ``held`` is given.
 
     Its resistance is that of its warmest instant; infinite where its loss grows faster with that than the cooling.
     """
-    peak, when, where = heat.peak, heat.peak_time, heat.peak_part
+    peak = heat.peak
     cold, slope = per_torque(copper, heat.magnets)
     way, rise, most = nodes.inner if nodes.inner > 0.0 else nodes.outer, losses.integrals[0], 0.0
     for i in range(len(periods.shares)):
         most = max(most, settled(periods, i, 1.0 / (way * nodes.winding), losses.held, rise))
     if most == 0.0 or way * slope * most >= 1.0:
-        return (np.inf if most > 0.0 else peak), when, where
+        return np.inf if most > 0.0 else peak
     scale = way * (cold + slope * (heat.peak - ambient)) / (1.0 - way * slope * most)
     for i in range(len(periods.shares)):
-        time = 0.0
         for k in range(periods.edges[i], periods.edges[i + 1]):
-            warm = losses.winding_at[k] + scale * rise[k]
-            if warm > peak:
-                peak, when, where = warm, time, i
-            time += periods.step[k]
-    return peak, when, where
+            peak = max(peak, losses.winding_at[k] + scale * rise[k])
+    return peak

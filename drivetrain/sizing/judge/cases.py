@@ -52,9 +52,10 @@ class Setting:
         listed: 1 where the amplifier is one of the catalogue, or the study states the supply that it bears, else 0.
         overload: 1 where the amplifier has a continuous current and one above it, else 0.
         whole: 1, all of its overload; NaN where it does not say how long it bears that.
-        rubs_as_told: 1 where the study states the friction of the motor, else 0.
+        stated_friction: 1 where the study states the friction of the motor, else 0.
         life, bearing_life: 1 where the study wishes one of a joint that moves, and it rests on its gear, else 0.
         ratio_limit: 1 where the study states a largest inertia ratio, and tells the load's inertia, else 0.
+        rests: 1 where the joint stands still for a while, else 0.
     """
 
     ambient: float = 0.0
@@ -90,6 +91,7 @@ class Setting:
     life: float = 0.0
     bearing_life: float = 0.0
     ratio_limit: float = 0.0
+    rests: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -291,6 +293,7 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         *overload_limits(task.amplifier), task.amplifier_heat, float(task.motor_friction is not None), float(life),
         float(life and rests_on_gear(task, demand)),
         float(study.safety.inertia_ratio is not None and demand.load_inertia is not None),
+        float(not demand.moves or bool(np.any(demand.at_rest[1:] & demand.at_rest[:-1]))),
     )  # fmt: skip
 
 

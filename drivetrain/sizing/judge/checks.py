@@ -260,12 +260,17 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
-        "winding temperature", "C", "figures.phase_temperature", "limits.winding_temperature", HEAT,
+        "winding temperature", "C", "figures.winding_temperature", "limits.winding_temperature", HEAT,
         "highest winding temperature",
         origin="setting.ambient", instant="winding", words=words.winding,
         more="untold.winding_temperature",
-        formula="hottest phase of the cycle repeated without end, which at rest has twice its share of the loss; "
-        "utilisation of the rise over ambient",
+        formula="hottest winding of the cycle repeated without end; utilisation of the rise over ambient",
+    ),
+    Requirement(
+        "phase temperature at rest", "C", "figures.phase_temperature", "limits.winding_temperature", HEAT,
+        "highest winding temperature", origin="setting.ambient", applies="setting.rests", optional=True,
+        words=words.phase_at_rest, more="untold.winding_temperature",
+        formula="as the winding, of the one phase that may carry the amplitude at rest, twice its share of the loss",
     ),
     Requirement(
         "gear temperature", "C", "figures.gear_temperature", "gear.max_temperature", HEAT,
@@ -274,10 +279,15 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         formula="mean of the housing that gear and motor share; utilisation of the rise over ambient",
     ),
     Requirement(
-        "amplifier continuous current", "A", "figures.phase_current", "amplifier.continuous_current", HEAT,
+        "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,
         "continuous current", "safety.rms", words=words.amplifier_continuous,
         more="untold.current",
-        formula="RMS torque / kt(magnets), at rest times sqrt(2): one phase may carry the amplitude",
+        formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
+    ),
+    Requirement(
+        "amplifier phase current at rest", "A", "figures.phase_current", "amplifier.continuous_current", HEAT,
+        "continuous current", "safety.rms", applies="setting.rests", optional=True, words=words.phase_at_rest,
+        more="untold.current", formula="RMS torque / kt(magnets), at rest times sqrt(2)",
     ),
     Requirement(
         "amplifier overload (I2t)", "1", "figures.overload", "setting.whole", HEAT, "all of its overload",

@@ -156,7 +156,7 @@ def judge_all(
             volts = voltage_at(case, motion, traces, ambient)
             if quick and case.motor.magnet_coefficient <= 0.0:  # warm, it needs no less current
                 set_currents(case, torque_constant(case.motor, ambient))
-                figures.phase_temperature, figures.voltage = np.nan, volts
+                figures.winding_temperature, figures.phase_temperature, figures.voltage = np.nan, np.nan, volts
                 found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
         if found[i] <= until:
             warm_up(case, motion, traces)
@@ -347,8 +347,9 @@ def set_currents(case: Any, constant: Any) -> None:
 @law
 def overload_of(case: Any, motion: Any, traces: Any) -> Any:
     """Share of the amplifier's overload, the largest of all parts, each repeated by itself."""
-    torque, edges, largest = traces.torque[1:-1] * motion.phase, motion.periods.edges, 0.0
+    torque, edges, largest = traces.torque[1:-1], motion.periods.edges, 0.0
     scale = case.safety.rms / abs(torque_constant(case.motor, case.figures.magnet_temperature))
+    scale *= 1.0 if case.setting.moves != 0.0 else motion.phase[0]
     for part in range(len(edges) - 1):
         first, last = edges[part], edges[part + 1]
         share = overload_share(case.amplifier, torque[first:last], scale, motion.periods.step[first:last])
@@ -733,12 +734,13 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
             outer = nodes.inner + nodes.outer - inner
             fast = Nodes(inner, outer, least_winding_time(motor) / inner, nodes.housing)
             heat = periodic_heat(fast, copper, periods, losses, parts, ambient)
-            quickest = hottest_phase(fast, copper, periods, losses, heat, ambient)[0]
+            quickest = hottest_phase(fast, copper, periods, losses, heat, ambient)
         heat = periodic_heat(nodes, copper, periods, losses, parts, ambient)
-        warm, figures.hottest_time, part = hottest_phase(nodes, copper, periods, losses, heat, ambient)
-        figures.winding_temperature, figures.phase_temperature = heat.peak, warm
-        figures.hottest_part, figures.heat_converged = part, heat.converged
-        case.untold.winding_temperature = max(quickest - warm, 0.0) if warm < np.inf else 0.0
+        figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
+        figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
+        figures.phase_temperature = hottest_phase(nodes, copper, periods, losses, heat, ambient)
+        least = figures.phase_temperature
+        case.untold.winding_temperature = max(quickest - least, 0.0) if least < np.inf else 0.0
         figures.housing_temperature = heat.housing
         if case.setting.settles != 0.0 and share > 0.0:
             figures.gear_temperature = heat.housing if heat.peak < np.inf else np.inf

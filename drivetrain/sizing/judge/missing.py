@@ -38,6 +38,7 @@ LIVES = {
 }
 SPRINGS = {"arm first resonance": "stiffness_1", "arm tip deviation": "stiffness_1", "arm lost motion": "backlash"}
 CONTINUOUS = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
+HEATED = (RMS, "winding temperature", "phase temperature at rest")
 CONTINUOUS_OVER_TIME = ("winding_time_constant", "max_winding_temperature")  # beside resistances
 _ROW = re.compile(r"\S+\.csv row \d+")
 
@@ -196,7 +197,7 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, motor, columns, doubtful)
     if motor.inductance is None and (volts := tuple(name for name in doubtful if name.endswith("voltage"))):
         yield _gap(study, joint, motor, ("inductance",), volts)
-    if hot := tuple(name for name in doubtful if name in (RMS, "winding temperature")):
+    if hot := tuple(name for name in doubtful if name in HEATED):
         gone = [name for name in CONTINUOUS_OVER_TIME if getattr(motor, name) is None]
         if gone:
             yield _gap(study, joint, motor, (" and ".join(gone),), hot)

@@ -466,9 +466,14 @@ def rms_current(op: Any, row: Any) -> Words:
 
 def amplifier_continuous(op: Any, row: Any) -> Words:
     """The same of the amplifier."""
-    said, demand = printed(op, row), op.demand
-    rests = bool(np.any(demand.gear_torque[demand.at_rest] != 0.0))
-    return said if said.remark or not rests else said._replace(remark=RESTS if demand.moves else STANDS)
+    said = printed(op, row)
+    return said if said.remark or op.demand.moves else said._replace(remark=STANDS)
+
+
+def phase_at_rest(op: Any, row: Any) -> Words:
+    """Of the limit of winding or amplifier, and why one phase may need more of it than all."""
+    said = winding(op, row) if row.unit == "C" else printed(op, row)
+    return said if said.remark else said._replace(remark=RESTS)
 
 
 def _hot_parts(op: Any, continuous: float) -> str:

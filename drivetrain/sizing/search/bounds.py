@@ -314,7 +314,8 @@ def bound(case: Any, row: Any, checks: Any, span: Span, brake: Brake, amounts: A
     heat = least_heat(case, span)
 
     heated, weakest = heat.hottest > -np.inf, torque_constant(motor, heat.magnets)
-    figures.phase_temperature = heat.hottest + unknown if heated else np.nan
+    figures.winding_temperature = heat.hottest + unknown if heated else np.nan
+    figures.phase_temperature = figures.winding_temperature
     if weakest <= 0.0:  # it runs away; where the torque is not known nobody says so
         return np.inf if known(unknown) else used, heat
     if motor.magnet_coefficient <= 0.0 or not heated:  # else warm magnets may be stronger without bound
