@@ -283,7 +283,7 @@ FACTORED = {
         "output bearing radial load", "torque behind the gear", "motor peak torque", "cold start torque",
         "cold start current", "motor peak current", "amplifier peak current", "current to stop",
     },
-    "rms": {"motor RMS current", "amplifier continuous current"},
+    "rms": {"motor RMS current", "amplifier continuous current", "amplifier phase current at rest"},
     "speed": {"gear maximum input speed", "gear mean input speed", "motor speed", "speed behind the gear"},
     "voltage": {"motor voltage", "cold start voltage"},
     "brake": {"holding brake torque"},

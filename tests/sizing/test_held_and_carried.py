@@ -169,10 +169,20 @@ def test_a_long_hold_is_judged_by_its_hottest_phase(make):
         extra += step * (own * rests - extra) / 20.0
         peak = max(peak, winding + extra)
     found = checks_of(evaluate(moved_and_held(make)))
-    told = found["winding temperature"]
+    told = found["phase temperature at rest"]
     assert told.required == pytest.approx(peak, abs=0.01 * (peak - 25.0))
     assert told.verdict is Verdict.FAIL and told.required - extra < 75.0
-    assert found["motor RMS current"].verdict is Verdict.PASS
+    assert {found[name].verdict for name in ("motor RMS current", "winding temperature")} == {Verdict.PASS}
+
+
+def test_a_long_hold_asks_the_amplifier_for_the_amplitude(make):
+    """(1 + 2 x 36)/2 A^2 of one phase, (1 + 36)/2 A^2 of all."""
+    study = moved_and_held(make)
+    weak = replace(study.joints[0], amplifier=replace(study.joints[0].amplifier, continuous_current=5.0))
+    found = checks_of(evaluate(replace(study, joints=(weak,))))
+    told, mean = found["amplifier phase current at rest"], found["amplifier continuous current"]
+    assert told.actual == pytest.approx(36.5**0.5, rel=5e-3) and told.verdict is Verdict.FAIL
+    assert mean.actual == pytest.approx(18.5**0.5, rel=5e-3) and mean.verdict is Verdict.PASS
 
 
 @pytest.mark.parametrize("gone", [["winding_time_constant"], ["winding_time_constant", "max_winding_temperature"]])

@@ -151,7 +151,7 @@ def test_the_law_in_a_table():
     rare = {"gear momentary peaks", *(f"gear {what} in a jam" for what in ("torque", "ratcheting", "buckling"))}
     asked = bearing | rollers | wishes | rare | shown | {"holding brake energy", "cold start current"}
     asked |= {"amplifier overload (I2t)", "amplifier highest supply", "amplifier lowest supply"}
-    asked |= {"speed behind the gear"}
+    asked |= {"speed behind the gear", "phase temperature at rest", "amplifier phase current at rest"}
     assert {row.name for row in CHECKS if row.applies != "one"} == asked
     assert {row.name for row in CHECKS if row.optional} == asked - bearing - rollers - shown
     stages = [{row.name for row in CHECKS if row.stage == stage} for stage in range(4)]
@@ -167,7 +167,7 @@ def test_the_law_in_a_table():
     assert {row.name for row in CHECKS if row.peak} == peaks  # some samples ask no more of these than all do
     lasting = {"gear average torque", "gear mean input speed", "gear temperature", "motor RMS current"}
     lasting |= {"holding brake energy", "cold start torque", "cold start current", "cold start voltage"}
-    lasting |= {"gear life L10", "amplifier continuous current", "current to stop"} | rollers | rare
+    lasting |= {"gear life L10", "phase temperature at rest", "current to stop"} | rollers | rare
     lasting |= {row.name for row in CHECKS if row.name.startswith("amplifier")} - {"amplifier peak current"}
     assert {row.name for row in CHECKS if not row.instant} == lasting  # of no sample of the cycle
     assert verdict_of([check("gear life L10", Verdict.NOT_CHECKED), check("x", Verdict.PASS)]) is Verdict.PASS
