@@ -206,9 +206,8 @@ def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) ->
             heapq.heappush(waiting, (bound, -counters["searches"], allowed, found))
 
     looked_at(every, [Tree(one) for one in problems])
-    if (
-        best is None and waiting and time.perf_counter() < deadline
-    ):  # a first answer: what the member that needs most has, for all
+    if best is None and waiting and time.perf_counter() < deadline:
+        # A first answer: what the member that needs most has, for all.
         looked_at(tuple(frozenset({part}) for part in chosen(*most(waiting[0][3]))), waiting[0][3], keep=False)
     while waiting and waiting[0][0] < limit and time.perf_counter() < deadline:
         _, _, allowed, found = heapq.heappop(waiting)

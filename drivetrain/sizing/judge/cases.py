@@ -293,7 +293,7 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         *overload_limits(task.amplifier), task.amplifier_heat, float(task.motor_friction is not None), float(life),
         float(life and rests_on_gear(task, demand)),
         float(study.safety.inertia_ratio is not None and demand.load_inertia is not None),
-        float(not demand.moves or bool(np.any(demand.at_rest[1:] & demand.at_rest[:-1]))),
+        float(not demand.moves or bool(np.logical_and(demand.at_rest[1:], demand.at_rest[:-1]).any())),
     )  # fmt: skip
 
 
