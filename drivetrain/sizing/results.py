@@ -84,7 +84,8 @@ class JointResult:
         gear_loss: Mean power that the gear makes into heat, as warm as it settles [W]; None without one, or unknown.
         housing_temperature: Mean, or of the one node that the sheet knows [C]; None: unknown, or a runaway.
         amplifier: Against which it was judged: the study's, or of several the chosen one.
-        untold_power: What friction that the motor's sheet does not tell may take, at an instant and in the mean [W].
+        untold_power: What friction and warmth that the motor's sheet does not tell may take, at an instant and in the
+            mean [W].
     """
 
     name: str

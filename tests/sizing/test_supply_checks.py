@@ -12,6 +12,7 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply, bus_peak
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.search.search import select
 from drivetrain.study.parts.selection import Wanted
 from drivetrain.study.parts.verdicts import Verdict
@@ -175,3 +176,26 @@ def test_amplifiers_take_their_share(flywheel, make):
 def test_half_a_bus_is_refused(stated):
     with pytest.raises(InputError, match="is needed beside"):
         Supply(48.0, **stated)
+
+
+def test_a_supply_is_not_proven_by_a_motor_silent_on_friction(flywheel, make):
+    """The lighter motor may rub; the supply would not bear that, and bears the heavier one, whose sheet tells."""
+    silent = dict.fromkeys(("coulomb_friction", "viscous_friction", "no_load_current", "no_load_speed"))
+    motors = {
+        "m1": replace(make.motor, mass=0.3, **silent),
+        "m2": replace(make.motor, key="m2", mass=0.5, coulomb_friction=0.0, viscous_friction=0.0),
+    }
+    task = make.task(drive=None, pairs=(("m1", "g1"), ("m2", "g1")))
+    free = replace(flywheel, joints=(task,), catalog=Catalog(motors, {"g1": make.gear}), wanted=Wanted())
+    found = evaluate(free, {"j1": ("m1", "g1")})
+    needs, more = shared(found)["supply peak power"].required, found.joints["j1"].untold_power[0]
+    assert more > 0.0 and select(free).drives["j1"][0] == "m1"
+    enough, tight = (replace(free, supply=Supply(48.0, peak_power=needs + part * more)) for part in (1.01, 0.5))
+    assert evaluate(enough, {"j1": ("m1", "g1")}).feasible and select(enough).drives["j1"][0] == "m1"
+    doubtful = evaluate(tight, {"j1": ("m1", "g1")})
+    assert doubtful.verdict is Verdict.NOT_CHECKED
+    assert any("no_load_current" in line and "supply peak power" in line for line in missing_words(doubtful))
+    chosen = select(tight)
+    assert chosen.drives["j1"][0] == "m2" and chosen.proof == "optimal" and "disagreements" not in chosen.counters
+    alone = select(replace(tight, joints=(replace(task, pairs=(("m1", "g1"),)),)))
+    assert not alone.drives and alone.verdict is Verdict.NOT_CHECKED

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Amplifier, available_voltage, judges_overload, rates_supply, with_peak_time
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import DRAG_REFERENCE, Gear, complete
-from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor import Motor, winding_resistance
 from drivetrain.drive.motor_limits import with_untold
 from drivetrain.jit import law
 from drivetrain.records import UNKNOWN, as_record, as_records, record_type
@@ -373,3 +374,19 @@ def paired(study: Study, joint: int, demand: JointDemand, motors: tuple[Any, Any
     cases["gear"], cases["direct"] = gears[0][right], gears[1][right]
     cases["gear"]["load_friction"] = task.friction.load_share
     return cases
+
+
+def untold_power(cases: Any) -> Array:
+    """What sheets hide of the power of judged cases: friction, warmth and their copper loss; peak, mean [W], (K, 2)."""
+    every = cases.view(np.recarray)
+    motor, untold, figures = every.motor, every.untold, every.figures
+    warm = np.where(np.isnan(motor.max_winding_temperature), every.setting.ambient, motor.max_winding_temperature)
+    ohms, more = winding_resistance(motor, warm), np.where(untold.torque != 0.0, untold.current, 0.0)
+    pairs = (figures.input_speed, figures.motor_current), (figures.mean_input_speed, figures.rms_current)
+    return np.stack(
+        [
+            untold.torque * speed + ohms * more * (2.0 * now + more) + untold.resistance * (now + more) ** 2
+            for speed, now in pairs
+        ],
+        axis=1,
+    )

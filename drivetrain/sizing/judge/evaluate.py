@@ -10,10 +10,10 @@ import numpy as np
 
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.gear import HOLDING, mesh_of
-from drivetrain.drive.motor import winding_resistance
 from drivetrain.errors import Fault, InputError, by_whole_name, nearest
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.judge.arm_stops import stop_checks
+from drivetrain.sizing.judge.cases import untold_power
 from drivetrain.sizing.judge.missing import massless
 from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.judge.operation import Operation, operation
@@ -178,27 +178,13 @@ def joint_result(op: Operation, name: str, motor: str, gear: str) -> JointResult
     """One joint's drive with every check and its series."""
     checks = tuple(placed(op.demand.cycle, check) for check in checks_of(op))
     loss, housing = op.number("figures.gear_loss"), op.number("figures.housing_temperature")
+    (peak, mean), *_ = untold_power(op.judgement.case.reshape(1)).tolist()
     return JointResult(
         name, motor, gear, op.drive, checks, op.series(), tuple(_remarks(op)),
         gear_loss=None if op.direct or math.isnan(loss) else loss,
         housing_temperature=housing if math.isfinite(housing) else None, amplifier=op.task.amplifier,
-        untold_power=_untold_power(op),
+        untold_power=(peak, mean),
     )  # fmt: skip
-
-
-def _untold_power(op: Operation) -> tuple[float, float]:
-    """Of a shaft that rubs more than its sheet tells, with the copper loss behind it."""
-    untold, figures, motor = op.judgement.case.untold, op.figures, op.drive.motor
-    ohms = winding_resistance(
-        motor, op.study.ambient if motor.max_winding_temperature is None else motor.max_winding_temperature
-    )
-    pairs = (figures.input_speed, figures.motor_current), (figures.mean_input_speed, figures.rms_current)
-    more = untold.current if untold.torque != 0.0 else 0.0
-    peak, mean = (
-        float(untold.torque * speed + ohms * more * (2.0 * current + more) + untold.resistance * (current + more) ** 2)
-        for speed, current in pairs
-    )
-    return peak, mean
 
 
 def _remarks(op: Operation) -> list[str]:
@@ -251,7 +237,7 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
     every = [result.series for result in results.values()]
     power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)
     more = np.sum([one.untold_power for one in results.values()], axis=0)
-    checks = supply_checks(study, power, unknown=", ".join(lacking), more=(float(more[0]), float(more[1])))
+    checks = supply_checks(study, power, unknown=", ".join(lacking), more=more)
     found = tuple(placed(study.cycle, check) for check in checks)
     torque, drives = np.column_stack([one.gear_torque for one in every]), {k: one.drive for k, one in results.items()}
     found += tuple(placed(study.cycle, check) for check in arm_checks(study, drives, torque))

@@ -15,7 +15,7 @@ from drivetrain.drive.gear import Gear, unknown_loss
 from drivetrain.drive.motor import Motor, tells_friction, whole_mass
 from drivetrain.drive.motor_limits import continuous_current, short_time_torque
 from drivetrain.records import as_record, known
-from drivetrain.sizing.judge.checks import CHECKS
+from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS
 from drivetrain.sizing.judge.objectives import amplifier_price
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
@@ -37,6 +37,11 @@ LIVES = {
     "output bearing life L10": ("bearing_dynamic_rating", "bearing_pitch_diameter", "bearing_offset"),
 }
 SPRINGS = {"arm first resonance": "stiffness_1", "arm tip deviation": "stiffness_1", "arm lost motion": "backlash"}
+SUPPLY = {check.name for check in SUPPLY_CHECKS}
+SILENT = {
+    "friction": ("no_load_current and no_load_speed", "(where it is known) motor_friction of the joint in the study"),
+    "temperature": ("max_winding_temperature with thermal resistances",),
+}
 CONTINUOUS = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 HEATED = (RMS, "winding temperature", "phase temperature at rest")
 CONTINUOUS_OVER_TIME = ("winding_time_constant", "max_winding_temperature")  # beside resistances
@@ -97,6 +102,7 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
     found: list[Gap] = []
     tasks = {task.name: task for task in study.joints}
     shared = lacking(evaluation.shared)
+    supply = tuple(check.name for check in shared if check.name in SUPPLY)
     unweighed = massless(study, evaluation.joints) if shared else ()
     for name, joint in evaluation.joints.items():
         found += _of_checks(study, tasks[name], joint)
@@ -104,6 +110,9 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
             if lacking_joints({name: joint.drive}, column):
                 names = tuple(check.name for check in shared if SPRINGS.get(check.name) == column)
                 found.append(_gap(study, joint, joint.drive.gear, (column,), names))
+        if supply and joint.untold_power[0] > 0.0:
+            silent = "temperature" if tells_friction(joint.drive.motor) else "friction"
+            found.append(_gap(study, joint, joint.drive.motor, SILENT[silent], supply))
         if name in unweighed:
             found += _of_column(study, joint, "mass", ("what the joints before must bear",))
     return tuple(found)
@@ -193,8 +202,7 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         return
     doubtful = tuple(one.name for one in joint.lacking if one.name in others and one.required and one.available)
     if doubtful and not tells_friction(motor) and not motor.frameless and task.motor_friction is None:
-        columns = ("no_load_current and no_load_speed", "(where it is known) motor_friction of the joint in the study")
-        yield _gap(study, joint, motor, columns, doubtful)
+        yield _gap(study, joint, motor, SILENT["friction"], doubtful)
     if motor.inductance is None and (volts := tuple(name for name in doubtful if name.endswith("voltage"))):
         yield _gap(study, joint, motor, ("inductance",), volts)
     if hot := tuple(name for name in doubtful if name in HEATED):

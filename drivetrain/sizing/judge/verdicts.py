@@ -135,9 +135,12 @@ def bus_of(study: Study, power: Array) -> BusPeak:
 
 
 def supply_checks(
-    study: Study, power: Array, *, unknown: str = "", more: tuple[float, float] = (0.0, 0.0)
+    study: Study, power: Array, *, unknown: str = "", more: Array | tuple[float, float] = (0.0, 0.0)
 ) -> tuple[Check, ...]:
-    """Power of all joints together against the supply's limits; ``more`` as ``JointResult.untold_power``."""
+    """Power of all joints together against the supply's limits; ``more`` as ``JointResult.untold_power``.
+
+    A limit that holds only if a silent sheet hides nothing is not checked, and then nothing is proven.
+    """
     supply, figures, bus = study.supply, supply_figures(study, power), bus_of(study, power[1])
     instants = {
         "power": int(np.argmax(power[0])), "braking": int(np.argmin(power[1])), "bus": bus.sample, "": None,
@@ -148,9 +151,10 @@ def supply_checks(
         required = None if unknown or math.isnan(amount) else amount
         used = None if required is None or limit is None else utilisation(required, limit)
         remark = f"power unknown of {unknown}" if unknown else _supply_words(supply, row, bus)
-        hidden = hides.get(row.required, 0.0)
+        hidden, doubtful = float(hides.get(row.required, 0.0)), False
         if used is not None and hidden != 0.0:
-            used = None if in_doubt(used, hidden, limit) else used
+            doubtful = bool(in_doubt(used, hidden, limit))
+            used = None if doubtful else used
             remark = "; ".join(filter(None, (_hidden(hidden, row.unit, used is None), remark)))
         verdict = Verdict.NOT_CHECKED if used is None else judged(used, study.safety.reserve)
         at = instants[row.instant]
@@ -158,7 +162,7 @@ def supply_checks(
         source = f"{row.name} limit of the study"
         if row.limit == "braking_power" and limit is not None:
             source = f"brake resistor of the study: {supply.threshold:g} V squared over {supply.resistance:g} ohm"
-        found.append(Check(row.name, required, limit, row.unit, used, verdict, instant, source, remark))
+        found.append(Check(row.name, required, limit, row.unit, used, verdict, instant, source, remark, doubtful))
     return tuple(found)
 
 

@@ -438,7 +438,7 @@ class FrontTree(BranchAndBound[Part]):
         if pairs in self.excluded or not all(one.satisfied(pairs) for one in self.problem.constraints):
             return
         if supply_limited(self.problem):
-            cost = np.append(cost[:3], max(cost[USED], supply_use(self.problem, self.problem.power(pairs))))
+            cost = np.append(cost[:3], max(cost[USED], supply_use(self.problem, *self.problem.power(pairs))))
         if cost[USED] <= 1.0:
             cost = np.append(cost[:3], max(cost[USED], arm_use(self.problem, pairs)))
         if not cost[USED] <= 1.0 or self.zones.matched(self._point(cost)):

@@ -10,7 +10,7 @@ import numpy as np
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.sizing.judge.checks import STOP_CHECKS
+from drivetrain.sizing.judge.checks import STOP_CHECKS, SUPPLY_CHECKS
 from drivetrain.sizing.judge.missing import cells_to_fill, massless
 from drivetrain.sizing.judge.objectives import TERMS, weight_of
 from drivetrain.sizing.results import Evaluation
@@ -210,12 +210,14 @@ def _with_joints(reason: str, names: list[str]) -> str:
 def satisfied(evaluation: Evaluation) -> bool:
     """Whether a set is feasible as far as the drives that were to be chosen go; one that is given may lack data.
 
-    Of a stop of all joints together no data may be lacking: that is of the set, not of one drive.
+    Of a stop of all joints together no data may be lacking, nor for the supply where no drive is given: both are of the
+    set, not of one drive.
     """
     if evaluation.feasible:
         return True
     given = {task.name for task in evaluation.study.joints if task.drive is not None}
     lacking = {name for name, joint in evaluation.joints.items() if joint.lacking}
     lacking |= set(massless(evaluation.study, evaluation.joints))
-    of_set = {check.name for check in evaluation.lacking} & {row.name for row in STOP_CHECKS}
+    rows = STOP_CHECKS if given else (*STOP_CHECKS, *SUPPLY_CHECKS)
+    of_set = {check.name for check in evaluation.lacking} & {row.name for row in rows}
     return evaluation.verdict is not Verdict.FAIL and lacking <= given and not of_set

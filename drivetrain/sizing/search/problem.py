@@ -12,6 +12,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.jit import kernel
 from drivetrain.sizing.demand.load_basis import NUMBERS
+from drivetrain.sizing.judge.cases import untold_power
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.results import Evaluation
@@ -151,19 +152,21 @@ class Problem:
         """What pairs add to the objective, of their energy and of their amplifiers above the cheapest, (K,)."""
         return np.asarray(self.share[pairs] + self.energy * energy + self.price * price)
 
-    def power_of(self, joint: int, pairs: Indices, numbers: Array) -> Array:
-        """Electrical power of candidates that are feasible, and the least [W], (K, 2, N); amplifiers change none."""
-        power = np.zeros((len(pairs), 2, len(self.candidates.study.cycle.time)))
-        self.candidates.judge(joint, pairs, numbers, until=math.inf, quick=False, power=power)
-        return power
+    def power_of(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array]:
+        """Electrical power of candidates that are feasible, and the least [W], (K, 2, N); amplifiers change none.
 
-    def power(self, pairs: Sequence[int]) -> Array:
-        """Electrical power of all drives of a set that is feasible at every joint, and the least [W], (2, N)."""
+        And what their sheets hide of it, as ``JointResult.untold_power``, (K, 2).
+        """
+        power = np.zeros((len(pairs), 2, len(self.candidates.study.cycle.time)))
+        found = self.candidates.judge(joint, pairs, numbers, until=math.inf, quick=False, power=power)
+        return power, untold_power(found.cases)
+
+    def power(self, pairs: Sequence[int]) -> tuple[Array, Array]:
+        """The same of all drives of a set that is feasible at every joint, (2, N) and (2,)."""
         chosen, numbers = np.array(pairs, dtype=np.int64), self.candidates.numbers[list(pairs)]
-        total = np.zeros((1, 2, len(self.candidates.study.cycle.time)))
-        for joint in range(self.n):
-            self.candidates.judge(joint, chosen[joint : joint + 1], numbers, until=math.inf, quick=False, power=total)
-        return total[0]
+        every = [self.power_of(joint, chosen[joint : joint + 1], numbers) for joint in range(self.n)]
+        power, more = (np.sum([one[0] for one in some], axis=0) for some in zip(*every, strict=True))
+        return power, more
 
     def evaluation(self, pairs: Sequence[int]) -> Evaluation:
         """A set of drives with every check."""

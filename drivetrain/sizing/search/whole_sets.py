@@ -70,6 +70,7 @@ class _Chosen:
     energy: float  # a cycle [J]
     used: float  # largest utilisation
     power: Array  # electrical, and the least [W], (2, N); (1,) where the supply has no limit
+    more: Array  # what the sheets hide of it [W], (2,)
 
 
 def can_be_judged(problem: Problem, decided: Mask) -> bool:
@@ -94,18 +95,19 @@ def feasible_sets(problem: Problem, domains: Domains, ranges: Ranges, limit: flo
         cost = problem.cost(pairs, energy, price)
         kept = np.isfinite(used) & (cost + spent < limit)
         pairs, used, energy, cost = pairs[kept], used[kept], energy[kept], cost[kept]
-        power = problem.power_of(joint, pairs, after.numbers) if limited else np.zeros(len(pairs))
+        unasked = np.zeros(len(pairs)), np.zeros((len(pairs), 2))
+        power, more = problem.power_of(joint, pairs, after.numbers) if limited else unasked
         for at in range(len(pairs)):
             pair, numbers = int(pairs[at]), after.numbers.copy()
             numbers[joint] = problem.candidates.numbers[pair]
             one = _Chosen(
                 (pair, *after.pairs), (float(cost[at]), *after.costs), numbers, after.energy + energy[at],
-                max(after.used, used[at]), after.power + power[at],
+                max(after.used, used[at]), after.power + power[at], after.more + more[at],
             )  # fmt: skip
             yield from chosen(joint - 1, one)
 
-    for one in chosen(problem.n - 1, _Chosen((), (), ranges.low.copy(), 0.0, 0.0, np.zeros(1))):
-        used = max(one.used, supply_use(problem, one.power)) if limited else one.used
+    for one in chosen(problem.n - 1, _Chosen((), (), ranges.low.copy(), 0.0, 0.0, np.zeros(1), np.zeros(2))):
+        used = max(one.used, supply_use(problem, one.power, one.more)) if limited else one.used
         if used > 1.0 or not all(constraint.satisfied(one.pairs) for constraint in problem.constraints):
             continue
         used = max(used, arm_use(problem, one.pairs))
@@ -141,10 +143,14 @@ def supply_limited(problem: Problem) -> bool:
     return problem.candidates.power_known and any(getattr(supply, row.limit) is not None for row in SUPPLY_CHECKS)
 
 
-def supply_use(problem: Problem, power: Array) -> float:
-    """The largest utilisation of a limited supply by the power of all drives together, and the least [W], (2, N)."""
-    checks = supply_checks(problem.candidates.study, power)
-    return max((check.utilisation for check in checks if check.utilisation is not None), default=0.0)
+def supply_use(problem: Problem, power: Array, more: Array) -> float:
+    """The largest utilisation of a limited supply by the power of all drives together, and the least [W], (2, N).
+
+    Infinite where it holds only if the sheets hide nothing, unless the study gives a drive: that stays.
+    """
+    given = any(offer.given for offer in problem.candidates.joints)
+    checks = supply_checks(problem.candidates.study, power, more=np.zeros(2) if given else more)
+    return math.inf if lacking(checks) else max((check.utilisation or 0.0 for check in checks), default=0.0)
 
 
 def supply_may_be_feasible(problem: Problem, domains: Domains, ranges: Ranges) -> bool:
