@@ -47,11 +47,12 @@ def test_moves_are_what_lies_between_rests_and_dwells_stay(study: Study, found: 
 def test_no_joint_goes_faster_than_the_arm_lets_it(study: Study, found: Fastest) -> None:
     assert study.arm is not None
     free = np.abs(found.study.cycle.velocity).max(axis=0)
-    slow = replace(study, arm=replace(study.arm, speed_limits=np.array([0.4, 10.0]) * free))
+    limits = np.array([0.6, 10.0]) * free
+    slow = replace(study, arm=replace(study.arm, speed_limits=limits), ambient=0.0)  # heat does not bind first
     held = fastest(slow, DRIVES)
     assert held.feasible and held.duration > found.duration
     quickest = float((np.abs(held.study.cycle.velocity).max(axis=0) / free)[0])
-    assert 0.37 < quickest <= 0.4 * (1.0 + 1e-9)  # timed within, a step of acceleration takes some of it
+    assert 0.54 < quickest <= 0.6 * (1.0 + 1e-9)  # timed within, a step of acceleration takes some of it
     assert ("joint_1", "the arm's speed limit") in {(move.place, move.check) for move in held.moves}
 
 
