@@ -620,15 +620,16 @@ def settled(periods: Any, i: Any, rate: Any, values: Any, out: Any) -> Any:
     begin, end = intervals(periods, i)
     answer, mean, length = 0.0, 0.0, 0.0
     for k in range(begin, end):
-        answer += (values[k] - answer) * -math.expm1(-rate * periods.step[k])
+        out[k] = -math.expm1(-rate * periods.step[k])  # how much of its way it goes within the step
+        answer += (values[k] - answer) * out[k]
         mean += values[k] * periods.step[k]
         length += periods.step[k]
     answer = answer / -math.expm1(-rate * length) if known(rate) else mean / length
     most = answer
     for k in range(begin, end):
-        out[k] = answer
+        share, out[k] = out[k], answer
         if known(rate):
-            answer += (values[k] - answer) * -math.expm1(-rate * periods.step[k])
+            answer += (values[k] - answer) * share
         most = max(most, answer)
     out[periods.edges[i + 1] - 1] = answer
     return most
