@@ -9,6 +9,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from drivetrain.errors import nearest
 from drivetrain.face import homes
 from drivetrain.version import __version__ as __version__
 
@@ -62,6 +63,10 @@ Brake Friction read_catalog evaluate select why_not pareto_front optimum_curve t
 current_commands Commander simulate Scene FixedStep AdaptiveStep load_recording identify html_report write_outputs
 write_currents write_urdf write_mjcf run_sweep DrivetrainError InputError PhysicsWarning __version__
 """
+_SHELL = {command: f"`drivetrain {command}` is dt.{name} in Python" for command, name in {
+    "size": "evaluate", "currents": "current_commands", "explain": "explanation", "ratio": "ratio_study",
+    "front": "pareto_front", "curve": "optimum_curve", "family": "select_family",
+}.items()}  # fmt: skip
 
 
 @cache
@@ -78,7 +83,8 @@ def __getattr__(name: str) -> Any:
     if name == "__all__":
         return sorted([*_homes(), *_ROOMS, "__version__"])
     if name not in _homes():
-        raise AttributeError(f"module 'drivetrain' has no attribute {name!r}")
+        known = _SHELL.get(name) or nearest(name, [*_homes(), *_ROOMS])
+        raise AttributeError(f"module 'drivetrain' has no attribute {name!r}; {known}")
     globals()[name] = getattr(import_module(_homes()[name]), name)
     return globals()[name]
 

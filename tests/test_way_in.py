@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 from typing import Any
 
@@ -174,3 +175,38 @@ def test_slips_of_the_pen_are_told_with_their_fix(right: str, wrong: str, words:
     except dt.InputError as error:
         told = str(error)
     assert words in told
+
+
+def test_drives_may_be_given_as_one_thinks_of_them(study: Any, selection: Any) -> None:
+    for one in (dt.evaluate(study, LARGE), dt.evaluate(study, {"1": LARGE, "2": LARGE})):
+        assert one.drives == {"joint_1": LARGE, "joint_2": LARGE}
+    parts = study.catalog
+    given: dict[str, Any] = {
+        "arm": "planar-2r-bare",
+        "drive_mass": "added",
+        "supply": "48 V",
+        "motion": (TIME, POSITION),
+    }
+    large = (parts.motors[LARGE[0]], parts.gears[LARGE[1]])
+    for drives in ([large, large], large, [large, LARGE]):
+        made = dt.study(**given, drives=drives)
+        assert [task.drive for task in made.joints] == [LARGE, LARGE]
+    with pytest.raises(dt.InputError, match="one for each of joint_1, joint_2"):
+        dt.study(**given, drives=[LARGE])
+    with pytest.raises(dt.InputError, match=r"drives: must be keys.*motors=") as error:
+        dt.study(**given, drives=({"mass": 1.0}, {"ratio": 50}))
+    assert len(error.value.faults) == 1
+    commands = dt.current_commands(selection)
+    assert commands.equals(dt.current_commands(selection.evaluation))
+    assert dt.pareto_front(study, "mass, energy").names == ("mass", "energy")
+
+
+def test_a_name_that_is_not_there_leads_to_the_one_that_is() -> None:
+    for wrong, right in (
+        ("size", "dt.evaluate"),
+        ("currents", "dt.current_commands"),
+        ("inverse_dynamic", "'inverse_dynamics'"),
+    ):
+        with pytest.raises(AttributeError, match=right):
+            getattr(dt, wrong)
+    assert next(iter(inspect.signature(dt.study).parameters)) == "arm"

@@ -236,7 +236,7 @@ def _run_study(path: Path, request: Request, misplaced: list[Callable[[], None]]
     with working("choosing effects") as step:
         built = study_scene(result, options, progress=step)
     ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))
-    say(str(ready))
+    say(next(iter(str(ready).splitlines())))
     given = _given(request.start, ready)
     interval, engine = interval_of(ready.scene.duration), engine_of(options)
     with _share("simulating") as share:
@@ -258,7 +258,6 @@ def _run_study(path: Path, request: Request, misplaced: list[Callable[[], None]]
     found = SimulationFound(result, recording, decided, str(ready), built.words, _limits(result))
     with working("drawing"):
         page = simulation_report(found)
-    say("")
     lines(simulation_lines(found))
     write_page(loaded, request.out, {"simulation.html": page})
     _save(recording, request.out or report_folder(loaded.name))

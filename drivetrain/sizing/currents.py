@@ -18,7 +18,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.records import as_record
 from drivetrain.sizing.demand.demand import at_rest
 from drivetrain.sizing.demand.load_basis import all_numbers, counterbalance_torques, load_basis
-from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.sizing.results import Evaluation, JointResult, Selection, every_drive
 from drivetrain.study.model import Study
 
 ROUNDING = 1e-12  # of the largest current
@@ -31,7 +31,7 @@ through a lossless gear; then what friction and losses take, and what accelerate
 whole current."""
 
 
-def current_commands(evaluation: Evaluation, *, rate: float | None = None, hold: int = 1) -> pd.DataFrame:
+def current_commands(evaluation: Evaluation | Selection, *, rate: float | None = None, hold: int = 1) -> pd.DataFrame:
     """The currents that drive the motion, one row per sample and joint.
 
     The command is the DC-equivalent current [A]; the same current stands beside it as the RMS and as the peak of a
@@ -40,7 +40,7 @@ def current_commands(evaluation: Evaluation, *, rate: float | None = None, hold:
     friction and gear losses take (``friction``).
 
     Args:
-        evaluation: Of the drives that are to be commanded.
+        evaluation: Of the drives that are to be commanded, or the selection that chose them.
         rate: Of the amplifier's commands [Hz]; None: at the samples of the cycle.
         hold: How a command between two samples is made: 1 on the straight line between both (where the cycle jumps,
             what comes after the jump), 0 the sample before. The amplifier is taken to hold each until the next.
@@ -60,6 +60,7 @@ def current_commands(evaluation: Evaluation, *, rate: float | None = None, hold:
         faults.append(Fault("rate", "must be positive [Hz]", rate))
     if faults:
         raise InputError(faults)
+    evaluation = every_drive(evaluation) if isinstance(evaluation, Selection) else evaluation
     loads = _load_parts(evaluation)
     tables = [_joint_table(evaluation, joint, loads[name]) for name, joint in evaluation.joints.items()]
     if rate is not None:

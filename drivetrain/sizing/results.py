@@ -362,8 +362,11 @@ class Selection:
         return table
 
     def __repr__(self) -> str:
-        value = "nothing fits" if not self.drives else f"{self.study.objective} {self.objective:.6g}"
-        return f"Selection({self.study.name}: {self.verdict}, {value}, {self.proof})"
+        if not self.drives:
+            return f"Selection({self.study.name}: {self.verdict}, {self.proof}; .advice says what would fit)"
+        return (
+            f"Selection({self.study.name}: {self.verdict}, {self.study.objective} {self.objective:.6g}, {self.proof})"
+        )
 
     def _repr_html_(self) -> str:
         return shown(repr(self), self.evaluation.summary)

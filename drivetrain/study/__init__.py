@@ -1,6 +1,7 @@
-"""The study: what one job needs, from a file or from Python. ``drivetrain.study(...)`` makes one from objects."""
+"""The study: what one job needs. ``dt.study(...)`` makes one from objects: see ``help(dt.study.study)``."""
 
 import sys
+from inspect import signature
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,7 @@ class _Room(ModuleType):
     """This package, which can be called as well: ``drivetrain.study`` names both the room and what makes a study."""
 
     __call__ = staticmethod(guarded(study, __name__))
+    __signature__ = signature(study)
 
 
 sys.modules[__name__].__class__ = _Room

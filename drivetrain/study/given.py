@@ -119,12 +119,14 @@ def add_joints(data: dict[str, Any], joints: Mapping[str, Any] | None, drives: A
     """What drives each joint: the drives named, or every pair there is."""
     entries: dict[str, Any] = {name: dict(one) if isinstance(one, Mapping) else one
                                for name, one in (joints or {}).items()}  # fmt: skip
+    if isinstance(drives, list) and all(isinstance(pair, tuple | list) for pair in drives):
+        drives = _by_joint(data, drives)
     single = drives is not None and not (isinstance(drives, Mapping) and not {"motor", "gear"} & set(drives))
     for name, one in entries.items():
         if not isinstance(one, dict):
             raise InputError(Fault(f"joints.{name}", "must be a mapping of names to values", type(one).__name__))
     for name, pair in ({DEFAULT: drives} if single else drives or {}).items():
-        entries.setdefault(name, {})["drive"] = _pair(pair, "drives" if single else f"drives.{name}")
+        entries.setdefault(name, {})["drive"] = _pair(data, pair, "drives" if single else f"drives.{name}")
     said = entries.values()
     if drives is None and not any({"drive", "candidates", "free_ratio"} & set(one) for one in said):
         catalogs = data.get("catalogs", SHIPPED_CATALOG)
@@ -135,13 +137,27 @@ def add_joints(data: dict[str, Any], joints: Mapping[str, Any] | None, drives: A
     data["joints"] = entries
 
 
-def _pair(pair: Any, place: str) -> Any:
-    """A drive as a file states it."""
+def _by_joint(data: Mapping[str, Any], drives: list[Any]) -> dict[str, Any]:
+    """Drives given in the order of the arm's joints."""
+    names = [name for name, _ in _joints(data)]
+    if names and len(names) != len(drives):
+        raise InputError(Fault("drives", f"must be one for each of {', '.join(names)}", len(drives)))
+    return dict(zip(names, drives, strict=False))
+
+
+def _pair(data: dict[str, Any], pair: Any, place: str) -> Any:
+    """A drive as a file states it; objects join the rows."""
     if isinstance(pair, Mapping):
         return pair
     if not isinstance(pair, tuple | list) or len(pair) != 2:
-        hint = "for all joints, or by joint name; gear None is a direct drive"
+        hint = "for all joints, by joint name, or a list of them in the arm's order; gear None is a direct drive"
         raise InputError(Fault(place, "must be (motor key, gear key)", pair, hint))
+    if any(isinstance(one, Mapping) for one in pair):
+        hint = 'such as motors={"M": {...}}, gears={"G": {...}}, drives=("M", "G")'
+        raise InputError(Fault(place, "must be keys: sheets are given by key as motors and gears", hint=hint))
+    for part, one in zip(("motors", "gears"), pair, strict=True):
+        if isinstance(one, Motor | Gear) and one.key not in data.get(part, {}):
+            data[part] = {**data.get(part, {}), one.key: _row(one)}
     motor, gear = (getattr(one, "key", one) for one in pair)
     return {"motor": motor, "gear": DIRECT_DRIVE if gear is None else gear}
 

@@ -32,8 +32,9 @@ def study(
             cycle, in which ``{"dwell": "0.5 s"}`` and ``{"motion": (t, q), "payload": "box"}`` may stand too.
         motors, gears: Sheets by key, as in a study file; ``Motor`` and ``Gear`` objects; or a DataFrame or a CSV file
             with the columns of a catalogue. Without ``catalogs`` they are the only ones considered.
-        drives: ``(motor key, gear key)`` for all joints, or such pairs by joint name; gear None: direct drive. Left
-            out: all pairs may be chosen, those of own parts without asking whether they are published as fitting.
+        drives: ``(motor key, gear key)`` for all joints, or such pairs by joint name or in a list in the arm's order;
+            gear None: direct drive; ``Motor`` and ``Gear`` objects may stand for keys. Left out: all pairs may be
+            chosen, those of own parts without asking whether they are published as fitting.
         supply: As in a study file, or its voltage alone.
         joints: As in a study file.
         entries: All others of a study file. ``drive_mass`` left out is "added": bare links, the heavier case, and

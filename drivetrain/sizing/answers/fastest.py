@@ -22,7 +22,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.motion.time_optimal import quickest_squares, times
-from drivetrain.sizing.judge.evaluate import Given, evaluate
+from drivetrain.sizing.judge.evaluate import Given, evaluate, given_drives
 from drivetrain.sizing.judge.vary import edge
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import Study, refuse_moving_base
@@ -94,7 +94,7 @@ class Fastest:
         return self.study.cycle.duration
 
 
-def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
+def fastest(study: Study, drives: Mapping[str, Given] | Given | None = None) -> Fastest:
     """The shortest cycle in which the drives hold every check, dwells and the way of each move kept.
 
     No joint goes faster than the arm's own speed limits, those of its file.
@@ -102,7 +102,7 @@ def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
 
     Args:
         study: Of an arm.
-        drives: Keys of (motor, gear) by joint name; None: those the study gives.
+        drives: As for ``evaluate``; None: those the study gives.
 
     Returns:
         The cycle, its evaluation, and for each move which limit binds it. Where not even a pace 50 times slower holds,
@@ -119,6 +119,7 @@ def fastest(study: Study, drives: Mapping[str, Given] | None = None) -> Fastest:
     moves = moves_of(cycle)
     if not moves:
         raise InputError(Fault("cycle", "holds no move from rest to rest", hint="nothing can be made faster"))
+    drives = given_drives(study, drives or {})
     best = _paced(study, drives, cycle, moves)
     if best.feasible and best.share == 0.0:
         again = _paced(study, drives, *_timed(study, drives, best, cycle, moves))

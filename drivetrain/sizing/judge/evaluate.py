@@ -35,13 +35,13 @@ HELD = {
 NO_GEAR = ("", "none", None)  # what may stand for the gear of a direct drive
 
 
-def evaluate(study: Study, drives: Mapping[str, Given] | None = None) -> Evaluation:
+def evaluate(study: Study, drives: Mapping[str, Given] | Given | None = None) -> Evaluation:
     """Every limit of every drive held against the task.
 
     Args:
         study: The task.
-        drives: Keys of (motor, gear) by joint name, for a direct drive the gear key "", "none" or None; a joint that
-            is not named keeps the drive that the study gives it.
+        drives: Keys of (motor, gear) by joint name, or one such pair for all joints; for a direct drive the gear key
+            "", "none" or None; a joint that is not named keeps the drive that the study gives it.
 
     Returns:
         Every check of every joint and of the supply.
@@ -122,11 +122,14 @@ def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[C
     return Evaluation(study, results, shared, weighted(study.wanted, found), found)
 
 
-def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
+def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str, Pair]:
     """The drive of every joint: the caller's, else the study's."""
-    if not isinstance(drives, Mapping):
-        raise InputError(Fault("drives", "must give (motor key, gear key) by joint name", drives))
     names = [task.name for task in study.joints]
+    if isinstance(drives, tuple) and len(drives) == 2 and all(one is None or isinstance(one, str) for one in drives):
+        drives = dict.fromkeys(names, drives)
+    if not isinstance(drives, Mapping):
+        problem = "must give (motor key, gear key) by joint name, or one such pair for all joints"
+        raise InputError(Fault("drives", problem, drives))
     faults: list[Fault] = []
     drives = by_whole_name("drives", "joint of the study", drives, names, faults)
     found: dict[str, Pair] = {}

@@ -71,7 +71,8 @@ class Front:
         return set_table(self.points, self.study).drop(columns="objective", errors="ignore")
 
     def __repr__(self) -> str:
-        return f"Front({self.study.name}: {len(self.points)} sets by {', '.join(self.names)}, {self.proof})"
+        sets = "1 set" if len(self.points) == 1 else f"{len(self.points)} sets"
+        return f"Front({self.study.name}: {sets} by {', '.join(self.names)}, {self.proof})"
 
     def _repr_html_(self) -> str:
         return shown(repr(self), self.table)
@@ -109,7 +110,7 @@ class Front:
 
 def pareto_front(
     study: Study,
-    criteria: Sequence[str] = CRITERIA,
+    criteria: Sequence[str] | str = CRITERIA,
     *,
     time_limit: float = TIME_LIMIT,
     resume: Front | None = None,
@@ -122,7 +123,7 @@ def pareto_front(
 
     Args:
         study: The task, with the candidates of every joint; what its selection must respect (types, families) holds.
-        criteria: Which to compare: ``mass``, ``price``, ``energy``, ``utilisation``.
+        criteria: Which to compare: ``mass``, ``price``, ``energy``, ``utilisation``; or as one text, ``"mass,energy"``.
         time_limit: Of the search [s]; what is left then is told, not hidden.
         resume: A front of the same study and criteria that its time limit stopped: the search goes on where it
             stopped, for another time limit.
@@ -134,6 +135,8 @@ def pareto_front(
     Raises:
         InputError: No criterion, one of another name, or none that candidates have data for.
     """
+    if isinstance(criteria, str):
+        criteria = [name.strip() for name in criteria.split(",")]
     _check(criteria, time_limit)
     if resume is not None:
         return _resumed(study, criteria, time_limit, resume, progress)
