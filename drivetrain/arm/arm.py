@@ -6,7 +6,7 @@ screws are (angular, linear).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -47,6 +47,8 @@ class Arm:
         name: What to call the arm.
         notes: What the reader of a report should know: ignored tags, implausible numbers.
         file: Of which it was read, where its links have shapes to draw; empty: none.
+        frames: Of every link of that file, by its name: the moving link that carries it (itself, where it moves; empty:
+            the base), and its own frame, base frame, all joints zero, (4, 4).
     """
 
     home: Array
@@ -68,6 +70,7 @@ class Arm:
     name: str = "arm"
     notes: tuple[str, ...] = field(default=())
     file: str = ""
+    frames: Mapping[str, tuple[str, Array]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         rotors = sum(rotor is not None for rotor in self.rotors)
@@ -128,12 +131,11 @@ class Arm:
         return joint if self.linkage is None else self.linkage.loops.driven[joint]
 
     def link_frame(self, name: str) -> Array:
-        """The frame of a moving link: origin where its joint sits, directions of its home frame.
-
-        Of an arm from a file that is the link's own frame there, in which its maker gives parameters.
+        """The frame of a link: where its joint sits, in which the maker of an arm's file gives its parameters.
 
         Args:
-            name: Of the link, or of its joint.
+            name: Of a moving link or its joint, or of a link that its file fixes to one or to the base, as a flange, a
+                tool or a sensor.
 
         Returns:
             In the base frame, all joints at zero, (4, 4); translation [m].
@@ -141,11 +143,29 @@ class Arm:
         Raises:
             InputError: No such link.
         """
-        names = (*self.link_names, *self.joint_names)
-        if name not in names:
-            raise InputError(Fault("link", "is no moving link or joint of the arm", name, nearest(name, names)))
-        at = names.index(name) % self.n
+        at = self.link_index(name)
+        if name in self.frames:
+            return self.frames[name][1].copy()
         return pose(self.home[at, :3, :3], self.joint_points[at])
+
+    def link_index(self, name: str) -> int:
+        """The moving link that a link is, or to which its file fixes it: what ``with_body`` takes.
+
+        Args:
+            name: As of ``link_frame``.
+
+        Returns:
+            Index of the link [-]; -1 is the base.
+
+        Raises:
+            InputError: No such link.
+        """
+        names = (*self.link_names, *self.joint_names)
+        carrier = self.frames[name][0] if name in self.frames else name
+        if carrier not in names and (carrier or name not in self.frames):
+            known = tuple(dict.fromkeys((*names, *self.frames)))
+            raise InputError(Fault("link", "is no link or joint of the arm", name, nearest(name, known)))
+        return names.index(carrier) % self.n if carrier else -1
 
     @classmethod
     def from_screws(
@@ -294,9 +314,11 @@ def refuse_loops(arm: Arm, *, shared: bool = False, closed: bool = False) -> Non
         if shared:
             return
         problem = "has two motors on one axis, which is not computed here"
-        raise InputError(Fault("arm", problem, arm.name, "evaluations, selections and currents know such arms"))
+        known = "evaluations, selections, currents, commanders and exports to mjcf and c know such arms"
+        raise InputError(Fault("arm", problem, arm.name, known))
     if arm.linkage is not None and not closed:
-        hint = "inverse dynamics and evaluations know such arms; constraints on an open chain go through LoopClosure"
+        known = "inverse dynamics, evaluations and exports to mjcf, ros2, physx and fmu know such arms"
+        hint = f"{known}; constraints on an open chain go through LoopClosure"
         raise InputError(Fault("arm", "has closed loops (closures), which is not computed here", arm.name, hint))
 
 

@@ -47,6 +47,9 @@ class Format(StrEnum):
     FMU = "fmu"
 
 
+DRIVES_ALONE = (Format.ROS2, Format.PHYSX, Format.FMU)
+
+
 @command
 def currents(
     study: StudyOrResult,
@@ -120,7 +123,14 @@ def _full_scales(texts: list[str], result: Evaluation, unit: str) -> dict[str, f
 @command
 def export(
     study: StudyOrResult,
-    to: Annotated[Format, typer.Option("--to", help="The tool's format.")],
+    to: Annotated[
+        Format,
+        typer.Option(
+            "--to",
+            help="mjcf: MuJoCo. urdf: ROS, pinocchio. sdf: Gazebo, Drake. ros2: joint limits, ros2_control "
+            "tags. physx: envelopes for Isaac Sim. drake: URDF for Drake. c: dt.Commander in C99. fmu: one drive.",
+        ),
+    ],
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The file to write.")],
     payload: Annotated[
         str | None, typer.Option(metavar="NAME", help="That the tip carries, one of the study's.", show_default=False)
@@ -143,7 +153,7 @@ def export(
     from drivetrain.export.mjcf import write_mjcf
     from drivetrain.export.sdf import write_sdf
 
-    bare = payload is not None and to in (Format.ROS2, Format.PHYSX, Format.FMU)
+    bare = payload is not None and to in DRIVES_ALONE
     _, hertz, *_, loaded = inputs(
         lambda: writable(out, file=True),
         lambda: positive(rate, "Hz", "--rate"),
@@ -154,7 +164,7 @@ def export(
         lambda: load_chosen(study),
     )
     if loaded.arm is not None:  # before drives are sought for it
-        closed = to in (Format.MJCF, Format.ROS2, Format.PHYSX, Format.FMU)
+        closed = to is Format.MJCF or to in DRIVES_ALONE
         refuse_loops(loaded.arm, shared=to in (Format.MJCF, Format.C), closed=closed)
     result = chosen(loaded)
     notes: tuple[str, ...]
@@ -173,5 +183,8 @@ def export(
         notes = write_fmu(result, out, joint=joint or "", springs=springs)
     else:
         notes = tuple(dict.fromkeys((*write_drive_urdf(result, out, payload=payload), *lost(to.value))))
+    names = [one.name for one in result.study.payloads]
+    if payload is None and names and to not in DRIVES_ALONE:
+        notes = (*notes, f"the tip carries nothing: --payload takes {' or '.join(names)}")
     lines([*notes, f"{to.value}: {out}", f"verdict on these drives: {result.verdict}"])
     return result.feasible

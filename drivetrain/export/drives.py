@@ -22,6 +22,7 @@ from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.records import as_record
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.spatial.inertia import RigidBody, combined
+from drivetrain.spatial.poses import inverse_pose, pose
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.mounting import loaded_arm
 
@@ -38,9 +39,10 @@ class DriveData:
     resistance: float
     cold_resistance: float  # at the motor's reference temperature [ohm]
     inductance: float
-    # largest at the terminals [V], [A]; infinite where nobody states the second
+    # largest at the terminals [V], [A], and of the motor's torque [N m]; infinite where nobody states the last two
     volts: float
     current: float
+    torque: float
     # largest of the shaft: by current, the motor's torque and the gear's repeated peak; by voltage and the largest
     # speeds of motor and gear [N m or N], [rad/s or m/s]
     effort: float
@@ -77,14 +79,14 @@ def exported(
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A body of an arm and the joint before it; base frame, all joints at zero."""
+    """A body of an arm and the joint before it, in the frame of its link: that of the file the arm is from."""
 
     joint: str
     link: str
     before: int  # the body on which it hangs; -1 is the base
     slides: bool  # whether its joint is prismatic
+    frame: Array  # of the link, its origin on the joint's axis; base frame, all joints at zero, (4, 4)
     axis: Array  # direction of its joint [-], (3,)
-    point: Array  # of the joint's axis [m], (3,)
     lower: float
     upper: float
     locked: RigidBody  # with the rotors that it carries locked in it
@@ -115,25 +117,29 @@ def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
             if rotor is not None and rotor.carrier == body:
                 turn = rotor.home[:3, :3]
                 parts.append(RigidBody(rotor.mass, rotor.home[:3, 3], turn @ rotor.inertia @ turn.T))
+        frame = pose(home[:3, :3], chain.joint_points[at])
         own = [row for row, joint in enumerate(driven) if joint == body]
         drives = tuple(own + [second[row] for row in own if row in second])
         found.append(
             Body(name, chain.link_names[at] if owner == 0 else name, body - 1 if loops is None else loops.before(body),
-                 chain.slides[at], chain.axes[at], chain.joint_points[at], chain.lower[at], chain.upper[at],
-                 combined(parts), drives)
+                 chain.slides[at], frame, home[:3, :3].T @ chain.axes[at], chain.lower[at], chain.upper[at],
+                 combined(parts).seen_from(inverse_pose(frame)), drives)
         )  # fmt: skip
     faults.raise_any()
     return found[: len(found) - len(second)]  # what a second motor turns weighs nothing and stands at the end
 
 
 def joint_limits(arm: Arm, drives: Sequence[DriveData]) -> tuple[Array, Array]:
-    """Largest speed and effort of each joint alone, the others of coupled motors at rest and without load."""
+    """Largest speed and effort of each joint alone, the others of coupled motors at rest and without load.
+
+    No joint is faster than the arm's own limit.
+    """
     speed, effort = (np.array([getattr(drive, name) for drive in drives]) for name in ("speed", "effort"))
-    if arm.coupling is None:
-        return speed, effort
-    with np.errstate(divide="ignore"):
-        turned, shared = np.abs(arm.coupling), np.abs(np.linalg.inv(arm.coupling).T)
-        return (speed[:, None] / turned).min(axis=0), (effort[:, None] / shared).min(axis=0)
+    if arm.coupling is not None:
+        with np.errstate(divide="ignore"):
+            turned, shared = np.abs(arm.coupling), np.abs(np.linalg.inv(arm.coupling).T)
+            speed, effort = (speed[:, None] / turned).min(axis=0), (effort[:, None] / shared).min(axis=0)
+    return np.minimum(speed, arm.speed_limits), effort
 
 
 def coupling_rows(arm: Arm) -> list[Array | None]:
@@ -150,7 +156,8 @@ def _drive(study: Study, task: JointTask, joint: JointResult) -> DriveData:
     constant, resistance = float(torque_constant(motor, warm)), float(winding_resistance(motor, warm))
     volts = available_voltage(amplifier, study.supply.voltage)
     current = min((one for one in (amplifier.peak_current, motor.peak_current) if one is not None), default=math.inf)
-    torque = min(constant * current, math.inf if motor.peak_torque is None else motor.peak_torque)
+    most = math.inf if motor.peak_torque is None else motor.peak_torque
+    torque = min(constant * current, most)
     peak = gear.repeated_peak_torque or gear.continuous_torque or math.inf
     fastest = min(volts / constant, motor.max_speed or math.inf, gear.max_input_speed or math.inf)
     rms = next((one.available for one in joint.checks if one.name == "motor RMS current"), None)
@@ -166,7 +173,7 @@ def _drive(study: Study, task: JointTask, joint: JointResult) -> DriveData:
         )  # fmt: skip
     return DriveData(
         task.name, gear.ratio / travel, drive_inertia(joint.drive), constant,
-        resistance, motor.resistance, motor.inductance or 0.0, volts, current,
+        resistance, motor.resistance, motor.inductance or 0.0, volts, current, most,
         effort=min(torque * size / max(mesh.driving, 1.0), peak) / travel, speed=fastest / size * travel,
         continuous=math.nan if rms is None else rms * constant * size / travel,
         coulomb=(_coulomb(outside) + size * (_coulomb(shaft) + drag)) / travel,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -35,11 +36,11 @@ def write_drive_urdf(evaluation: Evaluation, path: str | Path, *, payload: str |
     """
     arm, drives = exported(evaluation, payload)
     coupled = arm.coupling is not None and not np.array_equal(arm.coupling, np.eye(arm.n))
-    _, efforts = joint_limits(arm, drives)
+    speeds, efforts = joint_limits(arm, drives)
     known = efforts if np.isfinite(efforts).all() else None
     data = UrdfJointData(known, [one.viscous for one in drives], [one.coulomb for one in drives])
     data = UrdfJointData(known) if coupled else data  # frictions of shafts are not those of the joints
-    return (*write_urdf(arm, path, data=data), *lost("urdf"))
+    return (*write_urdf(replace(arm, speed_limits=speeds), path, data=data), *lost("urdf"))
 
 
 def write_ros2(evaluation: Evaluation, path: str | Path) -> tuple[str, ...]:

@@ -14,7 +14,8 @@ _COUPLED = "coupled motors other than ros_control's differential and four-bar"
 LOSSES: dict[str, tuple[str, ...]] = {
     "mjcf": (
         _REFLECTED, f"{_MESH}: the drag at the cycle's mean speed stands as Coulomb friction", _STATIC,
-        f"{_PLAY}; {_BASE}", "counterbalances but springs on levers; pins that hold closed loops give by a little",
+        f"{_PLAY}, what they bear; {_BASE}",
+        "counterbalances but springs on levers; pins that hold closed loops give by a little",
         "the housing's temperature, which stays as the evaluation found it; the torque constant over temperature",
         "the amplifier's I2t, the supply's bus, holding brakes", "friction that sticks: MuJoCo's creeps",
     ),

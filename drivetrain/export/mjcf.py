@@ -15,8 +15,9 @@ from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.errors import Fault, InputError
 from drivetrain.export.drives import Body, DriveData, arm_bodies, coupling_rows, exported
 from drivetrain.export.losses import lost
-from drivetrain.export.urdf_elements import text
+from drivetrain.export.urdf_elements import cleaned, text
 from drivetrain.sizing.results import Evaluation
+from drivetrain.spatial.poses import inverse_pose
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.version import __version__
 from drivetrain.whole_files import write_text
@@ -65,11 +66,11 @@ def mjcf_text(
     ElementTree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "false", **exact})
     ElementTree.SubElement(root, "option", gravity=text(arm.gravity), integrator="implicitfast")
     world, rows = ElementTree.SubElement(root, "worldbody"), coupling_rows(arm)
-    places, points = {-1: world}, {-1: np.zeros(3)}
+    places, frames = {-1: world}, {-1: np.eye(4)}
     for i, one in enumerate(bodies):
-        before, locked = points[one.before], one.locked
-        body = ElementTree.SubElement(places[one.before], "body", name=one.link, pos=text(one.point - before))
-        joint = {"name": one.joint, "type": "slide" if one.slides else "hinge", "axis": text(one.axis)}
+        stands, locked = inverse_pose(frames[one.before]) @ one.frame, one.locked
+        body = ElementTree.SubElement(places[one.before], "body", {"name": one.link, **_place(stands)})
+        joint = {"name": one.joint, "type": "slide" if one.slides else "hinge", "axis": text(cleaned(one.axis))}
         own = [drives[row] for row in one.drives if rows[row] is None]
         if own:
             joint["damping"] = text(sum(drive.viscous for drive in own))
@@ -78,11 +79,11 @@ def mjcf_text(
             joint |= {"limited": "true", "range": text([one.lower, one.upper])}
         ElementTree.SubElement(body, "joint", joint)
         tensor = text([*np.diag(locked.inertia), *locked.inertia[[0, 0, 1], [1, 2, 2]]])
-        place = text(locked.com - one.point)
+        place = text(locked.com)
         ElementTree.SubElement(body, "inertial", pos=place, mass=text(locked.mass), fullinertia=tensor)
-        places[i], points[i] = body, one.point
+        places[i], frames[i] = body, one.frame
     last = (arm if arm.linkage is None else arm.linkage.chains[0]).n - 1
-    ElementTree.SubElement(places[last], "site", name="tip", pos=text(arm.tip[:3, 3] - points[last]))
+    ElementTree.SubElement(places[last], "site", {"name": "tip", **_place(inverse_pose(frames[last]) @ arm.tip)})
     _pins(root, arm, bodies)
     coupled = [(drive, row) for drive, row in zip(drives, rows, strict=True) if row is not None]
     tendons = ElementTree.Element("tendon")
@@ -95,7 +96,7 @@ def mjcf_text(
     for i, one in enumerate(bodies):
         stretched = [balance for row in one.drives for balance in springs[row] if balance.stiffness]
         for k, balance in enumerate(stretched):
-            _spring(tendons, (places[one.before], places[i]), one, points[one.before], balance, f"spring_{k + 1}")
+            _spring(tendons, (places[one.before], places[i]), one, frames[one.before], balance, f"spring_{k + 1}")
     if len(tendons):
         root.append(tendons)
     actuators = ElementTree.SubElement(root, "actuator")
@@ -107,6 +108,17 @@ def mjcf_text(
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
+def _place(stands: Array) -> dict[str, str]:
+    """Where a frame stands, (4, 4)."""
+    turned = {} if (stands[:3, :3] == np.eye(3)).all() else {"xyaxes": text(cleaned(stands[:3, :2].T))}
+    return {"pos": text(cleaned(stands[:3, 3])), **turned}
+
+
+def _seen(frame: Array, point: Array) -> Array:
+    """A point of the base frame, in another."""
+    return np.asarray(frame[:3, :3].T @ (point - frame[:3, 3]))
+
+
 def _pins(root: ElementTree.Element, arm: Arm, bodies: Sequence[Body]) -> None:
     """What holds closed loops together, as stiff as MuJoCo's constraints are at this step."""
     loops = None if arm.linkage is None else arm.linkage.loops
@@ -116,7 +128,7 @@ def _pins(root: ElementTree.Element, arm: Arm, bodies: Sequence[Body]) -> None:
     for first, second, point in loops.pins:
         ends = [loops.paths[chain][count - 1] if count else -1 for chain, count in (first, second)]
         one, other = sorted(ends, reverse=True)
-        where = {"body1": bodies[one].link, "anchor": text(point - bodies[one].point)}
+        where = {"body1": bodies[one].link, "anchor": text(_seen(bodies[one].frame, point))}
         if other >= 0:
             where["body2"] = bodies[other].link
         ElementTree.SubElement(held, "connect", {**where, "solref": "0.005 1", "solimp": "0.9999 0.9999 0.001"})
@@ -127,13 +139,15 @@ def _spring(
     balance: Counterbalance, name: str,
 ) -> None:  # fmt: skip
     """A spring between two levers, in line at its dead centre."""
-    link = frame_along(body.axis)[:, 0]
-    turned = np.cos(balance.dead_centre) * link + np.sin(balance.dead_centre) * np.cross(body.axis, link)
+    axis, point = body.frame[:3, :3] @ body.axis, body.frame[:3, 3]
+    link = frame_along(axis)[:, 0]
+    turned = np.cos(balance.dead_centre) * link + np.sin(balance.dead_centre) * np.cross(axis, link)
     free = {"stiffness": text(balance.stiffness), "springlength": text(balance.free_length)}
     spring = ElementTree.SubElement(tendons, "spatial", {"name": f"{body.joint}_{name}", **free})
     for which, end, at in zip(
         ("carrier", "link"), ends,
-        (body.point - before + balance.lever_carrier * turned, balance.lever_link * link), strict=True,
+        (_seen(before, point + balance.lever_carrier * turned),
+         _seen(body.frame, point + balance.lever_link * link)), strict=True,
     ):  # fmt: skip
         site = f"{body.joint}_{name}_{which}"
         ElementTree.SubElement(end, "site", name=site, pos=text(at))
@@ -150,7 +164,7 @@ def _motor(actuators: ElementTree.Element, drive: DriveData, where: dict[str, st
         gain = drive.constant / drive.resistance
         affine = {"gaintype": "fixed", "gainprm": text(gain), "biastype": "affine"}
         bias = text([0.0, 0.0, -gain * drive.constant])
-        peak = drive.constant * drive.current
+        peak = min(drive.constant * drive.current, drive.torque)
         force = {} if math.isinf(peak) else {"forcelimited": "true", "forcerange": text([-peak, peak])}
         ElementTree.SubElement(actuators, "general", {**common, **affine, "biasprm": bias, **force})
         return
@@ -158,7 +172,9 @@ def _motor(actuators: ElementTree.Element, drive: DriveData, where: dict[str, st
     own = {"motorconst": text(drive.constant), "resistance": text(ohms)}
     if drive.inductance:
         own["inductance"] = text(drive.inductance)
-    if not math.isinf(drive.current):
+    if drive.torque < drive.constant * drive.current:  # MuJoCo minds one of the two
+        own["saturation"] = text([drive.torque, 0.0, 0.0])
+    elif not math.isinf(drive.current):
         own["saturation"] = text([0.0, drive.current, 0.0])
     if drive.thermal is not None:
         resistance, capacity, coefficient, reference, housing = drive.thermal

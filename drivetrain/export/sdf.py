@@ -14,6 +14,8 @@ from drivetrain.export.drives import DriveData, arm_bodies, exported, joint_limi
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf_elements import cleaned, text
 from drivetrain.sizing.results import Evaluation
+from drivetrain.spatial.poses import inverse_pose, pose
+from drivetrain.spatial.rotations import rpy_from_rotation
 from drivetrain.version import __version__
 from drivetrain.whole_files import write_text
 
@@ -41,7 +43,7 @@ def write_sdf(evaluation: Evaluation, path: str | Path, *, payload: str | None =
 
 
 def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()) -> str:
-    """The SDF of an arm and its drives: frames parallel to the base's while all joints are at zero."""
+    """The SDF of an arm and its drives."""
     bodies = arm_bodies(arm, "SDF")
     root = ElementTree.Element("sdf", {"version": "1.9", "xmlns:drake": "http://drake.mit.edu"})
     for line in (f"written by drivetrain {__version__}", *notes):
@@ -55,9 +57,9 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
     for body, drive, speed, effort in zip(bodies, drives, *joint_limits(arm, drives), strict=True):
         locked = body.locked
         link = ElementTree.SubElement(model, "link", name=body.link)
-        _put(link, "pose", _place(body.point))
+        _put(link, "pose", _place(body.frame))
         inertial = ElementTree.SubElement(link, "inertial")
-        _put(inertial, "pose", _place(locked.com - body.point))
+        _put(inertial, "pose", _place(pose(point=locked.com)))
         _put(inertial, "mass", text(locked.mass))
         tensor = ElementTree.SubElement(inertial, "inertia")
         for a in range(3):
@@ -79,6 +81,8 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
         _put(joint, "drake:rotor_inertia", text(drive.rotor_inertia))
         _put(joint, "drake:gear_ratio", text(drive.ratio))
         before = body.link
+    tip = ElementTree.SubElement(model, "frame", name="tip", attached_to=before)
+    _put(tip, "pose", _place(inverse_pose(bodies[-1].frame) @ arm.tip))
     ElementTree.indent(root)
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
@@ -87,5 +91,5 @@ def _put(parent: ElementTree.Element, name: str, content: str) -> None:
     ElementTree.SubElement(parent, name).text = content
 
 
-def _place(point: Array) -> str:
-    return text([*cleaned(point), 0.0, 0.0, 0.0])
+def _place(stands: Array) -> str:
+    return text([*cleaned(stands[:3, 3]), *cleaned(rpy_from_rotation(stands[:3, :3]))])

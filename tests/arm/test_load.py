@@ -11,10 +11,12 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.bodies import with_body
 from drivetrain.arm.builtin import ROBOTS
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.rotors import MountedRotor
+from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError, PhysicsWarning
 
 DATA = Path(__file__).with_name("data")
@@ -165,5 +167,25 @@ def test_link_frames_are_those_of_the_file() -> None:
     for i, name in enumerate(arm.link_names):
         np.testing.assert_allclose(arm.link_frame(name), base @ data.oMi[i + 1].homogeneous, atol=1e-12)
         np.testing.assert_array_equal(arm.link_frame(arm.joint_names[i]), arm.link_frame(name))
+    pin.updateFramePlacements(model, data)
+    for name in ("panda_link0", "panda_link8", "panda_hand", "panda_hand_tcp"):  # fixed to another, or to the base
+        np.testing.assert_allclose(arm.link_frame(name), data.oMf[model.getFrameId(name)].homogeneous, atol=1e-12)
+        assert arm.link_index(name) == (-1 if name == "panda_link0" else 6)
+    with pytest.raises(InputError, match="panda_hand"):
+        arm.link_frame("pnada_hand")
     with pytest.raises(InputError, match=arm.link_names[0]):
         arm.link_frame(arm.link_names[0] + "x")
+
+
+@pytest.mark.filterwarnings("ignore::drivetrain.errors.PhysicsWarning")  # of the published UR5's wrists
+def test_a_body_given_in_the_frame_of_a_flange() -> None:
+    """A sensor about ``ee_link``, which a fixed joint holds: pinocchio has the same mass matrix with it."""
+    path, place = ROBOTS / "ur5.urdf", pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.2, 0.5), np.array([0.01, 0.02, -0.03]))
+    arm, model = load_arm(path), pin.buildModelFromUrdf(str(path))
+    frame = arm.link_frame("ee_link") @ place.homogeneous
+    loaded = with_body(arm, arm.link_index("ee_link"), 1.5, frame[:3, 3], np.zeros((3, 3)))
+    held = model.frames[model.getFrameId("ee_link")]
+    body = pin.Inertia(1.5, np.zeros(3), np.zeros((3, 3)))
+    model.appendBodyToJoint(held.parentJoint, body, held.placement * place)
+    q = np.linspace(-1.0, 1.5, 6)
+    np.testing.assert_allclose(mass_matrix(loaded, q), pin.crba(model, model.createData(), q), atol=1e-12)

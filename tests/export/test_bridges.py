@@ -6,6 +6,7 @@ What a format loses is taken out before it is compared; what is left must agree.
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -20,6 +21,7 @@ from export.driven_arms import VISCOUS, coupled, lossless_drive, ur5
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level
+from drivetrain.arm.kinematics import link_poses, tip_pose
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.counterbalance import Counterbalance, counterbalance_torque
@@ -39,6 +41,7 @@ from drivetrain.export.sdf import write_sdf
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.judge.evaluate import evaluate, evaluate_drives
 from drivetrain.sizing.results import Evaluation
+from drivetrain.spatial.poses import inverse_pose, pose
 from drivetrain.study.parts.second_motors import with_sharing
 from drivetrain.study.read import load_study
 from drivetrain.whole_files import shipped
@@ -77,6 +80,50 @@ def test_mujoco_has_our_mass_matrix(make, tmp_path: Path, which: str, motors: st
         wanted = mass_matrix(arm, q)
         # MuJoCo keeps inertias as principal moments and quaternions, which costs some digits.
         np.testing.assert_allclose(whole, wanted, atol=1e-10 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("which", WHICH)
+def test_links_and_the_tip_stand_where_ours_do(make, tmp_path: Path, which: str) -> None:
+    """Frames of links are those of the arm's file, so that what is given about them fits; the tip is a frame too."""
+    found = WHICH[which](make)
+    arm = reflected(found)
+    write_mjcf(found, tmp_path / "arm.xml")
+    write_sdf(found, tmp_path / "arm.sdf")
+    write_drive_urdf(found, tmp_path / "arm.urdf")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    data, drake = mujoco.MjData(model), InDrake(tmp_path / "arm.sdf", arm)
+    other = pin.buildModelFromUrdf(str(tmp_path / "arm.urdf"))
+    memory, root = other.createData(), drake.plant.world_frame()
+    for q in (np.zeros(arm.n), *poses(arm.n)):
+        data.qpos[:] = q
+        mujoco.mj_forward(model, data)
+        pin.framesForwardKinematics(other, memory, pin.integrate(other, pin.neutral(other), q))
+        drake.mass_matrix(q)
+        link = [np.array(one) for one in link_poses(arm, q)]
+        for i, name in enumerate((*arm.link_names, "tip")):
+            wanted = tip_pose(arm, q)
+            if name != "tip":
+                wanted = link[i] @ inverse_pose(arm.home[i]) @ arm.link_frame(name)
+            place = data.site("tip") if name == "tip" else data.body(name)
+            frame = drake.plant.GetFrameByName(name).CalcPose(drake.context, root)
+            theirs = memory.oMf[other.getFrameId("tool0" if name == "tip" else name)].homogeneous
+            for got in (pose(place.xmat.reshape(3, 3), place.xpos), frame.GetAsMatrix4(), theirs):
+                np.testing.assert_allclose(got, wanted, atol=1e-10)
+
+
+@pytest.mark.parametrize("write", [write_drive_urdf, write_sdf, write_ros2])
+def test_no_joint_is_exported_faster_than_its_drive_or_its_arm(make, tmp_path: Path, write) -> None:
+    """The slower of both: these drives reach 9.5 rad/s, of which the arm's file allows the elbow 3.15 and here 20."""
+    found = ur5(make)
+    fast = np.where(np.arange(6) == 2, 20.0, found.study.arm.speed_limits)
+    found = replace(found, study=replace(found.study, arm=replace(found.study.arm, speed_limits=fast)))
+    write(found, tmp_path / "x.txt")
+    text = (tmp_path / "x.txt").read_text()
+    speeds = [float(one) for one in re.findall(r"velocity(?:=\"|>|: )([\d.]+)", text)]
+    warm = found.joints["elbow_joint"].series.motor_torque[5] / found.joints["elbow_joint"].series.current[5]
+    fast[2] = 0.95 * 200.0 / warm / 80.0
+    np.testing.assert_allclose(speeds, fast, rtol=1e-9)
+    assert fast[2] < 20.0
 
 
 def palletiser(make) -> Evaluation:
@@ -148,6 +195,21 @@ def test_mujoco_asks_our_loads_of_closed_arms(make, tmp_path: Path, which: str) 
                       [(loops.driven[a], loops.driven[b]) for a, b in loops.shared])
                   for body in (kept[i] for i in driven)]  # fmt: skip
         np.testing.assert_allclose(asked, wanted, atol=1e-8 * np.abs(tree).max())
+
+
+@pytest.mark.parametrize("motors", ["dcmotor", "general"])
+@pytest.mark.parametrize(("peak", "current"), [(None, 30.0), (0.4, 30.0), (0.4, None), (9.0, 3.0)])
+def test_mujoco_limits_motors_as_we_do(make, tmp_path: Path, motors: str, peak: float, current: float) -> None:
+    """Their torque by the lesser of their own and the current's, at the motor's constant; here 0.05 N m/A, warm."""
+    motor = replace(make.motor, peak_torque=peak, peak_current=current)
+    task = make.task("j1", amplifier=Amplifier())
+    study = make.study(make.sines(1), arm=make.planar_arm([0.3], [1.0]), joints=(task,))
+    found = evaluate_drives(study, {"j1": Drive(motor, make.gear, VISCOUS, FRICTIONLESS)})
+    write_mjcf(found, tmp_path / "arm.xml", motors=motors)
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    series = found.joints["j1"].series
+    most = min(peak or np.inf, (current or np.inf) * series.motor_torque[5] / series.current[5])
+    assert model.actuator_forcerange[0, 1] == pytest.approx(most, rel=1e-9)
 
 
 def test_drives_of_closed_arms_go_where_drives_alone_count(make, tmp_path: Path) -> None:
@@ -372,7 +434,8 @@ def test_ros2_limits_and_interfaces(make, tmp_path: Path) -> None:
             assert one[f"has_{kind}_limits"] == any(key.endswith(f"_{kind}") for key in one)
         motor = found.joints[name].drive.motor
         warm = found.joints[name].series.motor_torque[5] / found.joints[name].series.current[5]
-        assert one["max_velocity"] == pytest.approx(0.95 * 200.0 / warm / 80.0, rel=1e-9)
+        fastest = found.study.arm.speed_limits[found.study.arm.joint_names.index(name)]
+        assert one["max_velocity"] == pytest.approx(min(0.95 * 200.0 / warm / 80.0, fastest), rel=1e-9)
         assert motor.peak_torque is None and not one["has_effort_limits"]
     pair = coupled(make)
     pair = replace(

@@ -6,7 +6,7 @@ Of the tree in a file the chain from a root to a tip is taken, with the bodies t
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +72,7 @@ def arm_from_model(
         notes=[*model.notes, *_notes(chain, tip), *doubtful],
         check_inertias=False,  # done above link by link, before lumping hides the culprit
     )
-    return arm, doubtful
+    return replace(arm, frames=chain.links), doubtful
 
 
 def _lump(frame: Array, bodies: list[RigidBody]) -> tuple[Array, float, Array]:
@@ -139,6 +139,7 @@ class Chain:
     tip_pose: Array  # of the tip link, (4, 4); translation [m]
     locked: tuple[str, ...]  # names of movable joints off the chain, held at zero
     beyond: dict[str, float]  # links behind the tip that weigh something, and their masses [kg]
+    links: dict[str, tuple[str, Array]]  # as ``Arm.frames``
 
 
 def choose_chain(model: UrdfModel, root: str | None, tip: str | None) -> Chain:
@@ -236,10 +237,11 @@ def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], child
     locked: list[str] = []
     tip_pose = np.eye(4)
     beyond: dict[str, float] = {}
+    links: dict[str, tuple[str, Array]] = {}
     waiting = [(base, np.eye(4), -1, False)]
     while waiting:
         link, frame, carrier, behind = waiting.pop(0)
-        body = model.links[link].body
+        body, links[link] = model.links[link].body, (path[carrier].child if carrier >= 0 else "", frame)
         if behind and body is not None and body.mass:
             beyond[link] = body.mass
         if carrier >= 0 and body is not None:
@@ -254,4 +256,4 @@ def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], child
             elif joint.movable:
                 locked.append(joint.name)
             waiting.append((joint.child, child_frame, child_carrier, behind or link == tip))
-    return Chain(tip, tuple(path), tuple(frames), bodies, riders, tip_pose, tuple(locked), beyond)
+    return Chain(tip, tuple(path), tuple(frames), bodies, riders, tip_pose, tuple(locked), beyond, links)

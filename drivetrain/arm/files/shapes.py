@@ -33,18 +33,12 @@ def link_shapes(arm: Arm) -> list[tuple[int, Triangles]]:
         return []
     if root is None or root.tag != "robot":
         return []
-    holders = {
-        child.get("link"): joint for joint in root.findall("joint") if (child := joint.find("child")) is not None
-    }
     found = []
     for link in root.findall("link"):
-        name, frame = link.get("name", ""), np.eye(4)
-        while name not in arm.link_names and name in holders:  # up to the link that moves
-            parent = holders[name].find("parent")
-            frame = _origin(holders[name]) @ frame
-            name = "" if parent is None else parent.get("link", "")
-        carrier = arm.link_names.index(name) if name in arm.link_names else -1
-        frame = frame if carrier < 0 else arm.link_frame(name) @ frame
+        name = link.get("name", "")
+        if name not in arm.frames or arm.frames[name][0] not in (*arm.link_names, ""):
+            continue  # of another root, or of a linkage
+        carrier, frame = arm.link_index(name), arm.link_frame(name)
         for kind in ("visual", "collision"):
             shapes = [(_origin(one), _read(one.find("geometry"), Path(arm.file))) for one in link.findall(kind)]
             known = [(frame @ origin, shape) for origin, shape in shapes if shape is not None]
