@@ -83,7 +83,7 @@ def first_event(run: Any, states: Any, point: Array, events: Any, values: Array,
 
 @law
 def _leaves(run: Any, states: Any, point: Array, event: Any, k: int, values: Array, h: float) -> float:
-    """A share soon after which value k, zero at the beginning, has the other sign than in ``new``; 0: there is none.
+    """A share soon after which value k, zero at the beginning, is positive; 0: there is none.
 
     So a ball that has just bounced is seen to fall again within the same step.
     """
@@ -91,7 +91,7 @@ def _leaves(run: Any, states: Any, point: Array, event: Any, k: int, values: Arr
     residual = 4.0 * abs(values[k])  # what rounding has left of the event before
     for share in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14):
         _events_within(run, states, share, h, point, values)
-        if values[k] * event.new < 0.0 and abs(values[k]) > residual:
+        if values[k] > residual:
             event.later = values[k]
             return share
     return 0.0
@@ -188,7 +188,7 @@ def handle(run: Any, states: Any, point: Array, events: Any, values: Array) -> i
     for k in range(len(events)):
         events[k].new = values[k]
         values[k] = -1.0 if k == count.fired or values[k] < 0.0 else 0.0
-    near = abs(clock.time - clock.last_event) <= _NEAR * max(1.0, abs(clock.time))
+    near = clock.time - clock.last_event <= _NEAR * max(1.0, abs(clock.time))
     weight = _SAME if count.fired == count.last_fired else 1  # many events may fall together, one may not repeat
     count.busy = count.busy + weight if near else 0
     count.last_fired = count.culprit = count.fired
