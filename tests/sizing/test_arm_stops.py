@@ -124,6 +124,21 @@ def test_the_march_is_that_of_the_simulation(two_links, sample):
     assert found.duration[0] == pytest.approx(run.time[np.flatnonzero(speeds > 1e-6)[-1]], rel=2e-2)
 
 
+def test_a_stop_and_its_mirror_image_are_alike(two_links):
+    """Also where one direction's friction holds a joint that has come to rest and the other's would not."""
+    flat = replace(two_links, arm=replace(two_links.arm, gravity=np.zeros(3)))
+    cycle, found = flat.cycle, []
+    for sign, (ahead, back) in ((1.0, (0.01, 0.12)), (-1.0, (0.12, 0.01))):
+        rubs = Friction(coulomb=ahead, coulomb_negative=back)
+        moved = {name: sign * getattr(cycle, name) for name in ("position", "velocity", "acceleration")}
+        tasks = tuple(replace(task, motor_friction=rubs) for task in flat.joints)
+        study = replace(flat, joints=tasks, cycle=replace(cycle, **moved))
+        braking = Braking(np.array([0.02, 0.1]), np.zeros(2), np.full(2, np.nan))
+        found.append(march(study, drives_of(study), braking, np.arange(len(cycle.time)))[0])
+    for name in ("torque", "travel", "duration"):
+        np.testing.assert_allclose(*(getattr(one, name) for one in found), rtol=1e-9, atol=1e-12)
+
+
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_spring_swings_to_twice_as_the_simulation_has_it(make, way):
     """One joint braked at once, no damping, no loss that damps the swing; the rotor turns on all through the first."""

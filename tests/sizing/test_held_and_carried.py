@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -193,6 +194,21 @@ def test_a_long_hold_is_not_proven_by_a_row_that_tells_less(make, gone):
         told = checks_of(evaluation)["motor RMS current"]
         assert told.verdict is Verdict.NOT_CHECKED and told.required < 0.8 * told.available
         assert "winding_time_constant" in " ".join(missing_words(evaluation))
+
+
+@pytest.mark.parametrize("sheet", [{}, {"housing_time_constant": None}, {"winding_time_constant": 60.0}])
+@pytest.mark.parametrize("size", [0.5, 4.0])
+def test_a_row_without_a_time_constant_is_taken_for_the_quickest_winding(make, sheet, size):
+    """With what it may ask on top no cooler than a winding of 3.5 s at a kilogram, and hardly hotter."""
+    row = {"mass": size, "max_winding_temperature": 155.0, "winding_time_constant": 3.5 * size**0.5} | sheet
+    told = checks_of(evaluate(moved_and_held(make, **row)))
+    silent = checks_of(evaluate(moved_and_held(make, **row | {"winding_time_constant": None})))
+    for name in ("winding temperature", "phase temperature at rest"):
+        more = float(re.search(r"may ask ([\d.]+) K more", silent[name].remark)[1])
+        most = silent["phase temperature at rest"].required + more - 25.0
+        assert told[name].required - 25.0 <= most * (1.0 + 2e-3)  # the remark has three digits
+        if not sheet:
+            assert name == "winding temperature" or most <= 1.1 * (told[name].required - 25.0)
 
 
 # Voltage with the factored torque

@@ -28,7 +28,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.motor import copper_coefficient, winding_resistance
-from drivetrain.drive.motor_limits import thermal_path
+from drivetrain.drive.motor_limits import WINDING_SHARE, thermal_path
 from drivetrain.drive.thermal.exponentials import first, second
 from drivetrain.jit import FAST, law
 from drivetrain.records import UNKNOWN, known, known_or, record_type
@@ -652,4 +652,36 @@ def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any,
     for i in range(len(periods.shares)):
         for k in range(periods.edges[i], periods.edges[i + 1]):
             peak = max(peak, losses.winding_at[k] + scale * rise[k])
+    return peak
+
+
+@law
+def quick_winding(
+    nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, heat: Any, ambient: Any, time: Any
+) -> Any:
+    """What the hottest phase comes to at most with a time constant of the winding that the sheet does not tell [C].
+
+    As if its resistance were that of its warmest instant all the time, and the housing as warm as that makes it.
+    """
+    cold, slope = per_torque(copper, heat.magnets)
+    every, memory, peak, even, loss = losses.integrals[1], losses.integrals[2], heat.peak, 0.0, 0.0
+    inner, rate = nodes.inner, 1.0 / (nodes.outer * nodes.housing)
+    if inner == 0.0:
+        inner, rate = WINDING_SHARE * nodes.outer, 1.0 / (nodes.outer * nodes.winding)
+    outer = nodes.inner + nodes.outer - inner
+    for i in range(len(parts)):
+        even += periods.shares[i] * parts[i].square
+        loss += periods.shares[i] * parts[i].loss
+    for k in range(len(every)):
+        every[k] = losses.square[k] + losses.held[k]
+    for i in range(len(parts)):
+        if nodes.inner == 0.0:  # no housing that evens the heat of the parts out
+            even, loss = parts[i].square, parts[i].loss
+        square, lost = even, loss
+        if known(rate):
+            square = max(square, settled(periods, i, rate, losses.square, memory))
+            lost = max(lost, settled(periods, i, rate, losses.housing, memory))
+        heating = outer * square + inner * settled(periods, i, 1.0 / time, every, memory)
+        left = 1.0 - slope * heating
+        peak = max(peak, ambient + (outer * lost + cold * heating) / left if left > 0.0 else np.inf)
     return peak

@@ -221,6 +221,7 @@ def _march(
         ends = np.concatenate([np.where(own_end <= NEAR, own_end, 0.5 * own_end), ramp_end, bite], axis=1)
         step = np.minimum(ends.min(axis=1), np.maximum(STEP, GROWTH * time))[:, None]
         after = np.where(rests <= step + INSTANT, 0.0, speed + acceleration * step)
+        after = np.where(np.abs(after) < SLIPPING, 0.0, after)  # two that jolt each other loose for ever come to rest
         moved = 0.5 * (speed + after) * step
         found.travel[rows] += np.abs(moved)
         found.energy[rows] += limit * np.abs(driven.ratio * moved)
@@ -245,17 +246,18 @@ def _slowed(
     first, constant, rotor, rest = equations
     way, given, unit = np.sign(speed), np.where(ramped & (speed != 0.0), slowing, 0.0), np.eye(len(driven.ratio))
     up, down = (np.where(free, 1.0, factor) for factor in (driven.driving, driven.driven))
-    push = driven.push(np.where(speed != 0.0, speed, SLIPPING), limit, free)
-    strength, driving = np.abs(push), np.zeros(speed.shape, dtype=bool)
+    ahead, back = (driven.push(np.where(speed != 0.0, speed, slip), limit, free) for slip in (SLIPPING, -SLIPPING))
+    driving = np.zeros(speed.shape, dtype=bool)
     for _ in range(ROUNDS):
         factor, fixed = np.where(driving, up, down), ramped | (way == 0.0)
-        braked = np.where(speed != 0.0, push, push * way)
+        braked = np.where(way < 0.0, back, ahead)
         matrix = np.where(fixed[..., None], unit, factor[..., None] * first + rotor)
         wanted = np.where(fixed, given, braked - factor * constant - rest)
         acceleration = np.linalg.solve(matrix, wanted[..., None])
         torque, turning = constant + (first @ acceleration)[..., 0], rest + (rotor @ acceleration)[..., 0]
         acceleration, one, other = acceleration[..., 0], down * torque + turning, up * torque + turning
         held = np.clip(0.0, np.minimum(one, other), np.maximum(one, other))  # the least that holds, the mesh helping
+        strength = np.abs(np.where(held > 0.0, back, ahead))
         slips, now = (way == 0.0) & ~ramped & (np.abs(held) > strength), torque * way > 0.0
         if not slips.any() and (now == driving)[~fixed].all():
             break

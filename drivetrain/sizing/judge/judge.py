@@ -51,7 +51,6 @@ from drivetrain.drive.gear import (
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
 from drivetrain.drive.motor_limits import (
     WARMEST,
-    WINDING_SHARE,
     continuous_current_limit,
     least_max_speed,
     least_winding_time,
@@ -68,12 +67,12 @@ from drivetrain.drive.stops import (
     struck,
 )
 from drivetrain.drive.thermal.periodic_heat import (
-    Nodes,
     copper_of,
     hottest_phase,
     interval_means,
     part_means,
     periodic_heat,
+    quick_winding,
     settled,
     thermal_nodes,
 )
@@ -728,19 +727,13 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
             warmed = losses.housing[first:after]
             for t in range(len(warmed)):
                 warmed[t] += share * gear
-        quickest = -np.inf
-        if math.isnan(nodes.winding):
-            inner = nodes.inner if nodes.inner > 0.0 else WINDING_SHARE * nodes.outer
-            outer = nodes.inner + nodes.outer - inner
-            fast = Nodes(inner, outer, least_winding_time(motor) / inner, nodes.housing)
-            heat = periodic_heat(fast, copper, periods, losses, parts, ambient)
-            quickest = hottest_phase(fast, copper, periods, losses, heat, ambient)
         heat = periodic_heat(nodes, copper, periods, losses, parts, ambient)
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
         figures.phase_temperature = hottest_phase(nodes, copper, periods, losses, heat, ambient)
-        least = figures.phase_temperature
-        case.untold.winding_temperature = max(quickest - least, 0.0) if least < np.inf else 0.0
+        if math.isnan(motor.winding_time_constant) and figures.phase_temperature < np.inf:
+            quickest = quick_winding(nodes, copper, periods, losses, parts, heat, ambient, least_winding_time(motor))
+            case.untold.winding_temperature = max(quickest - figures.phase_temperature, 0.0)
         figures.housing_temperature = heat.housing
         if case.setting.settles != 0.0 and share > 0.0:
             figures.gear_temperature = heat.housing if heat.peak < np.inf else np.inf
