@@ -6,6 +6,7 @@ from drivetrain.face import shown
 
 if TYPE_CHECKING:
     from drivetrain.arm.arm import Arm as Arm
+    from drivetrain.arm.bodies import on_external_axes as on_external_axes
     from drivetrain.arm.bodies import on_moving_base as on_moving_base
     from drivetrain.arm.bodies import with_body as with_body
     from drivetrain.arm.bodies import with_payload as with_payload

@@ -1,7 +1,8 @@
-"""An arm with a body added to a link, or taken away (a drive, a payload), and one on a base that moves."""
+"""An arm with a body added to a link, or taken away (a drive, a payload), on external axes, on a base that moves."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -9,10 +10,12 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.checks import called, checked_inertia, warn_of_inertias
+from drivetrain.arm.closures import LoopLink
 from drivetrain.arrays import Array, checked_array, read_only
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.base import BASE_JOINTS
 from drivetrain.spatial.inertia import RigidBody, combined
+from drivetrain.spatial.poses import adjoint, pose, pose_from_xyz_rpy
 
 
 def with_body(arm: Arm, link: int, mass: float, com: Any, inertia: Any) -> Arm:
@@ -89,8 +92,8 @@ def on_moving_base(arm: Arm) -> Arm:
     """The arm on a vehicle, a ship or a gantry that moves as it is told: six joints without mass before its own.
 
     The first three slide along x, y and z of the ground, the next three turn the base about its z, y and x axis (yaw,
-    pitch, roll). Give them the motion of the base; what is asked of them is what the base must bear. A track or a
-    positioner that has a drive is a joint of the arm like any other.
+    pitch, roll). Give them the motion of the base; what is asked of them is what the base must bear. For a track or a
+    positioner that has a drive there is ``on_external_axes``.
 
     Args:
         arm: With rotors or without; what its base carries moves with the base.
@@ -101,18 +104,60 @@ def on_moving_base(arm: Arm) -> Arm:
     Raises:
         InputError: An arm with closed loops.
     """
+    return _carried(arm, moving_base(arm), np.eye(4))
+
+
+def on_external_axes(arm: Arm, links: Sequence[LoopLink], point: Any = (0.0, 0.0, 0.0), rpy: Any = (0.0,) * 3) -> Arm:
+    """The arm on a track, a lift or a turntable with drives of their own: joints before its own.
+
+    Args:
+        arm: With rotors or without.
+        links: What each external axis moves, from the ground on, the arm's foot on the last of them counted; frame of
+            the ground, all joints at zero.
+        point: Where the arm's base stands on the last of them, in that frame [m], (3,).
+        rpy: How it is turned there: roll, pitch and yaw about the fixed axes of the ground [rad], (3,).
+
+    Returns:
+        An arm whose base frame is the ground's, its first joints the external axes. Gravity stays as it is given, now
+        in axes of the ground.
+
+    Raises:
+        InputError: An arm with closed loops, no axis, or one with the name of a joint or link of the arm.
+    """
+    taken = [link.joint for link in links if link.joint in (*arm.joint_names, *arm.link_names)]
+    if taken or not links:
+        problem = "must have names that the arm does not use" if taken else "must be one at least"
+        raise InputError(Fault("external axes", problem, taken))
+    axes = Arm.from_screws(
+        [pose(point=link.com) for link in links], [link.screw for link in links], [link.mass for link in links],
+        [link.inertia for link in links], gravity=arm.gravity, joint_points=[link.point for link in links],
+        joint_names=[link.joint for link in links], link_names=[link.joint for link in links],
+        lower=[link.lower for link in links], upper=[link.upper for link in links],
+        speed_limits=[link.speed_limit for link in links],
+    )  # fmt: skip
+    return _carried(arm, axes, pose_from_xyz_rpy(point, rpy))
+
+
+def _carried(arm: Arm, below: Arm, place: Array) -> Arm:
+    """The arm with the joints of another before its own, its base at a place in that one's base frame."""
     refuse_loops(arm)
-    base, n = moving_base(arm), arm.n
+    k, turned, points = below.n, adjoint(place), arm.joint_points @ place[:3, :3].T + place[:3, 3]
+    own = replace(arm, home=place @ arm.home, screws=arm.screws @ turned.T, joint_points=points)
     rows = ("home", "screws", "masses", "inertias", "joint_points", "lower", "upper", "speed_limits")
-    joined = {name: read_only(np.concatenate([getattr(base, name), getattr(arm, name)])) for name in rows}
+    joined = {name: read_only(np.concatenate([getattr(below, name), getattr(own, name)])) for name in rows}
+    rotors = tuple(
+        None if one is None else replace(one, home=place @ one.home, screw=turned @ one.screw, carrier=one.carrier + k)
+        for one in arm.rotors
+    )
+    frames = {name: (carrier or below.link_names[-1], place @ at) for name, (carrier, at) in arm.frames.items()}
     coupling = None
     if arm.coupling is not None:
-        coupling = np.eye(n + 6)
-        coupling[6:, 6:] = arm.coupling
-    rotors = tuple(None if rotor is None else replace(rotor, carrier=rotor.carrier + 6) for rotor in arm.rotors)
+        coupling = np.eye(k + arm.n)
+        coupling[k:, k:] = arm.coupling
     return replace(
-        arm, **joined, joint_names=(*base.joint_names, *arm.joint_names),
-        link_names=(*base.link_names, *arm.link_names), rotors=(*base.rotors, *rotors), coupling=coupling,
+        arm, **joined, joint_names=(*below.joint_names, *arm.joint_names), tip=read_only(place @ arm.tip),
+        link_names=(*below.link_names, *arm.link_names), rotors=(*below.rotors, *rotors), coupling=coupling,
+        frames=frames,
     )  # fmt: skip
 
 

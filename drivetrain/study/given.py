@@ -19,7 +19,7 @@ from drivetrain.motion.columns import TIME, spellings
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.motion.read import ACCELERATION, POSITION, ROTATION, SPEED, TORQUE, VELOCITY
 from drivetrain.study.faults import Ledger, read_form
-from drivetrain.study.parts.arm import DRIVE_MASS_HINT, resolve_arm
+from drivetrain.study.parts.arm import DRIVE_MASS_HINT, resolve_arm, resolve_closures
 from drivetrain.study.parts.candidates import DIRECT_DRIVE
 from drivetrain.study.parts.rules import GearRow, MotorRow
 from drivetrain.study.parts.sheets import SHIPPED_CATALOG
@@ -216,12 +216,14 @@ def _samples(motion: Any, data: Mapping[str, Any], place: str) -> dict[str, str]
 
 
 def _joints(data: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Name and unit of each joint of the arm; none where the arm has faults, which are told with all others."""
-    stated = {name: data[name] for name in ("arm", "tip", "gravity", "drive_mass") if name in data}
+    """Name and unit of each driven joint of the arm; none where it has faults, which are told with all others."""
+    names = ("arm", "tip", "gravity", "drive_mass", "external_axes", "closures", "passive")
+    stated = {name: data[name] for name in names if name in data}
     document = python_document({"schema_version": SCHEMA_VERSION, **stated})
     form, faults, places = read_form(StudyForm, document)
-    arm = None if form.arm is None else resolve_arm(form, Ledger(document, faults, places))
-    if arm is None:
+    ledger = Ledger(document, faults, places)
+    arm = None if form.arm is None else resolve_closures(form, resolve_arm(form, ledger), ledger)
+    if arm is None or any(one.place.startswith(names) for one in faults):
         return []
     return [(name, "m" if slide else "rad") for name, slide in zip(arm.joint_names, arm.slides, strict=True)]
 

@@ -282,8 +282,8 @@ class CouplingForm(Form):
         return self
 
 
-class LoopLinkForm(form_of(LoopLink, without=("slides", "lower", "upper", "speed_limit"))):  # type: ignore[misc]
-    """A body of a linkage, and the joint by which it hangs on the one before; base frame, all joints at zero."""
+class AxisForm(form_of(LoopLink, without=("slides", "driven", "lower", "upper", "speed_limit"))):  # type: ignore[misc]
+    """A body, and the joint by which it hangs on the one before; base frame, all joints at zero."""
 
     kind: Literal["revolute", "prismatic"] = "revolute"
     inertia: InertiaForm | None = Field(default=None, description="about the centre of mass, in axes of the base")
@@ -292,6 +292,22 @@ class LoopLinkForm(form_of(LoopLink, without=("slides", "lower", "upper", "speed
         """The link."""
         link: LoopLink = super().made(slides=self.kind == "prismatic", **more)
         return link
+
+
+class LoopLinkForm(AxisForm):
+    """A body of a linkage, and the joint by which it hangs on the one before; base frame, all joints at zero."""
+
+    driven: bool = Field(default=False, description="whether the joint has a drive")
+
+
+class ExternalAxesForm(Form):
+    """Driven axes that carry the arm, a track or a turntable: its first joints; frame of the ground."""
+
+    links: list[AxisForm] = Field(min_length=1, description="what each axis moves, from the ground on")
+    point: Point = Field(default=(0.0, 0.0, 0.0), description="where the arm's base stands, all joints at zero")
+    rpy: Annotated[tuple[float, float, float], f.Vector("rad")] = Field(
+        default=(0.0, 0.0, 0.0), description="how it is turned there, about the fixed axes of the ground"
+    )
 
 
 class ClosureForm(form_of(Closure)):  # type: ignore[misc]
@@ -471,6 +487,7 @@ class StudyForm(Form):
     gravity: Annotated[tuple[float, float, float], f.Vector("m/s^2")] | None = Field(
         default=None, description="in the base frame; default [0, 0, -9.81] m/s^2"
     )
+    external_axes: ExternalAxesForm | None = Field(default=None, description="a track or a turntable under the arm")
     coupling: list[CouplingForm] = Field(default_factory=list, description="joints whose motors work together")
     closures: list[ClosureForm] = Field(default_factory=list, description="linkages that close loops in the arm")
     passive: f.Names = Field(default=(), description="joints of the arm that have no drive and follow the closures")

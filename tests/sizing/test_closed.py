@@ -59,6 +59,25 @@ def test_loads_are_those_of_the_loaded_arm(study):
             np.testing.assert_allclose(demand.carrier_acceleration[at], loads.carrier_acceleration[:, joint], atol=1e-9)
 
 
+def test_motions_from_python_are_those_of_the_driven_joints(study):
+    """The example's motion as arrays, a column a drive, moves it as its file does."""
+    cycle, data = study.cycle, document()
+    asked = ("arm", "closures", "passive", "drive_mass", "stop", "joints", "motors", "gears")
+    with_drives = {name: data[name] for name in asked}
+    rows = np.arange(np.flatnonzero(np.diff(cycle.time) <= 0.0)[0] + 1)  # up to the first instant that stands twice
+    given = (
+        cycle.time[rows] - cycle.time[rows[0]],
+        cycle.position[rows],
+        cycle.velocity[rows],
+        cycle.acceleration[rows],
+    )
+    made = dt_study(motion=given, supply="560 V", open_cycle=True, **with_drives)
+    assert made.cycle.joint_names == study.arm.joint_names
+    np.testing.assert_allclose(made.cycle.position, cycle.position[rows], atol=1e-12)
+    with pytest.raises(InputError, match=r"q_turn.*q_crank"):
+        dt_study(motion=(given[0], np.zeros((len(rows), 6))), supply="560 V", **with_drives)
+
+
 SPRINGS = {"cycloid_400": 1.5e5, "cycloid_1200": 4e5, "cycloid_2500": 1.2e6}
 
 

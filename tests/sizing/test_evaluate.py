@@ -378,6 +378,8 @@ def test_start_from_rest_counts_for_peaks_and_holding_for_heat(make):
         assert holding_figures(evaluate(study))["j1"][choice] == (
             check_of(chosen, "motor RMS current").actual, check_of(chosen, "winding temperature").required
         )  # fmt: skip
+    two = replace(study, joints=(*study.joints, replace(study.joints[0], name="j2")))
+    assert holding_figures(replace(evaluate(study), study=two)) == {}  # a joint has no drive, as reports may have it
     still = make.study(make.table_cycle(time, np.full(101, 10.0), 0 * time, 0 * time), joints=study.joints)
     joint = evaluate(still).joints["j1"]
     assert check_of(joint, "motor peak torque").required == pytest.approx(10.0 / ratio)

@@ -92,9 +92,10 @@ def evaluate_drives(study: Study, drives: Mapping[str, Drive]) -> Evaluation:
 
 
 def holding_figures(evaluation: Evaluation) -> dict[str, dict[str, tuple[float | None, float | None]]]:
-    """What holding at rest asks of the motor, by what counts of the mesh's friction meanwhile."""
+    """What holding at rest asks of the motor, by what counts of the mesh's friction meanwhile; of whole sets alone."""
     found: dict[str, dict[str, tuple[float | None, float | None]]] = {}
-    held = [name for name, joint in evaluation.joints.items() if _holds(joint)]
+    whole = len(evaluation.joints) == len(evaluation.study.joints)
+    held = [name for name, joint in evaluation.joints.items() if whole and _holds(joint)]
     for choice, number in HOLDING.items() if held else ():
         drives = {
             name: replace(one.drive, gear=replace(one.drive.gear, holding=number))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.bodies import on_external_axes
 from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.closures import Closure, with_closures
 from drivetrain.arm.coupling import belts_over, coupled_groups, differential, placed, with_coupling
@@ -47,6 +48,10 @@ def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
         arm = _from_screws(form, form.arm.from_screws, ledger)
     else:
         arm = _load(form, ledger)
+    if arm is not None and form.external_axes is not None:
+        own = form.external_axes
+        with ledger.gather(("external_axes",)):
+            arm = on_external_axes(arm, [link.made() for link in own.links], own.point, own.rpy)
     if arm is not None:
         ledger.note(note if note.startswith("warning:") else f"Arm {arm.name}: {note}" for note in arm.notes)
     return arm
@@ -103,7 +108,7 @@ def _from_screws(form: StudyForm, values: dict[str, Any], ledger: Ledger) -> Arm
 
 def _refuse_without_arm(form: StudyForm, ledger: Ledger) -> None:
     """What only an arm gives a meaning to."""
-    for name in ("tip", "gravity", "drive_mass"):
+    for name in ("tip", "gravity", "drive_mass", "external_axes"):
         if getattr(form, name) is not None:
             ledger.fault((name,), "goes with an arm, but the study has none", getattr(form, name))
     if form.payloads:
