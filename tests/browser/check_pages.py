@@ -27,8 +27,8 @@ READING = "return document.getElementById('readings-0').rows[0].cells[2].textCon
 DRAWN = "return ['view', 'all'].includes(document.documentElement.dataset.drawn)"
 HAS_PICTURES = "return !!document.getElementById('data')"
 MOVED = """
-const slider = document.getElementById('ratio-0');
-slider.value = arguments[0];
+const slider = document.getElementById(arguments[0]);
+slider.value = arguments[1];
 slider.dispatchEvent(new Event('input'));
 return document.getElementById('ratio-told-0').textContent;
 """
@@ -97,12 +97,14 @@ def check(page: Path, width: int) -> list[str]:
         if driver.execute_script("return document.documentElement.scrollWidth > innerWidth"):
             faults.append(f"wider than {width} px")
         if driver.execute_script("return !!document.getElementById('ratio-0')"):
-            judged, own = driver.execute_script(READING), driver.execute_script(MOVED, 0)
-            if "estimate" not in own or driver.execute_script(READING) == judged:
-                faults.append("the slider of the ratio changes nothing")
-            driver.execute_script("document.querySelector('[data-reset]').click()")
-            if driver.execute_script(READING) != judged:
-                faults.append("the ratio as judged does not give the numbers as judged")
+            judged = driver.execute_script(READING)
+            for box, value in (("ratio-0", 0), ("ratio-box-0", 1)):
+                own = driver.execute_script(MOVED, box, value)
+                if "estimate" not in own or driver.execute_script(READING) == judged:
+                    faults.append(f"{box} changes nothing")
+                driver.execute_script("document.querySelector('[data-reset]').click()")
+                if driver.execute_script(READING) != judged:
+                    faults.append("the ratio as judged does not give the numbers as judged")
         faults += switched(driver)
         faults += faults_of(driver)
         faults += on_paper(driver)

@@ -132,6 +132,7 @@ const page = (function () {
     element.append(place);
     const view = await Bokeh.Plotting.show(figure, place);
     element.view = view;
+    view.canvas_view.events_el.tabIndex = -1; // no key does anything there
     return view;
   }
 

@@ -15,14 +15,13 @@ page.setup(function () {
     const joints = motion.joints.map((joint, k) => {
       const series = {};
       for (const name in joint.series) series[name] = page.numbers(joint.series[name]);
-      const range = byId("ratio-" + k);
-      const own = { ...joint, k, series, range, live: { ...series }, spin: page.numbers(joint.ratio.spin), redraws: {} };
+      const own = { ...joint, k, series, g: joint.ratio.own, range: byId("ratio-" + k), box: byId("ratio-box-" + k), live: { ...series }, spin: page.numbers(joint.ratio.spin), redraws: {} };
       return Object.defineProperty(own, "c", { get: () => page.colour(COLOURS[k % COLOURS.length]) }); // light or dark
     });
 
     // What a ratio does to one joint; at the ratio judged it gives back the engine's numbers.
     function recompute(joint) {
-      const r = joint.ratio, own = joint.series, g = joint.range ? Number(joint.range.value) : r.own, s = r.own / g;
+      const r = joint.ratio, own = joint.series, g = joint.g, s = r.own / g;
       const torque = new Float64Array(n), speed = new Float64Array(n), current = new Float64Array(n), voltage = new Float64Array(n), power = new Float64Array(n);
       const at = warm ? warm.value : "hot", hot = joint.resistances.hot, resistance = joint.resistances[at] ?? hot;
       const most = { peak: 0, peak0: 0, voltage: 0, voltage0: 0 };
@@ -63,7 +62,7 @@ page.setup(function () {
       const body = byId("readings-" + joint.k);
       if (!body) return;
       const note = byId("ratio-told-" + joint.k);
-      if (note) note.textContent = `ratio ${short(joint.range ? Number(joint.range.value) : joint.ratio.own)}` + (joint.judged ? ", as judged" : ": an estimate");
+      if (note) note.textContent = `ratio ${short(joint.g)}` + (joint.judged ? ", as judged" : ": an estimate");
       for (const row of body.rows) {
         const share = joint.checks[row.dataset.check] * joint.scale[row.dataset.follows], cell = row.cells[2];
         cell.textContent = percent(joint.judged ? joint.checks[row.dataset.check] : share);
@@ -77,14 +76,20 @@ page.setup(function () {
       readings(joint);
       const element = byId("plane-" + joint.k);
       page.later(element, () => plane(joint, element));
-      if (joint.range) joint.range.addEventListener("input", () => changed(joint));
+      for (const one of [joint.range, joint.box]) if (one) one.addEventListener("input", () => { if (Number(one.value) > 0) turned(joint, Number(one.value), one); });
     }
     for (const one of [supply, warm]) if (one) one.addEventListener("change", () => joints.forEach(changed));
     document.querySelectorAll("[data-reset]").forEach((one) => one.addEventListener("click", () => {
       const joint = joints[Number(one.dataset.reset)];
-      joint.range.value = joint.ratio.own;
-      changed(joint);
+      turned(joint, joint.ratio.own);
     }));
+
+    function turned(joint, ratio, by) {
+      joint.g = ratio;
+      if (by !== joint.range) joint.range.value = ratio;
+      if (by !== joint.box) joint.box.value = Number(ratio.toPrecision(4));
+      changed(joint);
+    }
 
     function changed(joint) {
       recompute(joint);
@@ -135,11 +140,12 @@ page.setup(function () {
       const element = byId("gear-" + joint.k);
       if (element) page.later(element, () => gear(joint, element));
     }
-    const FAR = 4; // times what the cycle needs: a limit beyond is named, not drawn
+    const FAR = 4; // times what the cycle needs: a limit beyond stands below the picture alone
     function gear(joint, element) {
       const most = (values) => Math.max(...values.map(Math.abs)), legend = [];
       const near = (torque, reach) => joint.gear_limits.filter(([, value, of]) => of === torque && value <= FAR * reach).map((one) => one[1]);
-      const speed = most(joint.series.speed), torque = most(joint.series.gear);
+      const least = Math.min(...joint.gear_limits.filter(([, , of]) => !of).map((one) => one[1])) / FAR; // of a joint that never moves
+      const speed = most(joint.series.speed) || (Number.isFinite(least) ? least : 1), torque = most(joint.series.gear);
       const figure = page.frame({ height: 330, x: `gear input speed, magnitude [${units.speed}]`, y: `torque at the output, magnitude [${units.gear}]`,
         x_range: [0, 1.12 * Math.max(speed, ...near(false, speed))], y_range: [0, 1.12 * Math.max(torque, ...near(true, torque))] });
       const data = () => ({ x: joint.live.speed.map(Math.abs), y: joint.series.gear.map(Math.abs), t: time });
@@ -149,9 +155,10 @@ page.setup(function () {
       figure.add_tools(new Bokeh.HoverTool({ renderers: [dots], limit: 1, tooltips: [["instant", "@t{0.000} s"], ["torque", `@y{0.00} ${units.gear}`], ["input speed", `@x{0} ${units.speed}`]] }));
       const inks = { rated: "#888888", average: "#0072B2", mean: "#0072B2", repeated: "#E69F00", momentary: "#D55E00", maximum: "#D55E00" };
       for (const [name, value, of] of joint.gear_limits) {
-        const ink = inks[name.split(" ")[0]], unit = of ? units.gear : units.speed, far = value > FAR * (of ? torque : speed);
-        if (!far) figure.add_layout(new Bokeh.Span({ dimension: of ? "width" : "height", location: value, line_color: ink, line_dash: of ? [] : [5, 3], line_width: 1.3 }));
-        legend.push([`${name} ${short(value)} ${unit}${far ? ", beyond the picture" : ""}`, far ? "none" : of ? "line" : "dashed", ink, 1, { visible: true }]);
+        const ink = inks[name.split(" ")[0]], unit = of ? units.gear : units.speed;
+        if (value > FAR * (of ? torque : speed)) continue;
+        figure.add_layout(new Bokeh.Span({ dimension: of ? "width" : "height", location: value, line_color: ink, line_dash: of ? [] : [5, 3], line_width: 1.3 }));
+        legend.push([`${name} ${short(value)} ${unit}`, of ? "line" : "dashed", ink, 1, { visible: true }]);
       }
       joint.redraws.gear = () => (source.data = data());
       return page.show(figure, element, legend);
@@ -233,6 +240,7 @@ page.setup(function () {
       const body = byId("instant");
       joints.forEach((joint, k) => {
         const cells = body.rows[k].cells, live = joint.live;
+        cells[0].firstChild.style.background = joint.c;
         [live.speed, live.torque, live.current, live.voltage].forEach((values, i) => (cells[i + 1].textContent = short(values[sample])));
         cells[5].textContent = percent(live.used[sample] / 100);
       });

@@ -69,7 +69,7 @@ class Gap:
     checks: tuple[str, ...]
 
     def __str__(self) -> str:
-        return f"{self.place} has no {' or '.join(self.columns)}, so {' and '.join(self.checks)} cannot be judged"
+        return f"{self.place} has no {' or '.join(self.columns)}, so {' and '.join(self.checks)} cannot be decided"
 
     @property
     def place(self) -> str:
