@@ -235,8 +235,8 @@ def _shared(op: Operation) -> str:
     return f"{text}; for {share:.3g} % of the time the backlash is open: above {half.max():.4g} N m it stays closed"
 
 
-def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Check, ...]:
-    """The checks of all joints together."""
+def shared_checks(study: Study, results: Mapping[str, JointResult], *, quick: bool = False) -> tuple[Check, ...]:
+    """The checks of all joints together; ``quick``: of stops that fail no more than that is found."""
     study, lacking = with_chosen(study, results), [name for name, one in results.items() if not one.torque_known]
     every = [result.series for result in results.values()]
     power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)
@@ -246,7 +246,7 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
     torque, drives = np.column_stack([one.gear_torque for one in every]), {k: one.drive for k, one in results.items()}
     found += tuple(placed(study.cycle, check) for check in arm_checks(study, drives, torque))
     if len(drives) == len(study.joints):
-        found += tuple(placed(study.cycle, check) for check in stop_checks(study, drives))
+        found += tuple(placed(study.cycle, check) for check in stop_checks(study, drives, quick=quick))
     unknown = massless(study, results)
     if unknown:
         remark = f"unknown at {', '.join(unknown)}: the joints before are checked with too little load"

@@ -84,9 +84,19 @@ class Setup:
             self._results[joint] = evaluate_joint(self.work, self.drives, joint, (drive.motor.key, drive.gear.key))
         return self._results[joint]
 
+    def results(self) -> dict[str, JointResult]:
+        """Of all joints that have a drive, by name."""
+        return {self.study.joints[i].name: self.joint(i) for i in sorted(self.drives)}
+
     def evaluation(self) -> Evaluation:
-        results = {self.study.joints[i].name: self.joint(i) for i in sorted(self.drives)}
+        results = self.results()
         return evaluation_of(self.study, results, shared_checks(self.study, results))
+
+    def holds(self) -> bool:
+        """Whether nothing is asked of any part beyond its limit; of all together only where each joint holds."""
+        if any(worst_of(self.joint(i).checks).utilisation > 1.0 for i in sorted(self.drives)):
+            return False
+        return worst_of(shared_checks(self.study, self.results(), quick=True)).utilisation <= 1.0
 
     def proven(self) -> Evaluation:
         """The same with the arm run anew."""

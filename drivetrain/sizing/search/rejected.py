@@ -30,7 +30,6 @@ from drivetrain.sizing.judge.vary import (
     lighter_work,
     named_drives,
     task_number,
-    worst_of_set,
 )
 from drivetrain.sizing.judge.words import AMPERES
 from drivetrain.sizing.results import Evaluation, RejectedPair
@@ -278,9 +277,7 @@ def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:
     if (vary is Vary.PAYLOAD and not _carries(near)) or (vary is Vary.CYCLE_TIME and near.study.base is not None):
         return ""
     number = task_number(family, named_drives(near.study, near.keys), vary)
-    found = first_edge(
-        lambda value: worst_of_set(number.put(value).evaluation()).utilisation <= 1.0, number.now * vary.outwards
-    )
+    found = first_edge(lambda value: number.put(value).holds(), number.now * vary.outwards)
     if found is None:
         return ""
     factor = found.inside / number.now
