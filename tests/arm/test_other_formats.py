@@ -27,7 +27,7 @@ MJCF = """<mujoco model="crane"><compiler angle="{angle}" eulerseq="{sequence}"/
   <body name="boom" pos="0.3 0 0.1" xyaxes="0 1 0 -1 0.1 0">
    <inertial pos="0 0.1 0.2" mass="2" fullinertia="0.02 0.03 0.04 0.001 0.002 -0.003"/>
    <joint name="lift" class="main" axis="0.3 0 1" pos="0.01 0 0"/><geom size="0.1"/>
-   <body name="hook" pos="0 0 0.4"/></body></body></body>
+   <body name="hook" pos="0 0 0.4"><site name="a"/><site name="b" pos="0 0 0.1"/></body></body></body></body>
 </worldbody></mujoco>"""
 
 
@@ -146,11 +146,32 @@ def test_files_that_hold_no_arm(tmp_path: Path, file: str, change: tuple[str, st
         load_arm(tmp_path / file)
 
 
+SITES = '<site site="a"/><site site="b"/>'
+
+
 @pytest.mark.parametrize(
     ("change", "note"),
     [
         (("<compiler ", '<option><flag gravity="disable"/></option><compiler autolimits="true"/><compiler '), ""),
         (('<joint name="swing"', '<joint stiffness="5" name="swing"'), "stiffness"),
+        (("</mujoco>", f'<tendon><spatial name="coil">{SITES}</spatial></tendon></mujoco>'), "coil"),
+        (
+            (
+                "</mujoco>",
+                '<tendon><fixed name="pull"><joint joint="swing" coef="1"/><joint joint="lift" coef="2"/></fixed>'
+                '</tendon><actuator><motor name="m" tendon="pull" gear="50"/></actuator></mujoco>',
+            ),
+            "not as many motors",
+        ),
+        (
+            (
+                "</mujoco>",
+                '<actuator><motor name="m" joint="lift" gear="50" armature="1e-5"/><motor name="n" joint="lift"'
+                ' gear="50" armature="1e-5"/></actuator></mujoco>',
+            ),
+            "actuator m, actuator n",
+        ),
+        (("</mujoco>", '<equality><joint joint1="swing" joint2="lift"/></equality></mujoco>'), "closures"),
     ],
 )
 def test_mujoco_options_that_count(tmp_path: Path, change: tuple[str, str], note: str) -> None:

@@ -363,6 +363,20 @@ def test_the_urdf_comes_back_with_its_drives(make, tmp_path: Path) -> None:
             np.testing.assert_allclose(mass_matrix(back, q), wanted, atol=1e-12 * np.abs(wanted).max())
 
 
+@pytest.mark.parametrize("motors", ["dcmotor", "general"])
+@pytest.mark.parametrize("which", WHICH)
+def test_the_mjcf_comes_back_with_its_drives(make, tmp_path: Path, which: str, motors: str) -> None:
+    """Of the differential too, whose shafts are fixed tendons there; links hold the rotors' own inertia already."""
+    found = WHICH[which](make)
+    write_mjcf(found, tmp_path / "arm.xml", motors=motors)
+    arm, back = reflected(found), at_level(load_arm(tmp_path / "arm.xml"), RotorLevel.REFLECTED)
+    np.testing.assert_array_equal(np.array(back.coupling), np.array(arm.coupling))
+    own = sum(rotor.axial_inertia for rotor in arm.rotors)
+    for q in poses(arm.n):
+        wanted = mass_matrix(arm, q)
+        np.testing.assert_allclose(mass_matrix(back, q), wanted, atol=1.0001 * own + 1e-12 * np.abs(wanted).max())
+
+
 class InDrake:
     """A file in Drake's parser, rotors reflected by its tags."""
 

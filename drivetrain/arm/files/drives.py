@@ -29,12 +29,12 @@ JOINTS, ACTUATORS = ("joint1", "joint2"), ("actuator1", "actuator2")
 
 @dataclass(frozen=True, eq=False)
 class UrdfCoupling:
-    """Two joints that two motors drive together."""
+    """Joints that as many motors drive together; two in URDF."""
 
-    joints: tuple[str, str]  # their names; the first has the drive of the first motor
-    matrix: Array  # turns of the shafts behind the gears a turn of each joint [-], (2, 2)
-    ratios: tuple[float, float]  # of the gears [-], (2,)
-    actuators: tuple[ElementTree.Element, ElementTree.Element]  # the motors' elements, in the order of the joints
+    joints: tuple[str, ...]  # their names; the first has the drive of the first motor
+    matrix: Array  # turns of the shafts behind the gears a turn of each joint [-], (n, n)
+    ratios: tuple[float, ...]  # of the gears [-], (n,)
+    actuators: tuple[ElementTree.Element, ...]  # the motors' elements, in the order of the joints
 
 
 def read_coupling(reader: Reader, transmission: ElementTree.Element, kind: str) -> UrdfCoupling | None:

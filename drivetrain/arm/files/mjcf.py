@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drivetrain.arm.checks import checked_inertia
-from drivetrain.arm.files.drives import UrdfDrive
+from drivetrain.arm.files.drives import UrdfCoupling, UrdfDrive
 from drivetrain.arm.files.model import UrdfJoint, UrdfLink, UrdfModel, check_names
 from drivetrain.arm.files.xml import Reader, read_document
 from drivetrain.arrays import Array
@@ -37,6 +37,7 @@ class _Reading:
     links: dict[str, UrdfLink] = field(default_factory=dict)
     joints: dict[str, UrdfJoint] = field(default_factory=dict)
     drives: dict[str, UrdfDrive] = field(default_factory=dict)
+    couplings: list[UrdfCoupling] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
 
@@ -77,14 +78,19 @@ def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
     _actuators(reading, root)
     check_names(reader, reading.links, reading.joints)
     reader.faults.raise_any()
-    for tag in ("tendon", "equality", "keyframe"):
+    for tag, hint in (("equality", ": loops that it closes are `closures` of a study"), ("keyframe", "")):
         if root.find(tag) is not None:
-            reading.notes.append(f"ignored: <{tag}>")
+            reading.notes.append(f"ignored: <{tag}>{hint}")
+    springs = root.findall("tendon/spatial")
+    if springs:
+        names = ", ".join(one.get("name", "?") for one in springs)
+        reading.notes.append(f"ignored: tendons along the links ({names}): springs are `counterbalances` of a study")
     gravity = reader.numbers(option, "gravity", "option", [0.0, 0.0, -9.81])
     gravity = 0.0 * gravity if flag.get("gravity") == "disable" else gravity
     name = root.get("model", path.stem)
     drives = {joint: reading.drives.get(joint, UrdfDrive()) for joint in reading.joints}
-    return UrdfModel(name, str(path), reading.links, reading.joints, drives, (), tuple(reading.notes)), gravity
+    return UrdfModel(name, str(path), reading.links, reading.joints, drives, tuple(reading.couplings),
+                     tuple(reading.notes)), gravity  # fmt: skip
 
 
 def _merged(root: ElementTree.Element, path: str) -> ElementTree.Element:
@@ -233,21 +239,56 @@ def _direction(reader: Reader, vector: Any, element: ElementTree.Element, place:
     return unit(vector)
 
 
+@dataclass(frozen=True)
+class _Motor:
+    """One actuator: turns of its shaft a turn of each joint, and what stands before that."""
+
+    place: str
+    turns: dict[str, float]
+    ratio: float
+    inertia: float
+
+
 def _actuators(reading: _Reading, root: ElementTree.Element) -> None:
-    """Ratio and rotor of the motors that drive one joint each."""
-    for section in root.findall("actuator"):
-        for written in section:
-            element = _filled(reading, written, "main")
-            joint, place = element.get("joint", ""), f"actuator {element.get('name', '')}"
-            inertia = float(reading.reader.numbers(element, "armature", place, [0.0])[0])
-            words = element.get("gear", "1").split()
-            if joint in reading.drives and inertia:
-                drive = reading.drives[joint]
-                try:
-                    ratio = float(words[0])
-                except (ValueError, IndexError):
-                    reading.reader.faults.add(place, "its gear must be numbers", element.get("gear"))
-                    continue
-                reading.drives[joint] = UrdfDrive(drive.damping, drive.friction, ratio, inertia)
-            elif element.get("tendon") and inertia:
-                reading.notes.append(f"{place}: drives a tendon, which is not read")
+    """Ratio and rotor of the motors: of one joint each, or of as many joints together, by fixed tendons."""
+    shafts = {one.get("name", ""): one for one in root.findall("tendon/fixed")}
+    motors, reader = [], reading.reader
+    for written in (one for section in root.findall("actuator") for one in section):
+        element = _filled(reading, written, "main")
+        place, turns = f"actuator {element.get('name', '')}", {element.get("joint", ""): 1.0}
+        if element.get("tendon", "") in shafts:
+            turns = {one.get("joint", ""): float(reader.numbers(one, "coef", place, [0.0])[0])
+                     for one in shafts[element.get("tendon", "")].findall("joint")}  # fmt: skip
+        words = element.get("gear", "1").split()
+        try:
+            ratio = float(words[0])
+        except (ValueError, IndexError):
+            reader.faults.add(place, "its gear must be numbers", element.get("gear"))
+            continue
+        if {*turns} <= {*reading.drives}:
+            inertia = float(reader.numbers(element, "armature", place, [0.0])[0])
+            motors.append(_Motor(place, turns, ratio, inertia))
+    for group in _groups([{*one.turns} for one in motors]):
+        joints = [name for name in reading.drives if name in group]
+        own = [one for one in motors if {*one.turns} <= group]
+        if len(own) != len(joints):
+            if len(joints) > 1 or len({one.place for one in own if one.inertia}) > 1:
+                places = ", ".join(one.place for one in own)
+                reading.notes.append(f"{places}: not as many motors as joints ({', '.join(joints)}), not used")
+            continue
+        if len(joints) > 1:
+            matrix = np.array([[one.turns.get(name, 0.0) for name in joints] for one in own])
+            reading.couplings.append(UrdfCoupling(tuple(joints), matrix, tuple(one.ratio for one in own), ()))
+        for name, one in zip(joints, own, strict=True):
+            drive = reading.drives[name]
+            if one.inertia:
+                reading.drives[name] = UrdfDrive(drive.damping, drive.friction, one.ratio, one.inertia)
+
+
+def _groups(sets: list[set[str]]) -> list[set[str]]:
+    """Sets that share nothing: those that do are one."""
+    found: list[set[str]] = []
+    for one in sets:
+        whole = one.union(*(other for other in found if other & one))
+        found = [*(other for other in found if not other & one), whole]
+    return found
