@@ -136,12 +136,12 @@ def select_family(
         for one in members:
             check_keys(one)
         raise
-    deadline = time.perf_counter() + options.time_limit
+    others: Any = _Others(problems[1:])
+    tree = Tree(problems[0], accepts=others if problems[1:] and common == "drives" else None)
+    tree.begin()
+    deadline = time.perf_counter() + options.time_limit  # what a first run compiles is no search
     if common != "drives":
         return _with_own_parts(problems, COMMON.index(common) - 1, deadline)
-    others: Any = _Others(problems[1:])
-    tree = Tree(problems[0], accepts=others if problems[1:] else None)
-    tree.begin()
     tree, first = searched(tree, deadline, lambda *_: None)
     counters = dict(tree.counters + others.counters)
     if not tree.best:
@@ -190,7 +190,7 @@ def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) ->
 
     def most(found: Sequence[Tree]) -> tuple[int, Tree]:
         """The member whose set costs most."""
-        return max(enumerate(found), key=lambda one: one[1].best[0].objective)
+        return max(enumerate(found), key=lambda one: one[1].best[0].objective if one[1].best else math.inf)
 
     def looked_at(allowed: Allowed, before: Sequence[Tree], *, keep: bool = True) -> None:
         nonlocal best, limit
@@ -206,8 +206,8 @@ def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) ->
             heapq.heappush(waiting, (bound, -counters["searches"], allowed, found))
 
     looked_at(every, [Tree(one) for one in problems])
-    if best is None and waiting and time.perf_counter() < deadline:
-        # A first answer: what the member that needs most has, for all.
+    if best is None and waiting and most(waiting[0][3])[1].best:
+        # A first answer, however late it is: what the member that needs most has, for all.
         looked_at(tuple(frozenset({part}) for part in chosen(*most(waiting[0][3]))), waiting[0][3], keep=False)
     while waiting and waiting[0][0] < limit and time.perf_counter() < deadline:
         _, _, allowed, found = heapq.heappop(waiting)
