@@ -21,7 +21,7 @@ from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.search.tree import Tree
-from drivetrain.study.model import DriveMass, JointTask, Mount, Safety, Study
+from drivetrain.study.model import DriveMass, JointTask, Mount, Safety, StiffnessWish, Study
 from drivetrain.study.parts.selection import Wanted
 from drivetrain.study.parts.verdicts import Check, Verdict
 from drivetrain.study.read import load_study
@@ -340,3 +340,70 @@ def test_load_tables_without_an_arm(make):
     expected = [objective for objective, _ in every_set(study)[:5]]
     assert len(expected) == 5
     assert [one.objective for one in select(study).best_sets] == pytest.approx(expected, rel=1e-9)
+
+
+ALONE = {
+    "gear repeated peak torque": "repeated_peak_torque", "gear momentary peak torque": "momentary_torque",
+    "gear average torque": "average_torque_limit", "gear maximum input speed": "max_input_speed",
+    "gear mean input speed": "average_input_speed_limit", "gear stiffness": "stiffness_1",
+    "output bearing tilting moment": "tilting_moment_limit", "output bearing axial load": "axial_load_limit",
+    "output bearing radial load": "radial_load_limit", "output bearing static load": "bearing_static_rating",
+    "torque behind the gear": "stage_torque", "speed behind the gear": "stage_speed", "motor speed": "max_speed",
+    "motor peak torque": "peak_torque", "motor peak current": "peak_current",
+}  # fmt: skip
+
+
+def generous(make) -> Study:
+    """Two joints whose nine pairs each hold whatever the set; axes that lean, so that a bearing feels all of a load."""
+    sizes, wheels = (0.6, 1.0, 1.7), ((30.0, 0.5), (60.0, 1.0), (100.0, 2.0))
+    motors = {
+        f"m{i}": replace(make.motor, key=f"m{i}", mass=size, nominal_current=90.0, peak_current=400.0, max_speed=3e3,
+                         rotor_inertia=2e-5 * size, peak_torque=20.0, max_winding_temperature=None)
+        for i, size in enumerate(sizes)
+    }  # fmt: skip
+    gears = {
+        f"g{i}": replace(make.gear, key=f"g{i}", ratio=ratio, mass=mass, repeated_peak_torque=1e4, momentary_torque=1e5,
+                         average_torque_limit=1e4, tilting_moment_limit=1e4, axial_load_limit=1e5,
+                         radial_load_limit=1e5, bearing_static_rating=1e6, bearing_pitch_diameter=0.05,
+                         bearing_offset=0.01, max_input_speed=3e3, average_input_speed_limit=3e3, stiffness_1=1e7,
+                         stage_torque=1e4, stage_speed=1e3, staged=1.0)
+        for i, (ratio, mass) in enumerate(wheels)
+    }  # fmt: skip
+    arm = make.planar_arm([0.4, 0.35], [1.0, 0.7])
+    arm = replace(arm, gravity=np.array([1.0, -9.0, 4.0]))
+    pairs = tuple(itertools.product(motors, gears))
+    tasks = tuple(make.task(name, drive=None, pairs=pairs, mount=Mount("child", 0.05)) for name in arm.joint_names)
+    return make.study(
+        make.sines(2, samples=31, duration=3.0, size=0.6), arm=arm, joints=tasks, catalog=Catalog(motors, gears),
+        supply=Supply(480.0), wanted=Wanted(sets=5), stiffness=StiffnessWish(first_resonance=2.0),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def every_generous(make):
+    found = TASKS.feasible_sets(generous(make))
+    assert len(found) == 81
+    return found
+
+
+@pytest.mark.parametrize("check", ALONE)
+def test_each_limit_that_alone_decides_is_that_of_brute_force(make, every_generous, check):
+    """The middle of what sets ask at the first joint is the limit of all parts, the least of that the limit of one."""
+    study, column = generous(make), ALONE[check]
+    used = sorted(
+        one.utilisation for found in every_generous for one in found.joints["j1"].checks if one.name == check
+    )
+
+    def limited(rows):
+        return {
+            key: replace(row, **{column: getattr(row, column) * (0.999 * used[0] if key[1] == "0" else used[40])})
+            if hasattr(row, column) else row for key, row in rows.items()
+        }  # fmt: skip
+
+    tight = replace(study, catalog=Catalog(limited(study.catalog.motors), limited(study.catalog.gears)))
+    left = every_set(tight)
+    assert 0 < len(left) < 81
+    selection = select(tight, advise=False)
+    assert [one.objective for one in selection.best_sets] == pytest.approx([one for one, _ in left[:5]], rel=1e-9)
+    assert selection.proof == "optimal"
+    assert {check} == set(selection.rejected["check"])
