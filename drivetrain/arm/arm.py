@@ -286,6 +286,14 @@ class Loops:
         found = {k for k, joint in enumerate(self.driven) if every or joint in path}
         return tuple(sorted(found.union(*(pair for pair in self.shared if found & {*pair}))))
 
+    @property
+    def mean(self) -> Array:
+        """Of what the driven joints do, the motion in which the two motors of an axis turn alike, (n, n)."""
+        found = np.eye(len(self.driven))
+        for pair in map(list, self.shared):
+            found[np.ix_(pair, pair)] = 0.5
+        return found
+
     def inside(self, joint: int) -> bool:
         """Whether a loop closes around a joint, so that what it passes on across its axis is not determined."""
         ends = [[joint in self.paths[chain][:count] for chain, count in pin[:2]] for pin in self.pins]

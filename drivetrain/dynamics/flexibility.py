@@ -28,6 +28,9 @@ from drivetrain.spatial.beams import Beam, beam_compliance
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import inverse_pose
 
+NEXT_TO_NOTHING = (
+    1e-6  # of an axis' inertia: what winds its two gears against each other swings a thousand times faster
+)
 NO_BEAMS: Mapping[int, Beam] = {}
 
 
@@ -56,13 +59,19 @@ def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
 
 
 def locked_mass(arm: Arm, q: Any) -> Array:
-    """The mass matrix with every rotor held still against its stator, (n, n) or (N, n, n)."""
+    """The mass matrix with every rotor held still against its stator, (n, n) or (N, n, n).
+
+    Of two motors on an axis each has half of it: their mean moves the arm, and their difference next to nothing.
+    """
     positions = np.atleast_2d(np.asarray(q, dtype=np.float64))
     if arm.linkage is not None:
-        refuse_loops(arm, closed=True)
+        refuse_loops(arm, shared=True, closed=True)
         still, rest = replace(arm, level=RotorLevel.NONE, gravity=np.zeros(3)), np.zeros(positions.shape)
         columns = [inverse_dynamics(still, positions, rest, rest + unit) for unit in np.eye(arm.n)]
-        mass = np.stack(columns, axis=2)
+        alike = arm.linkage.loops.mean
+        mass = alike.T @ np.stack(columns, axis=2) @ alike
+        for pair in map(list, arm.linkage.loops.shared):
+            mass[:, pair, pair] += NEXT_TO_NOTHING * mass[:, pair, pair]
         return _like(q, 0.5 * (mass + np.swapaxes(mass, 1, 2)))
     return _like(q, _locked_masses(arm, positions, *rotor_inertias(arm, positions)))
 

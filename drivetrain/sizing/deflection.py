@@ -130,7 +130,7 @@ def tip_deflection(evaluation: Evaluation, *, beams: Mapping[int, Beam] = NO_BEA
     cycle = study.cycle
     results = tuple(evaluation.joints.values())
     torque = np.column_stack([joint.series.gear_torque for joint in results])
-    twist, play = joint_twists(study, _drives(evaluation), torque), joint_plays(study, _drives(evaluation))
+    twist, play = joint_twists(study, _drives(evaluation), torque), joint_plays(study, _drives(evaluation), torque)
     jacobian = tip_levers(study)
     return TipDeflection(
         time=cycle.time,
@@ -140,7 +140,7 @@ def tip_deflection(evaluation: Evaluation, *, beams: Mapping[int, Beam] = NO_BEA
         joints=-twist[:, :, None] * jacobian,
         links=_link_deflection(evaluation, beams),
         backlash=-0.5 * (play * np.sign(torque))[:, :, None] * jacobian,
-        lost_motion=lost_motion(play[:, None] * jacobian),
+        lost_motion=lost_motion(play[:, :, None] * jacobian),
         rigid=lacking_joints(_drives(evaluation), "stiffness_1"),
         unknown_play=lacking_joints(_drives(evaluation), "backlash"),
     )

@@ -78,8 +78,6 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     stiffness = made(form.stiffness)
     if stiffness.stated and arm is None:
         ledger.fault(("stiffness",), "goes with studies of an arm: a load table does not say where a tip is")
-    elif stiffness.stated and any(task.preload is not None for task in joints):
-        ledger.fault(("stiffness",), "is not computed of arms with two motors on one axis")
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
@@ -17,6 +19,7 @@ from drivetrain.sizing.deflection import tip_deflection
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.spatial.poses import pose
+from drivetrain.study.model import StiffnessWish
 from drivetrain.study.objects import study as make_study
 from drivetrain.study.parts.second_motors import second_motor
 from drivetrain.study.read import load_study
@@ -113,6 +116,54 @@ def test_halves_and_preload_by_hand():
             np.testing.assert_allclose(parts[3] * constant * 50, sign * 30.0, rtol=1e-9)
 
 
+SPRUNG = {
+    "stiffness_1": 4e3,
+    "stiffness_2": 6e3,
+    "stiffness_3": 9e3,
+    "torque_1": 6.0,
+    "torque_2": 20.0,
+    "backlash": 2e-3,
+}
+WISHES = {"first_resonance": 8.0, "tip_deviation": 0.02, "lost_motion": 0.002}
+
+
+def figures(found):
+    """What the arm does of what is wished: frequency, deviation, lost motion."""
+    checks = {one.name: one for one in found.shared}
+    resonance = checks["arm first resonance"].available
+    return resonance, *(checks[f"arm {one}"].required for one in ("tip deviation", "lost motion"))
+
+
+def test_two_gears_are_one_of_twice_the_stiffness():
+    """Without preload; its springs bend as far at twice the torque, and its play is one gear's."""
+    gear = {**GEAR, **SPRUNG}
+    stiff = {name: (1.0 if name == "backlash" else 2.0) * value for name, value in SPRUNG.items()}
+    for slides in ((), (0,)):
+        travel = {"travel_per_turn": 0.05} if slides else {}
+        two = evaluate(task({"motors": 2, **travel}, gears={"G": gear}, arm=planar(slides), stiffness=WISHES))
+        twice = {name: 2.0 * MOTOR[name] for name in ("torque_constant", "resistance", "rotor_inertia", "mass")}
+        large = {"M": MOTOR, "L": {**MOTOR, **twice, "peak_torque": 6.0}}
+        gears, drives = {"G": gear, "K": {**gear, **stiff, "mass": 2.0}}, {"joint_1": ("L", "K"), "joint_2": ("M", "G")}
+        one = evaluate(task(travel, motors=large, gears=gears, drives=drives, arm=planar(slides), stiffness=WISHES))
+        # The winding of both gears against each other has a millionth of the inertia.
+        assert figures(two) == pytest.approx(figures(one), rel=1e-5)
+        told = tip_deflection(two)
+        np.testing.assert_allclose(told.displacement, tip_deflection(one).displacement, atol=1e-9)
+
+
+def test_a_preload_takes_the_play_away():
+    """Of the axis that it closes, as long as half of the load stays below it; the other joint keeps its own."""
+    own = {"gears": {"G": {**GEAR, **SPRUNG}}, "stiffness": WISHES}
+    loose, most = (
+        figures(evaluate(task(**own)))[2],
+        np.abs(evaluate(task(**own)).joints["joint_1"].series.gear_torque).max(),
+    )
+    second = 0.2 * SPRUNG["backlash"]  # the lever of the second joint
+    closed, open_ = (figures(evaluate(task({"motors": 2, "preload": p}, **own)))[2] for p in (0.51 * most, 0.49 * most))
+    assert closed == pytest.approx(second, rel=1e-9) and closed < 0.5 * loose
+    assert open_ == pytest.approx(loose, rel=0.02)  # where the load is largest, in another pose than the loosest
+
+
 def test_a_preload_that_is_too_small_is_told():
     found = evaluate(task({"motors": 2, "preload": 2.0}))
     half = 0.5 * np.abs(evaluate(task()).joints["joint_1"].series.gear_torque)
@@ -170,7 +221,7 @@ def test_a_load_table_is_shared():
         )
 
 
-def choice(seed):
+def choice(seed, wish=None):
     """Three motors and two gears of random sizes for every drive."""
     rng = np.random.default_rng(seed)
     motors, gears = {}, {}
@@ -183,7 +234,31 @@ def choice(seed):
     own = {"motors": 2, "preload": float(rng.uniform(1.0, 15.0)), "candidates": {"pairs": "all"}}
     other, which = {"candidates": {"pairs": "all"}}, rng.integers(2)
     entries = (own, other) if which == 0 else (other, own)
-    return task(*entries, motors=motors, gears=gears, drives=None), f"joint_{which + 1}"
+    if wish is not None:
+        for key, gear in gears.items():
+            scale = rng.uniform(0.5, 2.0)
+            gears[key] = gear | {name: scale * value for name, value in SPRUNG.items()}
+    more = {} if wish is None else {"stiffness": wish}
+    return task(*entries, motors=motors, gears=gears, drives=None, **more), f"joint_{which + 1}"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_search_is_brute_force_where_springs_bind(seed):
+    """Wishes that some of the sets that fit otherwise keep."""
+    study, axis = choice(seed, WISHES)
+
+    def fitting(wish):
+        sets = feasible_sets(replace(study, stiffness=wish), lambda drives: drives[axis] == drives[second_motor(axis)])
+        return list(sets)
+
+    loose = fitting(StiffnessWish(first_resonance=0.1, tip_deviation=1.0, lost_motion=1.0))
+    told = np.array([figures(one) for one in loose])
+    slow, far, play = (np.quantile(told[:, k], share) for k, share in enumerate((0.3, 0.8, 0.8)))
+    wish = StiffnessWish(first_resonance=slow * 0.9999, tip_deviation=far * 1.0001, lost_motion=play * 1.0001)
+    stiff, found = fitting(wish), select(replace(study, stiffness=wish))
+    assert 0 < len(stiff) < len(loose)
+    assert found.objective == pytest.approx(min(one.objective for one in stiff), rel=1e-12)
+    assert found.proof == "optimal"
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -213,15 +288,13 @@ def test_the_written_study_names_the_drive_once(tmp_path):
 
 def test_what_does_not_go_with_two_motors():
     with pytest.raises(InputError) as error:
-        task({"preload": 3.0}, {"motors": 2, "mount": {"carrier": "child"}}, stiffness={"first_resonance": 5.0},
+        task({"preload": 3.0}, {"motors": 2, "mount": {"carrier": "child"}},
              base={"z": {"amplitude": 0.1, "period": 2.0}})  # fmt: skip
     told = str(error.value)
-    for part in ("motors: 2 beside it", "must be parent or base", "stiffness", "a base that moves"):
+    for part in ("motors: 2 beside it", "must be parent or base", "a base that moves"):
         assert part in told
     with pytest.raises(InputError, match="motors"):
         task({"motors": 3})
     study = task({"motors": 2, "preload": 3.0})
     with pytest.raises(InputError, match="two motors on one axis"):
         scene_of(study, {name: one.drive for name, one in evaluate(study).joints.items()})
-    with pytest.raises(InputError, match="two motors on one axis"):
-        tip_deflection(evaluate(study))

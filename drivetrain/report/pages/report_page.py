@@ -201,12 +201,15 @@ def _joint(joint: JointResult, evaluation: Evaluation) -> dict[str, Any]:
         (check.name, FOLLOWS[check.name], percent(check.utilisation)) for check in joint.checks
         if check.name in FOLLOWS and check.utilisation is not None and math.isfinite(check.utilisation)
     ]  # fmt: skip
-    ends = {"low": max(step, 0.4 * ratio // step * step), "high": 2.5 * ratio // step * step, "own": ratio, "step": step}
+    ends = {
+        "low": max(step, 0.4 * ratio // step * step),
+        "high": 2.5 * ratio // step * step,
+        "own": ratio,
+        "step": step,
+    }
     return {
         "card": joint_card(joint),
-        "ratio": None
-        if gear.kind == "ideal"
-        else {name: f"{value:g}" for name, value in ends.items()},
+        "ratio": None if gear.kind == "ideal" else {name: f"{value:g}" for name, value in ends.items()},
         "follows": follows,
         "gear_limits": [f"{name} {with_unit(value, unit)}" for name, value, unit in gear_limits(gear)],
         "rows": [check_row(joint.name, check) for check in joint.checks],

@@ -80,12 +80,15 @@ def tip_levers(study: Study) -> Array:
     """How far the tip moves a unit of each joint's motion, of its shaft's where motors are coupled, (N, n, 3)."""
     arm = study.arm
     assert arm is not None
-    refuse_loops(arm, closed=True)
+    refuse_loops(arm, shared=True, closed=True)
     q = study.cycle.position
     chain, position = main_chain(arm, q)
     shafts = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
     if arm.linkage is not None:
-        shafts = whole_motion(arm.linkage, q, 0.0 * q, 0.0 * q).turns[:, list(arm.linkage.loops.paths[0])]
+        shafts = (
+            whole_motion(arm.linkage, q, 0.0 * q, 0.0 * q).turns[:, list(arm.linkage.loops.paths[0])]
+            @ arm.linkage.loops.mean
+        )
     return np.asarray(np.swapaxes(tip_jacobian(chain, position)[:, 3:] @ shafts, 1, 2))
 
 
@@ -96,9 +99,14 @@ def joint_twists(study: Study, drives: Mapping[str, Drive], torque: Array) -> Ar
     return joint_travels(study) * np.column_stack([still if one is None else one for one in twists])
 
 
-def joint_plays(study: Study, drives: Mapping[str, Drive]) -> Array:
-    """The whole backlash of each joint [rad or m], (n,); 0 where none is printed."""
-    return joint_travels(study) * np.array([one.gear.backlash or 0.0 for one in drives.values()])
+def joint_plays(study: Study, drives: Mapping[str, Drive], torque: Array) -> Array:
+    """The whole backlash of each joint [rad or m], (N, n); 0 where none is printed or a preload closes it."""
+    plays = joint_travels(study) * np.array([one.gear.backlash or 0.0 for one in drives.values()])
+    found, names = np.tile(plays, (len(torque), 1)), list(drives)
+    for one, other in {task.sharing for task in study.joints if task.sharing}:
+        pair = [names.index(one), names.index(other)]
+        found[np.ix_(torque[:, pair].prod(axis=1) < 0.0, pair)] = 0.0
+    return found
 
 
 def lost_motion(plays: Array) -> Array:
@@ -152,7 +160,7 @@ def _deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extr
 
 def _play(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
     """What backlash lets the tip do at its most [m]."""
-    size = lost_motion(joint_plays(study, drives)[:, None] * tip_levers(study))
+    size = lost_motion(joint_plays(study, drives, torque)[:, :, None] * tip_levers(study))
     return Extreme(float(size.max()), int(np.argmax(size)))
 
 

@@ -353,8 +353,10 @@ def without_play(offered: Candidates, domains: Domains) -> Domains:
     study = offered.study
     if study.stiffness.lost_motion is None or study.arm is None:
         return domains
-    every = [np.abs(travel) * _backlash(offered)[offered.pairs[one.pairs, 1]]
-             for travel, one in zip(joint_travels(study), domains, strict=True)]  # fmt: skip
+    # A preload may close what is between the two gears of an axis.
+    there = np.where([bool(task.sharing and task.preload) for task in study.joints], 0.0, np.abs(joint_travels(study)))
+    every = [travel * _backlash(offered)[offered.pairs[one.pairs, 1]]
+             for travel, one in zip(there, domains, strict=True)]  # fmt: skip
     least = tuple(float(np.nanmin(row, initial=math.inf)) for row in every)
     if any(np.isnan(row).any() for row, task in zip(every, study.joints, strict=True) if task.drive is not None):
         return domains  # the check is not made, whatever the others are
