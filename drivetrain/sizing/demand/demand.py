@@ -333,5 +333,7 @@ def _column(study: Study, motion: Array, joint: int) -> Array:
 
 def _summed(start: _Sums, basis: JointBasis, numbers: Array, rows: slice) -> _Sums:
     """A start and some weighted rows of the basis."""
+    if not numbers[rows].any():  # without drives: rows of long motions take their time
+        return start
     added = (basis.force, basis.wrench, basis.inertia)
     return _Sums(*(one + numbers[rows] @ row[rows] for one, row in zip(start, added, strict=True)))

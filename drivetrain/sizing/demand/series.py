@@ -251,7 +251,7 @@ def added_by(work: Workload, joint: int, drives: Sequence[int]) -> Added:
         if drive in basis.drives:
             to = slice(NUMBERS * position, NUMBERS * (position + 1))
             for added, unit, series in zip(found, units, each, strict=True):
-                added[to] = unit * series[basis.rows(drive)]
+                np.multiply(unit, series[basis.rows(drive)], out=added[to])
     return found
 
 

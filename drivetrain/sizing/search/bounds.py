@@ -33,6 +33,7 @@ from drivetrain.drive.gear import (
     mesh_of,
     mesh_slope,
     mesh_torque,
+    permitted_peaks,
     static_load,
     wear,
 )
@@ -112,6 +113,9 @@ class Span(NamedTuple):
     # least tilting moment, axial and radial load on the output bearing [N m], [N], least torque that holds the worst
     # position still [N m], least of the largest inertia [kg m^2], torque in stops on a ramp [N m]; NaN: nobody knows
     still: Array
+    # of the output bearing at a few samples the least squares of the tilting moment and of the radial load, and the
+    # least of |mx fy - my fx|, (3, B)
+    tilts: Array
 
 
 class Sheets(NamedTuple):
@@ -145,10 +149,10 @@ class Offer(NamedTuple):
     brake: Brake  # stops at the current limit
 
 
-def span_of(motion: Motion, friction: Friction, added: Array, share: Array) -> Span:
-    """A span with memory of its own."""
+def span_of(motion: Motion, friction: Friction, added: Array, share: Array, bearing: int) -> Span:
+    """A span with memory of its own; ``bearing``: samples at which the output bearing is looked at."""
     shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    memory: Any = (*np.zeros((9, len(share))), new_powers(len(share)), np.full(6, np.nan))
+    memory: Any = (*np.zeros((9, len(share))), new_powers(len(share)), np.full(6, np.nan), np.zeros((3, bearing)))
     return Span(motion, shown, lossy, added, share, *memory)
 
 
@@ -289,15 +293,20 @@ def bound(case: Any, row: Any, checks: Any, span: Span, brake: Brake, amounts: A
     stop = least_hard_stop(case, brake, amounts)
     figures.momentary_torque, figures.stop_motor_torque = larger(found.load, stop.load), stop.torque
     if not peaks:
+        struck, travel = stop.load, stop.travel
         if known(span.still[5]):
-            figures.momentary_torque = larger(figures.momentary_torque, span.still[5])
+            struck, travel = span.still[5], 0.5 * setting.fastest * setting.stop_ramp
+            figures.momentary_torque = larger(figures.momentary_torque, struck)
+        if struck * case.safety.peak_torque * BELOW > case.limits.repeated_peak_torque:
+            figures.permitted_peaks = permitted_peaks(gear.momentary_waves, gear.ratio, travel)
         figures.average_load_torque = least_average(case, span)
         figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
-        # About its centre, on the worse side, the moment is no less than about the joint's point, nor than the radial
-        # force times the way there.
-        arm, radial = bearing_arm(gear), span.still[2]
-        figures.tilting_moment = larger(span.still[0], known_or(arm, 0.0) * radial) + 0.0 * (arm + radial)
-        figures.axial_load, figures.radial_load = span.still[1], span.still[2]
+        arm, tilt, radial = bearing_arm(gear), 0.0, span.still[2]
+        lever = known_or(arm, 0.0)
+        for t in range(span.tilts.shape[1]):  # ``moment_square`` of what is least
+            tilt = larger(tilt, span.tilts[0, t] + lever * (lever * span.tilts[1, t] + 2.0 * span.tilts[2, t]))
+        figures.tilting_moment = math.sqrt(tilt) + 0.0 * (arm + radial)
+        figures.axial_load, figures.radial_load = span.still[1], radial
         figures.wanted_stiffness = setting.resonance * setting.resonance * span.still[4]
         figures.bearing_static_load = static_load(
             gear.bearing_pitch_diameter, figures.tilting_moment, figures.radial_load, figures.axial_load
@@ -331,23 +340,24 @@ def bound(case: Any, row: Any, checks: Any, span: Span, brake: Brake, amounts: A
 
 
 class LeastStop(NamedTuple):
-    """Least largest torque of the gear in stops at a current limit, and of the motor to hold the load; NaN: unknown."""
+    """Least of stops at a current limit: largest torque of the gear, of the motor to hold the load; longest way."""
 
     load: float
     torque: float
+    travel: float
 
 
 @law
 def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
-    """The least largest torque of stops at the current limit, and of the motor that holds the load, at a few samples.
+    """The least of what stops at the current limit ask, at a few samples: torque, torque that holds the load, way.
 
     See ``judge.hard_stop``. The torque rises with the static one, and with the inertia it only rises or only falls, so
-    its ends lie at the ends of both.
+    its ends lie at the ends of both, and those of how fast the joint slows down.
     """
     setting, gear = case.setting, case.gear
     if len(brake.speed) == 0 or setting.ramped != 0.0 or not known(setting.stop_current + unknown_torque(case)):
-        return LeastStop(0.0, np.nan)
-    mesh, shaft, ratio, found, holding = mesh_of(gear), friction_curve(case.shaft), gear.ratio, 0.0, 0.0
+        return LeastStop(0.0, np.nan, 0.0)
+    mesh, shaft, ratio, found, holding, longest = mesh_of(gear), friction_curve(case.shaft), gear.ratio, 0.0, 0.0, 0.0
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(gear.inertia, 0.0)
     rides, limit = setting.rides, case.motor.torque_constant * setting.stop_current
     rotor, riding = stop_rotor(ratio, inertia, rides)
@@ -358,7 +368,7 @@ def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
         for k in range(len(amounts)):
             own_torque += amounts[k] * brake.added_torque[k, t]
             own += amounts[k] * brake.added_inertia[k, t]
-        way, low, high = direction(speed), np.inf, -np.inf
+        way, low, high, slowing = direction(speed), np.inf, -np.inf, 0.0
         carrier = brake.carrier_acceleration[t] - rides * acceleration
         push = braking_push(mesh, shaft, factor, inertia, limit, speed, carrier)
         bare, own = own, own + riding
@@ -368,6 +378,8 @@ def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
             for j in range(2):
                 load = max(brake.inertia[j, t] + bare, 0.0) + riding
                 torque = braked(mesh.driving, mesh.driven, rotor, push, static, load, way).torque
+                free = braked(1.0, 1.0, rotor, push, static, load, way)
+                slowing = max(slowing, -way * free.acceleration if load + rotor > 0.0 else np.inf)
                 for k in range(2):
                     swung = torque + (torque - brake.torque[k, t] - own_torque)
                     low, high = min(low, swung), max(high, swung)
@@ -383,7 +395,8 @@ def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
         )
         swung = max(low, -high, 0.0) if high < np.inf else 0.0
         found = max(found, min(swung, most) if known(stiff) else swung)
-    return LeastStop(found, holding)
+        longest = max(longest, 0.5 * speed * speed / slowing if slowing > 0.0 else np.inf)
+    return LeastStop(found, holding, longest)
 
 
 class LeastMechanical(NamedTuple):

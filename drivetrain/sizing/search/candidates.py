@@ -206,7 +206,10 @@ class JointOffer:
         open_span(offer.load, offer.others, offer.rows, low, high, offer.half, whole.low, whole.high)
         found = whole.still
         if self.heavy.start.size:
-            found[:3] = [series.max() for series in _bearing_loads(self.heavy.least(low, high))]
+            bottom, top = self.heavy.ends(low, high)
+            tilting, axial, radial = _bearing_loads(np.maximum(np.maximum(bottom, -top), 0.0))
+            found[:3] = tilting.max(), axial.max(), radial.max()
+            whole.tilts[:] = tilting**2, radial**2, _least_cross(bottom, top)
         for at, loads in ((3, self.held), (4, self.swung), (5, self.stops)):
             if loads.start.size:
                 found[at] = loads.least(low, high).max()
@@ -445,8 +448,8 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
         offered.load.torque, np.array(others, dtype=np.int64),
         rows.torque.reshape(len(others), NUMBERS, len(cycle.time)), np.zeros((len(others), NUMBERS)),
         _peaks(np.abs(demand.acceleration)),
-        span_of(few.motion, friction, np.zeros((len(own.torque), size)), np.zeros(size)),
-        span_of(offered.motion, friction, own.torque, share), brake,
+        span_of(few.motion, friction, np.zeros((len(own.torque), size)), np.zeros(size), 0),
+        span_of(offered.motion, friction, own.torque, share, heavy.start.shape[-1] * (heavy.start.size > 0)), brake,
     )  # fmt: skip
     swung = UNASKED
     if plain["setting"]["resonance"].any() and offered.load.inertia.size:
@@ -489,6 +492,14 @@ def _brakes(work: Work, rows: Added, others: Sequence[int]) -> tuple[Brake, Load
 def _bearing_loads(wrench: Array) -> tuple[Array, Array, Array]:
     """Tilting moment, axial and radial load of wrenches, (N,) each."""
     return np.hypot(wrench[0], wrench[1]), np.abs(wrench[5]), np.hypot(wrench[3], wrench[4])
+
+
+def _least_cross(low: Array, high: Array) -> Array:
+    """The least of |mx fy - my fx| of wrenches that lie between two, (N,)."""
+    ends = low, high
+    one, other = (np.array([a[i] * b[j] for a in ends for b in ends]) for i, j in ((0, 4), (1, 3)))
+    least, most = one.min(axis=0) - other.max(axis=0), one.max(axis=0) - other.min(axis=0)
+    return np.maximum(np.maximum(least, -most), 0.0)
 
 
 def _peaks(values: Array) -> Indices:

@@ -94,7 +94,7 @@ class Propagation:
             # Short of a whole set the bounds are nearly as good as a judgement, and far cheaper.
             suspect = int(domain.pairs[domain.cheapest]) in self.suspects
             if not loading.any() or suspect or self.ranges.decided[self.problem.loads.any(axis=0)].all():
-                domain = self._settled(joint, domain)
+                domain = self._settled(joint, domain, room)
         if not len(domain):
             return False
         self.domains[joint] = replace(domain, least=max(domain.least, float(domain.cost.min())))
@@ -108,21 +108,22 @@ class Propagation:
         self.counters["candidates tested"] += count
         return replace(domain, pairs=domain.pairs[kept], cost=cost[kept], exact=domain.exact[kept], tested=wanted)
 
-    def _settled(self, joint: int, domain: Domain) -> Domain:
+    def _settled(self, joint: int, domain: Domain, room: float) -> Domain:
         """Judge the cheapest candidates of a joint until the cheapest is known to be feasible."""
-        problem, cost, exact = self.problem, domain.cost.copy(), domain.exact.copy()
-        while True:
-            best = int(np.argmin(cost))
-            if exact[best]:
-                break
+        problem = self.problem
+        while len(domain) and not domain.settled:
+            best, cost, exact = domain.cheapest, domain.cost.copy(), domain.exact.copy()
             pairs = domain.pairs[best : best + 1]
             used, energy, price = problem.judged(joint, pairs, self.ranges.low)
             self.counters["candidates judged"] += 1
             cost[best], exact[best] = problem.cost(pairs, energy, price)[0], True
+            domain = replace(domain, cost=cost, exact=exact)
             if used[0] == math.inf:
-                cost[best] = math.inf
                 self.suspects.add(int(pairs[0]))
-        return replace(domain, cost=cost, exact=exact).below(math.inf)
+                domain = domain.kept(np.arange(len(domain)) != best)
+                if domain.tested == UNTESTED:  # bounds of what comes now are far cheaper than judging it
+                    domain = self._tested(joint, domain, room, CHEAPEST)
+        return domain
 
     def _new_range(self, joint: int) -> bool:
         """The range of the numbers left at a joint; where it changes, candidates that it loads are tested again."""

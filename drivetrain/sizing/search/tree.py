@@ -20,6 +20,7 @@ from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
 
+from drivetrain.arrays import Array
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.candidates import (
     Domains,
@@ -270,13 +271,11 @@ class Tree(BranchAndBound[Bounded]):
 
     def first(self) -> None:
         root = self.narrowed(self.problem.domains(), 0, None)
-        for _ in range(2):
+        for full in (SMALL, EVERY):  # what is too dear is out before all of the rest are tested
             if root is None:
                 return
             self._dive(root)
-            root = self.narrowed(root.domains, EVERY, root)
-            if math.isinf(self.limit):
-                break
+            root = self.narrowed(root.domains, EVERY if math.isinf(self.limit) else full, root)
         if root is not None:
             self.push(root)
 
@@ -381,15 +380,41 @@ class Tree(BranchAndBound[Bounded]):
         self.counted[last.level] += sum([self._offer(one) for one in found]) - node.whole
         return True
 
-    def _dive(self, node: Bounded | None) -> None:
-        """Go for feasible sets: the cheapest candidate from the tip to the base."""
+    def _dive(self, node: Bounded) -> None:
+        """Go for feasible sets: the cheapest candidate from the tip to the base, with what its load is known to cost.
+
+        While sets are wanted at any cost it goes back at dead ends, else it ends there.
+        """
+        waiting: list[tuple[Domains, Bounded]] = []
+        prices = self._prices(node)
         for _ in range(self.problem.n + self.problem.wanted.sets + MISSES):
-            if node is None or node.bound >= self.limit:
+            if node.bound >= self.limit:
                 return
             loads = self._open_loads(node)
             alone = loads.size and self._violated(node.domains) is None
-            parts = self._one_load(node, int(loads[-1])) if alone else self._branches(node)
-            node = next((found for part in parts if (found := self.narrowed(part, SMALL, node)) is not None), None)
+            parts = self._one_load(node, int(loads[-1]), prices) if alone else self._branches(node)
+            kept = [*waiting, *((part, node) for part in reversed(parts))]
+            waiting = kept if self.last is None else kept[-1:]
+            found = None
+            while waiting and found is None:
+                part, above = waiting.pop()
+                found = self.narrowed(part, SMALL, above)
+            if found is None:
+                return
+            node = found
+
+    def _prices(self, node: Bounded) -> Array | None:
+        """What a unit of each number of a joint's drive makes the others cost; None while no set is known.
+
+        What a joint costs in the best set over the least it may cost is put on the drives that load it, by their share.
+        """
+        if not self.best:
+            return None
+        best, reach = self.best[0], self.problem.reach
+        gap = np.maximum(np.array(best.costs) - [domain.least for domain in node.domains], 0.0)
+        heavier = np.abs(self.problem.candidates.numbers[list(best.pairs)] - node.ranges.low)
+        total = np.einsum("jki,ki->j", reach, heavier)
+        return np.einsum("j,jki->ki", gap / np.maximum(total, 1e-9), reach)
 
     def _branches(self, node: Bounded) -> list[Domains]:
         """A node in parts, each with less to be decided."""
@@ -419,8 +444,14 @@ class Tree(BranchAndBound[Bounded]):
         joint, number = np.unravel_index(int(np.argmax(effect)), effect.shape)
         return int(joint), int(number)
 
-    def _one_load(self, node: Bounded, joint: int) -> list[Domains]:
-        """The candidates of a joint that load others as its cheapest does, and the rest."""
-        domain, numbers = node.domains[joint], self.problem.candidates.numbers
-        same = (numbers[domain.pairs] == numbers[domain.pairs[domain.cheapest]]).all(axis=1)
+    def _one_load(self, node: Bounded, joint: int, prices: Array | None = None) -> list[Domains]:
+        """The candidates of a joint that load others as its cheapest does, and the rest; a load may have its price."""
+        domain, problem = node.domains[joint], self.problem
+        numbers, cheapest = problem.candidates.numbers, domain.cheapest
+        if prices is not None:
+            cost = domain.cost + np.abs(numbers[domain.pairs]) @ prices[joint]
+            priced = replace(domain, cost=cost, exact=np.zeros_like(domain.exact))
+            fits, _, _ = problem.presolved(joint, priced, math.inf, False, node.ranges.low, node.ranges.high)
+            cheapest = int(np.argmin(np.where(fits, cost, math.inf)))
+        same = (numbers[domain.pairs] == numbers[domain.pairs[cheapest]]).all(axis=1)
         return split(node.domains, joint, same)
