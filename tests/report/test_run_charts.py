@@ -41,3 +41,15 @@ def test_rounding_of_the_audit_is_not_magnified(error, top):
         assert below.y_range == () and below.marks[0].y[-1] == pytest.approx(200.0)
     else:
         assert below.y_range == pytest.approx((-top, top))  # a millionth of 50 J
+
+
+def test_a_slide_beside_a_turning_joint_has_its_own_unit():
+    recording = Recording(TIME, {
+        "lift.position": Series("m", 0.1 * TIME), "swing.position": Series("rad", np.radians(20.0) * TIME),
+        "lift.command_position": Series("m", 0.1 * TIME - 2e-3), "swing.command_position": Series("rad", 0.0 * TIME),
+    })  # fmt: skip
+    told = {chart.y: (chart.marks[0], caption) for chart, caption in run_charts(recording, ["lift", "swing"], {})}
+    ends = {label: mark.y[-1] for label, (mark, _) in told.items()}
+    assert ends["position [mm]"] == pytest.approx(100.0) and ends["position [°]"] == pytest.approx(20.0)
+    assert ends["from the command [mm]"] == pytest.approx(2.0) and "from the command [mrad]" in ends
+    assert told["position [mm]"][1] == "Positions of lift." and len({mark.colour for mark, _ in told.values()}) == 2

@@ -61,7 +61,7 @@ def front_charts(found: Front, chosen: DriveSet | None = None) -> tuple[Chart, .
         across, up = _criterion(found.points, x), _criterion(found.points, y)
         order = np.argsort(across, kind="stable")
         marks = [Mark("step", across[order], up[order], colour="muted", size=0.8)] if len(names) == 2 else []
-        label = f"dark: low, light: high {AXES[third]}" if third else ""
+        label = f"{AXES[third]}: dark low, light high" if third else ""
         marks.append(Mark("points", across, up, size=9 if len(across) < 100 else 5, colours=colours, tips=tips,
                           label=label))  # fmt: skip
         if bend is not None:

@@ -79,7 +79,7 @@ const page = (function () {
       const source = new Bokeh.ColumnDataSource({ data: { x, y } });
       drawn = one.kind === "line"
         ? figure.line({ field: "x" }, { field: "y" }, { source, ...line })
-        : figure.step({ field: "x" }, { field: "y" }, { source, mode: "after", ...line });
+        : figure.add_glyph(new Bokeh.Step({ x: { field: "x" }, y: { field: "y" }, mode: "after", ...line }), source);
     } else if (one.kind === "points") {
       const tips = one.tips || [], source = new Bokeh.ColumnDataSource({
         data: { x, y, tip: Array.from(x, (_, i) => tips[i] || ""), c: Array.from(x, (_, i) => colour((one.colours || [])[i] || one.colour || "#0072B2")) } });
@@ -149,7 +149,11 @@ const page = (function () {
   async function run(one) {
     if (one.done) return;
     one.done = true;
-    await one.draw(one.element);
+    try {
+      await one.draw(one.element);
+    } catch (error) { // one picture less, not all
+      console.error(error);
+    }
   }
   const near = (element) => { const box = element.getBoundingClientRect(); return box.bottom > -200 && box.top < innerHeight + 200; };
   async function all() {

@@ -109,15 +109,19 @@ def run_charts(
         joint: values - recording[f"{joint}.command_position"]
         for joint, values in series["position"].items() if f"{joint}.command_position" in recording.series
     }  # fmt: skip
-    slides = {joint for joint in series["position"] if recording.unit(f"{joint}.position") == "m"}
-    unit = "m" if slides and slides == set(series["position"]) else "rad"
-    drawn = [(_lines(recording, series["position"], "position", unit), "Positions.")] if series["position"] else []
-    if errors:
-        largest = max(float(np.abs(values).max()) for values in errors.values())
-        small = {"rad": ((1e3, "mrad"), (1e6, "µrad")), "m": ((1e3, "mm"), (1e6, "µm"))}[unit]
-        scale, shown = small[0] if largest > 1e-4 else small[1]
-        scaled_errors = {joint: scale * values for joint, values in errors.items()}
-        drawn.append((_lines(recording, scaled_errors, "from the command", shown), "How far from the command."))
+    units = {joint: recording.unit(f"{joint}.position") for joint in series["position"]}
+    drawn = []
+    for unit in dict.fromkeys(units.values()):
+        own = {joint: values for joint, values in series["position"].items() if units[joint] == unit}
+        whose = f" of {', '.join(own)}" if len(own) < len(units) else ""
+        drawn.append((_lines(recording, own, "position", unit), f"Positions{whose}."))
+    for unit in dict.fromkeys(units[joint] for joint in errors):
+        own = {joint: values for joint, values in errors.items() if units[joint] == unit}
+        small = 1e3 if max(float(np.abs(values).max()) for values in own.values()) > 1e-4 else 1e6
+        shown = f"{'m' if small == 1e3 else 'µ'}{unit}"
+        away = {joint: small * values for joint, values in own.items()}
+        whose = f", {', '.join(own)}" if len(own) < len(errors) else ""
+        drawn.append((_lines(recording, away, "from the command", shown), f"How far from the command{whose}."))
     for what, si in (("current", "A"), ("voltage", "V")):
         if series[what]:
             chart = _lines(recording, series[what], what, si, {j: limits.get(j, {}).get(what) for j in joints})
@@ -149,8 +153,12 @@ def _lines(
     known = unit in ("rad", "m", "A", "V", "C")
     shown = scaled(np.concatenate([np.ravel(values) for values in curves.values()]), unit)[1] if known else unit
     marks = []
-    for i, (joint, values) in enumerate(curves.items()):
-        colour, own = JOINT_COLOURS[i % len(JOINT_COLOURS)], convert(values, unit, shown) if known else values
+    order = list(dict.fromkeys(name.partition(".")[0] for name in recording.series if "." in name))
+    for joint, values in curves.items():
+        colour, own = (
+            JOINT_COLOURS[order.index(joint) % len(JOINT_COLOURS)],
+            convert(values, unit, shown) if known else values,
+        )
         marks.append(Mark("line", recording.time, own, label=joint, colour=colour))
         limit = (limits or {}).get(joint)
         if limit and limit < 1.05 * float(np.abs(values).max()):

@@ -71,7 +71,7 @@ def _run(found: SimulationFound) -> Section:
     if made is not None:
         end = end_of(found.evaluation.study)
         lead.append(f"The {end.name} comes as far as {end.far(made.tip_deviation)} from the command.")
-    tables = [] if made is None else [_decided(made), _checks(made)]
+    tables = [] if made is None else [_decided(made, recording), _checks(made)]
     if recording.verified:
         compared = tuple(
             (name, number(a, 5), number(b, 5), number(a - b, 2)) for name, (a, b) in recording.verified.items()
@@ -85,13 +85,14 @@ def _run(found: SimulationFound) -> Section:
     return Section("The run", "run", word, css, tuple(lead), run_charts(recording, joints, found.limits), tuple(tables))
 
 
-def _decided(made: Decision) -> SheetTable:
+def _decided(made: Decision, recording: Recording) -> SheetTable:
+    slides = {name for name in made.joints if recording.unit(f"{name}.position") == "m"}
     rows = tuple(
         (
             name, with_unit(joint.peak_current, "A"), with_unit(joint.rms_current, "A"),
-            with_unit(joint.rms_torque, "N m"),
+            with_unit(joint.rms_torque, "N" if name in slides else "N m"),
             DASH if math.isnan(joint.winding_temperature) else with_unit(joint.winding_temperature, "C"),
-            f"{number(1e3 * joint.deviation)}\u00a0mrad",
+            f"{number(1e3 * joint.deviation)}\u00a0{'mm' if name in slides else 'mrad'}",
         )
         for name, joint in made.joints.items()
     )  # fmt: skip

@@ -180,7 +180,9 @@ def _drives_table(study: Study, first: str, title: str, sets: Iterable[dict[str,
 
 
 def _work(found: Front) -> str:
-    return "work done: " + ", ".join(f"{number(count)} {name}" for name, count in found.counters.items())
+    return "work done: " + ", ".join(
+        f"{number(count) if count >= 1000 else count} {name}" for name, count in found.counters.items()
+    )
 
 
 def curve_report(found: OptimumCurve) -> str:

@@ -159,6 +159,9 @@ def _enter(one: Instance, known: Directory, faults: list[Fault]) -> None:
             who = known.givers.get(name) or ", ".join(known.adders[name]) or MECHANICS
             faults.append(Fault(one.title, f"sets {name}, which {who} sets already"))
             continue
+        joint, _, what = name.rpartition(".")
+        if what.startswith("command_") and joint in one.place.joints:
+            unit = unit_at(unit, one.place.turning[one.place.joints.index(joint)])
         known.units[name], known.givers[name] = unit, one.title
     for signal, name in zip(one.ports.contributes, one.contributes, strict=True):
         if name in known.givers:
