@@ -147,3 +147,25 @@ def test_a_name_cut_short_is_the_only_one_it_can_be(short: str, whole: str) -> N
 def test_a_name_that_is_short_for_several_or_none_is_a_message(short: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
         whole_names("--joint", "joint", ["elbow", short], NAMES)
+
+
+@pytest.mark.parametrize(("gear", "ratio"), [("good", 1.2), ("none", 25)])
+def test_stages_are_behind_the_gear_that_is_written(
+    run: Run,  # noqa: F811
+    write: Write,  # noqa: F811
+    tmp_path: Path,
+    gear: str,
+    ratio: float,
+) -> None:
+    """The file names the catalogue's gear; the stages stay the study's, and the drive is the same again."""
+    limits = "efficiency: 95 %, torque_limit: 50 N m, speed_limit: 900 rpm"
+    belt = f"stages: [{{type: belt, ratio: 2, efficiency: 95 %}}, {{type: gear, ratio: {ratio}, {limits}}}]"
+    pairs = CHOICE.replace("gear: good", f"gear: {gear}")
+    file = write(torque="100 N m", drive=f"{pairs}\n    output_bearing: external\n    {belt}")
+    code, _, errors = run("select", file, "--write", "chosen.yaml", "--out", "o")
+    assert code in (0, 1) and "study with its drives" in errors, errors
+    first, again = (dt.load_study(tmp_path / name) for name in (file, "chosen.yaml"))
+    found = dt.select(first).evaluation.joints["door"]
+    assert again.joints[0].drive == (found.motor, found.gear) and found.gear.endswith("+belt+gear")
+    assert dt.evaluate(again).joints["door"].checks == found.checks
+    assert f"gear: {gear}" in (tmp_path / "chosen.yaml").read_text(encoding="utf-8")

@@ -85,6 +85,14 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
     return evaluation
 
 
+def _unstaged(study: Study, gear: str) -> str:
+    """The catalogue's key of a gear; empty where the study's stages stand behind none."""
+    rows = study.catalog.gears
+    if gear not in rows or not rows[gear].staged:
+        return gear
+    return max((key for key in rows if not rows[key].staged and gear.startswith(f"{key}+")), key=len, default="")
+
+
 def write_chosen(selection: Selection, target: Path) -> None:
     """Write the study with the chosen drives named, or say why not."""
     from drivetrain.study.chosen import with_drives
@@ -102,7 +110,7 @@ def write_chosen(selection: Selection, target: Path) -> None:
         if task.sharing[1:] == (task.name,):  # the study names the drive of both motors of an axis once
             continue
         if task.drive is None:
-            named = {"motor": joint.motor.removesuffix(f"+{joint.brake}"), "gear": joint.gear}
+            named = {"motor": joint.motor.removesuffix(f"+{joint.brake}"), "gear": _unstaged(study, joint.gear)}
         if task.brakes and joint.brake:
             named["brake"] = joint.brake
         if task.amplifiers and joint.amplifier.key:

@@ -390,9 +390,7 @@ def every_generous(make):
 def test_each_limit_that_alone_decides_is_that_of_brute_force(make, every_generous, check):
     """The middle of what sets ask at the first joint is the limit of all parts, the least of that the limit of one."""
     study, column = generous(make), ALONE[check]
-    used = sorted(
-        one.utilisation for found in every_generous for one in found.joints["j1"].checks if one.name == check
-    )
+    used = sorted(one.utilisation for found in every_generous for one in found.joints["j1"].checks if one.name == check)
 
     def limited(rows):
         return {
