@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
+import random_tasks
 from random_tasks import KINDS, random_study
 
 import drivetrain as dt
+from drivetrain.catalog.read import Catalog
+from drivetrain.catalog.schema import BRAKE_COLUMNS, GEAR_COLUMNS, MOTOR_COLUMNS
 from drivetrain.drive.friction import Friction
+from drivetrain.sizing.judge.checks import REQUIREMENTS
 
 MOTOR: dict[str, Any] = {
     "kind": "brushless", "current_basis": "dc", "winding_basis": "line_line", "resistance": 0.5,
@@ -120,6 +124,56 @@ def test_axes_counted_the_other_way_round_change_nothing(make: Any, kind: str, s
     tasks = [replace(t, drive=t.pairs[rng.integers(len(t.pairs))], pairs=(), counterbalances=()) for t in study.joints]
     study = replace(study, joints=tuple(tasks))
     assert_same(figures(dt.evaluate(study)), figures(dt.evaluate(turned_about(study))), tolerance=MARCHED)
+
+
+HEAVIER = dict.fromkeys(("kg", "kg m^2", "N", "N m", "N m/A", "N m/rad", "N m s/rad", "J", "W", "V", "ohm", "H"), 2.0)
+LIGHTER = dict.fromkeys(("K/W", "F"), 0.5)
+
+
+def twice_as_heavy(row: Any) -> Any:
+    """A part or a law with all masses, forces, powers and voltages doubled, currents and temperatures kept."""
+    hints = get_type_hints(type(row), include_extras=True)
+    units = {one.name: one.unit for one in (*MOTOR_COLUMNS, *GEAR_COLUMNS, *BRAKE_COLUMNS)}
+    units |= {"stage_torque": "N m", "stage_inertia": "kg m^2"}
+    changed = {}
+    for name, value in vars(row).items():
+        stated = re.search(r"unit='([^']*)'", str(hints[name]))
+        share = (HEAVIER | LIGHTER).get(stated[1] if stated else units.get(name, ""))
+        if value is not None and share is not None:
+            changed[name] = share * value
+    return replace(row, **changed)
+
+
+@pytest.mark.parametrize("kind", ["table", "arm", "mix", "dwell", "coupled"])
+@pytest.mark.parametrize("seed", [500, 504])
+def test_a_machine_twice_as_heavy_needs_twice_as_much(make: Any, kind: str, seed: int, monkeypatch: Any) -> None:
+    """Mass by mass, so that no formula holds a number with a dimension; twos keep every sum exact."""
+    monkeypatch.setattr(random_tasks, "blanked", lambda _rng, row, _names, _share: row)  # stand-ins have dimensions
+    study, rng = random_study(make, seed, kind), np.random.default_rng(seed)
+    tasks = [replace(t, drive=t.pairs[rng.integers(len(t.pairs))], pairs=(), counterbalances=()) for t in study.joints]
+    study = replace(study, joints=tuple(tasks))
+
+    def doubled(task: Any) -> Any:
+        laws = {name: getattr(task, name) for name in ("friction", "motor_friction", "amplifier", "contained")}
+        heavier = {name: twice_as_heavy(law) for name, law in laws.items() if law is not None}
+        brakes, mounting = tuple(twice_as_heavy(one) for one in task.brakes), task.housing_to_ambient
+        return replace(task, **heavier, brakes=brakes, housing_to_ambient=mounting and 0.5 * mounting)
+
+    rows = [{k: twice_as_heavy(row) for k, row in part.items()} for part in (study.catalog.motors, study.catalog.gears)]
+    rows[0] = {k: replace(row, brake=twice_as_heavy(row.brake)) for k, row in rows[0].items()}
+    arm, cycle = study.arm, study.cycle
+    heavy = replace(
+        study, joints=tuple(doubled(task) for task in study.joints), catalog=Catalog(*rows),
+        arm=arm and replace(arm, masses=2.0 * arm.masses, inertias=2.0 * arm.inertias),
+        cycle=cycle if cycle.torque is None else replace(cycle, torque=2.0 * cycle.torque),
+        supply=twice_as_heavy(study.supply),
+    )  # fmt: skip
+    units = {one.name: one.unit for one in REQUIREMENTS}
+    light = {
+        (place, name): (*(value and HEAVIER.get(units.get(name), 1.0) * value for value in numbers), verdict)
+        for (place, name), (*numbers, verdict) in figures(dt.evaluate(study)).items()
+    }  # fmt: skip
+    assert_same(light, figures(dt.evaluate(heavy)), tolerance=ROUNDING)
 
 
 def test_other_units_change_nothing(arm: dt.Arm, plain: Any) -> None:
