@@ -199,6 +199,8 @@ def test_drives_may_be_given_as_one_thinks_of_them(study: Any, selection: Any) -
     commands = dt.current_commands(selection)
     assert commands.equals(dt.current_commands(selection.evaluation))
     assert dt.pareto_front(study, "mass, energy").names == ("mass", "energy")
+    curve = dt.optimum_curve(study, "voltage", ("40 V", "56000 mV"), points=2)
+    assert [curve.points[0].value, curve.points[-1].value] == [40.0, 56.0]
 
 
 def test_a_name_that_is_not_there_leads_to_the_one_that_is() -> None:

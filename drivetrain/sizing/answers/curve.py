@@ -31,6 +31,7 @@ from drivetrain.sizing.tables import CRITERION_UNITS, set_table
 from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import nominal_of
 from drivetrain.study.model import Study
+from drivetrain.units import quantity
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -154,7 +155,7 @@ class OptimumCurve:
 def optimum_curve(
     study: Study,
     vary: Vary | str,
-    span: tuple[float, float],
+    span: tuple[float | str, float | str],
     *,
     points: int = POINTS,
     payload: str | None = None,
@@ -168,7 +169,7 @@ def optimum_curve(
     Args:
         study: The task.
         vary: What is changed.
-        span: Smallest and largest value: mass [kg], length of the cycle [s], [V] or [C].
+        span: Smallest and largest value: mass [kg], length of the cycle [s], [V] or [C]; or texts such as "6 kg".
         points: Values at which sets are selected to start with; a set that is best only between two of them can be
             passed over.
         payload: Name of the payload whose mass is varied; None: the heaviest.
@@ -181,14 +182,16 @@ def optimum_curve(
         InputError: An unknown quantity or payload, a range that is empty or not possible, or fewer than two points.
     """
     what = varied(vary)
-    row = _Row(study, what, _checked(study, what, payload, span, points))
+    unit = "degC" if what.unit == "C" else what.unit
+    low, high = (quantity(end, unit, "span") if isinstance(end, str) else end for end in span)
+    row = _Row(study, what, _checked(study, what, payload, (low, high), points))
     report = progress or (lambda done, total, text: None)
-    grid = [float(value) for value in np.linspace(*span, points)]
+    grid = [float(value) for value in np.linspace(low, high, points)]
     found: list[CurvePoint] = []
     for done, value in enumerate(grid):
         report(done, points + 1, f"selecting at {value:.4g}")
         found.append(row.selected(value, found[-1] if found else None, counted=True))
-    tolerance = TOLERANCE * (span[1] - span[0])
+    tolerance = TOLERANCE * (high - low)
     report(points, points + 1, "locating the breakpoints")
     starts = [(grid[0], found[0])]
     for before, one in itertools.pairwise(found):
