@@ -656,32 +656,33 @@ def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any,
 
 
 @law
-def quick_winding(
-    nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, heat: Any, ambient: Any, time: Any
-) -> Any:
-    """What the hottest phase comes to at most with a time constant of the winding that the sheet does not tell [C].
+def quick_nodes(nodes: Any, time: Any) -> Any:
+    """The nodes with a winding of another time constant [s]; of one node a share of the way is the winding's."""
+    inner = nodes.inner if nodes.inner > 0.0 else WINDING_SHARE * nodes.outer
+    housing = nodes.housing if nodes.inner > 0.0 else nodes.winding
+    return Nodes(inner, nodes.inner + nodes.outer - inner, time / inner, housing)
 
-    As if its resistance were that of its warmest instant all the time, and the housing as warm as that makes it.
+
+@law
+def hottest_bound(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, magnets: Any, ambient: Any) -> Any:
+    """What ``hottest_phase`` does not exceed with magnets of a temperature, without the state being solved [C].
+
+    As if the resistance were that of its warmest instant all the time, and the housing as warm as that makes it.
     """
-    cold, slope = per_torque(copper, heat.magnets)
-    every, memory, peak, even, loss = losses.integrals[1], losses.integrals[2], heat.peak, 0.0, 0.0
-    inner, rate = nodes.inner, 1.0 / (nodes.outer * nodes.housing)
-    if inner == 0.0:
-        inner, rate = WINDING_SHARE * nodes.outer, 1.0 / (nodes.outer * nodes.winding)
-    outer = nodes.inner + nodes.outer - inner
+    cold, slope = per_torque(copper, magnets)
+    rate, own = 1.0 / (nodes.outer * nodes.housing), 1.0 / (nodes.inner * nodes.winding)
+    every, memory, peak, even, loss = losses.integrals[1], losses.integrals[2], ambient, 0.0, 0.0
     for i in range(len(parts)):
         even += periods.shares[i] * parts[i].square
         loss += periods.shares[i] * parts[i].loss
     for k in range(len(every)):
         every[k] = losses.square[k] + losses.held[k]
     for i in range(len(parts)):
-        if nodes.inner == 0.0:  # no housing that evens the heat of the parts out
-            even, loss = parts[i].square, parts[i].loss
         square, lost = even, loss
         if known(rate):
             square = max(square, settled(periods, i, rate, losses.square, memory))
             lost = max(lost, settled(periods, i, rate, losses.housing, memory))
-        heating = outer * square + inner * settled(periods, i, 1.0 / time, every, memory)
+        heating = nodes.outer * square + nodes.inner * settled(periods, i, own, every, memory)
         left = 1.0 - slope * heating
-        peak = max(peak, ambient + (outer * lost + cold * heating) / left if left > 0.0 else np.inf)
+        peak = max(peak, ambient + (nodes.outer * lost + cold * heating) / left if left > 0.0 else np.inf)
     return peak

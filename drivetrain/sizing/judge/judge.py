@@ -68,11 +68,12 @@ from drivetrain.drive.stops import (
 )
 from drivetrain.drive.thermal.periodic_heat import (
     copper_of,
+    hottest_bound,
     hottest_phase,
     interval_means,
     part_means,
     periodic_heat,
-    quick_winding,
+    quick_nodes,
     settled,
     thermal_nodes,
 )
@@ -731,9 +732,15 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
         figures.phase_temperature = hottest_phase(nodes, copper, periods, losses, heat, ambient)
-        if math.isnan(motor.winding_time_constant) and figures.phase_temperature < np.inf:
-            quickest = quick_winding(nodes, copper, periods, losses, parts, heat, ambient, least_winding_time(motor))
-            case.untold.winding_temperature = max(quickest - figures.phase_temperature, 0.0)
+        least = figures.phase_temperature
+        if math.isnan(motor.winding_time_constant) and least < np.inf:
+            fast = quick_nodes(nodes, least_winding_time(motor))
+            quickest = hottest_bound(fast, copper, periods, losses, parts, heat.magnets, ambient)
+            if quickest > case.limits.winding_temperature:
+                state = periodic_heat(fast, copper, periods, losses, parts, ambient)
+                quickest = hottest_phase(fast, copper, periods, losses, state, ambient)
+                heat = periodic_heat(nodes, copper, periods, losses, parts, ambient)  # whose temperatures stay
+            case.untold.winding_temperature = max(quickest - least, 0.0)
         figures.housing_temperature = heat.housing
         if case.setting.settles != 0.0 and share > 0.0:
             figures.gear_temperature = heat.housing if heat.peak < np.inf else np.inf
