@@ -105,7 +105,7 @@ def test_fronts_and_curves(selection: Any) -> None:
 
     front = dt.pareto_front(selection.study, ("mass", "energy"))
     assert len(front.table) == len(front.points) == len(front.plot().lines[0].get_xdata())
-    assert "sets by mass, energy" in repr(front) and "<table" in front._repr_html_()
+    assert " by mass, energy" in repr(front) and "<table" in front._repr_html_()
     curve = dt.optimum_curve(selection.study, "voltage", (40.0, 48.0), points=2)
     assert curve.table["voltage [V]"].tolist() == [point.value for point in curve.points]
     assert curve.plot().get_xlabel() == "voltage [V]"
