@@ -297,18 +297,12 @@ def _exact(step: Any, m00: Any, b: Any, c: Any, m11: Any) -> Any:
 def integrals_of(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> None:
     """Of each interval (p, q, u, v): S = p I + q (M - m I) and Q = u I + v (M - m I), m the mean of M's diagonal.
 
-    S is the integral of e^(M t) over the step, Q the integral of S. Where all intervals are short against every rate
-    they are straight-line series, so that they vectorise.
+    S is the integral of e^(M t) over the step, Q the integral of S. Intervals that are short against every rate are
+    straight-line series, which vectorise; long ones, of a dwell, are solved anew.
     """
-    a, cross, d, growth, longest, most = flow.a, flow.b * flow.c, flow.d, flow.growth, 0.0, 0.0
+    a, cross, d, growth = flow.a, flow.b * flow.c, flow.d, flow.growth
     steps, squares = steps[begin:end], losses.square[begin:end]
     p, q, u, v = losses.integrals[:, begin:end]
-    for k in range(len(steps)):
-        longest, most = larger(longest, steps[k]), larger(most, squares[k])
-    if longest * (flow.c + d + larger(a, growth * most - a) + flow.b) >= SMALL:
-        for k in range(len(steps)):
-            p[k], q[k], u[k], v[k] = _exact(steps[k], growth * squares[k] - a, flow.b, flow.c, -d)
-        return
     for k in range(len(steps)):
         h, m00 = steps[k], growth * squares[k] - a
         y, half = 0.5 * h * (m00 - d), 0.5 * (m00 + d)
@@ -325,6 +319,10 @@ def integrals_of(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> No
         q[k] = square * (0.5 + o2 / 6.0 + o3 / 24.0 + o4 / 120.0 + o5 / 720.0 + o6 / 5040.0 + o7 / 40320.0)
         u[k] = square * (0.5 + y / 6.0 + e2 / 24.0 + e3 / 120.0 + e4 / 720.0 + e5 / 5040.0 + e6 / 40320.0)
         v[k] = square * h * (1.0 / 6.0 + o2 / 24.0 + o3 / 120.0 + o4 / 720.0 + o5 / 5040.0 + o6 / 40320.0)
+    for k in range(len(steps)):
+        rate = growth * squares[k] - a
+        if steps[k] * (flow.c + d + larger(a, rate) + flow.b) >= SMALL:
+            p[k], q[k], u[k], v[k] = _exact(steps[k], rate, flow.b, flow.c, -d)
 
 
 class CycleMap(NamedTuple):
@@ -611,27 +609,48 @@ def _traced(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any
 # above that warms it alone, through its own part of the way to the housing: as the loss of all warms them, once more.
 
 
-@law
+@law(fastmath=FAST)
+def shares_within(rate: Any, steps: Any, share: Any) -> None:
+    """How much of its way a response of first order goes within each step: 1 - e^(-rate step).
+
+    A series, which vectorises; long steps, of a dwell, are taken anew.
+    """
+    for k in range(len(steps)):
+        x = rate * steps[k]
+        inner = 1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0 * (1.0 - x / 7.0)))
+        share[k] = x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * inner))
+    for k in range(len(steps)):
+        if rate * steps[k] >= SMALL:
+            share[k] = -math.expm1(-rate * steps[k])
+
+
+@law(fastmath=FAST)
 def settled(periods: Any, i: Any, rate: Any, values: Any, out: Any) -> Any:
     """The response of first order to values from sample to sample of a part that repeats, at its samples; its largest.
 
     A rate of NaN: nobody knows how fast; their mean.
     """
     begin, end = intervals(periods, i)
-    answer, mean, length = 0.0, 0.0, 0.0
-    for k in range(begin, end):
-        out[k] = -math.expm1(-rate * periods.step[k])  # how much of its way it goes within the step
-        answer += (values[k] - answer) * out[k]
-        mean += values[k] * periods.step[k]
-        length += periods.step[k]
-    answer = answer / -math.expm1(-rate * length) if known(rate) else mean / length
+    last = periods.edges[i + 1] - 1
+    steps, values, share = periods.step[begin:end], values[begin:end], out[begin:end]
+    answer, length = 0.0, 0.0
+    for k in range(len(steps)):
+        answer += values[k] * steps[k]
+        length += steps[k]
+    if not known(rate):
+        out[begin : last + 1] = answer / length
+        return answer / length
+    shares_within(rate, steps, share)
+    answer = 0.0
+    for k in range(len(steps)):
+        answer = answer * (1.0 - share[k]) + values[k] * share[k]
+    answer = answer / -math.expm1(-rate * length)
     most = answer
-    for k in range(begin, end):
-        share, out[k] = out[k], answer
-        if known(rate):
-            answer += (values[k] - answer) * share
-        most = max(most, answer)
-    out[periods.edges[i + 1] - 1] = answer
+    for k in range(len(steps)):
+        gone, share[k] = share[k], answer
+        answer = answer * (1.0 - gone) + values[k] * gone
+        most = larger(most, answer)
+    out[last] = answer
     return most
 
 
