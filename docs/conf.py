@@ -4,6 +4,7 @@ from __future__ import annotations
 
 project = "drivetrain"
 html_title = "drivetrain"
+html_show_copyright = False
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax", "sphinx.ext.viewcode"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3

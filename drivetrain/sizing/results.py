@@ -364,9 +364,8 @@ class Selection:
     def __repr__(self) -> str:
         if not self.drives:
             return f"Selection({self.study.name}: {self.verdict}, {self.proof}; .advice says what would fit)"
-        return (
-            f"Selection({self.study.name}: {self.verdict}, {self.study.objective} {self.objective:.6g}, {self.proof})"
-        )
+        value = f"{self.study.objective} {self.objective:.6g} {self.study.objective_unit}".strip()
+        return f"Selection({self.study.name}: {self.verdict}, {value}, {self.proof})"
 
     def _repr_html_(self) -> str:
         return shown(repr(self), self.evaluation.summary)

@@ -46,7 +46,7 @@ from drivetrain.study.parts.second_motors import with_sharing
 from drivetrain.study.read import load_study
 from drivetrain.whole_files import shipped
 
-README = Path(__file__).resolve().parents[2] / "README.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "bridges.md"
 STEP = (
     1e-4  # s; MuJoCo tells the force at a step's beginning but moves by that at its end: currents are off by the step
 )
@@ -493,7 +493,7 @@ def test_physx_envelopes_are_the_motors_lines(make, tmp_path: Path, which: str) 
 def test_every_format_says_what_it_loses(make) -> None:
     table = losses_table()
     assert all(f"`{name}`" in table for name in FORMATS)
-    assert table in README.read_text(encoding="utf-8")
+    assert table in PAGE.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("write", [write_mjcf, write_sdf, write_drive_urdf, write_ros2, write_physx])

@@ -81,6 +81,8 @@ def test_every_command_runs_as_printed(folder: Path, monkeypatch: pytest.MonkeyP
     runner = CliRunner()
     for line in commands:
         arguments = [part.replace("KEY", "AM_MF0060020_48V") for part in shlex.split(line, comments=True)[1:]]
+        if arguments[0] == "init":
+            arguments[1] = f"fresh_{arguments[1]}"  # the fixture's own stays
         arguments += ["--workers", "0"] if arguments[0] == "sweep" else []  # its processes are tested in tests/sweep
         done = runner.invoke(app, arguments)
         assert done.exit_code in (0, 1), f"{line}\n{done.output}"

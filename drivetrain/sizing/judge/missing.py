@@ -128,7 +128,7 @@ def torque_lacks(drive: Drive) -> str:
     geared = drive.gear.kind != "ideal"
     lacks = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
     lacks += ["the gear's efficiency"] if geared and not _loss_known(drive.gear) else []
-    lacks += ["the gear's input inertia"] if geared and drive.gear.inertia is None else []
+    lacks += ["the gear's input inertia (or its mass, for an estimate)"] if geared and drive.gear.inertia is None else []
     return " and ".join(lacks)
 
 

@@ -34,7 +34,7 @@ def as_check(op: Operation, row: Requirement) -> Check:
     """One row of the table, held against what a drive does."""
     factor, basis = op.number(row.factor), op.task.amplifier.current_basis
     if row.stage >= TORQUE and op.missing:
-        lack = f"cannot be computed: {op.missing} not in the catalogue row and not assumed"
+        lack = f"cannot be computed without {op.missing}, not in the catalogue row and not assumed"
         return Check(
             row.name, None, None, row.unit, None, Verdict.NOT_CHECKED, remark=lack, essential=row.essential,
             factor=factor, current_basis=basis,
