@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from csv import writer
+from io import StringIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.pages.sheet import Extra
@@ -13,6 +17,9 @@ from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.whole_files import write_files
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def write_outputs(
@@ -47,5 +54,17 @@ def write_outputs(
 def currents_csv(evaluation: Evaluation, *, rate: float | None = None, hold: int = 1) -> str:
     """The current commands as CSV text; at a rate [Hz] a comment line says which, and how values are held."""
     table = current_commands(evaluation, rate=rate, hold=hold)
-    head = "" if rate is None else f"# rate: {rate:.9g} Hz, order of hold between samples: {hold}\n"
-    return head + str(table.to_csv(index=False, lineterminator="\n", float_format="%.6g"))
+    text = StringIO()
+    if rate is not None:
+        text.write(f"# rate: {rate:.9g} Hz, order of hold between samples: {hold}\n")
+    lines = writer(text, lineterminator="\n")  # pandas takes three times as long where it formats numbers
+    lines.writerow(table.columns)
+    lines.writerows(zip(*(_printed(table[name]) for name in table.columns), strict=True))
+    return text.getvalue()
+
+
+def _printed(column: pd.Series) -> list[object]:
+    """Numbers with six digits, empty where unknown; other values as they are."""
+    if column.dtype.kind != "f":
+        return column.tolist()
+    return ["" if math.isnan(value) else f"{value:.6g}" for value in column.tolist()]
