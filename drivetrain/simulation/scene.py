@@ -129,7 +129,7 @@ def _check_kinds(body: object, effects: object) -> None:
 
 
 def joint_scene(
-    inertia: Inertia | float, effects: Iterable[Effect], duration: float, *, position: Any = 0.0, speed: Any = 0.0
+    inertia: Inertia | float, effects: Iterable[Effect], duration: float, *, position: Any = None, speed: Any = None
 ) -> Scene:
     """A scene of one joint without an arm.
 
@@ -137,7 +137,7 @@ def joint_scene(
         inertia: The load, or its inertia [kg m^2].
         effects: Of the joint and of the scene; each goes where it belongs.
         duration: [s].
-        position, speed: At the start [rad or m, and per s].
+        position, speed: At the start [rad or m, and per s]; None: where an effect's command begins, else zero.
 
     Returns:
         The scene.
@@ -152,9 +152,12 @@ def joint_scene(
     own = tuple(effect for effect in listed if getattr(effect, "scope", "joint") == "joint")
     whole = tuple(effect for effect in listed if getattr(effect, "scope", "joint") == "scene")
     named = {body.name: own, **({WHOLE: whole} if whole else {})}
-    return Scene(
-        body, named, duration, checked_array([position], (1,), "position"), checked_array([speed], (1,), "speed")
-    )
+    start = {
+        name: checked_array([value], (1,), name)
+        for name, value in (("position", position), ("speed", speed))
+        if value is not None
+    }
+    return Scene(body, named, duration, **start)
 
 
 def without(scene: Scene, kind: type[Effect]) -> Scene:

@@ -74,6 +74,14 @@ def test_a_loop_without_integrator_hangs_by_load_over_stiffness(loop: Effect) ->
     np.testing.assert_allclose(dt.simulate(fed)["joint.position"], PLACE, atol=1e-9)
 
 
+def test_a_joint_without_a_given_position_starts_where_its_loop_holds_it() -> None:
+    effects = [dt.PositionLoop(900.0, 60.0, 0.0302), dt.MotorCurrent(MOTOR), dt.FullRotor(3e-5, 100.0), STAY]
+    run = dt.simulate(dt.joint_scene(dt.Inertia(1.2, weight=WEIGHT), effects, 0.5))
+    link = run["joint.position"][0]
+    assert PLACE - link == pytest.approx(WEIGHT * np.cos(link) / 900.0, rel=1e-6)
+    np.testing.assert_allclose(run["joint.position"], link, atol=1e-7)
+
+
 def test_joints_of_an_arm_hold_one_another() -> None:
     arm = dt.load_arm("planar-2r")
     names, place = arm.joint_names, np.array([[0.3, -0.5]] * 2)

@@ -362,3 +362,10 @@ def test_a_motor_that_hides_its_inductance_must_hold_with_l_over_r_of_2_ms(make)
     check = next(one for one in evaluate(tight).joints["j1"].checks if one.name == "motor voltage")
     assert (check.verdict, check.utilisation) == (Verdict.NOT_CHECKED, None)
     assert any("inductance" in gap.columns for gap in gaps(evaluate(tight)))
+
+
+def test_a_check_names_the_columns_of_the_loss_that_are_empty(make) -> None:
+    gear = replace(make.gear, mesh_efficiency=0.9, drag_torque=0.01, drag_speed_exponent=0.0, drag_temperature_1=0.0)
+    study = make.study(make.sines(1), catalog=Catalog({"m1": make.motor}, {gear.key: gear}))
+    remark = evaluate(study, ("m1", gear.key)).checks.set_index("check")["remark"]["motor peak torque"]
+    assert "the gear's drag_temperature_2 not in the catalogue row" in remark

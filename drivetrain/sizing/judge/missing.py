@@ -127,7 +127,7 @@ def torque_lacks(drive: Drive) -> str:
     """What the sheets of a drive lack to compute the motor's torque, in words; empty when nothing does."""
     geared = drive.gear.kind != "ideal"
     lacks = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
-    lacks += ["the gear's efficiency"] if geared and not _loss_known(drive.gear) else []
+    lacks += [f"the gear's {_loss_columns(drive.gear)[0]}"] if geared and not _loss_known(drive.gear) else []
     lacks += ["the gear's input inertia (or its mass, for an estimate)"] if geared and drive.gear.inertia is None else []
     return " and ".join(lacks)
 
