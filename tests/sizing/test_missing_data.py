@@ -368,4 +368,4 @@ def test_a_check_names_the_columns_of_the_loss_that_are_empty(make) -> None:
     gear = replace(make.gear, mesh_efficiency=0.9, drag_torque=0.01, drag_speed_exponent=0.0, drag_temperature_1=0.0)
     study = make.study(make.sines(1), catalog=Catalog({"m1": make.motor}, {gear.key: gear}))
     remark = evaluate(study, ("m1", gear.key)).checks.set_index("check")["remark"]["motor peak torque"]
-    assert "the gear's drag_temperature_2 not in the catalogue row" in remark
+    assert "the gear's drag_temperature_2, not in the catalogue row" in remark
