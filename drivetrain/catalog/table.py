@@ -146,8 +146,13 @@ def _read_headers(cells: Sequence[str], columns: Sequence[Column]) -> tuple[list
             found[name] = _Header(position, text, unit, known[name])
     for name, column in known.items():
         if column.needed and name not in found:
-            faults.append(CellFault(1, name, "this column is missing", hint=column.why_needed))
+            faults.append(CellFault(1, name, "this column is missing", hint=_wanted(column)))
     return list(found.values()), faults
+
+
+def _wanted(column: Column) -> str:
+    """What a column that nobody gave would hold."""
+    return column.why_needed or " or ".join(column.choices) or column.meaning
 
 
 def _width_faults(width: int, body: Iterable[tuple[int, list[str]]]) -> list[CellFault]:
@@ -173,9 +178,8 @@ def _read_column(header: _Header, lines: Sequence[int], texts: Sequence[str], fa
         cells[index] = None
         faults.append(CellFault(lines[index], header.text, problem, texts[index], hint))
     if column.needed:
-        why = column.why_needed or "a row without it cannot be used"
         empty = [line for line, text in zip(lines, texts, strict=True) if not text]
-        faults += [CellFault(line, header.text, "is empty but needed", hint=why) for line in empty]
+        faults += [CellFault(line, header.text, "is empty but needed", hint=_wanted(column)) for line in empty]
     return cells
 
 

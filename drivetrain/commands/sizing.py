@@ -237,7 +237,8 @@ def _summarise(study: Study, *, errors: bool) -> None:
 
     cycle = study.cycle
     say(
-        f"{study.name}: {len(study.joints)} joints, cycle of {cycle.duration:g} s in {len(cycle.time)} samples",
+        f"{study.name}: {len(study.joints)} joint{'s' * (len(study.joints) > 1)}, "
+        f"cycle of {cycle.duration:g} s in {len(cycle.time)} samples",
         errors=errors,
     )
     for task in study.joints:

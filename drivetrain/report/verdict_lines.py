@@ -11,6 +11,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.errors import whole_names
 from drivetrain.report.best_sets import equals_sentence, set_lines
@@ -206,7 +207,12 @@ def _values(series: JointSeries, time: float) -> str:
         ("w", series.speed, "rad/s"), ("dw/dt", series.acceleration, "rad/s^2"), ("T", series.gear_torque, "N m"),
         ("motor torque", series.motor_torque, "N m"), ("i", series.current, "A"), ("voltage", series.voltage, "V"),
     ]  # fmt: skip
-    return ", ".join(f"{name} = {row[t]:.5g} {unit}" for name, row, unit in parts if np.isfinite(row[t]))
+    return ", ".join(f"{name} = {_told(row, t):.5g} {unit}" for name, row, unit in parts if np.isfinite(row[t]))
+
+
+def _told(row: Array, t: int) -> float:
+    """A value of a series; 0 for what is rounding beside its largest."""
+    return 0.0 if abs(row[t]) < 1e-9 * np.abs(row[np.isfinite(row)]).max() else float(row[t])
 
 
 def check_lines(check: Check, series: JointSeries | None = None) -> Iterator[str]:

@@ -194,8 +194,9 @@ class Evaluation:
     def __repr__(self) -> str:
         used = [(name, joint.binding) for name, joint in self.joints.items() if joint.binding]
         name, binding = max(used, key=lambda one: one[1].utilisation or 0.0, default=("", None))
+        joints = f"{len(self.joints)} joint{'s' * (len(self.joints) > 1)}"
         most = "" if binding is None else f", {name} {binding.name} {_share(binding)}"
-        return f"Evaluation({self.study.name}: {self.verdict}, {len(self.joints)} joints{most})"
+        return f"Evaluation({self.study.name}: {self.verdict}, {joints}{most})"
 
     def _repr_html_(self) -> str:
         return shown(repr(self), self.summary)

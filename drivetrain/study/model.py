@@ -380,7 +380,8 @@ class Study:
 
     def __repr__(self) -> str:
         arm = "a load table" if self.arm is None else f"arm {self.arm.name}"
-        return f"Study({self.name}: {arm}, {len(self.joints)} joints, cycle of {self.cycle.duration:.4g} s)"
+        joints = f"{len(self.joints)} joint{'s' * (len(self.joints) > 1)}"
+        return f"Study({self.name}: {arm}, {joints}, cycle of {self.cycle.duration:.4g} s)"
 
     def _repr_html_(self) -> str:
         import pandas as pd
@@ -389,7 +390,8 @@ class Study:
             joint.name: {
                 "motor": joint.drive[0] if joint.drive else "", "gear": joint.drive[1] if joint.drive else "",
                 "candidate pairs": len(joint.pairs),
-                "largest speed": float(np.abs(self.cycle.velocity[:, i]).max()),
+                "largest speed": f"{np.abs(self.cycle.velocity[:, i]).max():.4g} "
+                + ("rad/s" if joint.travel_per_turn is None else "m/s"),
             }
             for i, joint in enumerate(self.joints)
         }  # fmt: skip

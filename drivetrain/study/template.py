@@ -45,6 +45,7 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
         tip=""
         if tip is None
         else f"\ntip: {scalar(tip)} # the file has several chains: which link carries the payload",
+        drive_mass="added" if arm.endswith("-bare") else "included",
         builtin=", ".join(builtin_names()),
         name=scalar(name),
         first=loaded.joint_names[0],

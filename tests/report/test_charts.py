@@ -52,6 +52,12 @@ def test_a_chart_is_a_place_in_the_text_and_data_at_the_end() -> None:
     assert end.count("</script>") == 3  # data, library, script: none of them inside the data
 
 
+def test_small_numbers_of_a_logarithmic_axis_stay_apart() -> None:
+    pictures = Pictures()
+    pictures.add(Chart("gain", "Hz", "dB", [Mark("line", [0.0123, 0.0124, 1e4], [1.0, 2.0, 3.0])], log_x=True))
+    assert pictures.charts[0]["marks"][0]["x"] == [0.0123, 0.0124, 1e4]
+
+
 def test_every_judged_check_is_on_the_axis(evaluation: Evaluation) -> None:
     chart = margin_chart(evaluation)
     assert chart is not None and chart.x == "used [% of the limit]"

@@ -131,7 +131,7 @@ def _curve(
     ]  # fmt: skip
     low, high = found.pieces[0].low, found.pieces[-1].high
     if low <= found.now <= high:
-        marks.append(Mark("rule", x=[found.now], label="as in the study", colour="ink", dash=True))
+        marks.append(Mark("rule", x=[found.now], colour="ink", dash=True))
     for index, piece in enumerate(found.pieces, 1):
         if not piece.drives:
             continue
@@ -255,10 +255,9 @@ def _ladder(found: RatioStudy, low: float, high: float, shade: list[Mark]) -> Ch
         tips = [f"{one.key}: {one.verdict}, {percent(one.utilisation)} of {one.binding}" for one in found.gears]
         marks.append(Mark("points", [abs(one.ratio) for one in found.gears], [len(rows) - 1] * len(found.gears), size=9,
                           colours=[VERDICT_COLOURS[one.verdict] for one in found.gears], tips=tips))  # fmt: skip
-    title = f"{found.motor} with {found.gear or 'an ideal gear'}, its ratio varied"
     return Chart(f"{found.joint}: what formulas and the catalogue say of the ratio", "gear ratio [-]", "",
                  [*shade, *marks], x_range=(low, high), log_x=True, rows=rows, height=80 + 24 * len(rows),
-                 joined=f"ratio-{found.joint}", title=title)  # fmt: skip
+                 joined=f"ratio-{found.joint}")  # fmt: skip
 
 
 def _leading(found: RatioStudy, seen: NDArray[np.intp]) -> list[str]:

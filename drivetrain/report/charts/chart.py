@@ -123,11 +123,19 @@ def rounded(values: Any, digits: int = 4) -> list[Any]:
     return found if finite.all() else [value if ok else None for value, ok in zip(found, finite.tolist(), strict=True)]
 
 
+def _significant(values: Any) -> list[float | None]:
+    """Numbers of a logarithmic axis, on which small ones are as far apart as large ones."""
+    return [float(f"{value:.5g}") if np.isfinite(value) else None for value in values]
+
+
 def _data(chart: Chart) -> dict[str, Any]:
     """A chart for the script: what is not as it would be by itself."""
     marks = [
         _changed_fields(mark, [one for one in fields(mark) if one.name not in ("x", "y", "to")])
-        | {name: rounded(getattr(mark, name)) for name in ("x", "y", "to") if len(getattr(mark, name))}
+        | {
+            name: _significant(getattr(mark, name)) if log else rounded(getattr(mark, name))
+            for name, log in (("x", chart.log_x), ("y", chart.log_y), ("to", chart.log_x)) if len(getattr(mark, name))
+        }
         for mark in map(_thinned, chart.marks)
     ]
     return _changed_fields(chart, [one for one in fields(chart) if one.name != "marks"]) | {"marks": marks}

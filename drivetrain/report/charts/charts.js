@@ -49,8 +49,8 @@ const page = (function () {
       });
     for (const grid of figure.center) grid.grid_line_color = colour("faint");
     if (!rows) figure.setv({ min_border_left: 72, min_border_right: 16 }); // room for half of the last label
-    for (const [axis, log] of [[figure.below[0], spec.log_x], [figure.left[0], spec.log_y]])
-      if (log) axis.ticker = new Bokeh.LogTicker({ mantissas: [1, 2, 5] });
+    if (spec.log_x) decades(figure, figure.below[0], figure.x_range);
+    if (spec.log_y) decades(figure, figure.left[0], figure.y_range);
     if (rows) {
       const ticker = new Bokeh.FixedTicker({ ticks: spec.rows.map((_, i) => i) });
       figure.left[0].ticker = ticker;
@@ -58,6 +58,25 @@ const page = (function () {
       figure.left[0].major_label_overrides = new Map(spec.rows.map((name, i) => [i, name]));
     }
     return figure;
+  }
+
+  // Ticks of a logarithmic axis that do not run into each other: Bokeh's own are linear within two decades.
+  function decades(figure, axis, range) {
+    const ticker = new Bokeh.FixedTicker({ ticks: [] });
+    const place = () => {
+      const low = Math.log10(range.start), high = Math.log10(range.end), ticks = [];
+      if (!(high > low)) return; // not known yet
+      const many = innerWidth < 600 ? 2 : 4, step = 10 ** Math.floor(Math.log10((range.end - range.start) / 2));
+      if (high - low < 0.5) for (let k = Math.ceil(range.start / step); k * step <= range.end; k++) ticks.push(k * step);
+      else for (let k = Math.floor(low); k <= high; k++)
+        ticks.push(...(high - low < 1 ? [1, 1.5, 2, 3, 5, 7] : high - low < many ? [1, 2, 5] : [1]).map((m) => m * 10 ** k));
+      axis.major_label_overrides = new Map(ticks.map((tick) => [tick, String(Number(tick.toPrecision(4)))]));
+      ticker.ticks = ticks;
+    };
+    axis.ticker = ticker;
+    figure.center.find((grid) => grid.dimension === (axis === figure.below[0] ? 0 : 1)).ticker = ticker;
+    for (const end of ["start", "end"]) range.properties[end].change.connect(place);
+    place();
   }
 
   // Axes that show the same stretch: each picture is a document of its own, so the ranges tell each other.
@@ -127,7 +146,7 @@ const page = (function () {
 
   async function show(figure, element, entries) {
     element.replaceChildren();
-    if (entries && entries.length > 1) element.append(legendOf(entries));
+    if (entries && entries.length) element.append(legendOf(entries));
     const place = document.createElement("div");
     element.append(place);
     const view = await Bokeh.Plotting.show(figure, place);
@@ -139,7 +158,7 @@ const page = (function () {
   function chart(spec, element) {
     const figure = frame(spec), legend = [];
     for (const one of spec.marks) mark(figure, one, legend);
-    return show(figure, element, legend);
+    return show(figure, element, legend.length > 1 ? legend : []);
   }
 
   // A drawing waits until it comes near the window, or until everything before it is done.

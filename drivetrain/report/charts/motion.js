@@ -384,7 +384,6 @@ page.setup(function () {
     const starred = () => ({ x: stars().map((r) => r[3]), y: stars().map((r) => 100 * r[4]), tip: stars().map((r) => `${r[0]}: ${r[1]} with ${r[2]}, ${r[5]}`) });
     page.later(byId("rejected-picture"), (element) => {
       const positive = list.every((r) => !(r[worth] <= 0)), figure = page.frame({ height: 360, x: axis, y: "highest utilisation [% of the limit]", log_x: positive, log_y: true });
-      Object.assign(figure.left[0], { ticker: new Bokeh.FixedTicker({ ticks: [10, 20, 50, 100, 200, 500, 1000, 2000] }), formatter: new Bokeh.BasicTickFormatter() });
       source = new Bokeh.ColumnDataSource({ data: dots(wanted()) });
       source.stars = new Bokeh.ColumnDataSource({ data: starred() });
       figure.add_layout(new Bokeh.Span({ dimension: "width", location: 100, line_color: "#D55E00" }));

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from drivetrain.report.charts.chart import FAINT, INK, MUTED, Chart, Mark
 
@@ -100,6 +100,10 @@ def draw(chart: Chart, axes: Axes) -> Axes:
         axes.set_xlim(*chart.x_range)
     if len(chart.y_range):
         axes.set_ylim(*chart.y_range)
+    for log, axis in ((chart.log_x, axes.xaxis), (chart.log_y, axes.yaxis)):
+        low, high = axis.get_view_interval()
+        if log and high < 1e4 * low:
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     if len(chart.rows):
         axes.set_yticks(range(len(chart.rows)), list(chart.rows))
         axes.set_ylim(len(chart.rows) - 0.5, -0.5)

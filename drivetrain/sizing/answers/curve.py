@@ -432,8 +432,8 @@ def _notes(row: _Row, step: float, folded: int) -> list[str]:
     notes = list(row.missing)
     if folded:
         notes.append(
-            f"{folded} pieces narrower than {SLIVER * step:.3g} {row.vary.unit} are folded into a neighbour, whose set "
-            "is feasible there too and worth little less"
+            f"{folded} piece{'s' * (folded > 1)} narrower than {SLIVER * step:.3g} {row.vary.unit} folded into a "
+            "neighbour, whose set is feasible there too and worth little less"
         )
     if scatters(row.study) and row.wanted is None:
         notes.append(

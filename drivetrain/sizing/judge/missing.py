@@ -128,7 +128,8 @@ def torque_lacks(drive: Drive) -> str:
     geared = drive.gear.kind != "ideal"
     lacks = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
     lacks += [f"the gear's {_loss_columns(drive.gear)[0]}"] if geared and not _loss_known(drive.gear) else []
-    lacks += ["the gear's input inertia (or its mass, for an estimate)"] if geared and drive.gear.inertia is None else []
+    if geared and drive.gear.inertia is None:
+        lacks.append("the gear's input inertia (or its mass, for an estimate)")
     return " and ".join(lacks)
 
 
