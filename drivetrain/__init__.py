@@ -14,22 +14,24 @@ from drivetrain.face import homes
 from drivetrain.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from drivetrain import accuracy as accuracy
-    from drivetrain import arm as arm
-    from drivetrain import catalog as catalog
-    from drivetrain import control as control
-    from drivetrain import drive as drive
-    from drivetrain import dynamics as dynamics
-    from drivetrain import effects as effects
-    from drivetrain import export as export
-    from drivetrain import identification as identification
-    from drivetrain import motion as motion
-    from drivetrain import report as report
-    from drivetrain import simulation as simulation
-    from drivetrain import sizing as sizing
-    from drivetrain import solvers as solvers
-    from drivetrain import spatial as spatial
-    from drivetrain import sweep as sweep
+    from drivetrain import (
+        accuracy,
+        arm,
+        catalog,
+        control,
+        drive,
+        dynamics,
+        effects,
+        export,
+        identification,
+        motion,
+        report,
+        simulation,
+        sizing,
+        solvers,
+        spatial,
+        sweep,
+    )
     from drivetrain.accuracy import *
     from drivetrain.arm import *
     from drivetrain.catalog import *
@@ -37,9 +39,7 @@ if TYPE_CHECKING:
     from drivetrain.drive import *
     from drivetrain.dynamics import *
     from drivetrain.effects import *
-    from drivetrain.errors import DrivetrainError as DrivetrainError
-    from drivetrain.errors import InputError as InputError
-    from drivetrain.errors import PhysicsWarning as PhysicsWarning
+    from drivetrain.errors import DrivetrainError, InputError, PhysicsWarning
     from drivetrain.export import *
     from drivetrain.identification import *
     from drivetrain.motion import *
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from drivetrain.solvers import *
     from drivetrain.spatial import *
     from drivetrain.study import *
-    from drivetrain.study.objects import study as study
+    from drivetrain.study.objects import study
     from drivetrain.sweep import *
 
 _ROOMS = (

@@ -5,6 +5,6 @@ from typing import TYPE_CHECKING
 from drivetrain.face import shown
 
 if TYPE_CHECKING:
-    from drivetrain.accuracy.study_run import simulate as simulate
+    from drivetrain.accuracy.study_run import simulate
 
 __getattr__, __dir__ = shown(__name__)

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 from drivetrain.face import shown
 
 if TYPE_CHECKING:
-    from drivetrain.catalog.linting import lint as lint
-    from drivetrain.catalog.price import Price as Price
-    from drivetrain.catalog.read import Catalog as Catalog
-    from drivetrain.catalog.read import read_catalog as read_catalog
+    from drivetrain.catalog.linting import lint
+    from drivetrain.catalog.price import Price
+    from drivetrain.catalog.read import Catalog, read_catalog
 
 __getattr__, __dir__ = shown(__name__)

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 from drivetrain.face import shown
 
 if TYPE_CHECKING:
-    from drivetrain.identification.exciting import exciting_motion as exciting_motion
-    from drivetrain.identification.fit import Identification as Identification
-    from drivetrain.identification.fit import identify as identify
-    from drivetrain.identification.outputs import write_identification as write_identification
+    from drivetrain.identification.exciting import exciting_motion
+    from drivetrain.identification.fit import Identification, identify
+    from drivetrain.identification.outputs import write_identification
 
 __getattr__, __dir__ = shown(__name__)

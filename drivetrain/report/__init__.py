@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from drivetrain.face import shown
 
 if TYPE_CHECKING:
-    from drivetrain.report.outputs import write_outputs as write_outputs
-    from drivetrain.report.pages.report_page import html_report as html_report
-    from drivetrain.report.verdict_lines import explanation as explanation
+    from drivetrain.report.outputs import write_outputs
+    from drivetrain.report.pages.report_page import html_report
+    from drivetrain.report.verdict_lines import explanation
 
 __getattr__, __dir__ = shown(__name__)

@@ -5,11 +5,6 @@ from typing import TYPE_CHECKING
 from drivetrain.face import shown
 
 if TYPE_CHECKING:
-    from drivetrain.solvers.solver import DormandPrince853 as DormandPrince853
-    from drivetrain.solvers.solver import Euler as Euler
-    from drivetrain.solvers.solver import Rodas4 as Rodas4
-    from drivetrain.solvers.solver import Rodas5P as Rodas5P
-    from drivetrain.solvers.solver import RungeKutta4 as RungeKutta4
-    from drivetrain.solvers.solver import SemiImplicitEuler as SemiImplicitEuler
+    from drivetrain.solvers.solver import DormandPrince853, Euler, Rodas4, Rodas5P, RungeKutta4, SemiImplicitEuler
 
 __getattr__, __dir__ = shown(__name__)

@@ -9,18 +9,14 @@ from drivetrain.face import guarded, shown
 from drivetrain.study.objects import study
 
 if TYPE_CHECKING:
-    from drivetrain.study.change import TaskChange as TaskChange
-    from drivetrain.study.change import changed as changed
-    from drivetrain.study.model import JointTask as JointTask
-    from drivetrain.study.model import Study as Study
-    from drivetrain.study.parts.selection import SelectionOptions as SelectionOptions
-    from drivetrain.study.parts.selection import Wanted as Wanted
-    from drivetrain.study.parts.tolerances import Tolerances as Tolerances
-    from drivetrain.study.parts.verdicts import Check as Check
-    from drivetrain.study.parts.verdicts import Verdict as Verdict
-    from drivetrain.study.read import load_study as load_study
-    from drivetrain.study.schema import json_schema as json_schema
-    from drivetrain.study.template import study_template as study_template
+    from drivetrain.study.change import TaskChange, changed
+    from drivetrain.study.model import JointTask, Study
+    from drivetrain.study.parts.selection import SelectionOptions, Wanted
+    from drivetrain.study.parts.tolerances import Tolerances
+    from drivetrain.study.parts.verdicts import Check, Verdict
+    from drivetrain.study.read import load_study
+    from drivetrain.study.schema import json_schema
+    from drivetrain.study.template import study_template
 
 __getattr__, __dir__ = shown(__name__)
 

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from drivetrain.face import shown
 
 if TYPE_CHECKING:
-    from drivetrain.sweep.points import read_sweep as read_sweep
-    from drivetrain.sweep.run import run_sweep as run_sweep
-    from drivetrain.sweep.shards import read_results as read_results
+    from drivetrain.sweep.points import read_sweep
+    from drivetrain.sweep.run import run_sweep
+    from drivetrain.sweep.shards import read_results
 
 __getattr__, __dir__ = shown(__name__)
