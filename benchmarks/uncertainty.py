@@ -6,7 +6,7 @@ import sys
 import time
 from dataclasses import replace
 
-from drivetrain.motion.mix import build_mix
+from drivetrain.motion.duty_cycle import build_mix
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.robust import robust_select
 from drivetrain.sizing.search.search import select

@@ -11,7 +11,7 @@ from test_cli import CHOICE, GIVEN, Run, Write, run, write  # noqa: F401
 
 import drivetrain as dt
 from drivetrain.errors import InputError, whole_names
-from drivetrain.study.chosen import with_drives
+from drivetrain.study.written import with_drives
 
 ARM = """# An arm of our own
 schema_version: 1

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 
-from drivetrain.catalog.convention import dc_equivalent
 from drivetrain.catalog.findings import LIMIT, Finding, differs, error, in_order, warning
-from drivetrain.catalog.table import Cell
+from drivetrain.catalog.table import Cell, dc_equivalent
 from drivetrain.drive.motor import COPPER_COEFFICIENT
 
 Values = Mapping[str, float]

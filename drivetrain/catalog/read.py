@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.catalog.convention import dc_equivalent
 from drivetrain.catalog.price import Price
 from drivetrain.catalog.schema import AMPLIFIERS, BRAKES, GEARS, MOTORS, PAIRS, PRICES, TABLES
-from drivetrain.catalog.table import Row, Table, read_table, tables_in
+from drivetrain.catalog.table import Row, Table, dc_equivalent, read_table, tables_in
 from drivetrain.drive.amplifier import AmplifierSheet
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from drivetrain.catalog.schema import CHOICE, NUMBER, TABLES, Column, by_name
+from drivetrain.drive.amplifier import line_to_line, to_dc, torque_constant_to_dc
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.units import from_si, split_header, to_si
 from drivetrain.whole_files import is_there, is_workbook, read_text, sheet_names
@@ -268,3 +269,28 @@ def _key_faults(rows: Iterable[Row]) -> list[CellFault]:
 
 def _listed(columns: Iterable[Column]) -> str:
     return "columns: " + ", ".join(column.name for column in columns)
+
+
+# From the convention a sheet is printed in to the equivalent DC machine between two terminals
+
+
+CURRENTS = ("no_load_current", "nominal_current", "stall_current", "peak_current", "continuous_current")
+PHASE_VALUES = ("resistance", "inductance")
+
+
+def dc_equivalent(cells: Mapping[str, Cell]) -> dict[str, Cell]:
+    """Cells with currents, torque constant, resistance and inductance as of the DC equivalent."""
+    converted = dict(cells)
+    basis = cells.get("current_basis")
+    for name in CURRENTS:
+        value = cells.get(name)
+        if isinstance(basis, str) and isinstance(value, float):
+            converted[name] = to_dc(value, basis)
+    constant = cells.get("torque_constant")
+    if isinstance(basis, str) and isinstance(constant, float):
+        converted["torque_constant"] = torque_constant_to_dc(constant, basis)
+    for name in PHASE_VALUES:
+        value = cells.get(name)
+        if cells.get("winding_basis") == "phase" and isinstance(value, float):
+            converted[name] = line_to_line(value)
+    return converted

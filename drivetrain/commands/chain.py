@@ -95,7 +95,7 @@ def _unstaged(study: Study, gear: str) -> str:
 
 def write_chosen(selection: Selection, target: Path) -> None:
     """Write the study with the chosen drives named, or say why not."""
-    from drivetrain.study.chosen import with_drives
+    from drivetrain.study.written import with_drives
     from drivetrain.whole_files import write_files
 
     study = selection.study

@@ -83,8 +83,7 @@ def currents(
     ] = None,
 ) -> bool:  # fmt: skip
     """Write the current command of every joint over the cycle, for the drives that the study names or selects."""
-    from drivetrain.export.currents import write_currents
-    from drivetrain.export.scales import current_scales
+    from drivetrain.export.currents import current_scales, write_currents
     from drivetrain.report.outputs import currents_csv
     from drivetrain.whole_files import write_files
 

@@ -184,9 +184,8 @@ def _selected(study: Study) -> Selection:
 
 def _deliver(result: Evaluation | Selection, out: Path, *, pdf: bool = False, as_json: bool) -> bool:
     """Write the files and print the verdict; whether it fits."""
-    from drivetrain.report.outputs import write_outputs
+    from drivetrain.report.outputs import result_json, write_outputs
     from drivetrain.report.pages.spread_section import spread_lines
-    from drivetrain.report.result_json import result_json
     from drivetrain.report.terminal import console, progress
     from drivetrain.report.verdict_lines import verdict_lines, verdict_table
     from drivetrain.sizing.results import Evaluation

@@ -21,10 +21,11 @@ if TYPE_CHECKING:
         constraint_projectors,
     )
     from drivetrain.dynamics.constraints import Attachment, ClosingJoint, LoopClosure, Plane, PointOnSurface
-    from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
     from drivetrain.dynamics.derivatives import (
         AccelerationDerivatives,
         TorqueDerivatives,
+        christoffel_symbols,
+        coriolis_matrix,
         forward_dynamics_derivatives,
         inverse_dynamics_derivatives,
     )

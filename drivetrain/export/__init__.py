@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING
 from drivetrain.face import shown
 
 if TYPE_CHECKING:
-    from drivetrain.export.currents import write_currents
+    from drivetrain.export.currents import current_scales, write_currents
     from drivetrain.export.fmu import write_fmu
     from drivetrain.export.limits import write_drive_urdf, write_physx, write_ros2
     from drivetrain.export.mjcf import write_mjcf
-    from drivetrain.export.scales import current_scales
     from drivetrain.export.sdf import write_sdf
     from drivetrain.export.urdf import write_urdf
 

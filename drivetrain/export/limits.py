@@ -13,8 +13,7 @@ import numpy as np
 
 from drivetrain.export.drives import DriveData, exported, joint_limits
 from drivetrain.export.losses import lost
-from drivetrain.export.urdf import UrdfJointData, write_urdf
-from drivetrain.export.urdf_elements import text
+from drivetrain.export.urdf import UrdfJointData, text, write_urdf
 from drivetrain.sizing.results import Evaluation
 from drivetrain.version import __version__
 from drivetrain.whole_files import write_files

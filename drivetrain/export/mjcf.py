@@ -15,7 +15,7 @@ from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.errors import Fault, InputError
 from drivetrain.export.drives import Body, DriveData, arm_bodies, coupling_rows, exported
 from drivetrain.export.losses import lost
-from drivetrain.export.urdf_elements import cleaned, text
+from drivetrain.export.urdf import cleaned, text
 from drivetrain.sizing.results import Evaluation
 from drivetrain.spatial.poses import inverse_pose
 from drivetrain.spatial.rotations import frame_along

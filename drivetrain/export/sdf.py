@@ -12,7 +12,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.export.drives import DriveData, arm_bodies, exported, joint_limits
 from drivetrain.export.losses import lost
-from drivetrain.export.urdf_elements import cleaned, text
+from drivetrain.export.urdf import cleaned, text
 from drivetrain.sizing.results import Evaluation
 from drivetrain.spatial.poses import inverse_pose, pose
 from drivetrain.spatial.rotations import rpy_from_rotation

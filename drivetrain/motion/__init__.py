@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 from drivetrain.face import shown
 
 if TYPE_CHECKING:
-    from drivetrain.motion.duty_cycle import Cycle, Step, build_cycle
-    from drivetrain.motion.mix import build_mix
+    from drivetrain.motion.duty_cycle import Cycle, Step, build_cycle, build_mix
     from drivetrain.motion.motion import LoadTable, Motion
     from drivetrain.motion.point_to_point import MotionLimits, waypoint_motion, waypoints
     from drivetrain.motion.profiles import Quintic, SCurve, Trapezoid

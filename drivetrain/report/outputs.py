@@ -1,21 +1,25 @@
-"""The files of one job."""
+"""The files of one job, and the verdict for machines among them: ``result.json``."""
 
 from __future__ import annotations
 
 import math
+import os
 from csv import writer
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from drivetrain.report.json_text import drives_data, job_data, json_text
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.pages.sheet import Extra
-from drivetrain.report.rejected import rejected_text
-from drivetrain.report.result_json import result_json
-from drivetrain.report.words import both
+from drivetrain.report.pages.spread_section import spread_data
+from drivetrain.report.rejected import counted, rejected_text
+from drivetrain.report.words import both, heat_model, identity
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.currents import current_commands
-from drivetrain.sizing.results import Evaluation, Selection
+from drivetrain.sizing.judge.missing import gaps, uncounted
+from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection
+from drivetrain.study.parts.verdicts import Check
 from drivetrain.whole_files import write_files
 
 if TYPE_CHECKING:
@@ -68,3 +72,132 @@ def _printed(column: pd.Series) -> list[object]:
     if column.dtype.kind != "f":
         return column.tolist()
     return ["" if math.isnan(value) else f"{value:.6g}" for value in column.tolist()]
+
+
+def result_json(
+    result: Evaluation | Selection,
+    *,
+    spread: Spread | None = None,
+    extra: Extra | None = None,
+    folder: Path | None = None,
+) -> str:
+    """An evaluation or a selection as JSON text, in SI; ``folder``: where it will stand, to name the study's file."""
+    data = result_data(result, folder=folder)
+    if spread is not None:
+        data["robustness"] = spread_data(spread)
+    if extra is not None:
+        data |= extra.data
+    return json_text(data)
+
+
+def result_data(result: Evaluation | Selection, *, folder: Path | None = None) -> dict[str, Any]:
+    """An evaluation or a selection as plain data."""
+    evaluation, selection = both(result)
+    study = evaluation.study
+    data = job_data(study, "size" if selection is None else "select") | {
+        "study_file": _study_file(study.path, folder),
+        "verdict": str(result.verdict),
+        "feasible": result.feasible,
+        "objective": {
+            "name": study.objective,
+            "value": result.objective,
+            "unit": study.objective_unit,
+            "remark": "; ".join(uncounted(evaluation)),
+        },
+        "criteria": dict(sorted(evaluation.criteria.items())),
+        "currency": study.prices.currency,
+        "missing": [vars(gap) for gap in gaps(evaluation)],
+        "joints": {
+            task.name: _joint(evaluation.joints[task.name], task.housing_to_ambient)
+            for task in study.joints
+            if task.name in evaluation.joints
+        },
+        "shared": [_check(check) for check in evaluation.shared],
+    }
+    if selection is None:
+        return data
+    return data | _search(selection, counted(selection.rejected))
+
+
+def _study_file(path: str, folder: Path | None) -> str | None:
+    """The study's file from the folder of the result; None where it has none."""
+    if not Path(path).is_file():
+        return None
+    try:
+        return Path(os.path.relpath(path, folder or ".")).as_posix()
+    except ValueError:  # another drive of Windows
+        return str(Path(path).resolve())
+
+
+CHECK = ("name", "actual", "factor", "required", "available", "unit", "utilisation")
+
+
+def _check(check: Check) -> dict[str, Any]:
+    """One check; says in the remark which number was not finite."""
+    names = ("required", "available", "utilisation")
+    endless = [name for name in names if (value := getattr(check, name)) is not None and not math.isfinite(value)]
+    notes = [check.remark] if check.remark else []
+    notes += [f"{name} is {'not a number' if math.isnan(getattr(check, name)) else 'infinite'}" for name in endless]
+    return {
+        **{name: getattr(check, name) for name in CHECK},
+        "in_study_amperes": _amperes(check),
+        "verdict": str(check.verdict),
+        "time": check.time,
+        "source": check.source,
+        "remark": "; ".join(notes),
+    }
+
+
+def _amperes(check: Check) -> dict[str, Any] | None:
+    """A current in the ampere that the study uses; nothing for what is none, or where both are one."""
+    if check.unit != "A" or check.current_basis == "dc":
+        return None
+    return {"basis": check.current_basis} | {name: check.entered(name) for name in ("actual", "required", "available")}
+
+
+def _joint(joint: JointResult, mounting: float | None) -> dict[str, Any]:
+    """One joint: its drive and every check."""
+    return {
+        "verdict": str(joint.verdict),
+        "drive": {"motor": joint.motor, "gear": joint.gear}
+        | ({"brake": joint.brake} if joint.brake else {})
+        | ({"amplifier": joint.amplifier.key} if joint.amplifier.key else {}),
+        "parts": {"motor": identity(joint.drive.motor), "gear": identity(joint.drive.gear)},
+        "heat_model": heat_model(joint.drive.motor, mounting),
+        "binding": None if joint.binding is None else joint.binding.name,
+        "checks": [_check(check) for check in joint.checks],
+        "assumptions": list(joint.drive.assumptions),
+        "remarks": list(joint.remarks),
+        "gear_loss": joint.gear_loss,
+        "housing_temperature": joint.housing_temperature,
+    }
+
+
+def _set(one: DriveSet) -> dict[str, Any]:
+    """One of the best sets."""
+    return {
+        "objective": one.objective,
+        "criteria": dict(sorted(one.criteria.items())),
+        "drives": drives_data(one.drives),
+    }
+
+
+def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[str, Any]:
+    """What only a selection knows."""
+    rejected: dict[str, dict[str, int]] = {joint: {} for joint in selection.evaluation.joints}
+    for (joint, check), count in sorted(by_check.items(), key=lambda item: (-item[1], item[0])):
+        rejected.setdefault(joint, {})[check] = count
+    return {
+        "proof": selection.proof,
+        "bound": selection.bound,
+        "equals": {"count": selection.equals, "all": selection.all_equals},
+        "sets": [_set(one) for one in selection.best_sets],
+        "alternatives": {
+            joint: [{"motor": motor, "gear": gear, "objective": share} for motor, gear, share in found]
+            for joint, found in selection.alternatives.items()
+        },
+        "rejected": {"count": len(selection.rejected_pairs), "by_joint_and_check": rejected},
+        "advice": list(selection.advice),
+        "notes": list(selection.notes),
+        "counters": dict(sorted(selection.counters.items())),
+    }

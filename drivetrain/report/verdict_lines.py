@@ -14,12 +14,12 @@ from rich.text import Text
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.errors import whole_names
-from drivetrain.report.best_sets import equals_sentence, set_lines
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
 from drivetrain.report.words import (
     both,
     common_unit,
     digits_near_limit,
+    equals_sentence,
     gaps,
     headline,
     identity,
@@ -28,6 +28,7 @@ from drivetrain.report.words import (
     objective_text,
     overall_sentence,
     required_text,
+    set_lines,
 )
 from drivetrain.sizing.judge.checks import REQUIREMENTS
 from drivetrain.sizing.results import Evaluation, JointResult, JointSeries, Selection

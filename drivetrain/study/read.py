@@ -19,8 +19,7 @@ from drivetrain.study.model import DriveMass, Payload, Prices, Study
 from drivetrain.study.parts.arm import resolve_arm, resolve_closures, resolve_coupling, resolve_payloads
 from drivetrain.study.parts.joints import Surroundings, check_gas_springs, resolve_joints
 from drivetrain.study.parts.motions import resolve_base, resolve_cycle, resolve_motions
-from drivetrain.study.parts.mounting import with_counterbalances
-from drivetrain.study.parts.second_motors import with_sharing
+from drivetrain.study.parts.mounting import with_counterbalances, with_sharing
 from drivetrain.study.parts.selection import TERMS, SelectionOptions, TradeOffs
 from drivetrain.study.parts.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
 from drivetrain.study.parts.simulation import AddedEffect, Control, Simulation, drive_fields, known_effects

@@ -11,7 +11,7 @@ from figures.mass_matrix import figure_velocity_accelerations
 import drivetrain as dt
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm, planar_2r_torque
 from drivetrain.dynamics.book.symbolic import symbolic_dynamics
-from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
+from drivetrain.dynamics.derivatives import christoffel_symbols, coriolis_matrix
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy, power_balance
 from drivetrain.report.charts.plotting import house_style, png_bytes
 

@@ -15,7 +15,7 @@ from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.book.closed_form import closed_form
 from drivetrain.dynamics.book.symbolic import symbolic_dynamics
-from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
+from drivetrain.dynamics.derivatives import christoffel_symbols, coriolis_matrix
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy, power_balance
 from drivetrain.dynamics.flexibility import (
     free_frequencies,

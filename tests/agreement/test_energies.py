@@ -13,7 +13,7 @@ from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.kinematics import tip_acceleration_terms, tip_jacobian
 from drivetrain.dynamics.book.ellipsoids import tip_force_ellipsoid
-from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
+from drivetrain.dynamics.derivatives import christoffel_symbols, coriolis_matrix
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy
 
 KINDS = ("coaxial", "balanced", "unbalanced", "mixed")

@@ -13,7 +13,7 @@ from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.kinematics import body_jacobian, link_poses
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.core.packed import packed
-from drivetrain.dynamics.coriolis import coriolis_matrix
+from drivetrain.dynamics.derivatives import coriolis_matrix
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import drive_torques, gravity_torque, inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix

@@ -11,7 +11,7 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.kinematics import body_jacobian, link_poses, space_jacobian, tip_pose
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.dynamics.coriolis import coriolis_matrix
+from drivetrain.dynamics.derivatives import coriolis_matrix
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import drive_torques, gravity_torque, inverse_dynamics, joint_loads
 from drivetrain.dynamics.mass import mass_matrix

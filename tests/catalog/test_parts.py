@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from drivetrain.catalog.linting import lint
-from drivetrain.catalog.part_rules import check_amplifier, check_brake, check_price
+from drivetrain.catalog.linting import check_amplifier, check_brake, check_price, lint
 from drivetrain.catalog.read import Catalog, read_catalog
 from drivetrain.catalog.table import Cell
 from drivetrain.drive.amplifier import limits_of

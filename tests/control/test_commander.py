@@ -22,7 +22,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
 from drivetrain.motion.base import Swing, swinging
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.study.parts.second_motors import with_sharing
+from drivetrain.study.parts.mounting import with_sharing
 from drivetrain.study.read import load_study
 from drivetrain.whole_files import shipped
 

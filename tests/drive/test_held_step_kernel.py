@@ -3,7 +3,7 @@
 import mpmath as mp
 import pytest
 
-from drivetrain.drive.loops.held_step_kernel import held_step
+from drivetrain.drive.loops.current_loop_kernel import held_step
 
 LOOP = (-9000.0, 12000.0, -250.0, 0.0)  # 1/s: a current loop of 1 kHz, about
 

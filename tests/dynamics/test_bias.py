@@ -8,7 +8,7 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.kinematics import body_jacobian
-from drivetrain.dynamics.coriolis import coriolis_matrix
+from drivetrain.dynamics.derivatives import coriolis_matrix
 from drivetrain.dynamics.inverse import bias_torque, gravity_torque, inverse_dynamics, tip_torque, velocity_torque
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError

@@ -9,7 +9,7 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
+from drivetrain.dynamics.derivatives import christoffel_symbols, coriolis_matrix
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
@@ -84,7 +84,7 @@ def test_one_sample_a_batch_and_a_long_batch(monkeypatch: pytest.MonkeyPatch) ->
     assert whole.shape == (25, 6, 6, 6)
     assert christoffel_symbols(arm, np.empty((0, 6))).shape == (0, 6, 6, 6)
     np.testing.assert_allclose(christoffel_symbols(arm, q[3]), whole[3], rtol=1e-12, atol=1e-12)
-    monkeypatch.setattr("drivetrain.dynamics.coriolis.CHUNK", 10)
+    monkeypatch.setattr("drivetrain.dynamics.derivatives.CHUNK", 10)
     np.testing.assert_allclose(christoffel_symbols(arm, q), whole, rtol=1e-12, atol=1e-12)
 
 

@@ -15,7 +15,7 @@ from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.kinematics import body_jacobian
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.book.closed_form import closed_form, closed_form_torque, mass_matrix_rate, stacked
-from drivetrain.dynamics.coriolis import coriolis_matrix
+from drivetrain.dynamics.derivatives import coriolis_matrix
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics, velocity_torque
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError

@@ -14,8 +14,11 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns, with_coupling
 from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.dynamics.coriolis import christoffel_symbols
-from drivetrain.dynamics.derivatives import forward_dynamics_derivatives, inverse_dynamics_derivatives
+from drivetrain.dynamics.derivatives import (
+    christoffel_symbols,
+    forward_dynamics_derivatives,
+    inverse_dynamics_derivatives,
+)
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix

@@ -9,7 +9,7 @@ from random_arms import motion, random_arm
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.dynamics.coriolis import coriolis_matrix
+from drivetrain.dynamics.derivatives import coriolis_matrix
 from drivetrain.dynamics.inverse import gravity_torque
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
@@ -31,7 +31,7 @@ def test_long_batches_are_cut(monkeypatch: pytest.MonkeyPatch) -> None:
     q, qd, _ = motion(41, 6, 25)
     masses, coriolis = mass_matrix(arm, q), coriolis_matrix(arm, q, qd)
     monkeypatch.setattr("drivetrain.dynamics.mass.CHUNK", 10)
-    monkeypatch.setattr("drivetrain.dynamics.coriolis.CHUNK", 10)
+    monkeypatch.setattr("drivetrain.dynamics.derivatives.CHUNK", 10)
     np.testing.assert_allclose(mass_matrix(arm, q), masses, rtol=1e-13)
     np.testing.assert_allclose(coriolis_matrix(arm, q, qd), coriolis, atol=1e-12)
 

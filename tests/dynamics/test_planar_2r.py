@@ -7,7 +7,7 @@ import pytest
 
 from drivetrain.arm.arm import Arm
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm, planar_2r_terms, planar_2r_torque
-from drivetrain.dynamics.coriolis import coriolis_matrix
+from drivetrain.dynamics.derivatives import coriolis_matrix
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError

@@ -42,7 +42,7 @@ from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.judge.evaluate import evaluate, evaluate_drives
 from drivetrain.sizing.results import Evaluation
 from drivetrain.spatial.poses import inverse_pose, pose
-from drivetrain.study.parts.second_motors import with_sharing
+from drivetrain.study.parts.mounting import with_sharing
 from drivetrain.study.read import load_study
 from drivetrain.whole_files import shipped
 

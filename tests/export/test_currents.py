@@ -16,8 +16,7 @@ from export.driven_arms import coupled
 
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.errors import InputError
-from drivetrain.export.currents import write_currents
-from drivetrain.export.scales import current_scales
+from drivetrain.export.currents import current_scales, write_currents
 from drivetrain.sizing.currents import PARTS, current_commands
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.read import load_study

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.motion.duty_cycle import Step, build_cycle, sample_weights
-from drivetrain.motion.mix import build_mix
+from drivetrain.motion.duty_cycle import Step, build_cycle, build_mix, sample_weights
 from drivetrain.motion.motion import Motion
 
 

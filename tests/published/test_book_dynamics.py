@@ -8,7 +8,7 @@ import pytest
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
-from drivetrain.dynamics.coriolis import coriolis_matrix
+from drivetrain.dynamics.derivatives import coriolis_matrix
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import drive_torques, gravity_torque, inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix

@@ -11,13 +11,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivetrain.report.best_sets import set_lines, set_rows
-from drivetrain.report.outputs import currents_csv
+from drivetrain.report.outputs import currents_csv, result_json
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.rejected import COLUMNS, counted, rejected_data, rejected_text
-from drivetrain.report.result_json import result_json
 from drivetrain.report.verdict_lines import verdict_lines, verdict_table
-from drivetrain.report.words import objective_text
+from drivetrain.report.words import objective_text, set_lines, set_rows
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
 from drivetrain.study.parts.selection import Wanted
 from drivetrain.study.parts.verdicts import Check, Verdict

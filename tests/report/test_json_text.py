@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import drivetrain.report
 from drivetrain.report.json_text import json_text
-from drivetrain.report.result_json import result_json
+from drivetrain.report.outputs import result_json
 from drivetrain.sizing.results import Evaluation, Selection
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from drivetrain.motion.mix import build_mix
+from drivetrain.motion.duty_cycle import build_mix
 from drivetrain.report.charts.arm_charts import power_chart
 from drivetrain.report.charts.motion_data import kept_samples, motion_data
 from drivetrain.report.pages.report_page import html_report

@@ -16,10 +16,10 @@ from pathlib import Path
 import pytest
 
 from drivetrain.report.charts.motion_data import FOLLOWS
+from drivetrain.report.outputs import result_json
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.pages.views import anchor, check_rows, nearest_misses
 from drivetrain.report.quantities import percent
-from drivetrain.report.result_json import result_json
 from drivetrain.report.words import OUTSIDE, check_sentence, headline, heat_model, overall_sentence, required_text
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, Selection

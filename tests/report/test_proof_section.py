@@ -10,10 +10,10 @@ import pytest
 from typer.testing import CliRunner
 
 from drivetrain.cli import app
+from drivetrain.report.outputs import result_json
 from drivetrain.report.pages.proof_section import proof_section
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.pages.trade_off_pages import trade_off_extra
-from drivetrain.report.result_json import result_json
 from drivetrain.sizing.answers.trade_offs import trade_offs, usual_span
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.results import Selection

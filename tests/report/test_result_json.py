@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from drivetrain.report.json_text import SCHEMA_VERSION
-from drivetrain.report.result_json import result_data, result_json
+from drivetrain.report.outputs import result_data, result_json
 from drivetrain.sizing.results import Evaluation, Selection
 
 CHECK_KEYS = [

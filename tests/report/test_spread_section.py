@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from drivetrain.report.charts.arm_charts import tornado_chart
-from drivetrain.report.outputs import write_outputs
+from drivetrain.report.outputs import result_json, write_outputs
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.pages.spread_section import chance_rows, law_lines, spread_lines
-from drivetrain.report.result_json import result_json
 from drivetrain.sizing.answers.spread import robustly, spread
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select

@@ -18,7 +18,7 @@ from drivetrain.drive.brake import Brake
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.stages import Stage, chained, with_stages
-from drivetrain.motion.mix import build_mix
+from drivetrain.motion.duty_cycle import build_mix
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
 from drivetrain.sizing.judge.parts import FilledParts

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivetrain.motion.mix import build_mix
+from drivetrain.motion.duty_cycle import build_mix
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.demand.series import rates

@@ -21,7 +21,7 @@ from drivetrain.sizing.search.search import select
 from drivetrain.spatial.poses import pose
 from drivetrain.study.model import StiffnessWish
 from drivetrain.study.objects import study as make_study
-from drivetrain.study.parts.second_motors import second_motor
+from drivetrain.study.parts.mounting import second_motor
 from drivetrain.study.read import load_study
 
 MOTOR = {

@@ -10,8 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.loops.current_loop_kernel import flows, held_at, loop_step, stretch
-from drivetrain.drive.loops.held_step_kernel import held_step, put_matrix
+from drivetrain.drive.loops.current_loop_kernel import flows, held_at, held_step, loop_step, put_matrix, stretch
 from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from drivetrain.report.best_sets import HEADINGS, WORDS, equals_sentence, set_rows
 from drivetrain.report.pages.sheet import Section, SheetTable
 from drivetrain.report.quantities import DASH, number
-from drivetrain.report.words import objective_tail
+from drivetrain.report.words import HEADINGS, WORDS, equals_sentence, objective_tail, set_rows
 from drivetrain.sizing.results import Selection
 
 WORK = {

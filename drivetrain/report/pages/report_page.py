@@ -8,7 +8,6 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup
 
-from drivetrain.report.best_sets import HEADINGS
 from drivetrain.report.charts.arm_charts import heat_chart, margin_chart, power_chart
 from drivetrain.report.charts.chart import INSTANTS, JOINT_COLOURS, Chart, Pictures, moving_script
 from drivetrain.report.charts.motion_data import FOLLOWS, SUPPLIES, gear_limits, motion_data
@@ -31,6 +30,7 @@ from drivetrain.report.pages.views import (
 from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.rejected import SHARES, counted, rejected_data
 from drivetrain.report.words import (
+    HEADINGS,
     OUTSIDE,
     both,
     gaps,

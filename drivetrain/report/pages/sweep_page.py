@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from drivetrain.report.best_sets import HEADINGS
 from drivetrain.report.charts.answer_charts import OBJECTIVES, sweep_chart
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
 from drivetrain.report.quantities import DASH, number, percent
+from drivetrain.report.words import HEADINGS
 from drivetrain.study.model import Study
 
 MOST_ROWS = 500

@@ -7,13 +7,12 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from drivetrain.report.best_sets import HEADINGS
 from drivetrain.report.charts.answer_charts import NAMES, curve_charts, front_charts, knee
 from drivetrain.report.charts.chart import JOINT_COLOURS, Chart, captioned
 from drivetrain.report.json_text import drives_data, job_data, json_text
 from drivetrain.report.pages.sheet import Chip, Extra, Section, SheetTable, sheet
 from drivetrain.report.quantities import DASH, number, percent, printed_unit
-from drivetrain.report.words import objective_tail
+from drivetrain.report.words import HEADINGS, objective_tail
 from drivetrain.sizing.answers.curve import CurvePiece, OptimumCurve
 from drivetrain.sizing.answers.trade_offs import TradeOffsFound
 from drivetrain.sizing.judge.evaluate import Pair

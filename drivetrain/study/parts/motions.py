@@ -17,8 +17,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.base import AXES, Swing, along, swing_instants, swinging
 from drivetrain.motion.checks import TURNS_BELIEVED, limit_notes
-from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle, Step, build_cycle
-from drivetrain.motion.mix import build_mix, share_faults
+from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle, Step, build_cycle, build_mix, share_faults
 from drivetrain.motion.motion import LoadTable, Motion, sampled
 from drivetrain.motion.point_to_point import MotionLimits, waypoint_motion
 from drivetrain.motion.profiles import PROFILES

@@ -11,10 +11,10 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
-from drivetrain.catalog.convention import dc_equivalent
 from drivetrain.catalog.price import Offer, Price, offer_of
 from drivetrain.catalog.read import MOST_NAMED, Catalog, read_catalog
 from drivetrain.catalog.schema import GEAR_KINDS
+from drivetrain.catalog.table import dc_equivalent
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
