@@ -402,14 +402,10 @@ GROWN = 1e-9  # of the energy: a round that adds less comes back
 
 
 class BusStep(NamedTuple):
-    """After a step.
+    """After a step."""
 
-    Attributes:
-        energy: In the capacitor [J].
-        fed, burnt: What the source gave and the resistor took [J].
-    """
-
-    energy: float
+    energy: float  # in the capacitor [J]
+    # what the source gave and the resistor took [J]
     fed: float
     burnt: float
 
@@ -424,17 +420,11 @@ def bus_step(energy: Any, drawn: Any, full: Any, most: Any, feedable: Any, burna
 
 
 class BusPeak(NamedTuple):
-    """Of a cycle that repeats for ever.
+    """Of a cycle that repeats for ever."""
 
-    Attributes:
-        voltage: Highest [V]; infinite where every round leaves more than it found.
-        sample: After which it is reached.
-        burnt: Mean power of the resistor [W].
-    """
-
-    voltage: float
-    sample: int
-    burnt: float
+    voltage: float  # highest [V]; infinite where every round leaves more than it found
+    sample: int  # after which it is reached
+    burnt: float  # mean power of the resistor [W]
 
 
 @kernel

@@ -111,27 +111,23 @@ def book_curves(static: float, kinetic: float, viscous: float, stribeck_speed: f
 
 
 class FrictionCurve(NamedTuple):
-    """A friction law with both directions told.
+    """A friction law with both directions told."""
 
-    Attributes:
-        forward, backward: Coulomb torque [N m].
-        viscous_forward, viscous_backward: [N m s/rad].
-        static_forward, static_backward: Breakaway torque [N m].
-        falls: Whether friction falls from its static torque over a range of speed (Stribeck), or rises smoothly (tanh).
-        stribeck_speed, stribeck_exponent: Of that fall [rad/s], [-].
-        tanh_speed: Of that rise [rad/s]; 0: it rises at once.
-    """
-
+    # Coulomb torque [N m]
     forward: float
     backward: float
+    # [N m s/rad]
     viscous_forward: float
     viscous_backward: float
+    # breakaway torque [N m]
     static_forward: float
     static_backward: float
+    # whether friction falls from its static torque over a range of speed (Stribeck), or rises smoothly (tanh)
     falls: bool
+    # of that fall [rad/s], [-]
     stribeck_speed: float
     stribeck_exponent: float
-    tanh_speed: float
+    tanh_speed: float  # of that rise [rad/s]; 0: it rises at once
 
 
 @law

@@ -198,42 +198,29 @@ NO_GEAR = Gear("", 1.0, kind="ideal", efficiency=1.0)
 
 
 class MeshFactors(NamedTuple):
-    """Motor-side torque through the mesh over the lossless one.
+    """Motor-side torque through the mesh over the lossless one."""
 
-    Attributes:
-        driving: When power flows to the load; 1 or more.
-        driven: When power flows from the load; 1 or less; 0 or less when the mesh locks itself.
-    """
-
-    driving: float
-    driven: float
+    driving: float  # when power flows to the load; 1 or more
+    driven: float  # when power flows from the load; 1 or less; 0 or less when the mesh locks itself
 
 
 class Mesh(NamedTuple):
-    """A gear as the laws of torque need it; torques at the input [N m].
+    """A gear as the laws of torque need it; torques at the input [N m]."""
 
-    Attributes:
-        ratio: Motor speed over output speed.
-        driving, driven: As in ``MeshFactors``.
-        holding, grip: At rest, of the lossless torque and on top of it, as ``Gear.holding`` says.
-        drag: Turning at 1 rad/s of the input and 20 C, whatever the load; without seals.
-        exponent: With which the drag grows with speed; 0: it does not.
-        cooling, bend: b1 and b2 of drag over temperature, see ``gear_loss.drag_factor`` [1/K], [1/K^2].
-        seal: Drag at any speed and temperature.
-        starting: That moves the unloaded gear from rest.
-    """
-
-    ratio: float
+    ratio: float  # motor speed over output speed
+    # as in ``MeshFactors``
     driving: float
     driven: float
+    # at rest, of the lossless torque and on top of it, as ``Gear.holding`` says
     holding: float
     grip: float
-    drag: float
-    exponent: float
+    drag: float  # turning at 1 rad/s of the input and 20 C, whatever the load; without seals
+    exponent: float  # with which the drag grows with speed; 0: it does not
+    # b1 and b2 of drag over temperature, see ``gear_loss.drag_factor`` [1/K], [1/K^2]
     cooling: float
     bend: float
-    seal: float
-    starting: float
+    seal: float  # drag at any speed and temperature
+    starting: float  # that moves the unloaded gear from rest
 
 
 class StandstillInterval(NamedTuple):

@@ -63,47 +63,31 @@ def scaled_gear(gear: Gear, ratio: float) -> Gear:
 
 @dataclass(frozen=True, eq=False)
 class TorqueTerms:
-    """Motor torque of a motion as it depends on the ratio G: ``inverse / G + constant + linear * G``, each (N,).
+    """Motor torque of a motion as it depends on the ratio G: ``inverse / G + constant + linear * G``, each (N,)."""
 
-    Attributes:
-        inverse: Load, joint friction, mesh loss by direction of power, and a printed no-load running torque [N m].
-        constant: What the ratio does not change: carrier's acceleration, the motor's Coulomb friction, and the gear's
-            drag over speed, taken at the template's ratio [N m].
-        linear: Rotor's acceleration and the motor's viscous friction [N m].
-        weights: Time each sample stands for [s].
-    """
-
-    inverse: Array
+    inverse: Array  # load, joint friction, mesh loss by direction of power, and a printed no-load running torque [N m]
+    # what the ratio does not change: carrier's acceleration, the motor's Coulomb friction, and the gear's drag over
+    # speed, taken at the template's ratio [N m]
     constant: Array
-    linear: Array
-    weights: Array
+    linear: Array  # rotor's acceleration and the motor's viscous friction [N m]
+    weights: Array  # time each sample stands for [s]
 
 
 class RatioRange(NamedTuple):
-    """A range of ratios.
+    """A range of ratios."""
 
-    Attributes:
-        low, high: Its ends.
-    """
-
+    # its ends
     low: float
     high: float
 
 
 class LoadMatch(NamedTuple):
-    """How a motor's rated torque stands to a load, by the method of accelerating and load factor.
+    """How a motor's rated torque stands to a load, by the method of accelerating and load factor."""
 
-    Attributes:
-        accelerating_factor: alpha, what the motor has [W/s].
-        load_factor: beta, what the load takes at the best ratio, efficiency counted [W/s].
-        range: Of the ratios whose RMS torque is within the rated torque; None when no ratio's is.
-        best: The ratio of least RMS torque.
-    """
-
-    accelerating_factor: float
-    load_factor: float
-    range: RatioRange | None
-    best: float
+    accelerating_factor: float  # alpha, what the motor has [W/s]
+    load_factor: float  # beta, what the load takes at the best ratio, efficiency counted [W/s]
+    range: RatioRange | None  # of the ratios whose RMS torque is within the rated torque; None when no ratio's is
+    best: float  # the ratio of least RMS torque
 
 
 def torque_terms(
@@ -287,20 +271,14 @@ KEPT = 1.0 + 1e-9  # of a size: rounding may not fell a gear that is sized to it
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """A number of a sheet over the repeated peak torque T and the ratio G: ``scale * T^torque * G^ratio``.
+    """A number of a sheet over the repeated peak torque T and the ratio G: ``scale * T^torque * G^ratio``."""
 
-    Attributes:
-        scale: At 1 N m and ratio 1 [SI].
-        torque, ratio: Exponents.
-        error: Standard deviation of the rows from the law, relative.
-        rows: How many the law was fitted to.
-    """
-
-    scale: float
+    scale: float  # at 1 N m and ratio 1 [SI]
+    # exponents
     torque: float
     ratio: float
-    error: float
-    rows: int
+    error: float  # standard deviation of the rows from the law, relative
+    rows: int  # how many the law was fitted to
 
     def at(self, torque: float, ratio: float) -> float:
         """The number of a gear."""
@@ -315,24 +293,16 @@ class PowerLaw:
 
 @dataclass(frozen=True, eq=False)
 class GearFamily:
-    """Gears that differ in ratio, and in size where laws say how.
+    """Gears that differ in ratio, and in size where laws say how."""
 
-    Attributes:
-        name: Of the series; ``ideal gear`` for one without loss, mass, inertia and limits.
-        low, high: Ends of the range of ratios.
-        kind: Of its gears.
-        laws: By column of the sheet; empty for the ideal family.
-        source: Where the laws are from, in words.
-        smallest, largest: Repeated peak torque of the rows [N m]; none is made smaller, and for larger ones the laws
-            are carried on.
-    """
-
-    name: str
+    name: str  # of the series; ``ideal gear`` for one without loss, mass, inertia and limits
+    # ends of the range of ratios
     low: float
     high: float
-    kind: str = "ideal"
-    laws: Mapping[str, PowerLaw] = field(default_factory=dict)
-    source: str = "no loss, no mass, no inertia, no limits"
+    kind: str = "ideal"  # of its gears
+    laws: Mapping[str, PowerLaw] = field(default_factory=dict)  # by column of the sheet; empty for the ideal family
+    source: str = "no loss, no mass, no inertia, no limits"  # where the laws are from, in words
+    # repeated peak torque of the rows [N m]; none is made smaller, and for larger ones the laws are carried on
     smallest: float = 0.0
     largest: float = math.inf
 

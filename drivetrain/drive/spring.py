@@ -25,19 +25,16 @@ from drivetrain.jit import law
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring of three pieces; where there is no further one, the last goes on and what bounds it is infinite.
+    """A spring of three pieces; where there is no further one, the last goes on and what bounds it is infinite."""
 
-    Attributes:
-        slope_1, slope_2, slope_3: [N m/rad].
-        torque_1, torque_2: Between the pieces [N m].
-        bend_1, bend_2: Twists there [rad].
-    """
-
+    # [N m/rad]
     slope_1: float
     slope_2: float
     slope_3: float
+    # between the pieces [N m]
     torque_1: float = math.inf
     torque_2: float = math.inf
+    # twists there [rad]
     bend_1: float = math.inf
     bend_2: float = math.inf
 

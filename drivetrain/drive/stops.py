@@ -31,15 +31,10 @@ class StiffSpring(NamedTuple):
 
 
 class Braking(NamedTuple):
-    """The first instant of a stop.
+    """The first instant of a stop."""
 
-    Attributes:
-        torque: At the gear's output [N m].
-        acceleration: Of the gear's output [rad/s^2].
-    """
-
-    torque: float
-    acceleration: float
+    torque: float  # at the gear's output [N m]
+    acceleration: float  # of the gear's output [rad/s^2]
 
 
 class StopRotor(NamedTuple):

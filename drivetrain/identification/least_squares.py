@@ -101,17 +101,11 @@ GRID = tuple(Weights(bodies, friction) for bodies in BODIES for friction in FRIC
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A recording as a problem of least squares in deviations from the prior, each times its column's scale.
+    """A recording as a problem of least squares in deviations from the prior, each times its column's scale."""
 
-    Attributes:
-        folds: Contiguous parts of it.
-        scale: Of each column, its RMS over the recording, (p,); 1 for a column of nothing but rounding.
-        friction: Which columns are friction, (p,).
-    """
-
-    folds: tuple[Fold, ...]
-    scale: Array
-    friction: np.ndarray
+    folds: tuple[Fold, ...]  # contiguous parts of it
+    scale: Array  # of each column, its RMS over the recording, (p,); 1 for a column of nothing but rounding
+    friction: np.ndarray  # which columns are friction, (p,)
 
     def system(self, kept: list[int], weights: Weights) -> tuple[Array, Array]:
         """The normal equations of some folds with the prior, ``H d = g``."""

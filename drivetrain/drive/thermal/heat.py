@@ -42,15 +42,10 @@ OVERLOAD_SHARE = 0.05  # of the winding's time constant: the longest overload th
 
 
 class Mix(NamedTuple):
-    """How a motor is used.
+    """How a motor is used."""
 
-    Attributes:
-        parts: Samples of each repeated cycle, one slice each, in their order.
-        shares: Of the time, one a part, together 1.
-    """
-
-    parts: Sequence[slice]
-    shares: Sequence[float]
+    parts: Sequence[slice]  # samples of each repeated cycle, one slice each, in their order
+    shares: Sequence[float]  # of the time, one a part, together 1
 
 
 @dataclass(frozen=True, eq=False)

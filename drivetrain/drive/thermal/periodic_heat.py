@@ -42,51 +42,35 @@ SMALL = 0.05  # rate times step below which seven terms of the exponential's ser
 
 
 class Nodes(NamedTuple):
-    """The thermal nodes of a motor in its mounting; NaN where unknown.
+    """The thermal nodes of a motor in its mounting; NaN where unknown."""
 
-    Attributes:
-        inner, outer: Resistance from winding to housing, 0 where they are one node, and from there to ambient [K/W].
-        winding, housing: Capacities [J/K]; the first of the whole motor when it is one node.
-    """
-
+    # resistance from winding to housing, 0 where they are one node, and from there to ambient [K/W]
     inner: float
     outer: float
+    # capacities [J/K]; the first of the whole motor when it is one node
     winding: float
     housing: float
 
 
 class Copper(NamedTuple):
-    """The copper loss of a torque: R(T) (torque / kt(T_magnets))^2.
+    """The copper loss of a torque: R(T) (torque / kt(T_magnets))^2."""
 
-    Attributes:
-        resistance: With the winding at ambient temperature [ohm].
-        slope: With its temperature [ohm/K].
-        constant, coefficient, reference: Torque constant [N m/A], its change with magnet temperature [1/K], and the
-            temperature at which it holds [C].
-    """
-
-    resistance: float
-    slope: float
+    resistance: float  # with the winding at ambient temperature [ohm]
+    slope: float  # with its temperature [ohm/K]
+    # torque constant [N m/A], its change with magnet temperature [1/K], and the temperature at which it holds [C]
     constant: float
     coefficient: float
     reference: float
 
 
 class Losses(NamedTuple):
-    """The losses from each sample to the next, and memory to solve for their temperatures; (N + 1,) each.
+    """The losses from each sample to the next, and memory to solve for their temperatures; (N + 1,) each."""
 
-    Attributes:
-        square: Mean square of the torque [N^2 m^2].
-        held: The same of what one phase may have above its share while the motor stands still [N^2 m^2].
-        housing: Mean loss in the housing [W].
-        integrals: Memory, (4, N + 1), see ``integrals_of``.
-        winding_at, housing_at: Take the temperatures at the samples [C].
-    """
-
-    square: Array
-    held: Array
-    housing: Array
-    integrals: Array
+    square: Array  # mean square of the torque [N^2 m^2]
+    held: Array  # the same of what one phase may have above its share while the motor stands still [N^2 m^2]
+    housing: Array  # mean loss in the housing [W]
+    integrals: Array  # memory, (4, N + 1), see ``integrals_of``
+    # take the temperatures at the samples [C]
     winding_at: Array
     housing_at: Array
 
@@ -98,17 +82,11 @@ def new_losses(samples: int) -> Losses:
 
 
 class Periods(NamedTuple):
-    """How a motor is used: one cycle, or a mix of parts that repeat by themselves.
+    """How a motor is used: one cycle, or a mix of parts that repeat by themselves."""
 
-    Attributes:
-        edges: First sample of each part, and the one after the last, (P + 1,).
-        shares: Of the time of use, one a part, together 1.
-        step: From each sample to the next of its part [s], 0 at its last; of a part of one sample anything, (N,).
-    """
-
-    edges: Any
-    shares: Array
-    step: Array
+    edges: Any  # first sample of each part, and the one after the last, (P + 1,)
+    shares: Array  # of the time of use, one a part, together 1
+    step: Array  # from each sample to the next of its part [s], 0 at its last; of a part of one sample anything, (N,)
 
 
 def periods_of(time: Array, parts: Sequence[slice], shares: Sequence[float]) -> Periods:
@@ -122,29 +100,23 @@ def periods_of(time: Array, parts: Sequence[slice], shares: Sequence[float]) -> 
 
 @dataclass(frozen=True)
 class PartHeat:
-    """What one part of the mix comes to: rises over ambient [K], at a mean housing rise of 0 and each kelvin of it.
+    """What one part of the mix comes to: rises over ambient [K], at a mean housing rise of 0 and each kelvin of it."""
 
-    Attributes:
-        length: Of a period [s].
-        square, loss: Mean square of the torque [N^2 m^2], mean loss in the housing [W].
-        start_winding, start_housing, winding: At the start of a period, and the winding's mean.
-        injected: Heat that the other parts bring into the housing [W].
-        start_winding_slope, start_housing_slope, winding_slope, injected_slope: Of these with the mean housing rise.
-        housing: Mean rise of the housing.
-    """
-
-    length: float = 0.0
+    length: float = 0.0  # of a period [s]
+    # mean square of the torque [N^2 m^2], mean loss in the housing [W]
     square: float = 0.0
     loss: float = 0.0
+    # at the start of a period, and the winding's mean
     start_winding: float = 0.0
     start_housing: float = 0.0
     winding: float = 0.0
-    injected: float = 0.0
+    injected: float = 0.0  # heat that the other parts bring into the housing [W]
+    # of these with the mean housing rise
     start_winding_slope: float = 0.0
     start_housing_slope: float = 0.0
     winding_slope: float = 0.0
     injected_slope: float = 0.0
-    housing: float = 0.0
+    housing: float = 0.0  # mean rise of the housing
 
 
 def new_parts(count: int) -> Any:
@@ -153,26 +125,17 @@ def new_parts(count: int) -> Any:
 
 
 class Heat(NamedTuple):
-    """The periodic state; infinite temperatures in a runaway: losses grow faster with temperature than cooling.
+    """The periodic state; infinite temperatures in a runaway: losses grow faster with temperature than cooling."""
 
-    Attributes:
-        magnets: At which the torque constant was taken: the mean housing temperature [C].
-        winding, housing: Mean temperatures [C].
-        peak: Largest of the winding, also between samples [C].
-        peak_time: Of it, from the start of its part [s].
-        peak_part: In which it lies.
-        converged: Whether magnet and mean housing temperature could be matched.
-        radius: Share of a small extra rise that is left after a cycle; NaN for a mix and where nothing moves.
-    """
-
-    magnets: float
+    magnets: float  # at which the torque constant was taken: the mean housing temperature [C]
+    # mean temperatures [C]
     winding: float
     housing: float
-    peak: float
-    peak_time: float
-    peak_part: int
-    converged: bool
-    radius: float
+    peak: float  # largest of the winding, also between samples [C]
+    peak_time: float  # of it, from the start of its part [s]
+    peak_part: int  # in which it lies
+    converged: bool  # whether magnet and mean housing temperature could be matched
+    radius: float  # share of a small extra rise that is left after a cycle; NaN for a mix and where nothing moves
 
 
 @law
@@ -245,24 +208,20 @@ def part_means(periods: Any, losses: Any, parts: Any) -> None:
 
 
 class Flow(NamedTuple):
-    """How heat flows between the nodes of a part, and what comes in: per kelvin, torque squared and watt.
+    """How heat flows between the nodes of a part, and what comes in: per kelvin, torque squared and watt."""
 
-    Attributes:
-        a, b, c, d: Rates of the matrix above, without the growth [1/s].
-        growth, source: Of an interval with a torque's mean square of 1: rates of growth [1/s] and of heating [K/s].
-        inside, outside: Rates of heating by a watt of loss in the housing, of the winding and of the housing [K/s].
-        injected: Rate of heating of the housing by what is injected [K/s].
-    """
-
+    # rates of the matrix above, without the growth [1/s]
     a: float
     b: float
     c: float
     d: float
+    # of an interval with a torque's mean square of 1: rates of growth [1/s] and of heating [K/s]
     growth: float
     source: float
+    # rates of heating by a watt of loss in the housing, of the winding and of the housing [K/s]
     inside: float
     outside: float
-    injected: float
+    injected: float  # rate of heating of the housing by what is injected [K/s]
 
 
 @law
@@ -326,26 +285,23 @@ def integrals_of(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> No
 
 
 class CycleMap(NamedTuple):
-    """What one cycle does to the two rises x, as an affine map, and to their integral over it.
+    """What one cycle does to the two rises x, as an affine map, and to their integral over it."""
 
-    Attributes:
-        ww, wh, hw, hh, w, h: Of x_end = [[ww, wh], [hw, hh]] x_start + [w, h].
-        mean_ww, mean_wh, mean_hw, mean_hh, mean_w, mean_h: The same of the mean over the cycle.
-        watt_w, watt_h, mean_watt_w, mean_watt_h: What a watt that is injected into the housing adds to both.
-    """
-
+    # of x_end = [[ww, wh], [hw, hh]] x_start + [w, h]
     ww: float
     wh: float
     hw: float
     hh: float
     w: float
     h: float
+    # the same of the mean over the cycle
     mean_ww: float
     mean_wh: float
     mean_hw: float
     mean_hh: float
     mean_w: float
     mean_h: float
+    # what a watt that is injected into the housing adds to both
     watt_w: float
     watt_h: float
     mean_watt_w: float
