@@ -383,12 +383,6 @@ def readable_unit(value: float, unit: str) -> str:
     return choices[-1]
 
 
-def engineering(value: float, unit: str, *, show: str = "") -> tuple[float, str]:
-    """A value of an SI unit in one that reads well."""
-    chosen = show or readable_unit(value, unit)
-    return float(from_si(value, unit, chosen)), chosen
-
-
 def refused(problem: str, hint: str = "", found: object = None) -> InputError:
     """The error of a value that a field does not take; where it stands is known to who reads the file."""
     return InputError(Fault("", problem, found, hint))

@@ -15,7 +15,6 @@ from drivetrain.errors import InputError
 from drivetrain.units import (
     NAMES,
     READABLE,
-    engineering,
     factor,
     from_si,
     quantities,
@@ -210,9 +209,8 @@ def test_columns_keep_missing_values_and_celsius():
 
 
 def test_readable_units():
-    assert engineering(0.0125, "N m") == (pytest.approx(12.5), "mN m")
-    assert engineering(1.2e-5, "kg m^2") == (pytest.approx(120.0), "g cm^2")
-    assert engineering(314.159265, "rad/s", show="rpm")[0] == pytest.approx(3000.0)
+    assert readable_unit(0.0125, "N m") == "mN m"
+    assert readable_unit(1.2e-5, "kg m^2") == "g cm^2"
     assert readable_unit(0.0, "A") == "A"
     assert readable_unit(3.0, "cd/m") == "cd/m"
 

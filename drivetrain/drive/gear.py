@@ -525,7 +525,6 @@ def momentary_peak_count(gear: Gear, output_speed: float, duration: float) -> fl
 DRAG_REFERENCE = 20.0  # C, at which the drag is given
 DRAG_TEMPERATURES = (-10.0, 40.0)  # C: what the charts cover that the law was fitted to; it is held at the ends outside
 HALVINGS = 24  # of some ten kelvin: to a millionth
-BACK_DRIVING = 1.05  # of ratio and starting torque, fitted to strain-wave gears of four sizes
 
 
 @law
@@ -589,12 +588,6 @@ def gear_loss_power(mesh: Any, load: Any, speed: Any, temperature: Any) -> Any:
     """The same of mesh and drag together [W]."""
     motor_speed = mesh.ratio * speed
     return mesh_loss_power(mesh, load, speed) + drag_torque(mesh, motor_speed, temperature) * motor_speed
-
-
-@law
-def back_driving_torque(mesh: Any) -> Any:
-    """At the output, that moves the gear from behind with nothing on the motor: 1.05 G T_s [N m], FITTED."""
-    return BACK_DRIVING * abs(mesh.ratio) * mesh.starting
 
 
 # The output bearing of a gear: one load that stands for a tilting moment, a radial and an axial force, and its life.

@@ -307,11 +307,6 @@ def speed_torque_gradient(motor: Motor) -> float:
     return motor.resistance / motor.torque_constant**2
 
 
-def mechanical_time_constant(motor: Motor) -> float | None:
-    """Time in which the bare motor reaches 63 % of its speed after a step of voltage, at reference temperature."""
-    return None if motor.rotor_inertia is None else speed_torque_gradient(motor) * motor.rotor_inertia
-
-
 # The winding as an electrical stage, stepped exactly: stable and right at any step, however small the inductance.
 #
 # The time constant L/R of a winding is some tenths of a millisecond. An explicit step of a millisecond multiplies the

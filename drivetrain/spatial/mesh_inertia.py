@@ -40,11 +40,6 @@ class TriangleMesh:
         object.__setattr__(self, "faces", _checked_faces(self.faces, len(self.vertices), f"{self.name}.faces"))
 
 
-def mesh_volume(mesh: TriangleMesh) -> float:
-    """The volume inside a closed mesh."""
-    return float(_moments(mesh)[0])
-
-
 def mesh_body(mesh: TriangleMesh, *, density: float | None = None, mass: float | None = None) -> RigidBody:
     """The uniform solid inside a closed mesh. Triangles that cut through each other are not looked for.
 

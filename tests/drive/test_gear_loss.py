@@ -12,7 +12,6 @@ import pytest
 from drivetrain.catalog.read import read_catalog
 from drivetrain.drive.gear import (
     Gear,
-    back_driving_torque,
     drag_torque,
     gear_loss_power,
     mesh,
@@ -137,11 +136,6 @@ def test_at_rest_a_load_neither_falls_nor_rises_within_its_interval() -> None:
     assert resting_interval(turned, 40.0) == pytest.approx((-hold, -start))
     sealed = mesh(Gear("G", 100.0, drag_torque=0.1, starting_torque=0.03, seal_drag_torque=0.3, **STRAIN_WAVE))
     assert resting_interval(sealed, 0.0).start == 0.3  # the seals hold more than the teeth
-
-
-def test_back_driving_torque_as_makers_measure_it() -> None:
-    """CSF-17-100 and CSF-25-50, neither of the fit: 0.97 and 1.20 times ratio and starting torque."""
-    assert back_driving_torque(mesh(CSG_17_100)) == pytest.approx(1.05 * 100 * 0.0295)
 
 
 def test_what_holds_at_rest_is_one_end_or_the_other_or_the_lossless_torque() -> None:

@@ -29,13 +29,11 @@ def test_the_sheet_agrees_with_its_own_redundancy() -> None:
     assert law.stall_current(DCX22) == pytest.approx(3.31, rel=0.01)
     assert law.no_load_speed(DCX22) == pytest.approx(529.882, rel=0.01)
     assert law.speed_torque_gradient(DCX22) == pytest.approx(3550.0, rel=0.01)
-    assert law.mechanical_time_constant(DCX22) == pytest.approx(0.00314, rel=0.01)
 
 
 def test_predictions_need_a_nominal_voltage() -> None:
     bare = Motor("bare", 1.0, 0.1)
     assert law.stall_torque(bare) is law.stall_current(bare) is law.no_load_speed(bare) is None
-    assert law.mechanical_time_constant(bare) is None
 
 
 def test_resistance_rises_with_the_winding() -> None:
