@@ -25,15 +25,10 @@ Basis = tuple[JointBasis, ...]
 
 @dataclass(frozen=True, eq=False)
 class WorkFamily:
-    """A task, and the work of its changes.
+    """A task, and the work of its changes."""
 
-    Attributes:
-        study: The task unchanged.
-        payloads: Names of the payloads that change; empty: all.
-    """
-
-    study: Study
-    payloads: tuple[str, ...] = ()
+    study: Study  # the task unchanged
+    payloads: tuple[str, ...] = ()  # names of the payloads that change; empty: all
 
     def at(self, change: TaskChange) -> Workload:
         """The work of the changed task."""

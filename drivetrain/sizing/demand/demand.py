@@ -26,34 +26,22 @@ from drivetrain.study.parts.mounting import seat
 
 
 class Peak(NamedTuple):
-    """The largest magnitude of a series.
+    """The largest magnitude of a series."""
 
-    Attributes:
-        value: In the unit of the series.
-        time: Its instant [s].
-    """
-
-    value: float
-    time: float
+    value: float  # in the unit of the series
+    time: float  # its instant [s]
 
 
 class StopDemand(NamedTuple):
-    """What stops on a ramp ask of one joint, from every state of the cycle; all (M,), empty where it has no ramp.
+    """What stops on a ramp ask of one joint, from every state of the cycle; all (M,), empty where it has no ramp."""
 
-    Attributes:
-        first: Sample from which each stop starts, integers.
-        after: Time since then [s].
-        torque: That the gear's output must give to the link, joint friction, which helps, not in it [N m].
-        speed, acceleration: Of the gear's output [rad/s], [rad/s^2]; a ramp ends still in the direction it comes from.
-        carrier_acceleration: As in the demand.
-    """
-
-    first: Indices
-    after: Array
-    torque: Array
+    first: Indices  # sample from which each stop starts, integers
+    after: Array  # time since then [s]
+    torque: Array  # that the gear's output must give to the link, joint friction, which helps, not in it [N m]
+    # of the gear's output [rad/s], [rad/s^2]; a ramp ends still in the direction it comes from
     speed: Array
     acceleration: Array
-    carrier_acceleration: Array
+    carrier_acceleration: Array  # as in the demand
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,39 +49,26 @@ class JointDemand:
     """What one joint's drive must do, at the gear's output; all (N,).
 
     Where motors are coupled that is the shaft which the gear turns, and its coordinate stands for the joint's.
-
-    Attributes:
-        time: [s].
-        weights: Time each sample stands for in integrals over the cycle [s].
-        position: Of the joint [rad or m].
-        speed: Of the gear's output [rad/s].
-        acceleration: Of the gear's output [rad/s^2].
-        carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2].
-        gear_torque: What the gear's output must give to the link, equation 8.110 of Modern Robotics [N m].
-        friction: At the joint, outside the gear's mesh.
-        payload: Index of what the tip carries, -1 for nothing.
-        wrench: Six components (moment [N m], force [N]) that the joint passes on, joint frame, (N, 6); None without
-            an arm, where the joint slides (its guide carries them) and where the gear is not at the joint (coupled).
-        load_inertia: What the gear's output accelerates, own rotor excluded [kg m^2]; None where neither an arm nor the
-            study tells it.
-        cycle: The repeated task, whose parts repeat by themselves.
-        stop: What its stops ask, where they follow a ramp.
-        static_torque: ``gear_torque`` that holds each of its positions still [N m]; None where no brake is asked for.
     """
 
-    time: Array
-    weights: Array
-    position: Array
-    speed: Array
-    acceleration: Array
-    carrier_acceleration: Array
-    gear_torque: Array
-    friction: Friction
-    payload: Indices
+    time: Array  # [s]
+    weights: Array  # time each sample stands for in integrals over the cycle [s]
+    position: Array  # of the joint [rad or m]
+    speed: Array  # of the gear's output [rad/s]
+    acceleration: Array  # of the gear's output [rad/s^2]
+    carrier_acceleration: Array  # angular acceleration of the stator's link along the rotor's axis [rad/s^2]
+    gear_torque: Array  # what the gear's output must give to the link, equation 8.110 of Modern Robotics [N m]
+    friction: Friction  # at the joint, outside the gear's mesh
+    payload: Indices  # index of what the tip carries, -1 for nothing
+    # six components (moment [N m], force [N]) that the joint passes on, joint frame, (N, 6); None without an arm,
+    # where the joint slides (its guide carries them) and where the gear is not at the joint (coupled)
     wrench: Array | None
+    # what the gear's output accelerates, own rotor excluded [kg m^2]; None where neither an arm nor the study tells
+    # it
     load_inertia: Array | None
-    cycle: Cycle
-    stop: StopDemand
+    cycle: Cycle  # the repeated task, whose parts repeat by themselves
+    stop: StopDemand  # what its stops ask, where they follow a ramp
+    # ``gear_torque`` that holds each of its positions still [N m]; None where no brake is asked for
     static_torque: Array | None = None
 
     @cached_property
@@ -158,20 +133,14 @@ class JointDemand:
 
 @dataclass(frozen=True, eq=False)
 class Workload:
-    """A study with the work of its joints prepared.
+    """A study with the work of its joints prepared."""
 
-    Attributes:
-        study: The task.
-        basis: What drives do to joints, one a joint; empty without an arm.
-        weights: Time each sample stands for [s], (N,).
-        resting: What drives do to joints while every position is held still; empty where no brake is asked for.
-        ramped: The loads of stops on a ramp where they are known; None: they are found when asked for.
-    """
-
-    study: Study
-    basis: tuple[JointBasis, ...]
-    weights: Array
+    study: Study  # the task
+    basis: tuple[JointBasis, ...]  # what drives do to joints, one a joint; empty without an arm
+    weights: Array  # time each sample stands for [s], (N,)
+    # what drives do to joints while every position is held still; empty where no brake is asked for
     resting: tuple[JointBasis, ...] = ()
+    # the loads of stops on a ramp where they are known; None: they are found when asked for
     ramped: StopBasis | None = None
 
     @cached_property
@@ -224,19 +193,12 @@ class _Sums(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class JointWork:
-    """The work of one joint, the drives after it in place.
+    """The work of one joint, the drives after it in place."""
 
-    Attributes:
-        work: Of all joints.
-        joint: Index of this one.
-        others: What arm, payload and the other drives ask, SI; None without an arm.
-        numbers: Of the other drives, in the order of the joint's basis, zeros for its own.
-    """
-
-    work: Workload
-    joint: int
-    others: _Sums | None
-    numbers: Array
+    work: Workload  # of all joints
+    joint: int  # index of this one
+    others: _Sums | None  # what arm, payload and the other drives ask, SI; None without an arm
+    numbers: Array  # of the other drives, in the order of the joint's basis, zeros for its own
 
     @cached_property
     def own_load(self) -> bool:

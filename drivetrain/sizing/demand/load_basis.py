@@ -44,20 +44,14 @@ AT_ONCE = 1024  # samples gone along at once: what rows are made of stays in a n
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """What is asked of joints, in each joint's own coordinate.
+    """What is asked of joints, in each joint's own coordinate."""
 
-    Attributes:
-        force: At the gear's output, equation 8.110 [N m or N], (n, N).
-        wrench: Moment [N m] and force [N] passed on, joint frame, (n, N, 6).
-        inertia: Diagonal of the mass matrix, rotors of other joints included [kg m^2 or kg], (n, N); of shafts, with
-            the other shafts held still.
-        carrier_acceleration: Angular, of the link before the joint along its axis [rad/s^2], (n, N).
-    """
-
-    force: Array
-    wrench: Array
+    force: Array  # at the gear's output, equation 8.110 [N m or N], (n, N)
+    wrench: Array  # moment [N m] and force [N] passed on, joint frame, (n, N, 6)
+    # diagonal of the mass matrix, rotors of other joints included [kg m^2 or kg], (n, N); of shafts, with the other
+    # shafts held still
     inertia: Array
-    carrier_acceleration: Array
+    carrier_acceleration: Array  # angular, of the link before the joint along its axis [rad/s^2], (n, N)
 
 
 @dataclass(frozen=True, eq=False)

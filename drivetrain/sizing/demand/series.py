@@ -46,43 +46,28 @@ class Motion(NamedTuple):
 
 
 class Load(NamedTuple):
-    """What a joint carries at its gear's output, joint friction not in it; rows without samples where nobody asks.
+    """What a joint carries at its gear's output, joint friction not in it; rows without samples where nobody asks."""
 
-    Attributes:
-        torque: [N m], (N,).
-        wrench: Moment [N m] and force [N] in the joint frame, (6, N) or (6, 0).
-        inertia: That the output accelerates [kg m^2], (N,) or (0,).
-        stop: Torque in the states of stops on a ramp [N m], (M,).
-        static: Torque that holds each position still [N m], (N,) or (0,).
-    """
-
-    torque: Array
-    wrench: Array
-    inertia: Array
-    stop: Array
-    static: Array
+    torque: Array  # [N m], (N,)
+    wrench: Array  # moment [N m] and force [N] in the joint frame, (6, N) or (6, 0)
+    inertia: Array  # that the output accelerates [kg m^2], (N,) or (0,)
+    stop: Array  # torque in the states of stops on a ramp [N m], (M,)
+    static: Array  # torque that holds each position still [N m], (N,) or (0,)
 
 
 class Stopping(NamedTuple):
-    """What stops on a ramp ask beside the load's torque, of the gear's output and of the stator's link, (M,) each.
+    """What stops on a ramp ask beside the load's torque, of the gear's output and of the stator's link, (M,) each."""
 
-    Attributes:
-        speed, acceleration, carrier_acceleration: [rad/s], [rad/s^2].
-    """
-
+    # [rad/s], [rad/s^2]
     speed: Array
     acceleration: Array
     carrier_acceleration: Array
 
 
 class Added(NamedTuple):
-    """What a unit of each of K amounts adds to a load: of drives (their five numbers), or of payloads (their masses).
+    """What a unit of each of K amounts adds to a load: of drives (five numbers each), or of payloads (their masses)."""
 
-    Attributes:
-        torque, wrench, inertia, stop, static: As in ``Load``, (K, N), (K, 6, N), (K, N), (K, M), (K, N); (0, 0),
-            (0, 6, 0) where K is 0.
-    """
-
+    # as in ``Load``, (K, N), (K, 6, N), (K, N), (K, M), (K, N); (0, 0), (0, 6, 0) where K is 0
     torque: Array
     wrench: Array
     inertia: Array
@@ -97,15 +82,10 @@ def nothing_added(load: Load) -> Added:
 
 
 class Powers(NamedTuple):
-    """The speeds that decide the losses to one power, kept from gear to gear as a power function costs most of a pass.
+    """Speeds that decide the losses, to one power, kept from gear to gear: a power function costs most of a pass."""
 
-    Attributes:
-        exponent: Of the power, NaN: none is there, (1,).
-        values: |w|^p, (N,).
-    """
-
-    exponent: Array
-    values: Array
+    exponent: Array  # of the power, NaN: none is there, (1,)
+    values: Array  # |w|^p, (N,)
 
 
 def new_powers(samples: int) -> Powers:
@@ -114,58 +94,39 @@ def new_powers(samples: int) -> Powers:
 
 
 class Traces(NamedTuple):
-    """Memory of a judgement, and what a report draws, (N,) each; ``torque`` has one sample more at each end, 0.
+    """Memory of a judgement, and what a report draws, (N,) each; ``torque`` has one sample more at each end, 0."""
 
-    Attributes:
-        load: Torque at the gear's output, joint friction in it [N m].
-        torque: Electromagnetic [N m].
-        joint_excess, loss_excess, shaft_excess: Of falling friction above its straight lines [N m].
-        drag: Of the gear, at its input [N m].
-        powers: For the drag.
-        starting: Magnitude of the torque at rest, what starts the joint included [N m].
-        friction_loss: Power lost in the motor's housing at its shaft, in a brake's coil and in an amplifier [W].
-        mesh_loss, drag_loss: In mesh and seals, and of the drag as at 20 C [W].
-        stop: Torque at the gear's output where a stop at a current limit begins [N m].
-        power: Electrical, and the least, where nobody asks for them [W], (2, N).
-        losses: For the temperatures, which it takes.
-        parts: Their states, one a part of the periods.
-    """
-
-    load: Array
-    torque: Array
+    load: Array  # torque at the gear's output, joint friction in it [N m]
+    torque: Array  # electromagnetic [N m]
+    # of falling friction above its straight lines [N m]
     joint_excess: Array
     loss_excess: Array
     shaft_excess: Array
-    drag: Array
-    powers: Powers
-    starting: Array
-    friction_loss: Array
+    drag: Array  # of the gear, at its input [N m]
+    powers: Powers  # for the drag
+    starting: Array  # magnitude of the torque at rest, what starts the joint included [N m]
+    friction_loss: Array  # power lost in the motor's housing at its shaft, in a brake's coil and in an amplifier [W]
+    # in mesh and seals, and of the drag as at 20 C [W]
     mesh_loss: Array
     drag_loss: Array
-    stop: Array
-    power: Array
-    losses: Losses
-    parts: Any
+    stop: Array  # torque at the gear's output where a stop at a current limit begins [N m]
+    power: Array  # electrical, and the least, where nobody asks for them [W], (2, N)
+    losses: Losses  # for the temperatures, which it takes
+    parts: Any  # their states, one a part of the periods
 
 
 class Work(NamedTuple):
-    """What one joint asks of any drive, and the memory of its judgement.
+    """What one joint asks of any drive, and the memory of its judgement."""
 
-    Attributes:
-        motion: Series.
-        load, added: What it carries, and what amounts add.
-        sum, traces: Memory.
-        stopping: Stops on a ramp.
-        few: The same at some samples that ask much, for a first look; None of these themselves.
-    """
-
-    motion: Motion
+    motion: Motion  # series
+    # what it carries, and what amounts add
     load: Load
     added: Added
+    # memory
     sum: Load
     traces: Traces
-    stopping: Stopping
-    few: Work | None = None
+    stopping: Stopping  # stops on a ramp
+    few: Work | None = None  # the same at some samples that ask much, for a first look; None of these themselves
 
 
 def work_of(demand: JointDemand, added: Added | None = None) -> Work:

@@ -22,20 +22,14 @@ STAGES = 2  # into which the longest ramp is parted; torques are taken at their 
 
 @dataclass(frozen=True, eq=False)
 class StopBasis:
-    """The states of all stops, and what they ask of every joint; M of them, n joints.
+    """The states of all stops, and what they ask of every joint; M of them, n joints."""
 
-    Attributes:
-        first: Sample of the cycle from which each stop starts, (M,), integers.
-        after: Time since then [s], (M,).
-        velocity, acceleration: [rad/s or m/s], [rad/s^2 or m/s^2], (M, n).
-        joints: One a joint, forces only.
-    """
-
-    first: Any
-    after: Array
+    first: Any  # sample of the cycle from which each stop starts, (M,), integers
+    after: Array  # time since then [s], (M,)
+    # [rad/s or m/s], [rad/s^2 or m/s^2], (M, n)
     velocity: Array
     acceleration: Array
-    joints: tuple[JointBasis, ...]
+    joints: tuple[JointBasis, ...]  # one a joint, forces only
 
 
 def stop_starts(cycle: Cycle, among: Indices) -> Indices:

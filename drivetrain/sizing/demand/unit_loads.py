@@ -34,35 +34,21 @@ NUMBERS = 5  # of a drive: mass, inertia across, along, of the rotor, of the rot
 
 
 class Riders(NamedTuple):
-    """Where the drives of n joints ride, all joints at zero, base frame.
+    """Where the drives of n joints ride, all joints at zero, base frame."""
 
-    Attributes:
-        carrier: Index of the link that holds each, -1 for the base, (n,).
-        place: Centre of mass [m], (n, 3).
-        axis: Direction, (n, 3).
-        weighs: Whether its body counts, not its rotor alone, (n,).
-    """
-
-    carrier: Any
-    place: Array
-    axis: Array
-    weighs: Any
+    carrier: Any  # index of the link that holds each, -1 for the base, (n,)
+    place: Array  # centre of mass [m], (n, 3)
+    axis: Array  # direction, (n, 3)
+    weighs: Any  # whether its body counts, not its rotor alone, (n,)
 
 
 class Along(NamedTuple):
-    """What rows of unit loads are made of, over N samples, base frame, moments about its origin.
+    """What rows of unit loads are made of, over N samples, base frame, moments about its origin."""
 
-    Attributes:
-        lines: Screw axes of the joints, (n, 6, N).
-        frames: Axes of each joint's own frame, then its origin [m], (n, 12, N).
-        wrenches: For a unit of each number of each drive, moment and force, (n, NUMBERS, 6, N).
-        bodies: Place [m] and axis of each drive, (n, 6, N).
-    """
-
-    lines: Array
-    frames: Array
-    wrenches: Array
-    bodies: Array
+    lines: Array  # screw axes of the joints, (n, 6, N)
+    frames: Array  # axes of each joint's own frame, then its origin [m], (n, 12, N)
+    wrenches: Array  # for a unit of each number of each drive, moment and force, (n, NUMBERS, 6, N)
+    bodies: Array  # place [m] and axis of each drive, (n, 6, N)
 
 
 @kernel

@@ -49,17 +49,11 @@ OVER = 1.0 + 1e-9  # of a limit, by which a torque is beyond it whatever the rou
 
 @dataclass(frozen=True, eq=False)
 class Braking:
-    """With what the n joints of an arm are stopped.
+    """With what the n joints of an arm are stopped."""
 
-    Attributes:
-        torque: At the motors' shafts [N m], (n,); 0: nothing brakes.
-        delay: From the start until it comes [s], (n,).
-        ramp: Time in which the speed falls to 0 on a straight line instead [s], (n,); NaN: as the torque allows.
-    """
-
-    torque: Array
-    delay: Array
-    ramp: Array
+    torque: Array  # at the motors' shafts [N m], (n,); 0: nothing brakes
+    delay: Array  # from the start until it comes [s], (n,)
+    ramp: Array  # time in which the speed falls to 0 on a straight line instead [s], (n,); NaN: as the torque allows
 
     @property
     def ends(self) -> Any:
@@ -69,57 +63,36 @@ class Braking:
 
 @dataclass(frozen=True, eq=False)
 class Stops:
-    """What stops from S states of the cycle ask of n joints.
+    """What stops from S states of the cycle ask of n joints."""
 
-    Attributes:
-        first: Sample from which each starts, (S,).
-        torque: Largest at the gears' outputs, the swing of their springs included [N m], (S, n).
-        travel: Way of the gears' outputs [rad], (S, n); infinite of what does not come to rest though it is braked.
-        energy: That each brake turns into heat [J], (S, n); the same.
-        duration: Until all that is braked rests [s], (S,); infinite where that has no end.
-    """
-
-    first: Indices
-    torque: Array
-    travel: Array
-    energy: Array
-    duration: Array
+    first: Indices  # sample from which each starts, (S,)
+    torque: Array  # largest at the gears' outputs, the swing of their springs included [N m], (S, n)
+    travel: Array  # way of the gears' outputs [rad], (S, n); infinite of what does not come to rest though it is braked
+    energy: Array  # that each brake turns into heat [J], (S, n); the same
+    duration: Array  # until all that is braked rests [s], (S,); infinite where that has no end
 
 
 @dataclass(frozen=True, eq=False)
 class _Driven:
-    """An arm with one payload and its drives, its joints told by the angles s of their gears' outputs; n joints.
+    """An arm with one payload and its drives, its joints told by the angles s of their gears' outputs; n joints."""
 
-    Attributes:
-        study: Whose counterbalances act on the joints.
-        arm: With rotors.
-        turns: What a radian of each gear's output does to each joint [rad or m], (n, n).
-        travels: Of each joint a radian of its gear's output [rad or m], (n,).
-        ratio: (n,).
-        rotor: Inertia at the output [kg m^2], (n,).
-        gears, meshes, shafts: Records, one a joint.
-        stiffest: Slope of each spring at most [N m/rad], NaN where it is unknown.
-        drag: Factor of each gear's drag, by its temperature.
-        driving, driven: Factors of the meshes, (n,).
-        onward: What stages and load friction make of a torque at the joint, (n,).
-        rises: Time in which each braking torque comes [s].
-    """
-
-    study: Study
-    arm: Arm
-    turns: Array
-    travels: Array
-    ratio: Array
-    rotor: Array
+    study: Study  # whose counterbalances act on the joints
+    arm: Arm  # with rotors
+    turns: Array  # what a radian of each gear's output does to each joint [rad or m], (n, n)
+    travels: Array  # of each joint a radian of its gear's output [rad or m], (n,)
+    ratio: Array  # (n,)
+    rotor: Array  # inertia at the output [kg m^2], (n,)
+    # records, one a joint
     gears: tuple[Any, ...]
     meshes: tuple[Any, ...]
     shafts: tuple[Any, ...]
-    stiffest: tuple[float, ...]
-    drag: tuple[float, ...]
+    stiffest: tuple[float, ...]  # slope of each spring at most [N m/rad], NaN where it is unknown
+    drag: tuple[float, ...]  # factor of each gear's drag, by its temperature
+    # factors of the meshes, (n,)
     driving: Array
     driven: Array
-    onward: Array
-    rises: tuple[float, ...]
+    onward: Array  # what stages and load friction make of a torque at the joint, (n,)
+    rises: tuple[float, ...]  # time in which each braking torque comes [s]
 
     def torques(self, q: Array, speed: Array, acceleration: Array) -> tuple[Array, Array]:
         """At the gears' outputs, and what turns the rotors beside that [N m], (S, n) each."""

@@ -119,154 +119,116 @@ class Limits:
 
 @dataclass(frozen=True)
 class StandIns:
-    """What a part bears at least where its sheet prints no limit; NaN where nothing tells.
+    """What a part bears at least where its sheet prints no limit; NaN where nothing tells."""
 
-    Attributes:
-        momentary_torque, input_speed, mean_input_speed: Of the gear [N m], [rad/s].
-        motor_speed: [rad/s].
-        brake_energy: Of a stop [J].
-    """
-
+    # of the gear [N m], [rad/s]
     momentary_torque: float = UNKNOWN
     input_speed: float = UNKNOWN
     mean_input_speed: float = UNKNOWN
-    motor_speed: float = UNKNOWN
-    brake_energy: float = UNKNOWN
+    motor_speed: float = UNKNOWN  # [rad/s]
+    brake_energy: float = UNKNOWN  # of a stop [J]
 
 
 @dataclass(frozen=True)
 class Untold:
-    """What friction and inductance that a motor's sheet does not tell may ask on top; 0 where it tells them.
+    """What friction and inductance that a motor's sheet does not tell may ask on top; 0 where it tells them."""
 
-    Attributes:
-        torque, current, voltage, temperature: Of the motor [N m], [A], [V], [K].
-        rms_current, winding_temperature: In a long hold [A], [K].
-        resistance: Of a winding whose temperature no sheet tells [ohm].
-        stop_torque: Of the gear in a stop at the current limit [N m].
-    """
-
+    # of the motor [N m], [A], [V], [K]
     torque: float = 0.0
     current: float = 0.0
     voltage: float = 0.0
     temperature: float = 0.0
+    # in a long hold [A], [K]
     rms_current: float = 0.0
     winding_temperature: float = 0.0
-    resistance: float = 0.0
-    stop_torque: float = 0.0
+    resistance: float = 0.0  # of a winding whose temperature no sheet tells [ohm]
+    stop_torque: float = 0.0  # of the gear in a stop at the current limit [N m]
 
 
 @dataclass(frozen=True)
 class Figures:
-    """What is found about one motor and one gear at one joint; NaN where the sheets do not say enough.
+    """What is found about one motor and one gear at one joint; NaN where the sheets do not say enough."""
 
-    Attributes:
-        input_speed, mean_input_speed: Of the gear, and so of the motor [rad/s].
-        joint_torque: At the joint, friction included, before stages and what grows with load [N m].
-        load_torque, average_load_torque: At the gear's output [N m]; the average of a joint that never moves is the
-            largest that it holds.
-        stop_torque: Largest of the gear in a stop [N m].
-        momentary_torque: The larger of both largest [N m].
-        stop_travel: Longest way of the gear's output in a stop [rad].
-        stop_current: Largest that a stop asks: on a ramp, else to hold the load [A].
-        stop_motor_torque: The same as torque [N m].
-        permitted_peaks: How many such stops the gear bears in its life.
-        coast_torque, jam_torque: Of the gear where its output is held fast, the motor off and pushing on [N m].
-        gear_life: L10 [s].
-        tilting_moment, axial_load, radial_load: On the output bearing [N m], [N].
-        bearing_static_load: That stands for the largest of each [N].
-        bearing_life: L10 of the output bearing [s].
-        inertia_ratio: Load over rotor, at its largest.
-        wanted_stiffness: Of the gear; with less the arm swings slower than wished, whatever its other gears [N m/rad].
-        motor_torque: Largest electromagnetic, starting from rest included [N m].
-        rms_torque, phase_torque: Of the motor, and as one of its phases may feel it, ``series.one_phase`` [N m].
-        magnet_temperature, winding_temperature: Mean of the magnets, largest of the winding [C].
-        phase_temperature: Largest of the phase that carries most at rest [C].
-        hottest_part, hottest_time: Part in which the winding is hottest, and when, from its start [s].
-        heat_converged: 1 where magnet and housing temperature could be matched.
-        motor_current, rms_current, phase_current: [A]; the second of a joint that never moves that of one phase.
-        voltage: Largest at the terminals [V].
-        cold_torque, cold_current, cold_voltage: The same of a cold start [N m], [A], [V].
-        gear_loss: Mean power that the gear makes into heat, as warm as it settles [W].
-        housing_temperature: Mean, or of the one node that a sheet knows [C].
-        gear_temperature: The same where the gear shares that housing, or the study's [C].
-        energy, mean_power: Electrical, over a cycle [J], [W].
-        holding_torque: At the motor's shaft, that holds the worst position still without help of the mesh [N m].
-        stopping_energy: That the brake turns into heat in a stop from the largest speed [J].
-        overload: Share of what the amplifier bears above its continuous current.
-    """
-
+    # of the gear, and so of the motor [rad/s]
     input_speed: float = UNKNOWN
     mean_input_speed: float = UNKNOWN
-    joint_torque: float = UNKNOWN
+    joint_torque: float = UNKNOWN  # at the joint, friction included, before stages and what grows with load [N m]
+    # at the gear's output [N m]; the average of a joint that never moves is the largest that it holds
     load_torque: float = UNKNOWN
     average_load_torque: float = UNKNOWN
-    stop_torque: float = UNKNOWN
-    momentary_torque: float = UNKNOWN
-    stop_travel: float = UNKNOWN
-    stop_current: float = UNKNOWN
-    stop_motor_torque: float = UNKNOWN
-    permitted_peaks: float = UNKNOWN
+    stop_torque: float = UNKNOWN  # largest of the gear in a stop [N m]
+    momentary_torque: float = UNKNOWN  # the larger of both largest [N m]
+    stop_travel: float = UNKNOWN  # longest way of the gear's output in a stop [rad]
+    stop_current: float = UNKNOWN  # largest that a stop asks: on a ramp, else to hold the load [A]
+    stop_motor_torque: float = UNKNOWN  # the same as torque [N m]
+    permitted_peaks: float = UNKNOWN  # how many such stops the gear bears in its life
+    # of the gear where its output is held fast, the motor off and pushing on [N m]
     coast_torque: float = UNKNOWN
     jam_torque: float = UNKNOWN
-    gear_life: float = UNKNOWN
+    gear_life: float = UNKNOWN  # L10 [s]
+    # on the output bearing [N m], [N]
     tilting_moment: float = UNKNOWN
     axial_load: float = UNKNOWN
     radial_load: float = UNKNOWN
-    bearing_static_load: float = UNKNOWN
-    bearing_life: float = UNKNOWN
-    inertia_ratio: float = UNKNOWN
+    bearing_static_load: float = UNKNOWN  # that stands for the largest of each [N]
+    bearing_life: float = UNKNOWN  # L10 of the output bearing [s]
+    inertia_ratio: float = UNKNOWN  # load over rotor, at its largest
+    # of the gear; with less the arm swings slower than wished, whatever its other gears [N m/rad]
     wanted_stiffness: float = UNKNOWN
-    motor_torque: float = UNKNOWN
+    motor_torque: float = UNKNOWN  # largest electromagnetic, starting from rest included [N m]
+    # of the motor, and as one of its phases may feel it, ``series.one_phase`` [N m]
     rms_torque: float = UNKNOWN
     phase_torque: float = UNKNOWN
+    # mean of the magnets, largest of the winding [C]
     magnet_temperature: float = UNKNOWN
     winding_temperature: float = UNKNOWN
-    phase_temperature: float = UNKNOWN
+    phase_temperature: float = UNKNOWN  # largest of the phase that carries most at rest [C]
+    # part in which the winding is hottest, and when, from its start [s]
     hottest_part: float = 0.0
     hottest_time: float = UNKNOWN
-    heat_converged: float = 1.0
+    heat_converged: float = 1.0  # 1 where magnet and housing temperature could be matched
+    # [A]; the second of a joint that never moves that of one phase
     motor_current: float = UNKNOWN
     rms_current: float = UNKNOWN
     phase_current: float = UNKNOWN
-    voltage: float = UNKNOWN
+    voltage: float = UNKNOWN  # largest at the terminals [V]
+    # the same of a cold start [N m], [A], [V]
     cold_torque: float = UNKNOWN
     cold_current: float = UNKNOWN
     cold_voltage: float = UNKNOWN
-    gear_loss: float = UNKNOWN
-    housing_temperature: float = UNKNOWN
-    gear_temperature: float = UNKNOWN
+    gear_loss: float = UNKNOWN  # mean power that the gear makes into heat, as warm as it settles [W]
+    housing_temperature: float = UNKNOWN  # mean, or of the one node that a sheet knows [C]
+    gear_temperature: float = UNKNOWN  # the same where the gear shares that housing, or the study's [C]
+    # electrical, over a cycle [J], [W]
     energy: float = UNKNOWN
     mean_power: float = UNKNOWN
+    # at the motor's shaft, that holds the worst position still without help of the mesh [N m]
     holding_torque: float = UNKNOWN
-    stopping_energy: float = UNKNOWN
-    overload: float = UNKNOWN
+    stopping_energy: float = UNKNOWN  # that the brake turns into heat in a stop from the largest speed [J]
+    overload: float = UNKNOWN  # share of what the amplifier bears above its continuous current
 
 
 @dataclass(frozen=True)
 class Case:
-    """One motor and one gear at one joint.
+    """One motor and one gear at one joint."""
 
-    Attributes:
-        motor, gear: Sheets with the study's assumptions filled in.
-        shaft, joint: Friction at the motor's shaft and at the gear's output.
-        amplifier, safety, setting: Of the joint.
-        limits, figures, untold, stand_ins: Filled by the judge.
-        direct: 1 for a drive without a gear, else 0.
-        zero, one: For checks without an origin or a factor.
-    """
-
+    # sheets with the study's assumptions filled in
     motor: Motor
     gear: Gear
+    # friction at the motor's shaft and at the gear's output
     shaft: Friction
     joint: Friction
+    # of the joint
     amplifier: Amplifier
     safety: Safety
     setting: Setting
+    # filled by the judge
     limits: Limits = Limits()
     figures: Figures = Figures()
     untold: Untold = Untold()
     stand_ins: StandIns = StandIns()
-    direct: float = 0.0
+    direct: float = 0.0  # 1 for a drive without a gear, else 0
+    # for checks without an origin or a factor
     zero: float = 0.0
     one: float = 1.0
 

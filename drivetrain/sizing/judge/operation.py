@@ -30,36 +30,22 @@ PLACES = columns(CASE)
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """What the judge leaves.
+    """What the judge leaves."""
 
-    Attributes:
-        case: Record with figures and limits (``cases.Case``).
-        used: Utilisation of every check, NaN where it is not checked, (checks,).
-        power: Electrical, and the least [W], (2, N).
-        work: Its traces; None of a drive that was simulated.
-    """
-
-    case: Any
-    used: Array
-    power: Array
-    work: Any
+    case: Any  # record with figures and limits (``cases.Case``)
+    used: Array  # utilisation of every check, NaN where it is not checked, (checks,)
+    power: Array  # electrical, and the least [W], (2, N)
+    work: Any  # its traces; None of a drive that was simulated
 
 
 @dataclass(frozen=True, eq=False)
 class Operation:
-    """One drive doing one joint's work over the repeated cycle.
+    """One drive doing one joint's work over the repeated cycle."""
 
-    Attributes:
-        demand: What the joint asks.
-        drive: What answers.
-        study: In which it stands.
-        joint: Its index.
-    """
-
-    demand: JointDemand
-    drive: Drive
-    study: Study
-    joint: int
+    demand: JointDemand  # what the joint asks
+    drive: Drive  # what answers
+    study: Study  # in which it stands
+    joint: int  # its index
 
     @property
     def task(self) -> JointTask:
