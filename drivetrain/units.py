@@ -266,6 +266,14 @@ def factor(unit_text: str) -> float:
         raise InputError(Fault("unit", error.problem, unit_text, error.hint)) from None
 
 
+def number_of(text: str) -> float:
+    """The number that a text is; NaN where it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
 def split_header(header: str) -> tuple[str, str]:
     """Name and unit of a column header such as ``Kt [mNm/A]``."""
     match = re.fullmatch(r"\s*(.*?)\s*\[([^\[\]]*)\]\s*", header, re.DOTALL)

@@ -71,6 +71,11 @@ def rotor_turns(arm: Arm) -> Array:
     return np.asarray(np.diag(ratios) if arm.coupling is None else ratios[:, None] * arm.coupling)
 
 
+def shaft_turns(arm: Arm) -> Array:
+    """C, turns of the shafts behind the gears a turn of each joint, (n, n)."""
+    return np.eye(arm.n) if arm.coupling is None else arm.coupling
+
+
 def shaft_motion(arm: Arm, motion: Array) -> Array:
     """What the shafts behind the gears do in a motion of the joints."""
     return motion if arm.coupling is None else np.asarray(motion @ arm.coupling.T)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from drivetrain.catalog.schema import GEARS, MOTORS, NUMBER, PAIRS, TABLES, by_name
+from drivetrain.units import number_of
 
 Record = dict[str, str]
 Rows = Iterable[tuple[int, list[str]]]
@@ -55,24 +56,17 @@ def translate(form: Format, table: str, record: Mapping[str, str], file: str) ->
         cells["frameless"] = {"1": "yes", "1.0": "yes", "0": "no", "0.0": "no"}.get(cells["frameless"], "")
     if form.lone_resistance_is_lumped and not cells.get("resistance_housing_ambient"):
         cells["resistance_winding_ambient"] = cells.pop("resistance_winding_housing", "")
-    if cells.get("ratio") and _as_float(record.get("direction", "")) == -1.0:
+    if cells.get("ratio") and number_of(record.get("direction", "")) == -1.0:
         cells["ratio"] = "-" + cells["ratio"].lstrip("-")
     return cells
 
 
 def _number_text(text: str, *, zero_is_unknown: bool) -> str:
     """The number as the source writes it; empty for a word such as NaN, for infinity, and for a zero that cannot be."""
-    value = _as_float(text)
+    value = number_of(text)
     if math.isnan(value) and text.strip().lower() not in ("", "nan"):
         return text  # not a number at all: the lint shall show it
     return "" if not math.isfinite(value) or (value == 0.0 and zero_is_unknown) else text
-
-
-def _as_float(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
 
 
 def _listed_pairs(rows: Rows) -> Iterator[tuple[str, list[str]]]:

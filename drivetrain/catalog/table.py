@@ -14,7 +14,7 @@ import numpy as np
 from drivetrain.catalog.schema import CHOICE, NUMBER, TABLES, Column, by_name
 from drivetrain.drive.amplifier import line_to_line, to_dc, torque_constant_to_dc
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.units import from_si, split_header, to_si
+from drivetrain.units import from_si, number_of, split_header, to_si
 from drivetrain.whole_files import is_there, is_workbook, read_text, sheet_names
 
 Cell = float | str | None
@@ -197,7 +197,7 @@ def _read_numbers(
     header: _Header, texts: Sequence[str], faults: list[CellFault]
 ) -> tuple[Sequence[Cell], Iterator[tuple[int, str, str]]]:
     """SI values (NaN where unreadable) and the problems of single cells; a bad unit is a fault of the header."""
-    raw = np.array([_as_float(text) for text in texts], dtype=np.float64)
+    raw = np.array([math.nan if "_" in text else number_of(text) for text in texts], dtype=np.float64)
     values = raw
     if header.column.unit:
         try:
@@ -236,14 +236,6 @@ def _shown(value: float | None, header: _Header) -> str:
     if value is None:
         return ""
     return f"{float(from_si(value, header.column.unit, header.unit)) if header.column.unit else value:.4g}"
-
-
-def _as_float(text: str) -> float:
-    """The number, NaN when it is none (an underscore or a word such as inf is none)."""
-    try:
-        return math.nan if "_" in text else float(text)
-    except ValueError:
-        return math.nan
 
 
 def _number_hint(text: str) -> str:

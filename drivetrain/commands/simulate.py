@@ -30,7 +30,6 @@ from drivetrain.commands.shared import (
 if TYPE_CHECKING:
     from drivetrain.arm.arm import Arm
     from drivetrain.arrays import Array
-    from drivetrain.errors import Fault
     from drivetrain.simulation.planning.plan import Plan
     from drivetrain.simulation.recording import Recording
     from drivetrain.sizing.results import Evaluation
@@ -266,27 +265,24 @@ def _run_study(path: Path, request: Request, misplaced: list[Callable[[], None]]
 
 def _given(text: str | None, scene: Plan) -> str | dict[str, float]:
     """How a run begins: in equilibrium, or with states by name."""
-    from drivetrain.errors import Fault, InputError, nearest
+    from drivetrain.errors import Faults, nearest
     from drivetrain.simulation.run import EQUILIBRIUM
     from drivetrain.units import quantity
 
     if text is None or text.strip() == EQUILIBRIUM:
         return EQUILIBRIUM
     given: dict[str, float] = {}
-    faults, known = [], list(scene.memory.states)
+    faults, known = Faults(), list(scene.memory.states)
     for part in text.split(","):
         name, _, value = (word.strip() for word in part.partition("="))
         if name not in known:
             hint = nearest(name, known) or f"{EQUILIBRIUM}, or NAME=VALUE of {', '.join(known)}"
-            faults.append(Fault("--start", "is no state of the scene", name, hint))
+            faults.add("--start", "is no state of the scene", name, hint)
             continue
         unit = scene.layout.recorded[name][1]
-        try:
-            given[name] = quantity(value, "degC" if unit == "C" else unit, f"--start {name}")
-        except InputError as error:
-            faults += error.faults
-    if faults:
-        raise InputError(faults)
+        found = faults.attempt(quantity, value, "degC" if unit == "C" else unit, f"--start {name}")
+        given |= {} if found is None else {name: found}
+    faults.raise_any()
     return given
 
 
@@ -299,10 +295,10 @@ def _share(text: str) -> Iterator[Callable[[float], None]]:
 
 def _options(study: Simulation, request: Request) -> Simulation:
     """What the study says of its simulation, with what the command line says over it."""
-    from drivetrain.errors import Fault, InputError, nearest
+    from drivetrain.errors import Faults, nearest
     from drivetrain.study.parts.simulation import KNOWN_EFFECTS
 
-    faults: list[Fault] = []
+    faults = Faults()
     changes: dict[str, Any] = {}
     if request.effects is not None:
         names = tuple(name.strip() for name in request.effects.split(",") if name.strip())
@@ -310,20 +306,16 @@ def _options(study: Simulation, request: Request) -> Simulation:
         for name in names:
             if name not in KNOWN_EFFECTS and not (name in words and len(names) == 1):
                 hint = nearest(name, [*KNOWN_EFFECTS, *words]) or ", ".join(KNOWN_EFFECTS)
-                faults.append(Fault("--effects", "is no effect of a study", name, hint))
+                faults.add("--effects", "is no effect of a study", name, hint)
         changes["effects"] = () if names == ("none",) else names
     if request.solver is not None:
         if request.solver not in ("fixed", "adaptive", "inverse"):
-            faults.append(Fault("--solver", "is for arms; a study takes fixed, adaptive or inverse", request.solver))
+            faults.add("--solver", "is for arms; a study takes fixed, adaptive or inverse", request.solver)
         changes["solver"] = request.solver
     for name, text, unit in (("step", request.step, "s"), ("tolerance", request.tolerance, "")):
         if text is not None:
-            try:
-                changes[name] = positive(text, unit, f"--{name}")
-            except InputError as error:
-                faults += error.faults
-    if faults:
-        raise InputError(faults)
+            changes[name] = faults.attempt(positive, text, unit, f"--{name}")
+    faults.raise_any()
     return replace(study, **changes)
 
 

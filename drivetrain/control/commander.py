@@ -11,7 +11,7 @@ from numba import carray, types
 
 from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.bodies import on_moving_base
-from drivetrain.arm.coupling import shaft_torques
+from drivetrain.arm.coupling import shaft_torques, shaft_turns
 from drivetrain.arrays import Array, checked_number
 from drivetrain.control.laws import TARGETS, Axis, Balances, Chains, command
 from drivetrain.drive.amplifier import available_voltage, judges_overload, overload_room
@@ -274,9 +274,8 @@ def memory(arm: Arm, axes: Any, targets: Array, *, moves: bool) -> list[Any]:
         for name, weight in zip(("ax", "ay", "az"), one.gravity, strict=True):
             bodies[name][first] = -weight
     sizes = np.array([n, wide, len(chains), carried, len(links), len(rotors), 0], dtype=np.int64)
-    turns = np.eye(n) if arm.coupling is None else np.array(arm.coupling)
     return [
-        sizes, links, rotors, joints, bodies, chains, spread, geared, np.zeros((3, carried)), turns,
+        sizes, links, rotors, joints, bodies, chains, spread, geared, np.zeros((3, carried)), shaft_turns(arm).copy(),
         np.ascontiguousarray(unmixed), np.ascontiguousarray(shares), axes, targets,
     ]  # fmt: skip
 

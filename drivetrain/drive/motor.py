@@ -7,9 +7,7 @@ converts from other conventions and refuses a row that does not state its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -19,7 +17,7 @@ from drivetrain.drive.brake import NO_BRAKE, Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, TEMPERATURE, Range, range_faults
 from drivetrain.drive.thermal.exponentials import first, second
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.jit import kernel, law
 from drivetrain.records import known_or
 
@@ -361,14 +359,12 @@ def exact_current_step(
     winding, magnets = (cold if t is None else t for t in (winding_temperature, magnet_temperature))
     temperatures = {"winding_temperature": (winding, "C"), "magnet_temperature": (magnets, "C")}
     given = {"current": current, "voltage": voltage, "speed": speed}
-    checks: list[Callable[[], object]] = [
-        lambda: checked_numbers(temperatures, least=ABSOLUTE_ZERO),
-        lambda: checked_number(step, "step", "s", above=0.0),
-        *(partial(checked_array, value, (None,) * max(axes_of(value), 0), name) for name, value in given.items()),
-    ]
-    faults = [fault for check in checks for fault in _faults_of(check)]
-    if faults:
-        raise InputError(faults)
+    faults = Faults()
+    faults.attempt(checked_numbers, temperatures, least=ABSOLUTE_ZERO)
+    faults.attempt(checked_number, step, "step", "s", above=0.0)
+    for name, value in given.items():
+        faults.attempt(checked_array, value, (None,) * max(axes_of(value), 0), name)
+    faults.raise_any()
     arrays = {name: np.asarray(value, dtype=np.float64) for name, value in given.items()}
     return _stepped(motor, arrays, step, winding_resistance(motor, winding), torque_constant(motor, magnets))
 
@@ -380,14 +376,6 @@ def _stepped(motor: Motor, given: dict[str, Array], step: float, resistance: flo
     start, at_end = given["current"], current_reach(resistance, motor.inductance or 0.0, step)
     missing = given["voltage"] - constant * given["speed"] - resistance * start
     return CurrentStep(*(np.asarray(start + reach * missing) for reach in at_end))
-
-
-def _faults_of(check: Callable[[], object]) -> tuple[Fault, ...]:
-    try:
-        check()
-    except InputError as error:
-        return error.faults
-    return ()
 
 
 @kernel

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arm.arm import Arm, refuse_loops
-from drivetrain.arm.coupling import rotor_turns
+from drivetrain.arm.coupling import rotor_turns, shaft_turns
 from drivetrain.arm.kinematics import link_poses, space_jacobian, tip_jacobian, tip_pose
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, finite_samples, real_array
@@ -27,6 +27,7 @@ from drivetrain.errors import LARGEST, Fault, InputError
 from drivetrain.spatial.beams import Beam, beam_compliance
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import inverse_pose
+from drivetrain.spatial.wrenches import like
 
 NEXT_TO_NOTHING = (
     1e-6  # of an axis' inertia: what winds its two gears against each other swings a thousand times faster
@@ -54,8 +55,8 @@ def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     positions, springs, sprung = _door(arm, q, stiffness)
     masses = locked_mass(arm, positions)
     # Joint motions of a unit twist of each sprung shaft, the rigid ones still.
-    motions = np.linalg.inv(_coupling(arm))[:, sprung]
-    return _like(q, _frequencies(motions.T @ masses @ motions, np.eye(motions.shape[1]), springs[:, sprung]))
+    motions = np.linalg.inv(shaft_turns(arm))[:, sprung]
+    return like(_frequencies(motions.T @ masses @ motions, np.eye(motions.shape[1]), springs[:, sprung]), q)
 
 
 def locked_mass(arm: Arm, q: Any) -> Array:
@@ -72,8 +73,8 @@ def locked_mass(arm: Arm, q: Any) -> Array:
         mass = alike.T @ np.stack(columns, axis=2) @ alike
         for pair in map(list, arm.linkage.loops.shared):
             mass[:, pair, pair] += NEXT_TO_NOTHING * mass[:, pair, pair]
-        return _like(q, 0.5 * (mass + np.swapaxes(mass, 1, 2)))
-    return _like(q, _locked_masses(arm, positions, *rotor_inertias(arm, positions)))
+        return like(0.5 * (mass + np.swapaxes(mass, 1, 2)), q)
+    return like(_locked_masses(arm, positions, *rotor_inertias(arm, positions)), q)
 
 
 def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
@@ -101,11 +102,11 @@ def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     masses = np.block([[links, shared], [np.swapaxes(shared, 1, 2), own]])
     loose = sprung & np.array([rotor is not None for rotor in arm.rotors])
     # A rigid joint has one coordinate for link and rotor; its row of the second block joins that of the first.
-    links_part = np.vstack([np.eye(arm.n), (~sprung)[:, None] * _coupling(arm)])
+    links_part = np.vstack([np.eye(arm.n), (~sprung)[:, None] * shaft_turns(arm)])
     rotors_part = np.vstack([np.zeros((arm.n, arm.n)), np.eye(arm.n)])[:, loose]
     reduction = np.hstack([links_part, rotors_part])
-    twists = np.hstack([_coupling(arm), -np.eye(arm.n)[:, loose]])[sprung]
-    return _like(q, _frequencies(reduction.T @ masses @ reduction, twists, springs[:, sprung]))
+    twists = np.hstack([shaft_turns(arm), -np.eye(arm.n)[:, loose]])[sprung]
+    return like(_frequencies(reduction.T @ masses @ reduction, twists, springs[:, sprung]), q)
 
 
 def rotor_inertias(arm: Arm, q: Any) -> tuple[Array, Array]:
@@ -155,7 +156,7 @@ def tip_compliance(arm: Arm, q: Any, stiffness: Any, *, beams: Mapping[int, Beam
     positions, springs, _ = _door(arm, q, stiffness)
     check_beams(arm, beams)
     tips = tip_pose(arm, positions)
-    jacobian = tip_jacobian(arm, positions) @ np.linalg.inv(_coupling(arm))
+    jacobian = tip_jacobian(arm, positions) @ np.linalg.inv(shaft_turns(arm))
     result = np.asarray((jacobian / springs[:, None, :]) @ np.swapaxes(jacobian, 1, 2))
     moved = link_poses(arm, positions) @ np.array([inverse_pose(home) for home in arm.home])
     for link, beam in beams.items():
@@ -216,14 +217,9 @@ def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bo
 
 def _locked_masses(arm: Arm, q: Array, shared: Array, own: Array) -> Array:
     """The mass matrix with rotors still against their stators, each at the angle to which its joint has brought it."""
-    turns = _coupling(arm)
+    turns = shaft_turns(arm)
     coupled = shared @ turns
     return np.asarray(mass_matrix(arm, q) - coupled - np.swapaxes(coupled, 1, 2) - turns.T @ own @ turns)
-
-
-def _coupling(arm: Arm) -> Array:
-    """Turns of the shafts behind the gears a turn of each joint, (n, n)."""
-    return np.eye(arm.n) if arm.coupling is None else arm.coupling
 
 
 def _demand_inertia(arm: Arm, sprung: NDArray[np.bool_]) -> None:
@@ -258,8 +254,3 @@ def _frequencies(masses: Array, twists: Array, springs: Array) -> Array:
     root = np.sqrt(springs)
     squares = np.linalg.eigvalsh(root[:, :, None] * (0.5 * (loose + np.swapaxes(loose, 1, 2))) * root[:, None, :])
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
-
-
-def _like(q: Any, rows: Array) -> Array:
-    """A batch, or its only row where one sample was asked."""
-    return rows if np.ndim(q) == 2 else np.asarray(rows[0])

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.coupling import rotor_turns, shaft_motion, shaft_torques
+from drivetrain.arm.coupling import rotor_turns, shaft_motion, shaft_torques, shaft_turns
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.arrays import Array, checked_array
 from drivetrain.drive.counterbalance import counterbalance_torque
@@ -319,14 +319,9 @@ def _model(prior: _Prior, motion: list[Array]) -> _Model:
             running = drag_torque(mesh, np.abs(turning), temperature) * way[:, i] * np.sign(mesh.ratio)
             drag[:, i] = mesh.ratio * (running + friction_torque(shaft, turning))
     lost = through * (load + sliding) - load + drag
-    given = loads.torque + balance + (lost / travel) @ _turns(arm)
+    given = loads.torque + balance + (lost / travel) @ shaft_turns(arm)
     laws = np.stack([speed, coulomb, way * np.abs(load + sliding)])
     return _Model(given, balance, through, laws)
-
-
-def _turns(arm: Arm) -> Array:
-    """Of the shafts behind the gears, over the joints' speeds."""
-    return np.eye(arm.n) if arm.coupling is None else arm.coupling
 
 
 def _smooth(law: Friction, slow: float) -> Friction:
@@ -338,7 +333,7 @@ def _columns(
     prior: _Prior, motion: list[Array], model: _Model, links: Sequence[str] | None, load_friction: bool
 ) -> _Columns:
     """What is sought, and what of it was known."""
-    arm, n, turns = prior.arm, prior.arm.n, _turns(prior.arm)
+    arm, n, turns = prior.arm, prior.arm.n, shaft_turns(prior.arm)
     unknown = [name for name in links or () if name not in arm.link_names]
     if unknown:
         raise InputError(

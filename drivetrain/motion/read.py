@@ -21,7 +21,6 @@ from drivetrain.motion.checks import (
     time_faults,
     unit_doubts,
 )
-from drivetrain.motion.columns import Assigned, Found, Kind, assigned_columns
 from drivetrain.motion.foreign import foreign_table
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.motion.smoothing import (
@@ -31,7 +30,7 @@ from drivetrain.motion.smoothing import (
     chosen_smoothing,
     detected_resolution,
 )
-from drivetrain.motion.table import Table, read_table
+from drivetrain.motion.table import Assigned, Found, Kind, Table, assigned_columns, read_table
 from drivetrain.units import factor
 
 POSITION = Kind("position", ("q", "position", "pos", "angle", ""), ("rad", "m"), needed=True)

@@ -11,10 +11,9 @@ import numpy as np
 
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.motion.columns import Kind, assigned_columns
 from drivetrain.motion.foreign import BAGS, joint_states
 from drivetrain.motion.read import ACCELERATION, POSITION, VELOCITY
-from drivetrain.motion.table import Column, Table, read_table
+from drivetrain.motion.table import Column, Kind, Table, assigned_columns, read_table
 from drivetrain.units import split_header
 from drivetrain.whole_files import is_there
 

@@ -15,9 +15,9 @@ from drivetrain.drive.brake import NO_BRAKE
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError
-from drivetrain.motion.columns import TIME, spellings
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.motion.read import ACCELERATION, POSITION, ROTATION, SPEED, TORQUE, VELOCITY
+from drivetrain.motion.table import TIME, spellings
 from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.parts.arm import DRIVE_MASS_HINT, resolve_arm, resolve_closures
 from drivetrain.study.parts.candidates import DIRECT_DRIVE

@@ -19,6 +19,7 @@ from drivetrain.arm.coupling import differential
 from drivetrain.arm.files.xml import Reader
 from drivetrain.arrays import Array
 from drivetrain.errors import nearest
+from drivetrain.units import number_of
 
 REDUCTIONS = ("mechanicalReduction", "mechanical_reduction")  # ROS 1 and ROS 2
 ROTOR_INERTIA, GEAR_RATIO = TAGS = "drake:rotor_inertia", "drake:gear_ratio"
@@ -76,10 +77,7 @@ def _reduction(reader: Reader, element: ElementTree.Element, place: str) -> floa
 
 def checked_reduction(reader: Reader, text: str, place: str) -> float:
     """A reduction as a number [- or rad/m]; 0, and a fault, where it is none, not finite or zero."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
+    value = number_of(text)
     if value == 0.0 or not np.isfinite(value):
         reader.faults.add(place, "its reduction must be a finite number other than zero", text)
         return 0.0

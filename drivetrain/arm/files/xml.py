@@ -17,6 +17,7 @@ import numpy as np
 
 from drivetrain.arrays import Array, within_reach
 from drivetrain.errors import Fault, Faults, InputError, plain
+from drivetrain.units import number_of
 from drivetrain.whole_files import is_there
 
 EXPAND = Path(__file__).with_name("expand_xacro.py")
@@ -153,10 +154,7 @@ class Reader:
     def limit(self, element: ElementTree.Element, attribute: str, place: str, default: float) -> float:
         """A limit, which may be infinite, also when written as the largest number there is."""
         written = element.get(attribute, str(default))
-        try:
-            value = float(written)
-        except ValueError:
-            value = math.nan
+        value = number_of(written)
         if math.isnan(value):
             self.faults.add(place, f"<{element.tag} {attribute}=...> must be a number", written)
             return default
