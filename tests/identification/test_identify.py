@@ -69,6 +69,41 @@ def test_an_arm_is_found_again() -> None:
     off = np.sqrt(np.mean((inverse_dynamics(found.arm, *other) - wanted) ** 2, axis=0))
     assert (off < 0.03 * wanted.std(axis=0) + 0.05).all()
     assert consistent(torque_parameters(found.arm)[:60])
+    assert repr(found) == f"Identification({len(found.base)} base parameters, better on 6 of 6 joints)"
+    explained(found, measured, guessed(arm))
+
+
+def rms(values: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.mean(values**2, axis=0))
+
+
+def explained(found: dt.Identification, measured: dt.MeasuredMotion, guess: dt.Arm) -> None:
+    """The tables against the recording and the arm found, worked out once more."""
+    q, qd, qdd = motion = measured.position, measured.velocity, measured.acceleration
+    rubbing = np.tanh(qd / (0.01 * np.abs(qd).max(axis=0)))
+    matrix, names = torque_regressor(guess, *motion), list(dt.parameter_names(guess, friction=True))
+    spun = [i for i, name in enumerate(names) if name.startswith("rotor") and name in found.parameters.index]
+    causes = {
+        "links": inverse_dynamics(dt.with_rotors(found.arm, [None] * 6), *motion),
+        "rotors": matrix[:, :, spun] @ found.parameters["identified"].to_numpy()[60:66],
+        "viscous": [f.viscous for f in found.friction] * qd, "coulomb": [f.coulomb for f in found.friction] * rubbing,
+        "counterbalances": 0.0 * q, "unexplained": measured.torque - found.modelled,
+    }  # fmt: skip
+    for name, torque in causes.items():
+        assert found.contributions[name].to_numpy() == pytest.approx(rms(np.asarray(torque)), rel=1e-6, abs=1e-9), name
+    # The first link turns about a vertical axis: of all but its inertia about it the recording says nothing.
+    share = found.parameters["share"].to_numpy()
+    assert share[:9] == pytest.approx(np.ones(9), abs=1e-6)
+    assert found.arm.masses[0] == pytest.approx(guess.masses[0], rel=1e-9)
+    assert share.min() > 0.0 and share.max() < 1.0 + 1e-9 and share[66:].max() < 1e-3  # friction moves every joint
+    # Weighted by what the guess leaves at each joint.
+    left = rms(measured.torque - inverse_dynamics(guess, *motion))
+    laws = [np.einsum("ti,ij->tij", law, np.eye(6)) for law in (qd, rubbing)]
+    base = np.concatenate([matrix, *laws], axis=2)[:, :, [names.index(name) for name in found.base.index]]
+    base = (base / left[:, None]).reshape(-1, base.shape[2])
+    assert found.condition == pytest.approx(np.linalg.cond(base / np.sqrt(np.sum(base**2, axis=0))), rel=1e-6)
+    sure = np.sqrt(np.diag(np.linalg.inv(base.T @ base))) / found.base["deviation"]
+    assert sure.to_numpy() == pytest.approx(sure.iloc[0], rel=1e-5)
 
 
 def test_base_parameters_are_within_their_deviations() -> None:
@@ -200,6 +235,12 @@ def test_exciting_motion_keeps_the_limits() -> None:
     assert np.abs(rates - motion.velocity)[1:-1].max() < 1e-2
     again = dt.exciting_motion(arm, duration=6.0, candidates=4)
     np.testing.assert_array_equal(motion.position, again.position)
+    # In the middle of its range, and one of the limits is what it stops short of by a tenth.
+    top, bottom = motion.position.max(axis=0), motion.position.min(axis=0)
+    assert 0.5 * (top + bottom) == pytest.approx(0.5 * (arm.lower + arm.upper), abs=1e-12)
+    shares = [(top - bottom) / (arm.upper - arm.lower), np.abs(motion.velocity).max(axis=0) / arm.speed_limits]
+    shares.append(np.abs(motion.acceleration).max(axis=0) / 10.0)
+    assert np.max(shares, axis=0) == pytest.approx(np.full(arm.n, 0.9), rel=1e-12)
 
 
 def test_a_measured_robot_on_unseen_data() -> None:

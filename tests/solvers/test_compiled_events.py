@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -179,6 +180,30 @@ def test_sign_is_refused_and_named(rtol: float, start: list[float], push: float)
     assert found.work.rates < (5000 if rtol > 1e-5 else 10)  # who asks for more looks at once: it begins on the jump
     smooth = CompiledProblem(_steep, 2, [100.0, 1.0, push])  # steep is not a jump
     assert integrate_compiled(smooth, Rodas4(rtol, rtol * 1e-3), start, [0.0, 3.0]).stopped == ""
+
+
+@compiled
+def _stairs(t, x, dx, p, w):
+    dx[0], dx[1] = 1.0, math.floor(3.0 * x[0])
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8])
+def test_jumps_that_a_state_passes_are_passed(rtol: float) -> None:
+    """Nine steps of a staircase, three to the metre: y = 0 + 1 + ... + 8 thirds and half of the ninth."""
+    steps = CompiledProblem(_stairs, 2, names=("place", "way"), may_jump=True)
+    found = integrate_compiled(steps, Rodas4(rtol, rtol * 1e-2), [0.5 / 3.0, 0.0], [0.0, 3.0])
+    assert found.stopped == "" and found.work.rates < 8000
+    assert found.final[1] == pytest.approx(36.0 / 3.0 + 9.0 / 6.0, abs=10.0 * rtol)  # a step's tolerance at each jump
+    refused = integrate_compiled(replace(steps, may_jump=False), Rodas4(rtol, rtol * 1e-2), [0.5 / 3.0, 0.0], [0.0, 3.0])
+    assert "jumps at 0.1666" in refused.stopped and "state 'place' = 0.3" in refused.stopped
+
+
+def test_a_jump_that_a_state_comes_back_to_is_refused_all_the_same() -> None:
+    for start, push in ([0.103, 0.0], 0.0), ([0.0, 0.0], 0.3):
+        problem = CompiledProblem(_sign, 2, [100.0, 1.0, push], names=("place", "speed"), may_jump=True)
+        found = integrate_compiled(problem, Rodas4(1e-4, 1e-7), start, [0.0, 10.0])
+        assert "the right-hand side jumps at" in found.stopped and "state 'speed'" in found.stopped
+        assert found.work.rates < 10_000
 
 
 def test_jump_with_time_asks_for_a_breakpoint() -> None:
