@@ -34,7 +34,9 @@ def some_pairs(rng, offered, joint, count):
 def bounded(offer, pairs, **options):
     """Utilisations, energies and the line of some pairs, every one looked at."""
     nothing, none = np.zeros(len(offer.records.sheets.pairs)), np.zeros(len(pairs), dtype=np.bool_)
-    return offer.bounded(pairs, nothing, np.zeros(len(pairs)), none, **options)[1:]
+    count, *found = offer.bounded(pairs, nothing, np.zeros(len(pairs)), none, **options)
+    assert count == len(pairs)
+    return found
 
 
 @pytest.mark.parametrize("kind", TASKS.KINDS)
@@ -84,9 +86,14 @@ def test_no_choice_loads_a_bearing_less_than_its_bound(make, kind):
         for joint, offer in enumerate(offered.joints):
             offer.interval(low, high)
             bound = offer.records.whole.still[:3].copy()
+            least, most = offer.records.whole.low.copy(), offer.records.whole.high.copy()
             for _ in range(4):
                 chosen = {k: int(rng.choice(open_pairs[k])) for k in joints}
                 numbers = offered.numbers_of(chosen)
+                offer.interval(numbers, numbers)
+                torque, room = offer.records.whole.low, CLOSE * np.abs(offer.records.whole.low).max()
+                np.testing.assert_array_equal(torque, offer.records.whole.high)
+                assert (least <= torque + room).all() and (torque <= most + room).all()
                 figures = offered.judge(joint, np.array([chosen[joint]]), numbers, until=np.inf, quick=False).cases
                 found = [figures["figures"][name][0] for name in ("tilting_moment", "axial_load", "radial_load")]
                 limits = ("tilting_moment_limit", "axial_load_limit", "radial_load_limit")
@@ -180,6 +187,7 @@ def test_bounds_without_width_are_figures_of_the_judge(make):
                 bound, exact = offer.records.sheets.case[0].figures.copy(), found.cases[0].figures
                 bound.energy = energy[0]
                 if exact.energy > 0.0 and found.used[0] <= 1.0:
+                    assert energy[0] <= exact.energy * (1.0 + CLOSE), (kind, seed, joint, pair)
                     ratios["energy"].append(bound.energy / exact.energy)
                 for name in EXACT:
                     if np.isfinite(exact[name]):
