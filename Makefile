@@ -102,4 +102,4 @@ docs: $(VENV)/.installed
 	@echo "docs/_build/html/index.html"
 
 clean:
-	rm -rf $(VENV) $(LOWEST) .pytest_cache .mypy_cache .ruff_cache .hypothesis dist build docs/_build
+	rm -rf $(VENV) $(LOWEST) .pytest_cache .mypy_cache .ruff_cache .hypothesis dist build docs/_build docs/rooms

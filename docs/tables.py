@@ -26,7 +26,7 @@ CHECKS = """# What each check computes
 `python docs/tables.py` prints this page from the table of checks (`drivetrain/sizing/judge/checks.py`), from which
 verdicts, search, tolerances and reports come too. A check passes where what is required, times its factor of the
 study's `safety` section, stays within the limit; `drivetrain explain` prints one with its numbers, its instant and
-the row that the limit is from. How far the laws hold, and where they are from, is in [physics.md](physics.md).
+the row that the limit is from. How far the laws hold, and where they are from, is in [What is counted, and how](physics.md).
 
 **e**, essential: where it cannot be made the verdict is NOT CHECKED, and the drive is never chosen. **w**: made
 only where the study asks for it.
@@ -37,7 +37,7 @@ EFFECTS = """# Effects of a simulation
 `python docs/tables.py` prints this page from the classes in `drivetrain/effects/`. A scene has what its study calls
 for; any other is added by name (`simulation: {add: [{effect: Cogging, joint: elbow, amplitudes: [5 mN m], orders:
 [84]}]}`) or in Python (`dt.effects.Cogging(...)`, units SI). Which engine solves them is in
-[simulation.md](simulation.md); one of your own takes one file: [add_one.md](add_one.md).
+[What happens when it runs](simulation.md); one of your own takes one file: [step by step](add_one.md).
 
 | effect | what it is | numbers that it takes |
 |---|---|---|

@@ -120,7 +120,7 @@ const page = (function () {
         x: x.length ? x[0] : 4, y: x.length ? 4 : y[0], [x.length ? "y_units" : "x_units"]: "screen", x_offset: x.length ? 3 : 0, y_offset: 2,
         text: label, text_font_size: "11px", text_color: ink }));
     } else if (one.kind === "text") {
-      figure.add_layout(new Bokeh.Label({ x: x[0], y: y[0], x_offset: 6, y_offset: 4, text: label, text_font_size: "11px", text_color: ink }));
+      figure.add_layout(new Bokeh.Label({ x: x[0], y: y[0], x_offset: 6, text_baseline: "middle", text: label, text_font_size: "11px", text_color: ink }));
     }
     if (drawn && label) legend.push([label, one.kind === "area" || one.kind === "bars" ? "box" : one.kind === "points" ? "dot" : dash.length ? "dashed" : "line", ink, Math.max(alpha, 0.35), drawn]);
   }
