@@ -62,12 +62,24 @@ def as_records(values: Sequence[Any], described: type | None = None) -> Any:
 
 def fill(records: Any, values: Sequence[Any], names: Sequence[str]) -> None:
     """Put the numbers of these names from descriptions into records; None becomes NaN."""
-    for name in names:
-        column = [getattr(one, name) for one in values]
-        if records.dtype[name].names:
-            fill(records[name], column, records.dtype[name].names)
-        else:
-            records[name] = np.array(column, dtype=np.float64)
+    if not names:  # which numpy takes for all of them
+        return
+    some = records[list(names)]
+    wanted = _names_of(some.dtype)
+    some[:] = [_numbers_of(one, wanted) for one in values]
+
+
+@cache
+def _names_of(dtype: Any) -> Any:
+    """The names of a record, each with those of the record in it; None for a number."""
+    return tuple((name, _names_of(dtype[name])) for name in dtype.names) if dtype.names else None
+
+
+def _numbers_of(value: Any, wanted: Any) -> Any:
+    """What a description says under some names, nested as they are: numpy fills a whole record at once from that."""
+    return tuple([
+        getattr(value, name) if inner is None else _numbers_of(getattr(value, name), inner) for name, inner in wanted
+    ])  # fmt: skip
 
 
 def columns(dtype: Any, prefix: str = "") -> dict[str, int]:

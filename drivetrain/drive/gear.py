@@ -366,6 +366,7 @@ def least_momentary_torque(gear: Any) -> Any:
     return MOMENTARY_SHARE * known_or(gear.repeated_peak_torque, gear.continuous_torque)
 
 
+@lru_cache(maxsize=1024)  # whose ranges are looked at anew in each copy
 def complete(gear: Gear) -> Gear:
     """The gear with what its kind tells: life exponent, momentary waves; an ideal one's efficiency, inertia."""
     if gear.kind == "strain_wave" and gear.momentary_waves is None:

@@ -22,7 +22,7 @@ from drivetrain.motion.duty_cycle import build_mix
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
 from drivetrain.sizing.judge.parts import FilledParts
-from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.sizing.search.preconditions import satisfied
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
 from drivetrain.study.parts.candidates import with_brakes
@@ -35,18 +35,44 @@ Drives = dict[str, tuple[str, str]]
 
 
 def unfailed_sets(study: Study, kept: Callable[[Drives], bool] = lambda _: True) -> Iterator[tuple[Drives, Evaluation]]:
-    """Every set of drives, each judged on its own, but those of which a joint fails: what it fails for is enough."""
-    work, parts = workload(study), FilledParts(study)
-    for pairs in itertools.product(*((task.drive,) if task.drive else task.pairs for task in study.joints)):
-        drives = dict(zip((task.name for task in study.joints), pairs, strict=True))
-        if not kept(drives):
-            continue
-        mounted, results = {i: parts.drive(task, *pairs[i]) for i, task in enumerate(study.joints)}, {}
-        for i, task in enumerate(study.joints):
-            results[task.name] = evaluate_joint(work, mounted, i, pairs[i])
-            if results[task.name].verdict is Verdict.FAIL:
-                break
-        else:
+    """Every set of drives, each judged on its own, but those of which a joint fails: what it fails for is enough.
+
+    In an open chain without coupled motors a joint bears nothing of the drives before it: who fails with those that
+    come after fails with all before.
+    """
+    work, parts, names = workload(study), FilledParts(study), [task.name for task in study.joints]
+    options = [(task.drive,) if task.drive else task.pairs for task in study.joints]
+    chain = study.arm is None or (study.arm.coupling is None and study.arm.linkage is None)
+
+    def judged(joint: int, drives: Drives) -> JointResult | None:
+        mounted = {i: parts.drive(task, *drives[names[i]]) for i, task in enumerate(study.joints) if names[i] in drives}
+        result = evaluate_joint(work, mounted, joint, drives[names[joint]])
+        return None if result.verdict is Verdict.FAIL else result
+
+    def grown(joint: int, drives: Drives, results: dict[str, JointResult]) -> Iterator[dict[str, JointResult]]:
+        """Results of sets with these drives at the joints after one."""
+        if joint < 0:
+            yield results
+            return
+        for pair in options[joint]:
+            now = {names[joint]: pair, **drives}
+            if found := judged(joint, now):
+                yield from grown(joint - 1, now, {names[joint]: found, **results})
+
+    def whole() -> Iterator[dict[str, JointResult]]:
+        for pairs in itertools.product(*options):
+            drives = dict(zip(names, pairs, strict=True))
+            found: dict[str, JointResult] = {}
+            for i, name in enumerate(names if kept(drives) else ()):
+                if not (result := judged(i, drives)):
+                    break
+                found[name] = result
+            if len(found) == len(names):
+                yield found
+
+    for results in grown(len(names) - 1, {}, {}) if chain else whole():
+        drives = {name: (results[name].motor, results[name].gear) for name in names}
+        if kept(drives):
             yield drives, evaluation_of(study, results, shared_checks(study, results))
 
 

@@ -129,26 +129,29 @@ class Work(NamedTuple):
     few: Work | None = None  # the same at some samples that ask much, for a first look; None of these themselves
 
 
-def work_of(demand: JointDemand, added: Added | None = None) -> Work:
-    """The work of a joint."""
-    motion, load, pick, parts = motion_of(demand), load_of(demand), _sharp(demand), len(demand.cycle.parts)
-    if added is None:
-        added = nothing_added(load)
+def work_of(demand: JointDemand, added: Added | None = None, *, first_look: bool = True) -> Work:
+    """The work of a joint; a ``first_look`` is for judging many drives."""
+    motion, load, stop, parts = motion_of(demand), load_of(demand), demand.stop, len(demand.cycle.parts)
+    stopping = Stopping(_row(stop.speed), _row(stop.acceleration), _row(stop.carrier_acceleration))
+    memory = Load(*(row.copy() for row in load)), new_traces(len(demand.time), parts)
+    work = Work(motion, load, nothing_added(load) if added is None else added, *memory, stopping)
+    return work._replace(few=_at_sharp(work, _sharp(demand))) if first_look else work
+
+
+def _at_sharp(work: Work, pick: Array) -> Work:
+    """The work at the samples that ask much, as far as peaks need it."""
+    motion, load, added = work.motion, work.load, work.added
     periods = motion.periods._replace(step=np.zeros(len(pick)))
     rows = {name: np.ascontiguousarray(getattr(motion, name)[pick]) for name in motion._fields[:-2]}
     some = motion._replace(rests=motion.rests[:0], periods=periods, **rows)
     none, count = np.zeros(0), len(added.torque)
     nothing = (np.zeros((6, 0)), none, none, none)
     torque = np.ascontiguousarray(added.torque[:, pick])
-    few = Work(
+    return Work(
         some, Load(np.ascontiguousarray(load.torque[pick]), *nothing),
         Added(torque, *(np.zeros((count, *values.shape)) for values in nothing)), Load(np.zeros(len(pick)), *nothing),
-        new_traces(len(pick), parts), Stopping(none, none, none),
+        new_traces(len(pick), len(work.traces.parts)), Stopping(none, none, none),
     )  # fmt: skip
-    stop = demand.stop
-    stopping = Stopping(_row(stop.speed), _row(stop.acceleration), _row(stop.carrier_acceleration))
-    memory = Load(*(row.copy() for row in load)), new_traces(len(demand.time), parts)
-    return Work(motion, load, added, *memory, stopping, few)
 
 
 def new_traces(samples: int, parts: int) -> Traces:

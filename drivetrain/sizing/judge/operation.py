@@ -26,6 +26,7 @@ from drivetrain.sizing.results import JointSeries
 from drivetrain.study.model import JointTask, Safety, Study, Supply
 
 PLACES = columns(CASE)
+COLUMNS = {check.name: column for column, check in enumerate(CHECKS)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +76,8 @@ class Operation:
     @cached_property
     def judgement(self) -> Judgement:
         """Every figure; lossless and without inertia where the sheets lack it (not judged then)."""
-        cases, work = cases_of(self.study, self.joint, self.demand, [self.drive]), work_of(self.demand)
+        cases = cases_of(self.study, self.joint, self.demand, [self.drive])
+        work = work_of(self.demand, first_look=False)
         used, power = np.zeros((1, len(CHECKS))), np.zeros((1, 2, len(self.demand.time)))
         found, whole = np.zeros(1), np.zeros((2, 1), dtype=np.int64)
         judge_cases(
@@ -94,7 +96,7 @@ class Operation:
 
     def utilisation(self, row: Any) -> float | None:
         """Of one check; None where it is not checked."""
-        used = float(self.judgement.used[CHECKS.index(row)])
+        used = float(self.judgement.used[COLUMNS[row.name]])
         return None if math.isnan(used) else used
 
     @property
