@@ -19,7 +19,7 @@ from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.tree import EVERY, Tree
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.model import DriveMass
-from drivetrain.study.parts.mounting import carrier_link, carrying, drive_body, emptied, joint_axis, mount_point
+from drivetrain.study.parts.mounting import carrier_link, carrying, drive_body, emptied, mount_point, seat
 from drivetrain.study.parts.verdicts import Verdict
 
 
@@ -37,9 +37,9 @@ class Plainly:
         turned = [frame_along(screw[:3]) for screw in arm.screws]  # how along_z turns the frames of the joints
         self.places = []
         for joint, task in enumerate(self.study.joints):
-            link = carrier_link(joint, task.mount)
+            link = carrier_link(arm, joint, task.mount)
             away = mount_point(arm, joint, task.mount) - arm.joint_points[max(link, 0)]
-            axis = turned[max(link, 0)].T @ joint_axis(arm, joint)
+            axis = turned[max(link, 0)].T @ arm.axes[seat(joint, task.mount)]
             self.places.append((link, turned[max(link, 0)].T @ away, np.outer(axis, axis)))
 
     def torques(self, drives: dict[int, Drive]) -> np.ndarray:
