@@ -196,6 +196,7 @@ def test_drives_may_be_given_as_one_thinks_of_them(study: Any, selection: Any) -
     with pytest.raises(dt.InputError, match=r"drives: must be keys.*motors=") as error:
         dt.study(**given, drives=({"mass": 1.0}, {"ratio": 50}))
     assert len(error.value.faults) == 1
+    assert dt.current_commands(made).equals(dt.current_commands(dt.evaluate(made)))
     commands = dt.current_commands(selection)
     assert commands.equals(dt.current_commands(selection.evaluation))
     assert dt.pareto_front(study, "mass, energy").names == ("mass", "energy")

@@ -18,6 +18,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.records import as_record
 from drivetrain.sizing.demand.demand import at_rest
 from drivetrain.sizing.demand.load_basis import all_numbers, counterbalance_torques, load_basis
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, every_drive
 from drivetrain.study.model import Study
 
@@ -31,7 +32,9 @@ through a lossless gear; then what friction and losses take, and what accelerate
 whole current."""
 
 
-def current_commands(evaluation: Evaluation | Selection, *, rate: float | None = None, hold: int = 1) -> pd.DataFrame:
+def current_commands(
+    evaluation: Evaluation | Selection | Study, *, rate: float | None = None, hold: int = 1
+) -> pd.DataFrame:
     """The currents that drive the motion, one row per sample and joint.
 
     The command is the DC-equivalent current [A]; the same current stands beside it as the RMS and as the peak of a
@@ -40,7 +43,7 @@ def current_commands(evaluation: Evaluation | Selection, *, rate: float | None =
     friction and gear losses take (``friction``).
 
     Args:
-        evaluation: Of the drives that are to be commanded, or the selection that chose them.
+        evaluation: Of the drives that are to be commanded, the selection that chose them, or the study that names them.
         rate: Of the amplifier's commands [Hz]; None: at the samples of the cycle.
         hold: How a command between two samples is made: 1 on the straight line between both (where the cycle jumps,
             what comes after the jump), 0 the sample before. The amplifier is taken to hold each until the next.
@@ -53,13 +56,14 @@ def current_commands(evaluation: Evaluation | Selection, *, rate: float | None =
         ``rate`` and ``hold``.
 
     Raises:
-        InputError: A rate that is not positive, another order of hold.
+        InputError: A rate that is not positive, another order of hold; a study that names no drives.
     """
     faults = [] if hold in (0, 1) else [Fault("hold", "must be 0 or 1", hold)]
     if rate is not None and not 0.0 < rate < np.inf:
         faults.append(Fault("rate", "must be positive [Hz]", rate))
     if faults:
         raise InputError(faults)
+    evaluation = evaluate(evaluation) if isinstance(evaluation, Study) else evaluation
     evaluation = every_drive(evaluation) if isinstance(evaluation, Selection) else evaluation
     loads = _load_parts(evaluation)
     tables = [_joint_table(evaluation, joint, loads[name]) for name, joint in evaluation.joints.items()]

@@ -134,7 +134,8 @@ def _data(chart: Chart) -> dict[str, Any]:
         _changed_fields(mark, [one for one in fields(mark) if one.name not in ("x", "y", "to")])
         | {
             name: _significant(getattr(mark, name)) if log else rounded(getattr(mark, name))
-            for name, log in (("x", chart.log_x), ("y", chart.log_y), ("to", chart.log_x)) if len(getattr(mark, name))
+            for name, log in (("x", chart.log_x), ("y", chart.log_y), ("to", chart.log_x))
+            if len(getattr(mark, name))
         }
         for mark in map(_thinned, chart.marks)
     ]
