@@ -13,6 +13,7 @@ from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.motion.foreign import BAGS, joint_states
 from drivetrain.motion.read import ACCELERATION, POSITION, VELOCITY
+from drivetrain.motion.table import TIME as NAMES_OF_TIME
 from drivetrain.motion.table import Column, Kind, Table, assigned_columns, read_table
 from drivetrain.units import split_header
 from drivetrain.whole_files import is_there
@@ -21,6 +22,9 @@ TORQUE = Kind("torque", ("torque", "tau", "effort"), ("N m", "N"), needed=False)
 MOTOR_TORQUE = Kind("motor_torque", ("motor_torque", "tau_motor"), ("N m",), needed=False)
 CURRENT = Kind("current", ("current", "i"), ("A",), needed=False)
 RATES = (VELOCITY, ACCELERATION, TORQUE, MOTOR_TORQUE, CURRENT)
+_IN_MATLAB = dict.fromkeys(NAMES_OF_TIME, "s") | {
+    prefix: kind.units[0] for kind in (POSITION, *RATES) for prefix in kind.prefixes if prefix
+}  # a variable's name cannot tell its unit there
 SUFFIXES = (".csv", ".npz", ".parquet", ".mat", *BAGS)
 
 
@@ -77,7 +81,8 @@ def read_recording(
     ``qdd_<joint> [rad/s^2]``, ``torque_<joint> [N m]`` (at the joint), ``motor_torque_<joint> [N m]``,
     ``current_<joint> [A]``; by the joints' names, or by number in their order. An array of n columns (``q [rad]``)
     stands for all joints in their order. A ROS bag gives time, position, velocity and effort of its
-    ``sensor_msgs/JointState``, by the joints' names, in SI.
+    ``sensor_msgs/JointState``, by the joints' names, in SI; so are ``t``, ``q``, ``qd``, ``qdd``, ``torque``,
+    ``motor_torque`` and ``current`` of a .mat, whose names cannot hold units.
 
     Args:
         path: A .csv, .npz, .parquet, .mat (by scipy, not version 7.3), or a ROS 1 or 2 bag (.bag, .db3, .mcap or its
@@ -103,8 +108,9 @@ def read_recording(
     elif suffix in BAGS or file.is_dir():
         table = _table(file, _bag(file, joints), {})
     elif suffix in SUFFIXES:
-        reader = {".npz": _npz, ".parquet": _parquet, ".mat": _mat}[suffix]
-        table = _table(file, reader(file), columns or {})
+        arrays = {".npz": _npz, ".parquet": _parquet, ".mat": _mat}[suffix](file)
+        bare = {key: f"{key} [{_IN_MATLAB[key]}]" for key in arrays if suffix == ".mat" and key in _IN_MATLAB}
+        table = _table(file, arrays, bare | dict(columns or {}))
     else:
         raise InputError(Fault("file", f"must be one of {', '.join(SUFFIXES)}", file.name, nearest(suffix, SUFFIXES)))
     found = assigned_columns(table, joints, (POSITION, *RATES))

@@ -43,6 +43,8 @@ def test_npz_mat_and_parquet(tmp_path: Path) -> None:
     savemat(tmp_path / "run.mat", {"t": TIME, "phi": DEGREES, "moment": TORQUE, "label": "x"})
     columns = {"t": "time [s]", "phi": "q [deg]", "moment": "torque [N m]"}
     check(read_recording(tmp_path / "run.mat", JOINTS, columns=columns))
+    savemat(tmp_path / "si.mat", {"t": TIME, "q": np.deg2rad(DEGREES), "torque": TORQUE})
+    check(read_recording(tmp_path / "si.mat", JOINTS))
     frame = pd.DataFrame({"time [s]": TIME, "q1 [deg]": DEGREES[:, 0], "q2 [deg]": DEGREES[:, 1]})
     frame[["torque_shoulder [N m]", "torque_elbow [N m]"]] = TORQUE
     frame.to_parquet(tmp_path / "run.parquet")
