@@ -124,12 +124,15 @@ def test_a_loop_faster_than_the_step_against_scipy(fed_forward: float) -> None:
         assert last(run, "joint.speed") == pytest.approx(expected[2], rel=share)
 
 
+@pytest.mark.parametrize("feels", [False, True])
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_a_motor_at_its_voltage_speeds_up_as_scipy_says(way: float) -> None:
-    """Its loop asks in vain for 100 A: 11 ms to speed up, steps of 2 and 1 ms, of second order."""
-    given = GivenCurrent(np.array([0.0]), np.array([way * 100.0]))
-    effects = [ReflectedRotor(3.3e-5, 1.0), CurrentLoop(MOTOR, 6283.0), given, StiffSupply(12.0)]
-    scene = joint_scene(Inertia(0.0), effects, 0.03)
+def test_a_motor_at_its_voltage_speeds_up_as_scipy_says(way: float, feels: bool) -> None:
+    """Its loop asks in vain, also where the motion feeds back: 11 ms to speed up, steps of 2 and 1 ms, second order."""
+    far = Motion("far", ("joint",), np.array([0.0, 0.03]), np.full((2, 1), way * 1e3), *np.zeros((2, 2, 1)))
+    place = (CommandedMotion(far), PositionLoop(0.1, 0.02, 0.0302))
+    asked = place if feels else (GivenCurrent(np.array([0.0]), np.array([way * 100.0])),)
+    effects = [ReflectedRotor(3.3e-5, 1.0), CurrentLoop(MOTOR, 6283.0), *asked, StiffSupply(12.0)]
+    scene = joint_scene(Inertia(0.0), effects, 0.03, position=0.0, speed=0.0)
 
     def rates(_: float, y: np.ndarray) -> list[float]:
         current, speed = y
