@@ -26,7 +26,8 @@ CHECKS = """# What each check computes
 `python docs/tables.py` prints this page from the table of checks (`drivetrain/sizing/judge/checks.py`), from which
 verdicts, search, tolerances and reports come too. A check passes where what is required, times its factor of the
 study's `safety` section, stays within the limit; `drivetrain explain` prints one with its numbers, its instant and
-the row that the limit is from. How far the laws hold, and where they are from, is in [What is counted, and how](physics.md).
+the row that the limit is from. How far the laws hold, and where they are from, is in
+[What is counted, and how](physics.md).
 
 **e**, essential: where it cannot be made the verdict is NOT CHECKED, and the drive is never chosen. **w**: made
 only where the study asks for it.

@@ -152,12 +152,9 @@ def joint_scene(
     own = tuple(effect for effect in listed if getattr(effect, "scope", "joint") == "joint")
     whole = tuple(effect for effect in listed if getattr(effect, "scope", "joint") == "scene")
     named = {body.name: own, **({WHOLE: whole} if whole else {})}
-    start = {
-        name: checked_array([value], (1,), name)
-        for name, value in (("position", position), ("speed", speed))
-        if value is not None
-    }
-    return Scene(body, named, duration, **start)
+    at = None if position is None else checked_array([position], (1,), "position")
+    turning = None if speed is None else checked_array([speed], (1,), "speed")
+    return Scene(body, named, duration, at, turning)
 
 
 def without(scene: Scene, kind: type[Effect]) -> Scene:

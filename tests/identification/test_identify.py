@@ -79,7 +79,7 @@ def rms(values: np.ndarray) -> np.ndarray:
 
 def explained(found: dt.Identification, measured: dt.MeasuredMotion, guess: dt.Arm) -> None:
     """The tables against the recording and the arm found, worked out once more."""
-    q, qd, qdd = motion = measured.position, measured.velocity, measured.acceleration
+    q, qd, _ = motion = measured.position, measured.velocity, measured.acceleration
     rubbing = np.tanh(qd / (0.01 * np.abs(qd).max(axis=0)))
     matrix, names = torque_regressor(guess, *motion), list(dt.parameter_names(guess, friction=True))
     spun = [i for i, name in enumerate(names) if name.startswith("rotor") and name in found.parameters.index]

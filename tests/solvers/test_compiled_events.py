@@ -194,7 +194,8 @@ def test_jumps_that_a_state_passes_are_passed(rtol: float) -> None:
     found = integrate_compiled(steps, Rodas4(rtol, rtol * 1e-2), [0.5 / 3.0, 0.0], [0.0, 3.0])
     assert found.stopped == "" and found.work.rates < 8000
     assert found.final[1] == pytest.approx(36.0 / 3.0 + 9.0 / 6.0, abs=10.0 * rtol)  # a step's tolerance at each jump
-    refused = integrate_compiled(replace(steps, may_jump=False), Rodas4(rtol, rtol * 1e-2), [0.5 / 3.0, 0.0], [0.0, 3.0])
+    steps = replace(steps, may_jump=False)
+    refused = integrate_compiled(steps, Rodas4(rtol, rtol * 1e-2), [0.5 / 3.0, 0.0], [0.0, 3.0])
     assert "jumps at 0.1666" in refused.stopped and "state 'place' = 0.3" in refused.stopped
 
 
