@@ -771,7 +771,7 @@ def shaft_losses(case: Any, motion: Any, traces: Any) -> None:
     shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.friction_loss
     coil, reference = known_or(case.motor.brake.power, 0.0), 1.0 / drag_factor(mesh, case.setting.gear_temperature)
     excess_series(shaft, mesh.ratio, motion.speed, traces.shaft_excess)
-    share, hot = case.setting.amplifier_heat, known_or(case.motor.max_winding_temperature, case.setting.ambient)
+    share, hot = case.setting.amplifier_heat, known_or(case.motor.max_winding_temperature, WARMEST)
     coil += share * known_or(case.amplifier.standby_power, 0.0)
     constant = torque_constant(case.motor, hot)
     bridge = share * conduction_loss(known_or(case.amplifier.on_resistance, 0.0), 1.0 / constant)
