@@ -26,7 +26,6 @@ from drivetrain.sizing.results import JointSeries
 from drivetrain.study.model import JointTask, Safety, Study, Supply
 
 PLACES = columns(CASE)
-COLUMNS = {check.name: column for column, check in enumerate(CHECKS)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +33,7 @@ class Judgement:
     """What the judge leaves."""
 
     case: Any  # record with figures and limits (``cases.Case``)
-    used: Array  # utilisation of every check, NaN where it is not checked, (checks,)
+    used: dict[str, float]  # utilisation by the check's name, NaN where it is not checked
     power: Array  # electrical, and the least [W], (2, N)
     work: Any  # its traces; None of a drive that was simulated
 
@@ -83,7 +82,8 @@ class Operation:
         judge_cases(
             cases, as_numbers(cases), table(), work, np.zeros((1, 0)), math.inf, False, power, used, found, *whole
         )
-        return Judgement(cases[0], used[0], power[0], work)
+        by_name = dict(zip((check.name for check in CHECKS), used[0].tolist(), strict=True))
+        return Judgement(cases[0], by_name, power[0], work)
 
     def number(self, name: str) -> float:
         """A field of the case, such as ``figures.rms_current``."""
@@ -96,7 +96,7 @@ class Operation:
 
     def utilisation(self, row: Any) -> float | None:
         """Of one check; None where it is not checked."""
-        used = float(self.judgement.used[COLUMNS[row.name]])
+        used = self.judgement.used[row.name]
         return None if math.isnan(used) else used
 
     @property
