@@ -2,9 +2,9 @@
 
 One sample alone goes by articulated bodies, many go by the mass matrix, whose kernels take 64 samples at a time.
 Solving with the mass matrix takes n^2 to fill it and n^3 to factor it, and on long chains it loses digits as the
-matrix's condition, which grows as n^4. The recursion over articulated bodies does neither, and takes rotors as they
-are: on or off the joint's axis, on any link, balanced or not. Rotors that follow several joints close loops in the
-chain of bodies, for which it is not made: arms with such go the way of the mass matrix.
+matrix's condition, which grows as n^4. The recursion over articulated bodies does neither. It is made for chains of
+bodies: rotors that follow several joints, or ride on a link further off than those beside their joint, close loops in
+them, and arms with such go the way of the mass matrix.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7; rotors as told in ``core/articulated.py``.
 """
@@ -47,7 +47,7 @@ def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     Reference: Modern Robotics, equation 8.81.
     """
     model = packed(arm)
-    if model.spread is None and alone_within_reach(arm.n, q, qd, tau):
+    if model.chained and alone_within_reach(arm.n, q, qd, tau):
         # Of one sample the articulated bodies take a third of the time; what they cannot solve the mass matrix tells.
         found, tip = np.empty(arm.n), tip_samples(model, tip_wrench, 1)
         _, joint = articulated_accelerations(model.arm, q[None], qd[None], tau[None], tip, found[None])
@@ -86,7 +86,7 @@ def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     """
     positions, speeds, torques = finite_samples(arm.n, {"q": q, "qd": qd, "tau": tau})
     model = packed(arm)
-    if model.spread is not None:
+    if not model.chained:
         return forward_dynamics(arm, q, qd, tau, tip_wrench=tip_wrench)
     tip = tip_samples(model, tip_wrench, len(positions))
     result = np.empty(positions.shape)
@@ -117,7 +117,7 @@ def unchecked_accelerations(arm: Arm) -> Callable[[Array, Array, Array], Array]:
             raise no_inertia(arm, joint, UNDEFINED)
         return result[0]
 
-    return accelerations if model.spread is None else by_mass_matrix
+    return accelerations if model.chained else by_mass_matrix
 
 
 def _too_large(arm: Arm, result: Array) -> InputError:

@@ -66,7 +66,7 @@ def test_rotors_as_further_joints_of_pinocchio(seed: int) -> None:
 
 @pytest.mark.parametrize("reach", [-3, -2, 1, 2, 3])
 def test_far_carriers_in_chains(reach: int) -> None:
-    """Every rotor so many links before or after its joint, so that several numbers are open at once."""
+    """Every rotor so many links before or after its joint: articulated bodies or the mass matrix, as it takes."""
     bare = random_arm(5, "RRPRRRRPRR")
     rng = np.random.default_rng(reach + 10)
     carriers = [int(np.clip(i + reach, -1, bare.n - 1)) for i in range(bare.n)]

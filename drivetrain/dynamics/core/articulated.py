@@ -1,4 +1,4 @@
-"""The articulated-body recursion, compiled: accelerations in time that grows as n, rotors of any kind included.
+"""The articulated-body recursion, compiled: accelerations in time that grows as n, rotors included.
 
 All six-vectors are (angular, linear) and stand at the origin of a link's own frame, but along the axes of the base: so
 moving on to the next link is a shift, never a turn, and no lever is longer than a link.
@@ -6,11 +6,9 @@ moving on to the next link is a shift, never a turn, and no lever is longer than
 A rotor that is geared to joint i and rides on link c makes two bodies share the coordinate i. To the quantity that the
 accelerations make least (Gauss) it adds ``R qdd_i^2 / 2 + qdd_i (k . a_c + b)``, besides its own inertia and bias force
 on its carrier. R is its inertia about the spin axis times the ratio squared, k its momentum for a unit speed of the
-joint, b what its spin asks of the joint; balanced or not, only k, R and b differ. With c the link before the joint or
-the one after it, k joins the vector that eliminates ``qdd_i``. A carrier further off leaves a number open between joint
-and carrier: its ``k . a_c`` when the carrier is nearer to the base, ``qdd_i`` when it is further out. Open numbers are
-carried along, as a border around the articulated inertia, until they are met. So work grows as
-``n (6 + numbers open at once)^2``.
+joint, b what its spin asks of the joint; balanced or not, only k, R and b differ. With c the base, the link before the
+joint or the one after it, k joins the vector that eliminates ``qdd_i``. A carrier further off would leave a number open
+between joint and carrier: arms with such (``packed.Packed.chained``) go the way of the mass matrix.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 7.3, for an arm without rotors.
 """
@@ -69,21 +67,6 @@ BODY = np.dtype(
         ("mass", np.float64),
         ("first", np.float64, (3,)),
         ("polar", np.float64),
-        # First far rotor that rides here, and the joint's own far rotor; -1: none.
-        ("riding", np.int64),
-        ("far", np.int64),
-    ]
-)
-
-# A rotor whose carrier is not next to its joint: momentum k for a unit speed of the joint; what couples its open number
-# with the acceleration of the link at hand, that number's linear term, and at last its value; the next on its carrier.
-FAR = np.dtype(
-    [
-        ("momentum", np.float64, (6,)),
-        ("coupled", np.float64, (6,)),
-        ("linear", np.float64),
-        ("value", np.float64),
-        ("next", np.int64),
     ]
 )
 
@@ -95,42 +78,26 @@ def articulated_accelerations(arm: Any, q: Array, qd: Array, tau: Array, tip: Ar
     """Fill the accelerations; sample and joint of the first that moves no inertia, or -1 and -1."""
     links, rotors, gravity = arm
     n, m = q.shape[1], len(rotors)
-    bodies, spinning, far = np.zeros(n + 1, BODY), np.zeros(1, BODY), np.zeros(m, FAR)  # the last body: the base
-    # Open numbers at hand in row 0, those that joint i was coupled with in row 1 + i, up to a -1; gains of each.
-    corner, live, gains = np.zeros((m, m)), np.full((n + 1, m), -1), np.zeros((n, m))
+    bodies, spinning = np.zeros(n + 1, BODY), np.zeros(1, BODY)  # the last body: the base
     base: Any = bodies[n]
     for j in range(3):
         base.rotation[j, j] = 1.0
         base.acceleration[3 + j] = -gravity[j]
-    _list_far(rotors, bodies, far)
     for sample in range(len(q)):
         for i in range(n):
             _move(links[i], bodies[i], bodies[i - 1], q[sample, i], qd[sample, i], tau[sample, i], i > 0)
         for r in range(m):
             joint = rotors[r].joint
-            _spin(links[n + r], rotors[r], bodies, far[r], spinning[0], q[sample, joint], qd[sample, joint])
+            _spin(links[n + r], rotors[r], bodies, spinning[0], q[sample, joint], qd[sample, joint])
         if len(tip):
             last, at = bodies[n - 1], sample if len(tip) > 1 else 0
             moment = turned(last.rotation, (tip[at, 0], tip[at, 1], tip[at, 2]))
             add_six(last.bias, moment, turned(last.rotation, (tip[at, 3], tip[at, 4], tip[at, 5])))
-        joint = _inwards(links, rotors, bodies, far, corner, live, gains)
+        joint = _inwards(links, bodies)
         if joint >= 0:
             return sample, joint
-        _outwards(links, rotors, bodies, far, live, gains, qdd[sample])
+        _outwards(links, bodies, qdd[sample])
     return -1, -1
-
-
-@exact
-def _list_far(rotors: Any, bodies: Any, far: Any) -> None:
-    """Note the rotors whose carrier is not next to their joint at carrier and joint."""
-    for i in range(len(bodies)):
-        bodies[i].riding = bodies[i].far = -1
-    for r in range(len(rotors)):
-        joint, on = rotors[r].joint, rotors[r].carrier
-        if on >= 0 and on != joint and on != joint - 1:
-            far[r].next = bodies[on].riding
-            bodies[on].riding = r
-            bodies[joint].far = r
 
 
 # One link, or rotor: pose, velocity, own inertia and bias force
@@ -234,8 +201,8 @@ def _move(link: Any, body: Any, before: Any, q: float, qd: float, tau: float, ca
 
 
 @exact
-def _spin(link: Any, rotor: Any, bodies: Any, own: Any, spinning: Any, q: float, qd: float) -> None:
-    """A rotor that is not folded into the links: what it asks of carrier and joint, its momentum where it belongs."""
+def _spin(link: Any, rotor: Any, bodies: Any, spinning: Any, q: float, qd: float) -> None:
+    """A rotor that is not folded into the links: what it asks of carrier and joint."""
     on, joint, body = rotor.carrier, rotor.joint, bodies[rotor.joint]
     carrier = bodies[on]  # -1: the base, the last of them
     if rotor.balanced:
@@ -244,12 +211,11 @@ def _spin(link: Any, rotor: Any, bodies: Any, own: Any, spinning: Any, q: float,
             add(carrier.bias, times(qd, cross(vector(carrier.w), momentum)))
     else:
         momentum, force = _spin_whole(link, q, qd, carrier, on >= 0, body, spinning)
-    put_six(own.momentum, momentum, force)
     if on == joint:
         add_six(body.on_self, momentum, force)
     elif on == joint - 1:
         add_six(body.on_parent, minus(momentum, cross(vector(body.step), force)), force)
-    elif on < 0:
+    else:
         body.load -= dot(momentum, vector(carrier.acceleration)) + dot(force, linear(carrier.acceleration))
 
 
@@ -300,11 +266,11 @@ def _apply(o: Any, x: Array, y: Array) -> None:
 
 
 @exact
-def _join(o: Any, x: Array, y: Array, factor: float) -> None:
-    """``factor (x y^T + y x^T)`` joins the articulated inertia of a link."""
+def _eliminate(body: Any) -> None:
+    """The articulated inertia of a link without what its joint gives way to."""
     for j in range(6):
         for k in range(6):
-            o.inertia[j, k] += factor * (x[j] * y[k] + y[j] * x[k])
+            body.inertia[j, k] -= body.eliminator[j] * body.eliminator[k] / body.divisor
 
 
 @exact
@@ -328,104 +294,15 @@ def _hand_on(o: Any, to: Any) -> None:
     to.polar += o.polar + 2.0 * dot(p, first) + o.mass * dot(p, p)
 
 
-# Open numbers of far rotors
-
-
-@exact
-def _open(r: int, far: Any, corner: Array, live: Array, count: int) -> int:
-    """Number r is open from here on, coupled with no other open one yet; how many are open then."""
-    far[r].linear = 0.0
-    live[count] = r
-    for s in range(count + 1):
-        corner[r, live[s]] = corner[live[s], r] = 0.0
-    return count + 1
-
-
-@exact
-def _close(r: int, live: Array, count: int) -> int:
-    """Number r is open no more; how many are."""
-    kept = 0
-    for s in range(count):
-        if live[s] != r:
-            live[kept] = live[s]
-            kept += 1
-    return kept
-
-
-@exact
-def _meet(body: Any, i: int, rotors: Any, far: Any, corner: Array, live: Array, count: int) -> int:
-    """Numbers ``k . a`` of this link join its inertia and bias, those of joints nearer to the base open."""
-    r = body.riding
-    while r >= 0:
-        k = far[r].momentum
-        if rotors[r].joint > i:
-            _join(body, k, far[r].coupled, 1.0)
-            _join(body, k, k, 0.5 * corner[r, r])
-            for j in range(6):
-                body.bias[j] += far[r].linear * k[j]
-            count = _close(r, live, count)
-            for s in range(count):
-                for j in range(6):
-                    far[live[s]].coupled[j] += corner[r, live[s]] * k[j]
-        else:
-            for j in range(6):
-                far[r].coupled[j] = k[j]
-            count = _open(r, far, corner, live, count)
-        r = far[r].next
-    return count
-
-
-@exact
-def _at_joint(body: Any, outside: bool, far: Any, corner: Array, live: Array, count: int, gains: Array) -> int:
-    """The number of this joint's own far rotor: it is the joint's acceleration, and ends here, or it opens."""
-    r = body.far
-    if not outside:
-        for j in range(6):
-            far[r].coupled[j] = 0.0
-        gains[r] = 1.0
-        return _open(r, far, corner, live, count)
-    for j in range(6):
-        body.on_self[j] += far[r].coupled[j]
-    body.rotor += corner[r, r]
-    body.load -= far[r].linear
-    count = _close(r, live, count)
-    for s in range(count):
-        gains[live[s]] = corner[r, live[s]]
-    return count
-
-
-@exact
-def _hand_on_open(body: Any, drive: float, far: Any, corner: Array, live: Array, count: int, gains: Array) -> None:
-    """The elimination of a joint's acceleration reaches the open numbers; their couplings go to the link before."""
-    p = vector(body.step)
-    for s in range(count):
-        number, gain = far[live[s]], gains[live[s]]
-        number.linear += dot_six(number.coupled, body.coriolis) + gain * drive
-        for j in range(6):
-            number.coupled[j] -= body.eliminator[j] * gain / body.divisor
-        add(number.coupled, cross(p, linear(number.coupled)))
-        for t in range(count):
-            corner[live[s], live[t]] -= gain * gains[live[t]] / body.divisor
-
-
 # The two sweeps
 
 
 @exact
-def _inwards(links: Any, rotors: Any, bodies: Any, far: Any, corner: Array, live: Array, gains: Array) -> int:
+def _inwards(links: Any, bodies: Any) -> int:
     """Eliminate the joints' accelerations from the tip to the base; the first joint that moves no inertia, or -1."""
-    count = np.int64(0)  # a plain 0 has callees compiled twice
     for i in range(len(bodies) - 2, -1, -1):
         link, body = links[i], bodies[i]
-        axis, image = body.axis, body.image
-        if len(rotors):
-            count = _meet(body, i, rotors, far, corner, live[0], count)
-            for s in range(count):
-                gains[i, live[0, s]] = 0.0
-            if body.far >= 0:
-                outside = rotors[body.far].carrier > i
-                count = _at_joint(body, outside, far, corner, live[0], count, gains[i])
-        z = _axis(body)
+        axis, image, z = body.axis, body.image, _axis(body)
         put_six(axis, times(link.turn, z), times(link.slide, z))
         _apply(body, axis, image)
         own = 2.0 * dot_six(body.on_self, axis)
@@ -433,11 +310,6 @@ def _inwards(links: Any, rotors: Any, bodies: Any, far: Any, corner: Array, live
         moved = link.turn**2 * body.polar + link.slide**2 * body.mass + abs(body.rotor) + abs(own)
         if not body.divisor > SINGULAR * moved:
             return i
-        for s in range(count):
-            gains[i, live[0, s]] += dot_six(axis, far[live[0, s]].coupled)
-            live[1 + i, s] = live[0, s]
-        for s in range(count, len(rotors)):
-            live[1 + i, s] = -1
         body.rest = body.load - dot_six(axis, body.bias)
         for j in range(6):
             image[j] += body.on_self[j]
@@ -449,34 +321,19 @@ def _inwards(links: Any, rotors: Any, bodies: Any, far: Any, corner: Array, live
         _apply(body, body.coriolis, image)
         for j in range(6):
             body.bias[j] += image[j] + body.eliminator[j] * drive
-        if count:
-            _hand_on_open(body, drive, far, corner, live[0], count, gains[i])
-        _join(body, body.eliminator, body.eliminator, -0.5 / body.divisor)
+        _eliminate(body)
         _hand_on(body, bodies[i - 1])
     return -1
 
 
 @exact
-def _outwards(links: Any, rotors: Any, bodies: Any, far: Any, live: Array, gains: Array, qdd: Array) -> None:
+def _outwards(links: Any, bodies: Any, qdd: Array) -> None:
     """The accelerations, from the base to the tip."""
     for i in range(len(qdd)):
         link, body, before = links[i], bodies[i], bodies[i - 1]  # before the first: the base
         angular, straight = vector(before.acceleration), linear(before.acceleration)
         put_six(body.acceleration, angular, plus(straight, cross(angular, vector(body.step))))
-        total = body.rest - dot_six(body.eliminator, body.acceleration)
-        for s in range(len(rotors)):
-            r = live[1 + i, s]
-            if r < 0:
-                break
-            total -= gains[i, r] * far[r].value
-        qdd[i] = total / body.divisor
+        qdd[i] = (body.rest - dot_six(body.eliminator, body.acceleration)) / body.divisor
         z = times(qdd[i], _axis(body))
         turning, sliding = times(link.turn, z), times(link.slide, z)
         add_six(body.acceleration, plus(vector(body.coriolis), turning), plus(linear(body.coriolis), sliding))
-        if body.far >= 0 and rotors[body.far].carrier > i:
-            far[body.far].value = qdd[i]
-        r = body.riding
-        while r >= 0:
-            if rotors[r].joint > i:
-                far[r].value = dot_six(far[r].momentum, body.acceleration)
-            r = far[r].next

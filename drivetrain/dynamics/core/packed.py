@@ -42,6 +42,7 @@ class Packed:
     # takes motions of the arm's joints to those of all n, (n, joints of the arm) [- or rad/m]; None where there are
     # no stand-ins
     spread: Array | None
+    chained: bool  # whether every rotor follows a joint of the arm, from the base or from a link beside that joint
 
     @property
     def arm(self) -> tuple[np.ndarray, np.ndarray, Array]:
@@ -72,6 +73,7 @@ def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
         _wrench_map(inverse[-1] @ arm.tip),
         np.array(ratios),
         _spread(arm, apart) if apart and not free else None,
+        not apart and all(carrier in (-1, joint - 1, joint) for joint, carrier, _ in rotors),
     )
 
 
