@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from overview import overview_png
+
 import drivetrain as dt
 from drivetrain.report.outputs import write_outputs
 from drivetrain.report.pages.trade_off_pages import trade_off_extra
-from drivetrain.report.summary import overview_png
 from drivetrain.sizing.answers.spread import spread
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -11,6 +11,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
 
 from drivetrain.accuracy.costs import Progress, ran, seconds, silent
 from drivetrain.accuracy.decision import Basis, change, decision, tip_travel
@@ -110,7 +111,7 @@ def added(parts: list[Mapping[str, Change]], joints: tuple[str, ...]) -> dict[st
     return {name: joined(sum, [part[name] for part in parts if name in part]) for name in joints}
 
 
-MOST_SETS = 100_000
+FEASIBLE = 1e-6  # of a tolerance, by which the solver may be beyond it
 NUMERICAL = 0.2  # of the measured change or of the tolerance that the step itself may make
 HALVINGS = 3
 AUDIT = 1e-3  # of the energy that passes through that may be lost in the step
@@ -169,35 +170,17 @@ def _judged(estimate: Estimate, kept: bool, scene: Scene, costs: Mapping[str, fl
 def cheapest(
     found: Sequence[Estimate], limits: Limits, joints: tuple[str, ...], costs: Mapping[str, float]
 ) -> tuple[Choice, ...]:
-    """The effects that may go together and save most; after a hundred thousand sets the best one so far."""
+    """The effects that may go together and save most."""
     fit = [one for one in found if one.valid and _used([one], limits, joints) <= 1.0]
-    fit.sort(key=lambda one: (-costs.get(one.choice.kind, 1.0), _used([one], limits, joints)))
-    prices = [costs.get(one.choice.kind, 1.0) for one in fit]
-    after = [sum(prices[k:]) for k in range(len(fit) + 1)]
-    uses = [_uses([one], limits, joints) for one in fit]
-    search = _Search(prices, after, uses)
-    search.descend(0, 0.0, np.zeros(4 * len(joints) + 1), ())
-    return tuple(fit[k].choice for k in search.best)
-
-
-class _Search:
-    """Sets of effects, depth first, each first left out and then kept."""
-
-    def __init__(self, prices: list[float], after: list[float], uses: list[Array]):
-        self.prices, self.after, self.uses = prices, after, uses
-        self.saved, self.best, self.sets = -1.0, tuple[int, ...](), 0
-
-    def descend(self, k: int, saved: float, used: Array, gone: tuple[int, ...]) -> None:
-        """Try what can be made of the effects from the k-th on."""
-        self.sets += 1
-        if saved > self.saved:
-            self.saved, self.best = saved, gone
-        if k == len(self.prices) or saved + self.after[k] <= self.saved or self.sets > MOST_SETS:
-            return
-        more = used + self.uses[k]
-        if more.max() <= 1.0:
-            self.descend(k + 1, saved + self.prices[k], more, (*gone, k))
-        self.descend(k + 1, saved, used, gone)
+    if not fit:
+        return ()
+    uses = np.array([_uses([one], limits, joints) for one in fit]).T
+    saved = np.array([costs.get(one.choice.kind, 1.0) for one in fit])
+    best = milp(
+        -saved, integrality=np.ones(len(fit)), bounds=Bounds(0.0, 1.0), options={"mip_rel_gap": 0.0},
+        constraints=LinearConstraint(uses, ub=1.0 - FEASIBLE),
+    )  # fmt: skip
+    return tuple(one.choice for one, gone in zip(fit, best.x, strict=True) if gone > 0.5)
 
 
 def _uses(some: Sequence[Estimate], limits: Limits, joints: tuple[str, ...]) -> Array:

@@ -376,24 +376,6 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
     return most / room if room > 0.0 else math.inf
 
 
-def peak_duration(sheet: AmplifierSheet, current: float) -> float | None:
-    """How long an amplifier gives a current, from rest.
-
-    Reference:
-        tau ln(r^2/(r^2 - 1)), r = I/I_c, or (I_p^2 - I_c^2) t_p/(I^2 - I_c^2).
-    """
-    if sheet.continuous_current is None:
-        return None
-    square = (current / sheet.continuous_current) ** 2
-    if square <= 1.0:
-        return math.inf
-    if sheet.thermal_time_constant is not None:
-        return sheet.thermal_time_constant * math.log(square / (square - 1.0))
-    if sheet.peak_current is None or sheet.peak_time is None:
-        return None
-    return ((sheet.peak_current / sheet.continuous_current) ** 2 - 1.0) * sheet.peak_time / (square - 1.0)
-
-
 # The bus behind all amplifiers: what drives feed back lifts its voltage until a brake resistor burns the rest.
 
 

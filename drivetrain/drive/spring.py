@@ -106,17 +106,6 @@ def tangent_stiffness(gear: Gear, output_torque: Array) -> Array | None:
     return None if twist is None else np.asarray(answer(gear_spring(gear), twist)[1])
 
 
-def spring_torque(gear: Gear, deflection: Array) -> Array | None:
-    """The torque that a wind-up makes: ``wind_up`` the other way round, backlash left out.
-
-    Give it the deflection itself. Taken as the difference of two angles it is mere rounding once they are large: after
-    1e6 rad, 1e-10 rad of it, which is 1e-4 N m on a spring of 1e6 N m/rad. Keep the deflection as a state of its own.
-    """
-    if gear.stiffness_1 is None:
-        return None
-    return np.asarray(answer(gear_spring(gear), np.asarray(deflection, dtype=np.float64))[0])
-
-
 KINKS = 7  # flanks and bends of both sides, and where a damped flank lets go
 
 

@@ -1,7 +1,7 @@
 """What constrains an arm: rows ``A(q) qd = 0``, from a position that must be held (holonomic) or from speeds alone.
 
 Loops closed: two frames, on links or on the base, held together as by a joint. Contacts: a point of a link that stays
-on a surface, and a blade that does not slip sideways.
+on a surface. Whatever else there is, a blade that does not slip sideways: ``CallableConstraint``.
 """
 
 from __future__ import annotations
@@ -269,39 +269,6 @@ class Plane(Surface):
 
 
 @dataclass(frozen=True, eq=False)
-class Sphere(Surface):
-    """A sphere."""
-
-    centre: Array  # in the base frame [m], (3,)
-    radius: float  # [m]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", frozen_array(self.centre, (3,), "Sphere.centre"))
-        object.__setattr__(self, "radius", _positive(self.radius, "Sphere.radius"))
-
-    def height(self, points: Array) -> tuple[Array, Array, Array]:
-        return _from_centre(points - self.centre, np.eye(3), self.radius)
-
-
-@dataclass(frozen=True, eq=False)
-class Cylinder(Surface):
-    """A round cylinder without ends."""
-
-    axis: Array  # direction, made unit length [-], (3,)
-    point: Array  # any point of the axis, in the base frame [m], (3,)
-    radius: float  # [m]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "axis", _direction(self.axis, "Cylinder.axis"))
-        object.__setattr__(self, "point", frozen_array(self.point, (3,), "Cylinder.point"))
-        object.__setattr__(self, "radius", _positive(self.radius, "Cylinder.radius"))
-
-    def height(self, points: Array) -> tuple[Array, Array, Array]:
-        across = np.eye(3) - np.outer(self.axis, self.axis)
-        return _from_centre((points - self.point) @ across, across, self.radius)
-
-
-@dataclass(frozen=True, eq=False)
 class PointOnSurface(Constraint):
     """The origin of a frame stays on a surface: the book's pen on paper. One row; its multiplier is a force [N].
 
@@ -328,57 +295,12 @@ class PointOnSurface(Constraint):
         return Rows(height[:, None], gradient[:, None] @ jacobian[:, 3:], drift[:, None])
 
 
-@dataclass(frozen=True, eq=False)
-class KnifeEdge(Constraint):
-    """The origin of a frame has no velocity along one of the frame's own directions: a skate, a wheel, a blade.
-
-    One row that binds speeds and not positions (nonholonomic); its multiplier is the sideways force [N].
-    """
-
-    blade: Attachment  # the frame
-    sideways: Array  # in that frame, made unit length [-], (3,)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "sideways", _direction(self.sideways, "KnifeEdge.sideways"))
-
-    @property
-    def count(self) -> int:
-        return 1
-
-    @property
-    def holonomic(self) -> bool:
-        return False
-
-    def rows(self, arm: Arm, q: Array, qd: Array) -> Rows:
-        moved, jacobian = _motion(arm, self.blade, q, qd)
-        direction = self.sideways @ moved["axes"]
-        drift = np.sum(np.cross(moved["w"], direction) * moved["v"] + direction * moved["dv"], axis=1)
-        return Rows(np.zeros((len(q), 1)), direction[:, None] @ jacobian[:, 3:], drift[:, None])
-
-
-def _from_centre(offset: Array, across: Array, radius: float) -> tuple[Array, Array, Array]:
-    """Height above a round surface, from offsets at right angles to its axis or from its centre."""
-    distance = np.linalg.norm(offset, axis=1)
-    # On the axis itself no direction is outwards; any will do for a start.
-    safe = np.where(distance > 0.0, distance, 1.0)
-    gradient = offset / safe[:, None]
-    curvature = (across - gradient[:, :, None] * gradient[:, None, :]) / safe[:, None, None]
-    return distance - radius, gradient, curvature
-
-
 def _direction(value: Any, name: str) -> Array:
     vector = checked_array(value, (3,), name)
     size = float(np.linalg.norm(vector))
     if size == 0.0:
         raise InputError(Fault(name, "must not be zero", vector.tolist()))
     return frozen_array(vector / size, (3,), name)
-
-
-def _positive(value: Any, name: str) -> float:
-    number = float(checked_array(value, (), name))
-    if number <= 0.0:
-        raise InputError(Fault(name, "must be positive [m]", value))
-    return number
 
 
 def stacked_rows(arm: Arm, constraints: Sequence[Constraint], q: Array, qd: Array) -> Rows:

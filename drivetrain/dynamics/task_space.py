@@ -32,7 +32,7 @@ from drivetrain.arm.kinematics import (
     tip_jacobian,
     tip_jacobian_rate,
 )
-from drivetrain.arrays import Array, batch, finite_samples
+from drivetrain.arrays import Array, finite_samples
 from drivetrain.dynamics.inverse import gravity_torque, velocity_torque
 from drivetrain.dynamics.mass import mass_factor, solve_lower
 from drivetrain.errors import Fault, InputError
@@ -201,52 +201,6 @@ def task_space_dynamics(
     return TaskSpaceDynamics(*(parts if np.ndim(q) == 2 else (part[0] for part in parts)))
 
 
-def task_wrench(arm: Arm, q: Any, tau: Any, *, task: Task = BODY, near_singular: NearSingular = DAMPED) -> Array:
-    """The wrench that joint torques put into a task: ``J^-T tau``, for redundant arms the consistent part of it.
-
-    (k,) or (N, k), [N m; N in linear rows].
-
-    Reference: Modern Robotics, equation 8.89, ``F = J^-T tau``.
-    """
-    positions, torques = finite_samples(arm.n, {"q": q, "tau": tau})
-    result = _Mobility(arm, positions, task, near_singular).wrench(torques)
-    return result if np.ndim(q) == 2 else result[0]
-
-
-def wrench_torque(arm: Arm, q: Any, wrench: Any, *, task: Task = BODY) -> Array:
-    """The joint torques that put a wrench into a task, ``J^T F``, (n,) or (N, n); Modern Robotics, equation 5.26."""
-    (positions,) = finite_samples(arm.n, {"q": q})
-    rows = batch(wrench, len(task.rows), "wrench")
-    if len(rows) not in (1, len(positions)):
-        raise InputError(Fault("wrench", f"must be one, or one a sample: {len(positions)}", len(rows)))
-    torque = (np.swapaxes(task.jacobian(arm, positions), 1, 2) @ rows[:, :, None])[..., 0]
-    return np.asarray(torque if np.ndim(q) == 2 else torque[0])
-
-
-def task_acceleration(arm: Arm, q: Any, qd: Any, qdd: Any, *, task: Task = BODY) -> Array:
-    """How a task accelerates, ``J qdd + dJ/dt qd``, (k,) or (N, k); Modern Robotics, equation 8.84."""
-    positions, speeds, accelerations = finite_samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
-    driven = task.jacobian(arm, positions) @ accelerations[:, :, None]
-    drift = task.jacobian_rate(arm, positions, speeds) @ speeds[:, :, None]
-    result = (driven + drift)[..., 0]
-    return result if np.ndim(q) == 2 else result[0]
-
-
-def null_space_projector(arm: Arm, q: Any, *, task: Task = BODY, near_singular: NearSingular = DAMPED) -> Array:
-    """The matrix that leaves of joint torques what does not accelerate the task: ``1 - J^T (J^+)^T``.
-
-    Acts on torques [-], (n, n) or (N, n, n), of rank n - k; ``J^+`` is the dynamically consistent inverse.
-
-    Reference: Khatib (1987), equation 51.
-    """
-    (positions,) = finite_samples(arm.n, {"q": q})
-    mobility = _Mobility(arm, positions, task, near_singular)
-    units = np.tile(np.eye(arm.n), (len(positions), 1, 1))
-    reaching = np.swapaxes(mobility.jacobian, 1, 2) @ mobility.wrenches(units)
-    result = units - reaching
-    return result if np.ndim(q) == 2 else result[0]
-
-
 class _Mobility:
     """The singular values of ``W = L^-1 J^T = U s V^T``; ``J M^-1 J^T = V s^2 V^T``."""
 
@@ -257,9 +211,8 @@ class _Mobility:
             raise InputError(
                 Fault("task", f"must have at most as many rows as the arm has joints, {arm.n}", rows, hint)
             )
-        self.jacobian = task.jacobian(arm, q)
         self._factor = mass_factor(arm, q)
-        left, values, right = np.linalg.svd(solve_lower(self._factor, np.swapaxes(self.jacobian, 1, 2)), False)
+        left, values, right = np.linalg.svd(solve_lower(self._factor, np.swapaxes(task.jacobian(arm, q), 1, 2)), False)
         self._left, self._values, self._right = left, values, np.swapaxes(right, 1, 2)
         self._inverse, self.damping = near_singular.inverse_squares(values)
         regular = values > near_singular.threshold * values[:, :1]
@@ -278,11 +231,7 @@ class _Mobility:
         along = (np.swapaxes(self._right, 1, 2) @ rows[:, :, None])[..., 0]
         return np.asarray((self._right @ (self._inverse * along)[:, :, None])[..., 0])
 
-    def wrenches(self, torques: Array) -> Array:
-        """``inertia J M^-1`` times columns of torques, one division by s, (N, k, m)."""
-        along = np.swapaxes(self._left, 1, 2) @ solve_lower(self._factor, torques)
-        return np.asarray(self._right @ ((self._inverse * self._values)[:, :, None] * along))
-
     def wrench(self, torques: Array) -> Array:
-        """The same for one vector of torques a sample."""
-        return self.wrenches(torques[:, :, None])[..., 0]
+        """``inertia J M^-1`` times torques, (N, n), one division by s, (N, k)."""
+        along = np.swapaxes(self._left, 1, 2) @ solve_lower(self._factor, torques[:, :, None])
+        return np.asarray((self._right @ ((self._inverse * self._values)[:, :, None] * along))[..., 0])

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from drivetrain.drive.amplifier import AmplifierSheet, overload, peak_duration
+from drivetrain.drive.amplifier import AmplifierSheet, overload
 
 TIMED = AmplifierSheet("A", continuous_current=5.0, peak_current=10.0, peak_time=3.0)
 FIRST_ORDER = AmplifierSheet("A", continuous_current=5.0, peak_current=10.0, thermal_time_constant=3.5)
@@ -20,12 +20,11 @@ def test_the_worked_cycle() -> None:
     assert overload(FIRST_ORDER, *CYCLE) == pytest.approx(1.63, abs=5e-3)
 
 
-def test_twice_the_current_lasts_one_second_of_a_constant_of_three_and_a_half() -> None:
-    assert (
-        peak_duration(FIRST_ORDER, 10.0) == pytest.approx(3.5 * math.log(4.0 / 3.0)) == pytest.approx(1.007, abs=1e-3)
-    )
-    assert peak_duration(TIMED, 10.0) == pytest.approx(3.0)
-    assert peak_duration(TIMED, 5.0) == peak_duration(FIRST_ORDER, 4.0) == math.inf
+@pytest.mark.parametrize(("sheet", "lasts"), [(FIRST_ORDER, 3.5 * math.log(4.0 / 3.0)), (TIMED, 3.0)])
+def test_twice_the_current_from_rest_uses_up_what_an_amplifier_bears(sheet: AmplifierSheet, lasts: float) -> None:
+    """1.007 s of a constant of 3.5 s: tau ln(r^2/(r^2 - 1))."""
+    long = 1e4  # s without current, after which nothing is left of the peak
+    assert overload(sheet, np.array([10.0, 0.0, 0.0]), np.array([0.0, lasts, long])) == pytest.approx(1.0, rel=1e-9)
 
 
 @pytest.mark.parametrize("sheet", [TIMED, FIRST_ORDER])
@@ -53,6 +52,6 @@ def test_a_march_over_many_cycles_ends_there(sheet: AmplifierSheet, seed: int) -
 
 def test_what_a_sheet_lacks_is_not_answered() -> None:
     bare = AmplifierSheet("A", continuous_current=5.0)
-    assert overload(bare, *CYCLE) is None and peak_duration(bare, 9.0) is None
-    assert overload(AmplifierSheet("A"), *CYCLE) is None and peak_duration(AmplifierSheet("A"), 9.0) is None
+    assert overload(bare, *CYCLE) is None
+    assert overload(AmplifierSheet("A"), *CYCLE) is None
     assert overload(AmplifierSheet("A", continuous_current=5.0, peak_current=5.0, peak_time=1.0), *CYCLE) == math.inf

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from overview import overview_png
 
 from drivetrain.arm.kinematics import link_poses
 from drivetrain.drive.motor_limits import operating_region
@@ -19,7 +20,6 @@ from drivetrain.report.charts.motion_data import FOLLOWS, TURNED, kept_samples, 
 from drivetrain.report.charts.plotting import figure_of
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.quantities import convert
-from drivetrain.report.summary import overview_png
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.study.read import load_study

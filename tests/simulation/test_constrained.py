@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from four_bar import four_bar
+from round_surface import Sphere
 from scipy.special import ellipk
 
 from drivetrain.arm.arm import Arm
@@ -14,7 +15,13 @@ from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arm.rotors import Rotor
-from drivetrain.dynamics.constraints import Attachment, ClosingJoint, KnifeEdge, LoopClosure, PointOnSurface, Sphere
+from drivetrain.dynamics.constraints import (
+    Attachment,
+    CallableConstraint,
+    ClosingJoint,
+    LoopClosure,
+    PointOnSurface,
+)
 from drivetrain.errors import InputError
 from drivetrain.simulation.constrained import Baumgarte, Drifting, Projection, Stabilisation, simulate_constrained
 from drivetrain.solvers.solver import DormandPrince853, RungeKutta4, SemiImplicitEuler, Solver
@@ -66,7 +73,11 @@ def test_skate_on_a_slope(how: Stabilisation) -> None:
     inertias = [np.zeros((3, 3)), np.zeros((3, 3)), 0.1 * np.eye(3)]
     slope, spin = 3.0, 2.0  # m/s^2 along x, rad/s
     arm = Arm.from_screws(np.tile(np.eye(4), (3, 1, 1)), screws, [0.0, 0.0, 2.0], inertias, None, (slope, 0.0, 0.0))
-    blade = KnifeEdge(Attachment.tip(arm), [0.0, 1.0, 0.0])
+    blade = CallableConstraint(
+        lambda q: [[-math.sin(q[2]), math.cos(q[2]), 0.0]],
+        lambda q, qd: [-qd[2] * (math.cos(q[2]) * qd[0] + math.sin(q[2]) * qd[1])],
+        1,
+    )
     recording = simulate_constrained(arm, blade, np.zeros(3), [0.0, 0.0, spin], 4.0, stabilisation=how)
     angle = spin * recording.time
     size = slope / (2.0 * spin**2)

@@ -4,7 +4,7 @@ each other."""
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -16,10 +16,12 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.counterbalance import Counterbalance
+from drivetrain.drive.drive import Drive
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.stages import Stage, chained, with_stages
 from drivetrain.motion.duty_cycle import build_mix
-from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
+from drivetrain.sizing.demand.series import Work, added_by, work_of
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import Evaluation, JointResult
@@ -302,3 +304,18 @@ def random_study(make: SimpleNamespace, seed: int, kind: str) -> Study:
         cold_start=float(rng.choice([-30.0, 0.0])) if rng.random() < 0.5 else None,
     )  # fmt: skip
     return held_by_brakes(counterbalanced(study, seed), seed)
+
+
+def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[JointDemand, Work]:
+    """The work of a joint for any drive of its own, those of the other joints in place.
+
+    Its amounts are the numbers of the joint's own drive where that rides on the link which it moves, else there are
+    none: ``own_amounts``.
+    """
+    at = work.at(joint, drives)
+    return at.fixed, work_of(at.fixed, added_by(work, joint, [joint]) if at.own_load else None)
+
+
+def own_amounts(work: Work, amounts: np.ndarray) -> np.ndarray:
+    """Of pairs, (P, NUMBERS), what the joint's work asks for: all of them or none, (P, K)."""
+    return np.ascontiguousarray(amounts[:, : len(work.added.torque)])

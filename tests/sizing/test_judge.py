@@ -17,14 +17,12 @@ from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.thermal.heat import Mix, mixed_temperature
 from drivetrain.records import as_numbers, as_record
 from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.demand.series import own_amounts, own_work
 from drivetrain.sizing.judge import checks
 from drivetrain.sizing.judge.checks import CHECKS, GEAR, Requirement, table
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.judge.parts import parts_of
-from drivetrain.sizing.judge.verdicts import check_of, checks_of
 from drivetrain.study.parts.verdicts import Verdict
 
 CLOSE = 1e-9  # relative; both sum the same terms in another order
@@ -142,8 +140,8 @@ def test_quick_verdicts_are_those_of_all_figures(make, kind):
         study = TASKS.random_study(make, seed, kind)
         work, parts = workload(study), parts_of(study)
         for joint in range(len(study.joints)):
-            demand, own = own_work(work, joint, {})
-            cases, amounts = parts.cases(joint, demand), own_amounts(own, parts.amounts[joint])
+            demand, own = TASKS.own_work(work, joint, {})
+            cases, amounts = parts.cases(joint, demand), TASKS.own_amounts(own, parts.amounts[joint])
             count, power = len(cases), np.zeros((0, 2, len(demand.time)))
             answers = []
             for until, quick in ((np.inf, False), (1.0, False), (1.0, True)):
@@ -186,10 +184,10 @@ def test_a_check_is_one_row(make, monkeypatch):
     assert told.utilisation == pytest.approx(told.required / 1e-3)
     assert told.source == "largest load of gear g1"
     work, parts = workload(weak), parts_of(weak)
-    demand, own = own_work(work, 0, {})
+    demand, own = TASKS.own_work(work, 0, {})
     cases, none = parts.cases(0, demand), np.zeros((0, 2, len(demand.time)))
     answer, whole = np.zeros(1), np.zeros((2, 1), dtype=np.int64)
-    given = own_amounts(own, parts.amounts[0])
+    given = TASKS.own_amounts(own, parts.amounts[0])
     judge_cases(cases, as_numbers(cases), table(), own, given, 1.0, True, none, np.zeros((0, 0)), answer, *whole)
     assert answer[0] > 1.0 and whole[0, 0] == len(CHECKS)
 
@@ -199,8 +197,3 @@ def test_records_have_every_number_of_a_description():
     record = as_record(described(1.5, None, "text"))
     assert record.dtype.names == ("a", "b")
     assert record.a == 1.5 and np.isnan(record.b)
-
-
-def test_a_check_by_its_name(make):
-    op = next(some_operations(make.study(make.sines(1), arm=make.planar_arm([0.4], [1.0])), 0))
-    assert check_of(op, "motor voltage") == next(one for one in checks_of(op) if one.name == "motor voltage")

@@ -14,7 +14,6 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.records import as_numbers
 from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.demand.series import own_amounts, own_work
 from drivetrain.sizing.judge.checks import CHECKS, table
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.judge import judge_cases
@@ -235,13 +234,13 @@ def used_of(parts, work, joint, drives, pick):
     """Utilisations of some pairs at a joint beside the drives of others, (K, checks), NaN where nothing is checked; and
     what keeps each from being proven, -1 where nothing does, (K,)."""
     others = {k: drive for k, drive in drives.items() if k != joint}
-    demand, own = own_work(work, joint, others)
+    demand, own = TASKS.own_work(work, joint, others)
     cases = parts.cases(joint, demand, pick)
     used, power = np.zeros((len(pick), len(CHECKS))), np.zeros((len(pick), 2, len(demand.time)))
     found, whole = np.zeros(len(pick)), np.zeros((2, len(pick)), dtype=np.int64)
     judge_cases(
-        cases, as_numbers(cases), table(), own, own_amounts(own, parts.amounts[joint][pick]), np.inf, False, power,
-        used, found, *whole,
+        cases, as_numbers(cases), table(), own, TASKS.own_amounts(own, parts.amounts[joint][pick]), np.inf, False,
+        power, used, found, *whole,
     )  # fmt: skip
     return used, whole[1]
 

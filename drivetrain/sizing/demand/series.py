@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.drive import Drive, loss_speed
+from drivetrain.drive.drive import loss_speed
 from drivetrain.drive.thermal.periodic_heat import Losses, Periods, new_losses, new_parts, periods_of
 from drivetrain.sizing.demand.demand import JointDemand, Workload
 from drivetrain.sizing.demand.load_basis import NUMBERS
@@ -232,21 +232,6 @@ def _by_drives(work: Workload, joint: int) -> Added:
     wrench = basis.wrench[:, : 6 * samples].reshape(rows, samples, 6).transpose(0, 2, 1)
     stop = nothing if task.stop.ramp is None or work.stops is None else work.stops.joints[joint].force
     return Added(basis.force, wrench, basis.inertia, stop, work.resting[joint].force if task.brakes else nothing)
-
-
-def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[JointDemand, Work]:
-    """The work of a joint for any drive of its own, those of the other joints in place.
-
-    Its amounts are the numbers of the joint's own drive where that rides on the link which it moves, else there are
-    none: ``own_amounts``.
-    """
-    at = work.at(joint, drives)
-    return at.fixed, work_of(at.fixed, added_by(work, joint, [joint]) if at.own_load else None)
-
-
-def own_amounts(work: Work, amounts: Array) -> Array:
-    """Of pairs, (P, NUMBERS), what the joint's work asks for: all of them or none, (P, K)."""
-    return np.ascontiguousarray(amounts[:, : len(work.added.torque)])
 
 
 def rates(demand: JointDemand) -> tuple[Array, Array, Array]:

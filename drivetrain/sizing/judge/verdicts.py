@@ -25,11 +25,6 @@ def checks_of(op: Operation) -> tuple[Check, ...]:
     return tuple(as_check(op, row) for row in rows if not row.optional or op.number(row.applies) != 0.0)
 
 
-def check_of(op: Operation, name: str) -> Check:
-    """One check by its name."""
-    return as_check(op, next(row for row in CHECKS if row.name == name))
-
-
 def as_check(op: Operation, row: Requirement) -> Check:
     """One row of the table, held against what a drive does."""
     factor, basis = op.number(row.factor), op.task.amplifier.current_basis
