@@ -33,6 +33,7 @@ from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.study_scene import SceneOptions, scene_of, with_feed_forward
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
+from drivetrain.study.parts.mounting import TWO_AS_ONE
 from drivetrain.study.parts.simulation import KNOWN_EFFECTS, AddedEffect, Control, Simulation
 
 LABELS = {
@@ -140,7 +141,8 @@ def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Sce
         own = [one for effect in effects[task.name] for one in _electrical(effect, joint.drive, settings, task.name)]
         own = [one for effect in own for one in _sampled(effect, ratios[task.name], settings.control.get(task.name))]
         teeth = settings.cogging.get(task.name)
-        own += [Cogging((teeth.amplitude,), (teeth.periods,))] if teeth is not None else []
+        motors = 2.0 if TWO_AS_ONE in joint.drive.assumptions else 1.0
+        own += [Cogging((motors * teeth.amplitude,), (teeth.periods,))] if teeth is not None else []
         effects[task.name] = (*own, *_heat(study, task, joint))
     volts = {available_voltage(task.amplifier, study.supply.voltage) for task in study.joints}
     if len(volts) == 1:

@@ -62,18 +62,19 @@ def _result(path: Path) -> dict[str, Any]:
 
 
 def chosen(study: Study, *, runs: bool = False) -> Evaluation:
-    """The evaluation of the drives given, or of those selected where none are; ``runs``: they will be simulated."""
+    """The evaluation of the drives given, or of those selected where none are; ``runs``: as they will be simulated."""
     from drivetrain.sizing.judge.evaluate import evaluate
     from drivetrain.sizing.results import every_drive
     from drivetrain.sizing.search.search import select
 
     if runs:
+        from drivetrain.accuracy.study_run import as_run
         from drivetrain.simulation.study_scene import refuse_unsimulated
 
         refuse_unsimulated(study)
     if all(task.drive is not None for task in study.joints):
         with working("checking the given drives"):
-            return evaluate(study)
+            return as_run(evaluate(study)) if runs else evaluate(study)
     say("note: the study does not name all drives; they are selected first", errors=True)
     with working("searching the catalogues for drives") as step:
         found = select(study, progress=step)
@@ -82,7 +83,7 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
         say("note: no set of drives fits; the closest candidates are taken", errors=True)
     elif not found.feasible:
         say("note: the drives are not proven to fit: data are missing", errors=True)
-    return evaluation
+    return as_run(evaluation) if runs else evaluation
 
 
 def _unstaged(study: Study, gear: str) -> str:

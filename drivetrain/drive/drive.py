@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -124,6 +124,31 @@ def shaft_friction(drive: Drive) -> Friction:
 def drive_inertia(drive: Drive) -> float:
     """Inertia that turns with the motor shaft: rotor and gear input."""
     return (drive.motor.rotor_inertia or 0.0) + (drive.gear.inertia or 0.0)
+
+
+WITH_SIZE = {
+    "rotor_inertia", "mass", "no_load_current", "coulomb_friction", "viscous_friction", "nominal_current",
+    "nominal_torque", "stall_torque", "stall_current", "peak_current", "peak_torque", "price", "untold_friction",
+    "no_load_torque", "drag_torque", "seal_drag_torque", "starting_torque", "inertia", "continuous_torque",
+    "average_torque_limit", "repeated_peak_torque", "momentary_torque", "ratcheting_torque", "buckling_torque",
+    "stiffness_1", "stiffness_2", "stiffness_3", "torque_1", "torque_2", "stage_inertia", "stage_torque", "coulomb",
+    "coulomb_negative", "viscous", "viscous_negative", "static", "static_torque", "power", "current",
+    "energy_per_stop", "energy_per_hour", "continuous_current", "standby_power", "stiffness",
+    "gas_force", "torque",
+}  # fmt: skip
+"""Of what two motors, gears, brakes, amplifiers, frictions or counterbalances side by side have twice of one's."""
+AGAINST_SIZE = {
+    "resistance", "inductance", "untold_inductance", "resistance_winding_housing", "resistance_housing_ambient",
+    "resistance_winding_ambient", "on_resistance",
+}  # fmt: skip
+"""Of what they have half: windings and ways of the heat in parallel."""
+
+
+def times_as_large(part: Any, times: float) -> Any:
+    """So many of a part side by side, with the same motion, as one: its speeds, voltages and lengths stay."""
+    scale = dict.fromkeys(WITH_SIZE, times) | dict.fromkeys(AGAINST_SIZE, 1.0 / times)
+    named = [(one.name, getattr(part, one.name)) for one in fields(part) if one.name in scale]
+    return replace(part, **{name: scale[name] * value for name, value in named if value is not None})
 
 
 @law

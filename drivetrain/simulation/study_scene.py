@@ -42,12 +42,13 @@ from drivetrain.simulation.engines.inverse import demanded
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.study.model import JointTask, Study, refuse_moving_base
-from drivetrain.study.parts.mounting import loaded_arm
+from drivetrain.study.parts.mounting import TWO_AS_ONE, loaded_arm, two_as_one
 
 
 def refuse_unsimulated(study: Study) -> None:
-    """Raises InputError for what no engine knows: a moving base, closed loops, two motors on one axis, half an axis."""
+    """Raises InputError for what no engine knows: a moving base, closed loops, a preload, half an axis."""
     refuse_moving_base(study, "a simulation")
+    study, _ = two_as_one(study, {})
     if study.arm is not None:
         refuse_loops(study.arm)
     elif faults := axis_faults(study):
@@ -128,7 +129,8 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
 
     Args:
         study: Arm, cycle, amplifiers, supply and ambient temperature.
-        drives: By joint name, one each, unknowns filled as ``Evaluation`` does.
+        drives: By joint name, one each, unknowns filled as ``Evaluation`` does. Two motors of an axis, equal and
+            without a preload, run as one of twice the size.
         options: Which effects, and how the loops are closed.
 
     Returns:
@@ -139,6 +141,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
             amplifiers to choose from.
     """
     refuse_unsimulated(study)
+    study, drives = two_as_one(study, drives)
     faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
     faults += _apart(study.cycle)
     hint = "evaluate and select choose: take the study of what they find"
@@ -185,9 +188,10 @@ def _moved(arm: Arm, position: Array) -> list[float]:
 def _left_out(study: Study, drives: Mapping[str, Drive], options: SceneOptions) -> tuple[str, ...]:
     """What a reader of the plan should know is not in it."""
     bound = [task.name for task in study.joints if task.coupled and drives[task.name].gear.stiffness_1 is not None]
-    if not bound or not options.springs:
-        return ()
-    return (f"springs in the gears of {', '.join(bound)}: their motors are coupled",)
+    notes = [f"what is apart in {name}: {TWO_AS_ONE}" for name, one in drives.items() if TWO_AS_ONE in one.assumptions]
+    if bound and options.springs:
+        notes.append(f"springs in the gears of {', '.join(bound)}: their motors are coupled")
+    return tuple(notes)
 
 
 def _apart(cycle: Cycle) -> list[Fault]:

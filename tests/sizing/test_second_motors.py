@@ -8,16 +8,23 @@ import numpy as np
 import pytest
 import yaml
 from random_tasks import feasible_sets
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicHermiteSpline
 
+from drivetrain.accuracy.study_run import simulate
 from drivetrain.arm.arm import Arm
 from drivetrain.commands.chain import write_chosen
 from drivetrain.drive.drive import drive_inertia
+from drivetrain.effects.control.cascade import PositionLoop
 from drivetrain.errors import InputError
-from drivetrain.simulation.study_scene import scene_of
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.inverse import Inverse
+from drivetrain.simulation.study_scene import SceneOptions, scene_of
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.deflection import tip_deflection
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
+from drivetrain.solvers.solver import Rodas5P
 from drivetrain.spatial.poses import pose
 from drivetrain.study.model import StiffnessWish
 from drivetrain.study.objects import study as make_study
@@ -296,5 +303,90 @@ def test_what_does_not_go_with_two_motors():
     with pytest.raises(InputError, match="motors"):
         task({"motors": 3})
     study = task({"motors": 2, "preload": 3.0})
-    with pytest.raises(InputError, match="two motors on one axis"):
+    with pytest.raises(InputError, match=r"joints.joint_1.preload.*push against each other"):
         scene_of(study, {name: one.drive for name, one in evaluate(study).joints.items()})
+    study = task({"motors": 2})
+    drives = {name: one.drive for name, one in evaluate(study).joints.items()}
+    other = replace(drives["joint_1"], motor=replace(drives["joint_1"].motor, resistance=0.6))
+    with pytest.raises(InputError, match="not equal"):
+        scene_of(study, drives | {second_motor("joint_1"): other})
+
+
+WARM = {
+    "inductance": 4e-4, "no_load_current": 0.3, "nominal_voltage": 48.0, "no_load_speed": 440.0,
+    "resistance_winding_housing": 2.0, "resistance_housing_ambient": 3.0, "winding_time_constant": 20.0,
+    "housing_time_constant": 600.0, "max_winding_temperature": 130.0,
+}  # fmt: skip
+DRAGS = {
+    "mesh_efficiency": 0.93, "drag_torque": 0.05, "drag_speed": 300.0, "drag_speed_exponent": 0.4,
+    "drag_temperature_1": -0.02, "drag_temperature_2": 1e-4, "seal_drag_torque": 0.01, "starting_torque": 0.08,
+    "inertia": 2e-5,
+}  # fmt: skip
+
+
+def test_it_runs_as_two_windings_in_a_row():
+    """Springs, drag, inductance and heat in: the same two drives as one sheet of twice the torque an ampere."""
+    motor, gear = {**MOTOR, **WARM}, {**GEAR, **SPRUNG, **DRAGS}
+    two = evaluate(task({"motors": 2, **friction()}, friction(), motors={"M": motor}, gears={"G": gear}))
+    double = ("torque_constant", "resistance", "inductance", "rotor_inertia", "mass", "nominal_voltage", "peak_torque")
+    halved = ("resistance_winding_housing", "resistance_housing_ambient")
+    large = motor | {name: 2.0 * motor[name] for name in double} | {name: 0.5 * motor[name] for name in halved}
+    more = ("stiffness_1", "stiffness_2", "stiffness_3", "torque_1", "torque_2", "mass", "inertia", "drag_torque")
+    strong = gear | {name: 2.0 * gear[name] for name in (*more, "seal_drag_torque", "starting_torque")}
+    parts = {"motors": {"M": motor, "L": large}, "gears": {"G": gear, "K": strong}}
+    one = evaluate(task(friction(), friction(), drives={"joint_1": ("L", "K"), "joint_2": ("M", "G")}, **parts))
+    run, same = (simulate(found, interval=5e-3) for found in (two, one))
+    assert run.series.keys() == same.series.keys()
+    for name, share in {"joint_1.current": 2.0, "joint_1.voltage": 0.5}.items():
+        np.testing.assert_allclose(run[name], share * same[name], rtol=1e-6, atol=1e-6 * np.abs(same[name]).max())
+    alike = ("position", "deflection", "mesh_torque", "winding_temperature", "housing_temperature", "electrical_power")
+    for name in alike:
+        for joint in NAMES:
+            wanted = same[f"{joint}.{name}"]
+            np.testing.assert_allclose(run[f"{joint}.{name}"], wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())
+
+
+def test_what_it_runs_with_is_what_is_judged():
+    """As commanded, at the cold winding's constants: each motor's current is half of what the run takes."""
+    found = evaluate(task({"motors": 2, **friction()}, friction()))
+    run = simulate(found, solver=Inverse(), interval=TIME[1])
+    inside = slice(1, -1)  # where it sets off and stops both roads take the motion's own way
+    for name, motors in (("joint_1", ("joint_1", second_motor("joint_1"))), ("joint_2", ("joint_2",))):
+        series = [found.joints[one].series for one in motors]
+        judged = sum(np.interp(run.time, one.time, one.current) for one in series)
+        np.testing.assert_allclose(run[f"{name}.current"][inside], judged[inside], rtol=1e-6, atol=1e-6)
+
+
+def test_both_motors_written_out():
+    """One inertia that two motors swing against a torque, each with a current of its own, by another solver."""
+    load, torque, time = 2.0, 30.0, np.linspace(0.0, 1.0, 401)
+    speed = 0.5 * np.sin(2.0 * np.pi * time)
+    acceleration = np.pi * np.cos(2.0 * np.pi * time)
+    given = load * acceleration + torque
+    lines = [f"{t},{a},{b},{c}" for t, a, b, c in zip(time, given, speed, acceleration, strict=True)]
+    text = "time [s],torque_axis [N m],speed_axis [rad/s],acceleration_axis [rad/s^2]\n" + "\n".join(lines) + "\n"
+    study = load_study({
+        "motions": {"table": {"samples": text}}, "supply": {"voltage": 48.0}, "motors": {"M": {**MOTOR, "source": "t"}},
+        "gears": {"G": {**GEAR, "efficiency": 1.0, "source": "t"}}, "catalogs": [], "open_cycle": True,
+        "joints": {"axis": {"motors": 2, "load_inertia": load, "drive": {"motor": "M", "gear": "G"},
+                            "stop": {"ramp": "0.3 s"}}},
+    })  # fmt: skip
+    drives = {name: one.drive for name, one in evaluate(study).joints.items()}
+    scene, own = scene_of(study, drives, options=SceneOptions(feed_forward=False)), drive_inertia(drives["axis"])
+    run = simulate(scene, solver=AdaptiveStep(Rodas5P(rtol=1e-8)), interval=0.05)
+    [loop] = [one for one in scene.effects["axis"] if isinstance(one, PositionLoop)]
+
+    instants, first = np.unique(study.cycle.time, return_index=True)
+    wanted = CubicHermiteSpline(instants, study.cycle.position[first, 0], study.cycle.velocity[first, 0])
+
+    def rates(t, x):
+        """Each motor has half of the current that the loop asks for, a rotor and a mesh of its own."""
+        asked = loop.stiffness * (wanted(t) - x[0]) + loop.damping * (wanted(t, 1) - x[1])
+        currents = [0.5 * asked / (50.0 * MOTOR["torque_constant"])] * 2
+        pushed = sum(50.0 * MOTOR["torque_constant"] * current for current in currents)
+        moved = load + sum(50.0**2 * own for _ in currents)
+        return [x[1], (pushed - torque) / moved]
+
+    start = [run["axis.position"][0], run["axis.speed"][0]]
+    swung = solve_ivp(rates, (0.0, 1.0), start, t_eval=run.time, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(run["axis.position"], swung.y[0], atol=1e-6)

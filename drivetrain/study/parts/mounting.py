@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +16,7 @@ from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arrays import Array
 from drivetrain.drive.counterbalance import Counterbalance
-from drivetrain.drive.drive import Drive, drive_inertia
-from drivetrain.drive.friction import Friction
+from drivetrain.drive.drive import Drive, drive_inertia, times_as_large
 from drivetrain.drive.motor import whole_mass
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle
@@ -161,13 +161,17 @@ def cylinder_inertia(mass: float | None, diameter: float | None, length: float |
     """Inertia of a motor or gear as a solid cylinder about its centre, across and along its axis, sizes as known."""
     if not mass:
         return 0.0, 0.0
+    diameter, length = cylinder_size(mass, diameter, length)
+    # Modern Robotics, figure 8.5; in plain numbers, as a search asks it of every candidate.
+    return mass * (0.75 * diameter**2 + length**2) / 12.0, mass * diameter**2 / 8.0
+
+
+def cylinder_size(mass: float, diameter: float | None, length: float | None) -> tuple[float, float]:
+    """Diameter and length of a motor or gear as a solid cylinder."""
     area = 4.0 * mass / (DRIVE_DENSITY * math.pi)  # diameter squared times length
     if diameter is None:
         diameter = area ** (1.0 / 3.0) if length is None else math.sqrt(area / length)
-    if length is None:
-        length = area / diameter**2
-    # Modern Robotics, figure 8.5; in plain numbers, as a search asks it of every candidate.
-    return mass * (0.75 * diameter**2 + length**2) / 12.0, mass * diameter**2 / 8.0
+    return diameter, area / diameter**2 if length is None else length
 
 
 # Two motors on one axis: a second one behind some joints, each with half of the load, plus or minus a preload.
@@ -201,15 +205,11 @@ def _both(task: JointTask, preload: float) -> tuple[JointTask, JointTask]:
     """The two motors of an axis."""
     sharing, inertia = (task.name, second_motor(task.name)), task.load_inertia
     half = replace(
-        task, friction=_half(task.friction), load_inertia=None if inertia is None else 0.5 * inertia, sharing=sharing
-    )
-    own = tuple(
-        replace(
-            one, stiffness=0.5 * one.stiffness, gas_force=0.5 * one.gas_force, torque=0.5 * one.torque, mass=0.0,
-            torques=tuple(0.5 * torque for torque in one.torques),
-        )
-        for one in task.counterbalances if one.stiffness or one.gas_force or one.torque or one.torques
+        task, friction=times_as_large(task.friction, 0.5), load_inertia=None if inertia is None else 0.5 * inertia,
+        sharing=sharing, counterbalances=(),
     )  # fmt: skip
+    own = tuple(replace(_balance(one, 0.5), mass=0.0) for one in task.counterbalances)
+    own = tuple(one for one in own if one.stiffness or one.gas_force or one.torque or one.torques)
     first, second = (
         replace(half, name=name, preload=sign * preload, counterbalances=own + _pushing(-sign * preload, task))
         for name, sign in zip(sharing, (1.0, -1.0), strict=True)
@@ -222,8 +222,74 @@ def _pushing(torque: float, task: JointTask) -> tuple[Counterbalance, ...]:
     return (Counterbalance(torque=torque / (task.travel_per_turn or 1.0)),) if torque else ()
 
 
-def _half(friction: Friction) -> Friction:
-    """Half of a joint's friction."""
-    names = ("coulomb", "coulomb_negative", "viscous", "viscous_negative", "static")
-    known = {name: value for name in names if (value := getattr(friction, name)) is not None}
-    return replace(friction, **{name: 0.5 * value for name, value in known.items()})
+def _balance(one: Counterbalance, times: float) -> Counterbalance:
+    """A counterbalance so many times as strong."""
+    return replace(times_as_large(one, times), torques=tuple(times * torque for torque in one.torques))
+
+
+TWO_AS_ONE = "two motors as one of twice the size, currents and torques those of both"
+
+
+def two_as_one(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[str, Drive]]:
+    """A study and its drives with the two motors of each axis as one of twice the size.
+
+    Which is exact where both are equal, move with the joint and take half of the load each: currents in parallel, at
+    the voltage of one. As it is where every motor has its axis.
+
+    Raises:
+        InputError: Motors that push against each other, of which each carries another load, or that are not equal.
+    """
+    pairs = {task.sharing: task for task in study.joints if task.sharing[:1] == (task.name,)}
+    if not pairs:
+        return study, dict(drives)
+    faults = [
+        Fault(f"joints.{name}.preload", "two motors that push against each other are not computed here", task.preload,
+              "without a preload they are, as one of twice the size")
+        for (name, _), task in pairs.items() if task.preload
+    ] + [
+        Fault(f"joints.{name}", "has two motors that are not equal, which is not computed here")
+        for name, second in pairs if name in drives and drives[name] != drives.get(second, drives[name])
+    ]  # fmt: skip
+    if faults:
+        raise InputError([replace(fault, file=study.path) for fault in faults])
+    rows = [i for i, task in enumerate(study.joints) if task.sharing[1:] != (task.name,)]
+    cycle, joints = study.cycle, tuple(_whole(study.joints[i]) for i in rows)
+    times = np.array([2.0 if study.joints[i].sharing else 1.0 for i in rows])
+    series = {name: getattr(cycle, name)[:, rows] for name in ("position", "velocity", "acceleration")}
+    torque = None if cycle.torque is None else cycle.torque[:, rows] * times
+    cycle = replace(cycle, joint_names=tuple(task.name for task in joints), torque=torque, **series)
+    arm = None if study.arm is None or study.arm.linkage is None else study.arm.linkage.chains[0]
+    names = {name for name, _ in pairs}
+    kept = {task.name: drives[task.name] for task in joints if task.name in drives}
+    return replace(study, arm=arm, cycle=cycle, joints=joints), {
+        name: _twice(drive) if name in names else drive for name, drive in kept.items()
+    }
+
+
+def _whole(task: JointTask) -> JointTask:
+    """The task of both motors of an axis, as one; of another joint its own."""
+    if not task.sharing:
+        return task
+    inertia, way = task.load_inertia, task.housing_to_ambient
+    return replace(
+        task, sharing=(), preload=None, friction=times_as_large(task.friction, 2.0),
+        motor_friction=None if task.motor_friction is None else times_as_large(task.motor_friction, 2.0),
+        load_inertia=None if inertia is None else 2.0 * inertia, housing_to_ambient=None if way is None else 0.5 * way,
+        amplifier=times_as_large(task.amplifier, 2.0), stop=times_as_large(task.stop, 2.0),
+        amplifiers=tuple(times_as_large(one, 2.0) for one in task.amplifiers),
+        brakes=tuple(times_as_large(one, 2.0) for one in task.brakes),
+        counterbalances=tuple(_balance(one, 2.0) for one in task.counterbalances),
+    )  # fmt: skip
+
+
+def _twice(drive: Drive) -> Drive:
+    """Two drives as one; motors and gears keep their length and width."""
+    parts: dict[str, Any] = {}
+    for name in ("motor", "gear", "joint_friction", "motor_friction"):
+        part = getattr(drive, name)
+        if name in ("motor", "gear") and part.mass:
+            diameter, length = cylinder_size(part.mass, part.diameter, part.length)
+            part = replace(part, diameter=diameter, length=length)
+        parts[name] = None if part is None else times_as_large(part, 2.0)
+    parts["motor"] = replace(parts["motor"], brake=times_as_large(drive.motor.brake, 2.0))
+    return replace(drive, **parts, assumptions=(*drive.assumptions, TWO_AS_ONE))
