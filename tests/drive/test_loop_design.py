@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import control
 import numpy as np
@@ -129,6 +130,18 @@ def test_gains_hold_from_the_lightest_load_to_the_heaviest() -> None:
     for design, good in ((alone, False), (both, True)):
         answer = given_loops(light, timing, design.speed_gain, design.integral_time, design.position_gain)
         assert (answer.stable and answer.modulus_margin >= MODULUS_MARGIN) is good
+
+
+def test_gains_that_the_lightest_load_swings_with_are_not_called_stable() -> None:
+    """A spring without damping: with a ninth of the load no bandwidth settles, with all of it many do."""
+    axis, timing = ServoAxis(0.0343, 198.0, 4.9e-4, 1.27, stiffness=2.26e6), ServoTiming(6630.0, 1.51e-4, 2)
+    light = replace(axis, load_inertia=0.138)
+    alone, both = design_loops(axis, timing), design_loops(axis, timing, lightest=light.load_inertia)
+    gains = (both.speed_gain, both.integral_time, both.position_gain)
+    assert alone.stable and given_loops(axis, timing, *gains).stable
+    assert not given_loops(light, timing, *gains).stable and not both.stable
+    wanted = design_loops(axis, timing, speed_bandwidth=both.speed_bandwidth, lightest=light.load_inertia)
+    assert not wanted.stable
 
 
 def test_a_spring_without_damping_may_leave_nothing() -> None:

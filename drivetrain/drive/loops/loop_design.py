@@ -81,7 +81,7 @@ class LoopDesign:
         position_gain: Of the position loop [1/s].
         limited_by: What keeps the speed loop from being faster.
         anti_resonance, resonance: Of the joint's spring [rad/s]; infinite for a rigid joint.
-        stable: Whether both loops settle, by their closed poles.
+        stable: Whether both loops settle, by their closed poles, with the lightest load too.
         modulus_margin: The nearest that one of the open loops comes to -1 [-].
         critical_frequency: Where it does [rad/s].
         poles: Of the closed cascade [rad/s]; of a sampled one ln(z) / period.
@@ -204,17 +204,17 @@ def design_loops(
         faults.append(Fault("lightest", "must be positive and no more than the axis's load [kg m^2]", lightest))
     if faults:
         raise InputError(faults)
-    if speed_bandwidth is not None:
-        return given_loops(axis, timing, *_gains(axis, wanted), limited_by="wanted")
     axes = [axis] if lightest in (None, axis.load_inertia) else [axis, replace(axis, load_inertia=lightest)]
     servos = [_Servo.of(one, timing, wanted) for one in axes]
+    if speed_bandwidth is not None:
+        return _judged(servos, *_gains(axis, wanted), "wanted")
     found, good = _fastest(servos, axis, wanted, modulus_margin)
     if not good or found < wanted:  # too fast for its lag, or for its spring: that is, a rigid joint could be faster
         rigid = [_Servo.of(replace(one, stiffness=None), timing, wanted) for one in axes]
         stiff, _ = _fastest(rigid, axis, wanted, modulus_margin)
         by_spring = axis.stiffness is not None and (stiff > found or not good)
         limit = SPRING if by_spring else min(list(limits)[:2], key=lambda name: limits[name])
-    design = _judged(servos[0], *_gains(axis, found), limit)
+    design = _judged(servos, *_gains(axis, found), limit)
     if limit != SPRING or not 0.0 < timing.period * resonances(axis)[1] < NOTCHED * math.pi:
         return design
     notch = Notch(resonances(axis)[1])
@@ -222,7 +222,7 @@ def design_loops(
     faster, good = _fastest(servos, axis, wanted, modulus_margin)
     if not good or (design.stable and faster < WORTH * found):
         return design
-    return replace(design, with_notch=_judged(servos[0], *_gains(axis, faster), "notch and " + SPRING))
+    return replace(design, with_notch=_judged(servos, *_gains(axis, faster), "notch and " + SPRING))
 
 
 def given_loops(
@@ -238,7 +238,7 @@ def given_loops(
     """What gains make of an axis."""
     bandwidth = speed_gain * axis.torque_constant / axis.whole_inertia
     servo = _Servo.of(axis, timing, bandwidth, notch)
-    return _judged(servo, speed_gain, integral_time, position_gain, limited_by)
+    return _judged([servo], speed_gain, integral_time, position_gain, limited_by)
 
 
 def closed_loop(axis: ServoAxis, timing: ServoTiming, design: LoopDesign) -> StateSpace:
@@ -350,9 +350,10 @@ def _settled(*loops: StateSpace) -> bool:
     )
 
 
-def _judged(servo: _Servo, gain: float, integral: float, outer: float, limited_by: str) -> LoopDesign:
+def _judged(servos: list[_Servo], gain: float, integral: float, outer: float, limited_by: str) -> LoopDesign:
+    servo = servos[0]
     axis, timing = servo.axis, servo.timing
-    loops = _cascade(servo, gain, integral, outer)
+    loops = [loop for one in servos for loop in _cascade(one, gain, integral, outer)]
     poles = loops[1].poles().astype(complex)
     if timing.period > 0.0:
         poles = np.log(np.where(np.abs(poles) > 1e-12, poles, 1e-12)) / timing.period

@@ -142,7 +142,7 @@ def _margins(one: JointLoops) -> SheetTable:
         rows.append((
             f"both, {load} load", f"modulus margin {number(design.modulus_margin)}",
             f"least damping of a closed pole {number(design.damping)}",
-            "settles" if design.stable else "does not settle",
+            "settles" if design.damping > 0.0 else "does not settle",
         ))  # fmt: skip
     headings = (
         "loop",
