@@ -66,7 +66,7 @@ class Gear:
         drag_torque: At the input, turning at ``drag_speed`` and 20 C, whatever the load; without seals [N m].
         drag_speed: Of the input [rad/s].
         drag_speed_exponent: With which the drag grows with speed; 0: it does not.
-        drag_temperature_1, drag_temperature_2: Of drag over the gear's temperature, see ``gear_loss.drag_factor``
+        drag_temperature_1, drag_temperature_2: Of drag over the gear's temperature, exp(-b1 d + b2 d^2), d above 20 C
             [1/K], [1/K^2].
         seal_drag_torque: Of the input's seals, at any speed and temperature [N m].
         starting_torque: At the input, that moves the unloaded gear from rest [N m]; None: what it takes to turn it.

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import drivetrain
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
 from drivetrain.drive.amplifier import Amplifier
@@ -243,3 +244,31 @@ def test_an_arm_that_never_moves_has_nothing_to_stop(two_links, make):
     still = replace(two_links.cycle, velocity=np.zeros((61, 2)), acceleration=np.zeros((61, 2)))
     evaluation = evaluate(stopped(replace(two_links, cycle=still), ramp=0.3))
     assert "nothing to stop" in check(evaluation, "j1", MOMENTARY).remark
+
+
+def test_a_stop_ends_with_a_swing_too(tmp_path):
+    """A load that is only ever lifted bounces on the spring once nothing slows it down any more; lossless, by hand."""
+    load, inertia, ratio, rotor, push = 52.0, 0.18, 80.0, 1e-4, 80.0 * 0.1 * 20.0
+    motor = {
+        "kind": "brushless", "current_basis": "dc", "winding_basis": "line_line", "resistance": 0.3,
+        "torque_constant": 0.1, "rotor_inertia": rotor, "mass": 0.9, "nominal_current": 20, "coulomb_friction": 1e-9,
+        "viscous_friction": 1e-12,
+    }  # fmt: skip
+    gear = {"kind": "planetary", "ratio": ratio, "efficiency": 1.0, "mass": 1.0, "inertia": 1e-12, "stiffness_1": 9e3,
+            "repeated_peak_torque": 70, "momentary_torque": 80}  # fmt: skip
+    table = tmp_path / "hoist.csv"
+    table.write_text(f"time [s],torque_a [N m],speed_a [rad/s]\n0,{load},2.4\n1,{load},2.4\n")
+
+    def judged(current):
+        study = drivetrain.study(
+            motions={"lift": {"table": str(table)}}, motors={"M": motor}, gears={"G": gear}, drives=("M", "G"),
+            supply="48 V", stop={"current": current}, open_cycle=True, amplifier={"current_basis": "dc"},
+            joints={"default": {"output_bearing": "external", "load_inertia": inertia}},
+        )  # fmt: skip
+        return check(drivetrain.evaluate(study), "a", MOMENTARY)
+
+    found = judged(20.0)
+    slowing = (push + load) / (inertia + ratio**2 * rotor)
+    assert found.required == pytest.approx(load + inertia * slowing, rel=1e-6)  # it begins with less
+    safe = float(re.search(r"stop current up to ([\d.]+) A", found.remark).group(1))
+    assert judged(safe).required == pytest.approx(80.0, rel=2e-3)  # three digits of current

@@ -574,6 +574,7 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
         found = braked(mesh.driving, mesh.driven, rotor, push, static, load, way)
         swing = overshoot(case.gear.stiffness_1, load, rotor, case.setting.stop_rise)
         swung = abs(found.torque + swing * (found.torque - torque[t]))
+        swung = max(swung, abs(static + swing * (static - found.torque)))  # as it ends, and nothing slows down any more
         trace[t] = min(swung, struck(stiff, load, motion.speed[t], static, torque[t]))
         slowing = -way * braked(1.0, 1.0, rotor, push, static, load, way).acceleration
         largest = max(largest, trace[t])

@@ -215,6 +215,8 @@ def safe_stop_current(op: Any) -> tuple[float, float]:
     rise, stiffness = case.setting.stop_rise, case.gear.stiffness_1
     swing = np.array([overshoot(stiffness, float(i), float(rotor[0]), rise) for i in inertia])
     torque = (-way * allowed + swing * demand.gear_torque) / (1.0 + swing)
+    with np.errstate(divide="ignore"):  # as the stop begins, as it ends
+        torque = way * np.maximum(way * torque, way * static - (allowed - way * static) / swing)
     stiff, speed = stiff_spring(case.gear).slope_3, demand.speed
     safe = np.array([struck(stiff, *row) for row in zip(inertia, speed, static, demand.gear_torque, strict=True)])
     most = braking_limit(mesh.driving, mesh.driven, rotor, torque, static, inertia, way)
