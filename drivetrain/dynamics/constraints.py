@@ -16,7 +16,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.checks import checked_pose
-from drivetrain.arm.kinematics import screw_displacements
+from drivetrain.arm.kinematics import displacements
 from drivetrain.arrays import Array, checked_array, frozen_array, read_only
 from drivetrain.dynamics.core.frames import FRAME, ROW, close_loop, move_frame
 from drivetrain.errors import Fault, InputError
@@ -119,10 +119,7 @@ class Attachment:
             InputError: Wrong shapes, or no pose.
         """
         place = checked_pose(pose, "pose")
-        positions = checked_array(q, (arm.n,), "q")
-        moved = np.eye(4)
-        for screw, angle in zip(arm.screws[: link + 1], positions, strict=False):
-            moved = moved @ screw_displacements(screw, np.array([angle]))[0]
+        moved = displacements(arm, checked_array(q, (arm.n,), "q"))[0, link + 1]
         return cls(link, np.asarray(inverse_pose(moved) @ place))
 
 

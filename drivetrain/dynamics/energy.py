@@ -14,12 +14,11 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
-from drivetrain.arm.kinematics import body_jacobian, link_poses
-from drivetrain.arm.rotors import MountedRotor, RotorLevel
+from drivetrain.arm.kinematics import body_jacobian, displacements, screw_displacements
+from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arrays import Array, finite_samples
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.samples import run, tip_samples
-from drivetrain.spatial.poses import inverse_pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,12 +78,13 @@ def potential_energy(arm: Arm, q: Any) -> Array:
     Reference: Modern Robotics, section 8.1.1, for any arm.
     """
     (positions,) = finite_samples(arm.n, {"q": q})
-    poses = link_poses(arm, positions)
-    moment = np.einsum("i,nik->nk", arm.masses, poses[..., :3, 3])
+    moved = displacements(arm, positions)
+    moment = np.einsum("i,nik->nk", arm.masses, (moved[:, 1:] @ arm.home)[..., :3, 3])
     spins = positions @ rotor_turns(arm).T if arm.level is RotorLevel.FULL else np.zeros(positions.shape)
     for rotor, spin in zip(arm.rotors, spins.T, strict=True):
         if rotor is not None and rotor.mass > 0.0:
-            moment += rotor.mass * _centres(arm, rotor, poses, spin)
+            turned = screw_displacements(rotor.screw, spin) @ rotor.home
+            moment += rotor.mass * (moved[:, rotor.carrier + 1] @ turned)[:, :3, 3]
     energy = -(moment @ arm.gravity)
     return energy if np.ndim(q) == 2 else energy[0]
 
@@ -119,17 +119,3 @@ def power_balance(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None
         given = np.sum(twist * np.asarray(tip_wrench, dtype=np.float64), axis=1)
     parts = (joints, kinetic, potential, given)
     return PowerBalance(*parts) if np.ndim(q) == 2 else PowerBalance(*(part[0] for part in parts))
-
-
-def _centres(arm: Arm, rotor: MountedRotor, poses: Array, spin: Array) -> Array:
-    """Where a rotor's centre of mass is when it has turned by ``spin`` [rad] in its carrier, (N, 3)."""
-    axis, home = rotor.screw[:3], rotor.home[:3, 3]
-    on_axis = np.cross(axis, rotor.screw[3:])
-    on_axis = on_axis + axis * (axis @ (home - on_axis))
-    out = home - on_axis
-    turned = np.cos(spin)[:, None] * out + np.sin(spin)[:, None] * np.cross(axis, out)
-    places: Array = on_axis + turned
-    if rotor.carrier < 0:
-        return places
-    moved = poses[:, rotor.carrier] @ inverse_pose(arm.home[rotor.carrier])
-    return np.asarray((moved[:, :3, :3] @ places[:, :, None])[..., 0] + moved[:, :3, 3])

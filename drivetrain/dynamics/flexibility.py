@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arm.arm import Arm, refuse_loops
-from drivetrain.arm.coupling import rotor_turns, shaft_turns
-from drivetrain.arm.kinematics import link_poses, space_jacobian, tip_jacobian, tip_pose
-from drivetrain.arm.rotors import MountedRotor, RotorLevel
+from drivetrain.arm.coupling import shaft_motion, shaft_turns
+from drivetrain.arm.kinematics import link_poses, tip_jacobian, tip_pose
+from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arrays import Array, finite_samples, real_array
+from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.inverse import inverse_dynamics
-from drivetrain.dynamics.mass import mass_matrix
+from drivetrain.dynamics.mass import mass_matrices
 from drivetrain.errors import LARGEST, Fault, InputError
 from drivetrain.spatial.beams import Beam, beam_compliance
-from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import inverse_pose
 from drivetrain.spatial.wrenches import like
 
@@ -74,7 +74,7 @@ def locked_mass(arm: Arm, q: Any) -> Array:
         for pair in map(list, arm.linkage.loops.shared):
             mass[:, pair, pair] += NEXT_TO_NOTHING * mass[:, pair, pair]
         return like(0.5 * (mass + np.swapaxes(mass, 1, 2)), q)
-    return like(_locked_masses(arm, positions, *rotor_inertias(arm, positions)), q)
+    return like(free_mass(arm, positions)[:, : arm.n, : arm.n], q)
 
 
 def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
@@ -97,9 +97,7 @@ def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     """
     positions, springs, sprung = _door(arm, q, stiffness)
     _demand_inertia(arm, sprung)
-    shared, own = rotor_inertias(arm, positions)
-    links = _locked_masses(arm, positions, shared, own)
-    masses = np.block([[links, shared], [np.swapaxes(shared, 1, 2), own]])
+    masses = free_mass(arm, positions)
     loose = sprung & np.array([rotor is not None for rotor in arm.rotors])
     # A rigid joint has one coordinate for link and rotor; its row of the second block joins that of the first.
     links_part = np.vstack([np.eye(arm.n), (~sprung)[:, None] * shaft_turns(arm)])
@@ -109,29 +107,20 @@ def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     return like(_frequencies(reduction.T @ masses @ reduction, twists, springs[:, sprung]), q)
 
 
-def rotor_inertias(arm: Arm, q: Any) -> tuple[Array, Array]:
-    """What the rotors add to the mass matrix once they move on their own, each angle counted behind its gear.
+def free_mass(arm: Arm, q: Array) -> Array:
+    """The mass matrix of joints, and of rotors that move on their own, each angle counted behind its gear.
 
-    With M0 the mass matrix of rotors locked where they are, ``[[M0, S], [S.T, B]]`` is that of links and free rotors,
-    and M0 + S + S.T + B is that of rotors bound to their joints (M0 + S C + C.T S.T + C.T B C with a coupling C).
+    (N, 2 n, 2 n) for positions (N, n), rotors where these have brought them; zero where a joint has no rotor. With it
+    as ``[[M0, S], [S.T, B]]``, M0 + S C + C.T S.T + C.T B C is that of rotors bound to their joints by a coupling C.
 
     Reference: Modern Robotics, equation 8.111, taken apart.
     """
-    (positions,) = finite_samples(arm.n, {"q": q})
-    shared = np.zeros((len(positions), arm.n, arm.n))
-    own = np.zeros_like(shared)
-    columns = space_jacobian(arm, positions)
-    moved = link_poses(arm, positions) @ np.array([inverse_pose(home) for home in arm.home])
-    angles = positions @ rotor_turns(arm).T
-    for i, rotor in enumerate(arm.rotors):
-        if rotor is None or arm.level is RotorLevel.NONE:
-            continue
-        own[:, i, i] = rotor.ratio**2 * rotor.axial_inertia
-        if arm.level is RotorLevel.FULL and rotor.carrier >= 0:
-            momenta = _momenta(rotor, moved[:, rotor.carrier], angles[:, i])
-            before = slice(0, rotor.carrier + 1)
-            shared[:, before, i] = np.einsum("nkc,nk->nc", columns[:, :, before], momenta)
-    return (shared, own) if np.ndim(q) == 2 else (shared[0], own[0])
+    there = [i for i, rotor in enumerate(arm.rotors) if rotor is not None]
+    moving = [*range(arm.n), *(arm.n + i for i in there)]
+    result = np.zeros((len(q), 2 * arm.n, 2 * arm.n))
+    wide = np.hstack([q, shaft_motion(arm, q)[:, there]])
+    result[np.ix_(range(len(q)), moving, moving)] = mass_matrices(packed(arm, tuple(there)), wide)
+    return result
 
 
 def tip_compliance(arm: Arm, q: Any, stiffness: Any, *, beams: Mapping[int, Beam] = NO_BEAMS) -> Array:
@@ -215,13 +204,6 @@ def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bo
     return positions, springs, np.asarray(sprung.all(axis=0))
 
 
-def _locked_masses(arm: Arm, q: Array, shared: Array, own: Array) -> Array:
-    """The mass matrix with rotors still against their stators, each at the angle to which its joint has brought it."""
-    turns = shaft_turns(arm)
-    coupled = shared @ turns
-    return np.asarray(mass_matrix(arm, q) - coupled - np.swapaxes(coupled, 1, 2) - turns.T @ own @ turns)
-
-
 def _demand_inertia(arm: Arm, sprung: NDArray[np.bool_]) -> None:
     """A spring behind a rotor needs a mass on either side."""
     faults = []
@@ -231,21 +213,6 @@ def _demand_inertia(arm: Arm, sprung: NDArray[np.bool_]) -> None:
             faults.append(Fault(f"rotor of {name}", "must have inertia to swing against its link", hint=hint))
     if faults:
         raise InputError(faults)
-
-
-def _momenta(rotor: MountedRotor, moved: Array, angles: Array) -> Array:
-    """Momenta in the base frame of a rotor that spins at ``ratio`` [rad/s], its stator at rest, (N, 6)."""
-    axis, point = rotor.screw[:3], np.cross(rotor.screw[:3], rotor.screw[3:])
-    body = RigidBody(rotor.mass, np.zeros(3), rotor.inertia).spatial_inertia(rotor.home)
-    momentum = body @ (rotor.ratio * rotor.screw)
-    # About a point of the spin axis; an unbalanced rotor's momentum turns with it about that axis.
-    about = np.array([momentum[:3] - np.cross(point, momentum[3:]), momentum[3:]])
-    along = np.outer(about @ axis, axis)
-    cosine, sine = np.cos(angles)[:, None, None], np.sin(angles)[:, None, None]
-    turned = along + cosine * (about - along) + sine * np.cross(axis, about)
-    rotation, place = moved[:, :3, :3], moved[:, :3, :3] @ point + moved[:, :3, 3]
-    moment, linear = np.moveaxis(turned @ np.swapaxes(rotation, 1, 2), 1, 0)
-    return np.hstack([moment + np.cross(place, linear), linear])
 
 
 def _frequencies(masses: Array, twists: Array, springs: Array) -> Array:

@@ -17,8 +17,8 @@ from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.flexibility import (
     carried_to,
     free_frequencies,
+    free_mass,
     locked_frequencies,
-    rotor_inertias,
     tip_compliance,
     tip_jacobian,
 )
@@ -52,6 +52,13 @@ def random_arm(seed: int, *, unbalanced: bool = True) -> Arm:
 def test_one_mass_on_a_spring() -> None:
     found = locked_frequencies(pendulum(0.8), [0.3], [5000.0])
     np.testing.assert_allclose(found, [math.sqrt(5000.0 / 0.8) / (2 * math.pi)], rtol=1e-14)
+
+
+def rotor_inertias(arm: Arm, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What ties the rotors to the joints, and their own part."""
+    whole = free_mass(arm, np.atleast_2d(q))
+    shared, own = whole[:, : arm.n, arm.n :], whole[:, arm.n :, arm.n :]
+    return (shared, own) if np.ndim(q) == 2 else (shared[0], own[0])
 
 
 @pytest.mark.parametrize("ratio", [100.0, -100.0, 1.0])
@@ -107,6 +114,7 @@ def test_unbalanced_rotors_turn_with_their_joints() -> None:
         turned.append(replace(rotor, home=turn @ rotor.home))
     ridden = mass_matrix(at_level(replace(arm, rotors=tuple(turned)), RotorLevel.NONE), q)
     np.testing.assert_allclose(locked, ridden, rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(free_mass(arm, q[None])[0, :6, :6], ridden, rtol=1e-9, atol=1e-10)
 
 
 def test_free_frequencies_are_those_of_the_larger_system() -> None:
