@@ -29,6 +29,7 @@ from drivetrain.jit import callback
 from drivetrain.motion.base import BASE_JOINTS
 from drivetrain.records import as_records, record_type
 from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.judge.missing import unknown_torques
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.mounting import loaded_arm
@@ -109,11 +110,7 @@ class Commander:
         step = 1.0 / checked_number(rate, "rate", "Hz", above=0.0)
         checked_number(bandwidth, "bandwidth", "rad/s", above=0.0)
         given = study_or_evaluation if isinstance(study_or_evaluation, Evaluation) else evaluate(study)
-        faults = [
-            Fault(f"joints.{name}", "lacks what its torque rests on", f"{joint.motor} + {joint.gear}")
-            for name, joint in given.joints.items()
-            if not joint.torque_known
-        ]
+        faults = unknown_torques(given.joints)
         faults += [
             Fault(f"joints.{task.name}.counterbalances", "may be at most three, without a table of angles")
             for task in study.joints

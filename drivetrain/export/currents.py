@@ -18,6 +18,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import CurrentBasis, from_dc, to_dc
 from drivetrain.errors import Fault, Faults, InputError, by_whole_name, nearest
 from drivetrain.sizing.currents import current_commands
+from drivetrain.sizing.judge.missing import unknown_torques
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.version import __version__
 from drivetrain.whole_files import write_text
@@ -187,6 +188,8 @@ def write_currents(
 
 
 def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: float | None, hold: int) -> _Commands:
+    if unknown := unknown_torques(evaluation.joints):
+        raise InputError(unknown)
     table = current_commands(evaluation, rate=rate, hold=hold)
     faults = Faults()
     rows = dict(iter(table.groupby("joint", sort=False)))

@@ -31,6 +31,9 @@ PARTS = (
 through a lossless gear; then what friction and losses take, and what accelerates the rotor. Together they are the
 whole current."""
 
+ON_ALL_DATA = ("current", "phase", "rotor", "friction", "mesh", "gear drag", "motor torque", "voltage", "lost")
+"""Beginnings of the columns that nobody knows where rotor inertia or losses lack."""
+
 
 def current_commands(
     evaluation: Evaluation | Selection | Study, *, rate: float | None = None, hold: int = 1
@@ -52,7 +55,8 @@ def current_commands(
         Columns with their units in brackets; ``saturated`` is true where the sample asks more current, torque or
         voltage than motor and amplifier have, safety factors left out; ``over current``, ``over torque`` and ``over
         voltage`` tell which. ``lost acceleration`` is what the gear's output then lacks, the other joints moving as
-        they should; NaN where nobody knows the load's inertia. Rows in order of joints, then of time. ``attrs`` holds
+        they should; NaN where nobody knows the load's inertia. Of a drive that lacks rotor inertia or losses the
+        current is NaN. Rows in order of joints, then of time. ``attrs`` holds
         ``rate`` and ``hold``.
 
     Raises:
@@ -126,6 +130,8 @@ def _joint_table(evaluation: Evaluation, joint: JointResult, loads: dict[str, Ar
             columns[name] = np.where(np.abs(values) > ROUNDING * np.abs(series.current).max(), values, 0.0)
     columns |= over
     columns["lost acceleration [rad/s^2]"] = _lost_acceleration(joint, series.motor_torque - torque)
+    if not joint.torque_known:
+        columns |= {name: np.full(len(series.time), np.nan) for name in columns if name.startswith(ON_ALL_DATA)}
     # No minus before a zero.
     return pd.DataFrame({name: one + 0.0 if np.asarray(one).dtype == float else one for name, one in columns.items()})
 

@@ -14,6 +14,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.dynamics.inverse import gravity_torque, velocity_torque
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
+from drivetrain.export.currents import write_currents
 from drivetrain.sizing.currents import PARTS, current_commands
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.parts.mounting import loaded_arm
@@ -45,6 +46,20 @@ def test_parts_add_up_to_the_command(evaluation):
         ratios = torque[(table["joint"] == joint) & (table["motor torque [N m]"].abs() > 1e-6)]
         assert ratios.std() / ratios.mean() < 1e-9
         assert ratios.mean() > 1 / 0.05
+
+
+def test_no_current_is_told_that_lacks_a_part(evaluation, make, tmp_path):
+    """Of a motor that tells no rotor inertia: the load's share alone is known, and no file is written."""
+    silent = replace(make.motor, rotor_inertia=None)
+    study = replace(evaluation.study, catalog=Catalog({"m1": silent}, {"g1": make.gear}))
+    half = evaluate(study)
+    table, whole = current_commands(half), current_commands(evaluation)
+    for name in ("current [A]", "voltage [V]", "rotor inertia current [A]", "lost acceleration [rad/s^2]"):
+        assert table[name].isna().all(), name
+    np.testing.assert_allclose(table["gravity current [A]"], whole["gravity current [A]"], rtol=0.1)
+    with pytest.raises(InputError, match=r"joints\.j1: lacks the motor's rotor inertia") as told:
+        write_currents(half, tmp_path / "currents.csv", {})
+    assert len(told.value.faults) == 2 and not list(tmp_path.iterdir())
 
 
 def test_phase_currents_heat_as_much(evaluation):

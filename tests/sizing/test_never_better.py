@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections import Counter
 from dataclasses import replace
@@ -12,7 +13,8 @@ import random_tasks as TASKS
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier
-from drivetrain.records import as_numbers
+from drivetrain.drive.motor_limits import NOMINAL_SHARE, thermal_limit_current
+from drivetrain.records import as_numbers, as_record
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.checks import CHECKS, table
 from drivetrain.sizing.judge.evaluate import evaluate
@@ -154,7 +156,12 @@ def higher_factors(study, rng):
 def a_datum_less(study, rng):
     motor, gear = (str(rng.choice(names.split())) for names in ALONE)
     if rng.random() < 0.5:
-        return study, with_parts(study, lambda row: replace(row, **{motor: None}))
+
+        def silent(row):  # one path with a time constant warms as a whole with it, without as a winding in its housing
+            whole = motor == "winding_time_constant" and row.resistance_winding_housing is None
+            return row if whole else replace(row, **{motor: None})
+
+        return study, with_parts(study, silent)
     halves = ("mesh_efficiency", "drag_torque")  # without the half that a sheet tells its efficiency stands in
 
     def less(row):
@@ -169,6 +176,21 @@ def a_motor_that_tells_less(study, rng):
     friction = ("coulomb_friction", "viscous_friction", "no_load_current", "no_load_speed")
     gone = [friction, ("inductance",), (*friction, "inductance")][rng.integers(3)]
     return study, with_parts(study, lambda row: replace(row, **dict.fromkeys(gone)))
+
+
+def a_motor_of_unknown_warmth(study, rng):
+    """Without the way of its heat, the winding's limit or the printed current, less than copper alone allows."""
+    gone = [PATHS, ("max_winding_temperature",), ("nominal_current",)][rng.integers(3)]
+
+    def sound(row):
+        most = float(thermal_limit_current(as_record(row), 25.0, np.nan))
+        if math.isnan(most):
+            return row
+        printed = np.clip(row.nominal_current or most, NOMINAL_SHARE * most, 0.99 * most)
+        return replace(row, nominal_current=float(printed), nominal_torque=None)
+
+    plain = with_parts(study, sound)
+    return plain, with_parts(plain, lambda row: replace(row, **dict.fromkeys(gone)))
 
 
 def a_brake_datum_less(study, rng):
@@ -208,8 +230,9 @@ def holding_by_the_most(study, rng):
 
 WORSE = (
     hotter_paths, hotter_mounting, a_mounting_worse_than_all, more_ohms, hotter_air, a_gear_in_the_motors_housing,
-    lower_limits, weaker_amplifier, lower_supply, higher_factors, a_datum_less, a_motor_that_tells_less, weaker_brakes,
-    a_brake_datum_less, a_longer_life, a_start_from_the_cold, a_colder_start, holding_by_the_most,
+    lower_limits, weaker_amplifier, lower_supply, higher_factors, a_datum_less, a_motor_that_tells_less,
+    a_motor_of_unknown_warmth, weaker_brakes, a_brake_datum_less, a_longer_life, a_start_from_the_cold, a_colder_start,
+    holding_by_the_most,
 )  # fmt: skip
 
 
@@ -226,6 +249,8 @@ def eased(change, name):
         return change not in (lower_supply, weaker_amplifier, higher_factors, a_datum_less, a_motor_that_tells_less)
     asked_anew = {a_gear_in_the_motors_housing: "gear temperature", a_start_from_the_cold: "cold start"}
     if change in asked_anew and name.startswith(asked_anew[change]):
+        return True
+    if change is a_motor_of_unknown_warmth and name == "gear temperature":  # what untold friction adds is unknown
         return True
     return (change is weaker_amplifier and name in STOPS) or (change is weaker_brakes and name == POWER_OFF)
 
@@ -264,7 +289,8 @@ def test_worse_data_never_make_a_verdict_of_a_drive_better(make):
             )
             endless = np.isinf(now[:, names == HEAT])  # thermal runaway: nothing else is told of a warm motor
             runaways += int(endless.sum())
-            better = ~(was <= 1.0) & (now <= 1.0) & ~endless & ~free
+            burnt = (was[:, names == HEAT] > 1.0) & (names == VOLTS)  # what a winding asks that is too hot
+            better = ~(was <= 1.0) & (now <= 1.0) & ~endless & ~free & ~burnt
             assert not better.any(), (seed, change.__name__, names[better.any(axis=0)])
             failed, fails = ((one[:, ~spared] > 1.0).any(axis=1) for one in (was, now))
             proven = (lacks < 0) & ~fails

@@ -143,6 +143,7 @@ class Untold:
     winding_temperature: float = 0.0
     resistance: float = 0.0  # of a winding whose temperature no sheet tells [ohm]
     stop_torque: float = 0.0  # of the gear in a stop at the current limit [N m]
+    overload: float = 0.0  # of the amplifier, share
 
 
 @dataclass(frozen=True)
@@ -343,7 +344,7 @@ def untold_power(cases: Any) -> Array:
     every = cases.view(np.recarray)
     motor, untold, figures = every.motor, every.untold, every.figures
     warm = np.where(np.isnan(motor.max_winding_temperature), every.setting.ambient, motor.max_winding_temperature)
-    ohms, more = winding_resistance(motor, warm), np.where(untold.torque != 0.0, untold.current, 0.0)
+    ohms, more = winding_resistance(motor, warm), untold.current
     pairs = (figures.input_speed, figures.motor_current), (figures.mean_input_speed, figures.rms_current)
     return np.stack(
         [

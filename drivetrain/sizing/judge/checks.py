@@ -294,7 +294,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "amplifier overload (I2t)", "1", "figures.overload", "setting.whole", HEAT, "all of its overload",
         applies="setting.overload", optional=True, stand_in="one",
         assumed="1 s at the peak current, as with 3.5 s of time constant at twice the continuous one",
-        words=words.overload,
+        words=words.overload, more="untold.overload",
         formula="integral of I^2 - I_c^2 over (I_p^2 - I_c^2) t_p, or a first-order mean of I^2/I_c^2, at its largest "
         "while the cycle repeats; I: current x safety.rms",
     ),

@@ -50,10 +50,16 @@ from drivetrain.drive.gear import (
 )
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
 from drivetrain.drive.motor_limits import (
+    LEAST_LIMIT,
+    NOMINAL_SHARE,
+    SHEET_AMBIENT,
     WARMEST,
+    WINDING_SHARE,
     continuous_current_limit,
     least_max_speed,
     least_winding_time,
+    poorest_path,
+    scaled_nominal_current,
     short_time_torque,
 )
 from drivetrain.drive.stops import (
@@ -163,7 +169,10 @@ def judge_all(
             set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
             add_untold(case, motion, traces)
             if case.setting.overload != 0.0:
-                figures.overload = overload_of(case, motion, traces) + unknown
+                figures.overload = overload_of(case, motion, traces, 1.0) + unknown
+                if case.untold.current > 0.0:
+                    grown = 1.0 + case.untold.current / figures.motor_current
+                    case.untold.overload = overload_of(case, motion, traces, grown) - figures.overload
             volts = larger(volts, starting_voltage(case, motion, traces))
             drawn = power[min(i, len(power) - 1)] if len(power) > 0 else traces.power
             figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
@@ -278,6 +287,7 @@ def set_untold(case: Any) -> None:
     untold.torque, untold.current = friction, friction / abs(torque_constant(motor, limit))
     untold.voltage, untold.temperature, untold.stop_torque = 0.0, 0.0, 0.0
     untold.rms_current, untold.winding_temperature, untold.resistance = 0.0, 0.0, 0.0
+    untold.overload = 0.0
     if friction == 0.0:
         return
     ohms, driven = winding_resistance(motor, limit), mesh_of(case.gear).driven
@@ -305,7 +315,11 @@ def add_untold(case: Any, motion: Any, traces: Any) -> None:
     untold.winding_temperature += untold.temperature
     untold.rms_current = untold.current
     if not known(case.limits.winding_temperature + figures.winding_temperature):
-        untold.rms_current += held_current(case, motion, traces)
+        untold.rms_current += untold_warmth(case, motion, traces)
+        weak = torque_constant(motor, figures.magnet_temperature) / torque_constant(motor, WARMEST)
+        untold.current += (weak - 1.0) * figures.motor_current
+    if not known(scaled_nominal_current(motor, case.setting.ambient, case.setting.mounting)):
+        untold.rms_current += (1.0 / NOMINAL_SHARE - 1.0) * figures.rms_current
     if motor.untold_inductance == 0.0:
         return
     steepest, weakest = 0.0, known_or(case.limits.winding_temperature, case.setting.ambient)
@@ -318,20 +332,35 @@ def add_untold(case: Any, motion: Any, traces: Any) -> None:
 
 
 @law
-def held_current(case: Any, motion: Any, traces: Any) -> Any:
-    """By how much a long hold may exceed the RMS current of a motor whose temperature no sheet tells [A].
+def untold_warmth(case: Any, motion: Any, traces: Any) -> Any:
+    """By how much the RMS current of a motor whose temperature no sheet tells must stay below its limit [A].
 
-    A winding follows in its time constant what one phase carries at rest; while it turns the RMS current counts.
+    Three things warm its winding that this limit leaves out. A quick winding follows the current: at rest all that one
+    phase carries, while it turns its share of the way from winding to ambient. What gear, friction and brake lose
+    takes of the room below the winding's limit, by way of a stated mounting or else of the poorest; its magnets are as
+    warm. And where no limit is told, air hotter than the sheet's takes of the least. Infinite: it gets too warm.
     """
-    losses, figures, edges = traces.losses, case.figures, motion.periods.edges
-    square = 1.0 / torque_constant(case.motor, figures.magnet_temperature) ** 2
-    rate, rms, most = 1.0 / least_winding_time(case.motor), figures.rms_current, 0.0
+    losses, figures, setting, edges = traces.losses, case.figures, case.setting, motion.periods.edges
+    rms, most, told = figures.rms_current, figures.rms_current**2, case.limits.winding_temperature
+    square, heat = 1.0 / torque_constant(case.motor, figures.magnet_temperature) ** 2, 0.0
+    rate = 1.0 / least_winding_time(case.motor)
+    drag = drag_factor(mesh_of(case.gear), setting.gear_temperature)
     for t in range(len(motion.speed)):
         rests = motion.phase[t] > 1.0 and motion.phase[min(t + 1, len(motion.speed) - 1)] > 1.0
-        losses.held[t] = 2.0 * square * losses.held[t] if rests else rms * rms
+        turning = rms * rms + WINDING_SHARE * (square * traces.torque[t + 1] ** 2 - rms * rms)
+        losses.held[t] = 2.0 * square * losses.held[t] if rests else turning
+        gear = traces.mesh_loss[t] + drag * traces.drag_loss[t]
+        heat += motion.weight[t] * (traces.friction_loss[t] + setting.gear_heat * gear) / setting.duration
     for part in range(len(edges) - 1):
         most = max(most, settled(motion.periods, part, rate, losses.held, losses.integrals[0]))
-    return max(math.sqrt(most) - rms, 0.0)
+    limit = known_or(told, LEAST_LIMIT)
+    most *= (torque_constant(case.motor, figures.magnet_temperature) / torque_constant(case.motor, WARMEST)) ** 2
+    room, copper = limit - setting.ambient, winding_resistance(case.motor, limit) * most
+    left = room - known_or(setting.mounting, poorest_path(case.motor)) * heat
+    if left <= 0.0 or (known(setting.mounting) and setting.mounting * copper > left):
+        return np.inf
+    at_rated = room if known(told) else max(room, limit - SHEET_AMBIENT)
+    return max(math.sqrt(most * at_rated / left) - rms, 0.0)
 
 
 @law(fastmath=FAST)
@@ -345,10 +374,10 @@ def set_currents(case: Any, constant: Any) -> None:
 
 
 @law
-def overload_of(case: Any, motion: Any, traces: Any) -> Any:
-    """Share of the amplifier's overload, the largest of all parts, each repeated by itself."""
+def overload_of(case: Any, motion: Any, traces: Any, grown: Any) -> Any:
+    """Share of the amplifier's overload at ``grown`` times the current: the largest of all parts, each repeated."""
     torque, edges, largest = traces.torque[1:-1], motion.periods.edges, 0.0
-    scale = case.safety.rms / abs(torque_constant(case.motor, case.figures.magnet_temperature))
+    scale = grown * case.safety.rms / abs(torque_constant(case.motor, case.figures.magnet_temperature))
     scale *= 1.0 if case.setting.moves != 0.0 else motion.phase[0]
     for part in range(len(edges) - 1):
         first, last = edges[part], edges[part + 1]

@@ -14,6 +14,8 @@ from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear, unknown_loss
 from drivetrain.drive.motor import Motor, tells_friction, whole_mass
 from drivetrain.drive.motor_limits import continuous_current, short_time_torque
+from drivetrain.drive.thermal.thermal_network import thermal_network
+from drivetrain.errors import Fault
 from drivetrain.records import as_record, known
 from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS
 from drivetrain.sizing.judge.objectives import amplifier_price
@@ -133,6 +135,17 @@ def torque_lacks(drive: Drive) -> str:
     return " and ".join(lacks)
 
 
+def unknown_torques(results: Mapping[str, JointResult]) -> list[Fault]:
+    """Joints that no current can be commanded to, for lack of data."""
+    return [
+        Fault(
+            f"joints.{name}", f"lacks {torque_lacks(one.drive)}, on which its torque rests", f"{one.motor} + {one.gear}"
+        )
+        for name, one in results.items()
+        if not one.torque_known
+    ]
+
+
 def _loss_known(gear: Gear) -> bool:
     """Whether the gear's efficiency, or its mesh and drag, are told."""
     return bool(known(unknown_loss(as_record(gear))))
@@ -208,8 +221,12 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, motor, ("inductance",), volts)
     if hot := tuple(name for name in doubtful if name in HEATED):
         gone = [name for name in CONTINUOUS_OVER_TIME if getattr(motor, name) is None]
+        if thermal_network(motor, study.ambient, housing_to_ambient=task.housing_to_ambient) is None:
+            gone = list(SILENT["temperature"])
         if gone:
             yield _gap(study, joint, motor, (" and ".join(gone),), hot)
+        if RMS in hot and motor.nominal_current is None and motor.nominal_torque is None:
+            yield _gap(study, joint, motor, ("nominal_current",), (RMS,))
     if motor.rotor_inertia is None:
         yield _gap(study, joint, motor, ("rotor_inertia",), others)
     if gear.kind != "ideal" and not _loss_known(gear):

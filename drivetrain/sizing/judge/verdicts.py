@@ -65,7 +65,7 @@ def as_check(op: Operation, row: Requirement) -> Check:
 
 def _hidden(more: float, unit: str, doubtful: bool) -> str:
     """What a motor whose sheet is silent may ask on top, and what comes of it."""
-    amount = f"{more:.3g} {'K' if unit == 'C' else unit} more" if known(more) else "nobody knows how much more"
+    amount = f"{more:.3g} {'K' if unit == 'C' else unit} more" if math.isfinite(more) else "nobody knows how much more"
     text = f"what the motor's catalogue row does not tell may ask {amount}"
     return f"{text}: then it does not hold" if doubtful else f"{text}, and it still holds"
 
