@@ -46,6 +46,7 @@ SILENT = {
 }
 CONTINUOUS = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 HEATED = (RMS, "winding temperature", "phase temperature at rest")
+WEAKENED = {row.name for row in CHECKS if row.more in ("untold.current", "untold.overload")}  # by warm magnets
 CONTINUOUS_OVER_TIME = ("winding_time_constant", "max_winding_temperature")  # beside resistances
 _ROW = re.compile(r"\S+\.csv row \d+")
 
@@ -219,11 +220,10 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, motor, SILENT["friction"], doubtful)
     if motor.inductance is None and (volts := tuple(name for name in doubtful if name.endswith("voltage"))):
         yield _gap(study, joint, motor, ("inductance",), volts)
-    if hot := tuple(name for name in doubtful if name in HEATED):
+    unheated = thermal_network(motor, study.ambient, housing_to_ambient=task.housing_to_ambient) is None
+    if hot := tuple(name for name in doubtful if name in HEATED or (unheated and name in WEAKENED)):
         gone = [name for name in CONTINUOUS_OVER_TIME if getattr(motor, name) is None]
-        if thermal_network(motor, study.ambient, housing_to_ambient=task.housing_to_ambient) is None:
-            gone = list(SILENT["temperature"])
-        if gone:
+        if gone := list(SILENT["temperature"]) if unheated else gone:
             yield _gap(study, joint, motor, (" and ".join(gone),), hot)
         if RMS in hot and motor.nominal_current is None and motor.nominal_torque is None:
             yield _gap(study, joint, motor, ("nominal_current",), (RMS,))
