@@ -258,6 +258,12 @@ def onward(gear: Any) -> Any:
 
 
 @law
+def stage_load(gear: Any) -> Any:
+    """Inertia at the joint of the stages that stand behind a gear, which bears what they take to speed up [kg m^2]."""
+    return gear.stage_inertia * gear.ratio * gear.ratio
+
+
+@law
 def mesh_of(gear: Any) -> Any:
     """The mesh, lossless where the loss is unknown. Friction mu |N| against the motion, mu = 1/eta - 1.
 

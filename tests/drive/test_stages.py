@@ -9,6 +9,7 @@ import pytest
 
 from drivetrain.drive.drive import Drive, motor_torque, power_balance
 from drivetrain.drive.friction import Friction
+import drivetrain
 from drivetrain.drive.gear import NO_GEAR, Gear, mesh
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.stages import Stage, chained, with_stages
@@ -143,6 +144,40 @@ def test_a_study_states_them_and_an_evaluation_judges_them() -> None:
     assert limit.required == pytest.approx(np.abs(found.series.gear_torque).max(), rel=1e-9)
     assert checks["speed behind the gear"].available == pytest.approx(300.0 * math.pi / 30.0 / 2.5)
     assert "torque behind the gear" not in {check.name for check in evaluate(study).joints["joint_2"].checks}
+
+
+@pytest.mark.parametrize("stop", [{"ramp": 0.1}, {"current": 40.0}])
+def test_a_gear_bears_what_its_screw_takes_to_speed_up(stop) -> None:
+    """A table of 40 kg on a level screw, by hand: the screw's 1e-3 kg m^2 ask more than the table, seen at the screw."""
+    mass, lead, inertia, ratio, rotor = 40.0, 0.02 / (2.0 * math.pi), 1e-3, 4.0, 1e-4
+    home, axis, links = np.eye(4)[None], [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]], [np.eye(3)]
+    arm = drivetrain.Arm.from_screws(home, axis, [mass], links, tip=np.eye(4), gravity=[0.0, 0.0, -9.81])
+    t = np.linspace(0.0, 2.0, 401)
+    w, s, c = 0.5 * np.pi, np.sin(0.5 * np.pi * t), np.cos(0.5 * np.pi * t)
+    q, qd, qdd = (0.4 * x[:, None] for x in (s**4, 4.0 * w * s**3 * c, w * w * (12.0 * s**2 * c**2 - 4.0 * s**4)))
+    motor = {"kind": "brushless", "current_basis": "dc", "winding_basis": "line_line", "resistance": 0.3,
+             "torque_constant": 0.1, "rotor_inertia": rotor, "mass": 0.9, "nominal_current": 20, "peak_current": 90,
+             "coulomb_friction": 1e-9, "viscous_friction": 1e-12}  # fmt: skip
+    gear = {"kind": "planetary", "ratio": ratio, "efficiency": 1.0, "inertia": 1e-12, "mass": 1.0, "stiffness_1": 1e9,
+            "repeated_peak_torque": 20, "momentary_torque": 40}  # fmt: skip
+    screw = {"type": "screw", "lead": lead, "efficiency": 1.0, "backdriving_efficiency": 1.0, "inertia": inertia}
+    study = drivetrain.study(
+        arm=arm, drive_mass="included", motion=(t, q, qd, qdd), motors={"M": motor}, gears={"G": gear},
+        drives=("M", "G"), supply="400 V", joints={"default": {"stages": [screw]}}, stop=stop,
+        amplifier={"current_basis": "dc"},
+    )  # fmt: skip
+    checks = drivetrain.evaluate(study).checks.set_index("check").required
+    whole = mass * lead * lead + inertia
+    assert checks["gear repeated peak torque"] == pytest.approx(whole * np.abs(qdd / lead).max(), rel=1e-9)
+    way, torque = np.abs(qd[:, 0]), np.abs(whole * qdd[:, 0] / lead)
+    mean = np.trapezoid(way * torque**3, t) / np.trapezoid(way, t)
+    assert checks["gear average torque"] == pytest.approx(mean ** (1.0 / 3.0), rel=1e-3)  # of 400 samples
+    if "ramp" in stop:
+        slowing = np.abs(qd).max() / lead / stop["ramp"]
+        assert checks["gear momentary peak torque"] == pytest.approx(whole * slowing, rel=1e-3)
+    else:  # from where the motion brakes already the spring swings less than by all of what the stop takes
+        share = whole / (whole + ratio**2 * rotor) * ratio * 0.1 * stop["current"]
+        assert share < checks["gear momentary peak torque"] < 2.0 * share + torque.max()
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.brake import LEAST_ENERGY
 from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
 from drivetrain.drive.friction import friction_curve
-from drivetrain.drive.gear import complete, drag_factor, least_momentary_torque, mesh_of, onward
+from drivetrain.drive.gear import complete, drag_factor, least_momentary_torque, mesh_of, onward, stage_load
 from drivetrain.drive.stops import braking_push, overshoot, stiff_spring, struck
 from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import InputError
@@ -92,6 +92,7 @@ class _Driven:
     driving: Array
     driven: Array
     onward: Array  # what stages and load friction make of a torque at the joint, (n,)
+    stages: Array  # inertia of the stages, (n,) [kg m^2]
     rises: tuple[float, ...]  # time in which each braking torque comes [s]
 
     def torques(self, q: Array, speed: Array, acceleration: Array) -> tuple[Array, Array]:
@@ -157,7 +158,8 @@ def _driven(study: Study, arm: Arm, drives: Mapping[str, Drive]) -> _Driven:
         study, arm, shafts * travels, travels, ratio, ratio**2 * np.array([drive_inertia(one) for one in every]), gears,
         meshes, tuple(friction_curve(as_record(shaft_friction(one))) for one in every),
         tuple(stiff_spring(one).slope_3 for one in gears), tuple(float(drag_factor(one, coldest)) for one in meshes),
-        driving, driven, np.array([onward(one) for one in gears]), tuple(task.stop.rise for task in study.joints),
+        driving, driven, np.array([onward(one) for one in gears]),
+        np.array([stage_load(one) for one in gears]), tuple(task.stop.rise for task in study.joints),
     )  # fmt: skip
 
 
@@ -181,7 +183,8 @@ def _march(
         locks = np.where(free, 1.0, driven.driven) * own + driven.rotor <= 0.0  # as ``braked`` has it
         most = driven.most(own, speed, torque - own * acceleration, before)
         swung = np.where(locks & (speed != 0.0), np.inf, np.minimum(swung, most))
-        found.torque[rows] = np.maximum(found.torque[rows], driven.onward * np.where(ramped, np.abs(torque), swung))
+        borne = np.where(ramped, np.abs(torque), swung) + driven.stages * np.abs(acceleration)
+        found.torque[rows] = np.maximum(found.torque[rows], driven.onward * borne)
         if enough is not None and ((found.torque[rows] > enough) & ~free).any():  # torques count where there is loss
             return
         moving = ((way != 0.0) & braking.ends).any(axis=1) | (~bitten & braking.ends).any(axis=1)

@@ -43,6 +43,7 @@ from drivetrain.drive.gear import (
     permitted_peaks,
     settled_temperature,
     speed_power,
+    stage_load,
     static_load,
     turning_drag,
     unknown_loss,
@@ -570,7 +571,8 @@ def ramped_stop(case: Any, stop: Any, stopping: Any) -> Any:
         rotor = rotor_torque(inertia, ratio, stopping.acceleration[t], stopping.carrier_acceleration[t])
         rubbed = stop[t] + friction_at(joint, speed)
         rubs = friction_at(shaft, ratio * speed) + turning_drag(mesh, factor, ratio * speed)
-        load = larger(load, larger(abs(stop[t]), abs(rubbed)))
+        taken = abs(stop[t] + stage_load(case.gear) * stopping.acceleration[t])
+        load = larger(load, larger(larger(abs(stop[t]), taken), abs(rubbed)))
         motor = larger(
             motor, larger(abs(stop[t] / ratio + rotor), abs(mesh_torque(mesh, rubbed, speed) + rotor + rubs))
         )
@@ -605,6 +607,7 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
         swung = abs(found.torque + swing * (found.torque - torque[t]))
         swung = max(swung, abs(static + swing * (static - found.torque)))  # as it ends, and nothing slows down any more
         trace[t] = min(swung, struck(stiff, load, motion.speed[t], static, torque[t]))
+        trace[t] += stage_load(case.gear) * abs(found.acceleration)
         slowing = -way * braked(1.0, 1.0, rotor, push, static, load, way).acceleration
         largest = max(largest, trace[t])
         longest = max(longest, 0.5 * speed * speed / slowing) if slowing > 0.0 else np.inf
@@ -662,7 +665,8 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
     excess_series(joint, 1.0, motion.loss_speed, traces.loss_excess)
     excess_series(shaft, mesh.ratio, motion.loss_speed, traces.shaft_excess)
     drag_series(mesh, gear_temperature, motion.loss_speed, traces.powers, traces.drag)
-    largest_load, most, largest, square, phase, more = 0.0, 0.0, 0.0, 0.0, 0.0, onward(case.gear) - 1.0
+    largest_load, most, largest, square, phase = 0.0, 0.0, 0.0, 0.0, 0.0
+    more, own = onward(case.gear) - 1.0, stage_load(case.gear)
     for t in range(len(torque)):
         speed = motion.loss_speed[t]
         load = gear_torque[t] + sliding_friction(joint, motion.speed[t]) + traces.joint_excess[t]
@@ -673,7 +677,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
             + sliding_friction(shaft, mesh.ratio * speed) + traces.shaft_excess[t]
             + traces.drag[t]
         )  # fmt: skip
-        driven = abs(load) * (1.0 + more * (load * motion.speed[t] > 0.0))
+        driven = borne(more, own, load, motion.speed[t], motion.acceleration[t])
         most, largest_load, largest = (
             larger(most, abs(load)),
             larger(largest_load, driven),
@@ -689,17 +693,27 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
         resting_load, start = at_rest(moves, mesh, inertia, joint, shaft, motion, rest, gear_torque[rest], traces)
         most, largest_load = larger(most, resting_load), larger(largest_load, resting_load * (1.0 + more * moves))
         largest = larger(largest, start)
-    average = average_load(traces.load, motion.weight, motion.speed, more, case.gear.life_exponent, largest_load)
+    average = average_load(traces.load, motion, more, own, case.gear.life_exponent, largest_load)
     return Mechanical(largest_load, average, largest, square, phase, most)
 
 
 @law(fastmath=FAST)
-def average_load(load: Any, weight: Any, speed: Any, more: Any, exponent: Any, held: Any) -> Any:
+def borne(more: Any, own: Any, load: Any, speed: Any, acceleration: Any) -> Any:
+    """Torque of a gear in front of a joint's load: stages lose some and take some to speed up, which never counts as
+    relief [N m].
+    """
+    driven = load * (1.0 + more * (load * speed > 0.0))
+    return larger(abs(driven), abs(driven + own * acceleration))
+
+
+@law(fastmath=FAST)
+def average_load(load: Any, motion: Any, more: Any, own: Any, exponent: Any, held: Any) -> Any:
     """(sum |n| |T|^e t / sum |n| t)^(1/e), what is held where nothing turns; alone its loop needs no power function."""
     worn, travel = 0.0, 0.0
     for t in range(len(load)):
-        way = weight[t] * abs(speed[t])
-        worn += way * wear(load[t] * (1.0 + more * (load[t] * speed[t] > 0.0)), exponent)
+        speed = motion.speed[t]
+        way = motion.weight[t] * abs(speed)
+        worn += way * wear(borne(more, own, load[t], speed, motion.acceleration[t]), exponent)
         travel += way
     return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else held
 

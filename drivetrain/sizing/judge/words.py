@@ -10,7 +10,7 @@ import numpy as np
 from drivetrain.drive.amplifier import Amplifier, from_dc
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import friction_curve
-from drivetrain.drive.gear import Gear, drag_factor, mesh_of, torque_exponent
+from drivetrain.drive.gear import Gear, drag_factor, mesh_of, onward, stage_load, torque_exponent
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.stops import (
     braked,
@@ -211,7 +211,9 @@ def safe_stop_current(op: Any) -> tuple[float, float]:
     case, demand = op.judgement.case, op.demand
     mesh, way = mesh_of(case.gear), np.sign(demand.speed)
     rotor, push, static, inertia = _braking(op)
-    allowed = op.drive.gear.momentary_torque / case.safety.peak_torque
+    found = [braked(mesh.driving, mesh.driven, *row) for row in zip(rotor, push, static, inertia, way, strict=True)]
+    taken = float(stage_load(case.gear)) * np.abs([one.acceleration for one in found])
+    allowed = op.drive.gear.momentary_torque / case.safety.peak_torque / onward(case.gear) - taken
     rise, stiffness = case.setting.stop_rise, case.gear.stiffness_1
     swing = np.array([overshoot(stiffness, float(i), float(rotor[0]), rise) for i in inertia])
     torque = (-way * allowed + swing * demand.gear_torque) / (1.0 + swing)
