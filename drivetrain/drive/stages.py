@@ -34,7 +34,6 @@ ENDS = {
 }
 """Of the bearings of a screw: length that buckles over its own, and the first root of its bending."""
 
-_TURNING = ("gear", "worm", "belt")
 _RANGES = {
     "efficiency": EFFICIENCY,
     "backdriving_efficiency": Range("must be above -1 and at most 1", -1.0, 1.0),

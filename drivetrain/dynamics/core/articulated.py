@@ -15,16 +15,17 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 7.3, for
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.vectors import (
+    Tensor,
     Vector,
     add,
     add_six,
+    axis_of,
     cross,
     dot,
     dot_six,
@@ -34,8 +35,11 @@ from drivetrain.dynamics.core.vectors import (
     plus,
     put,
     put_six,
+    step_to,
     times,
+    turn_on,
     turned,
+    turned_tensor,
     vector,
 )
 from drivetrain.jit import kernel
@@ -61,7 +65,7 @@ BODY = np.dtype(
         # Motion for a unit of the joint, and what the inertia makes of it.
         ("axis", np.float64, (6,)),
         ("image", np.float64, (6,)),
-        # Inertia that eliminates it, torque left, inertia of rotors, torque at the joint.
+        # Tensor that eliminates it, torque left, inertia of rotors, torque at the joint.
         *((name, np.float64) for name in ("divisor", "rest", "rotor", "load")),
         # Mass, first moment and half the trace of the inertia of all from this link on.
         ("mass", np.float64),
@@ -69,8 +73,6 @@ BODY = np.dtype(
         ("polar", np.float64),
     ]
 )
-
-Inertia = tuple[float, float, float, float, float, float]  # xx, yy, zz, xy, xz, yz
 
 
 @kernel
@@ -104,39 +106,15 @@ def articulated_accelerations(arm: Any, q: Array, qd: Array, tau: Array, tip: Ar
 
 
 @exact
-def _axis(body: Any) -> Vector:
-    return body.rotation[0, 2], body.rotation[1, 2], body.rotation[2, 2]
-
-
-@exact
-def _turn(link: Any, before: Any, body: Any, angle: float) -> None:
-    """Rotation of a body that turns on the one before."""
-    c, s = math.cos(angle), math.sin(angle)
-    for r in range(3):
-        a, b, d = before.rotation[r, 0], before.rotation[r, 1], before.rotation[r, 2]
-        x = a * link.rxx + b * link.ryx + d * link.rzx
-        y = a * link.rxy + b * link.ryy + d * link.rzy
-        body.rotation[r, 0] = c * x + s * y
-        body.rotation[r, 1] = c * y - s * x
-        body.rotation[r, 2] = a * link.rxz + b * link.ryz + d * link.rzz
-
-
-@exact
-def _turned_moments(link: Any, body: Any) -> tuple[Vector, Inertia]:
+def _turned_moments(link: Any, body: Any) -> tuple[Vector, Tensor]:
     """First moment and inertia of a link's own body, about its frame's origin."""
-    r = body.rotation
     xx, yy, zz = link.syy + link.szz, link.sxx + link.szz, link.sxx + link.syy
-    a = turned(r, (xx, -link.sxy, -link.sxz))
-    b = turned(r, (-link.sxy, yy, -link.syz))
-    c = turned(r, (-link.sxz, -link.syz, zz))
-    x = turned(r, (a[0], b[0], c[0]))
-    y = turned(r, (a[1], b[1], c[1]))
-    z = turned(r, (a[2], b[2], c[2]))
-    return turned(r, (link.hx, link.hy, link.hz)), (x[0], y[1], z[2], x[1], x[2], y[2])
+    inertia = turned_tensor(body.rotation, (xx, yy, zz, -link.sxy, -link.sxz, -link.syz))
+    return turned(body.rotation, (link.hx, link.hy, link.hz)), inertia
 
 
 @exact
-def _times(t: Inertia, a: Vector) -> Vector:
+def _times(t: Tensor, a: Vector) -> Vector:
     return (
         t[0] * a[0] + t[3] * a[1] + t[4] * a[2],
         t[3] * a[0] + t[1] * a[1] + t[5] * a[2],
@@ -145,7 +123,7 @@ def _times(t: Inertia, a: Vector) -> Vector:
 
 
 @exact
-def _add_body(body: Any, m: float, h: Vector, t: Inertia) -> None:
+def _add_body(body: Any, m: float, h: Vector, t: Tensor) -> None:
     """A body (mass, first moment, inertia about the origin) joins the articulated inertia and the plain sum of it."""
     xx, yy, zz, xy, xz, yz = t
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
@@ -162,7 +140,7 @@ def _add_body(body: Any, m: float, h: Vector, t: Inertia) -> None:
 
 
 @exact
-def _bias(m: float, h: Vector, t: Inertia, w: Vector, v: Vector) -> tuple[Vector, Vector]:
+def _bias(m: float, h: Vector, t: Tensor, w: Vector, v: Vector) -> tuple[Vector, Vector]:
     """The moment and force that keep a body's momentum turning along with its velocity."""
     momentum, force = plus(_times(t, w), cross(h, v)), minus(times(m, v), cross(h, w))
     return plus(cross(w, momentum), cross(v, force)), cross(w, force)
@@ -171,12 +149,10 @@ def _bias(m: float, h: Vector, t: Inertia, w: Vector, v: Vector) -> tuple[Vector
 @exact
 def _move(link: Any, body: Any, before: Any, q: float, qd: float, tau: float, carried: bool) -> None:
     """Where a link is, how it moves, and what its own body asks for."""
-    shift, w, v = link.slide * q, vector(before.w), vector(before.v)
-    step = (link.px + link.rxz * shift, link.py + link.ryz * shift, link.pz + link.rzz * shift)
-    step = turned(before.rotation, step)
-    _turn(link, before, body, link.turn * q + link.offset)
+    step, w, v = step_to(link, before, link.slide * q), vector(before.w), vector(before.v)
+    turn_on(link, body, before, link.turn * q + link.offset)
     put(body.step, step)
-    z, turn, slide = _axis(body), link.turn * qd, link.slide * qd
+    z, turn, slide = axis_of(body), link.turn * qd, link.slide * qd
     v = plus(plus(v, cross(w, step)), times(slide, z))
     w = plus(w, times(turn, z))
     put(body.w, w)
@@ -224,10 +200,10 @@ def _spin_whole(
     link: Any, q: float, qd: float, carrier: Any, held: bool, joint: Any, rotor: Any
 ) -> tuple[Vector, Vector]:
     """An unbalanced rotor: a body of its own joins its carrier; its momentum for a unit speed of its joint."""
-    _turn(link, carrier, rotor, link.turn * q)
-    p, z = turned(carrier.rotation, (link.px, link.py, link.pz)), _axis(rotor)
+    turn_on(link, rotor, carrier, link.turn * q)
+    p, z = turned(carrier.rotation, (link.px, link.py, link.pz)), axis_of(rotor)
     m, (h, t) = link.mass, _turned_moments(link, rotor)
-    # Inertia about the carrier's origin: that about the spin axis, shifted.
+    # Tensor about the carrier's origin: that about the spin axis, shifted.
     ph, pp = 2.0 * dot(p, h), m * dot(p, p)
     t = (
         t[0] + ph - 2.0 * p[0] * h[0] + pp - m * p[0] * p[0],
@@ -302,7 +278,7 @@ def _inwards(links: Any, bodies: Any) -> int:
     """Eliminate the joints' accelerations from the tip to the base; the first joint that moves no inertia, or -1."""
     for i in range(len(bodies) - 2, -1, -1):
         link, body = links[i], bodies[i]
-        axis, image, z = body.axis, body.image, _axis(body)
+        axis, image, z = body.axis, body.image, axis_of(body)
         put_six(axis, times(link.turn, z), times(link.slide, z))
         _apply(body, axis, image)
         own = 2.0 * dot_six(body.on_self, axis)
@@ -334,6 +310,6 @@ def _outwards(links: Any, bodies: Any, qdd: Array) -> None:
         angular, straight = vector(before.acceleration), linear(before.acceleration)
         put_six(body.acceleration, angular, plus(straight, cross(angular, vector(body.step))))
         qdd[i] = (body.rest - dot_six(body.eliminator, body.acceleration)) / body.divisor
-        z = times(qdd[i], _axis(body))
+        z = times(qdd[i], axis_of(body))
         turning, sliding = times(link.turn, z), times(link.slide, z)
         add_six(body.acceleration, plus(vector(body.coriolis), turning), plus(linear(body.coriolis), sliding))

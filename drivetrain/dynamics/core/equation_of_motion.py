@@ -10,13 +10,28 @@ Reference: Modern Robotics, section 8.3, exercise 8.13; Featherstone, Rigid Body
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.vectors import Vector, add, cross, dot, exact, minus, plus, put, times, turned, vector
+from drivetrain.dynamics.core.vectors import (
+    Vector,
+    add,
+    axis_of,
+    cross,
+    dot,
+    exact,
+    minus,
+    plus,
+    put,
+    step_to,
+    times,
+    turn_on,
+    turned,
+    turned_tensor,
+    vector,
+)
 
 # How a body moves, seen from the base: pose; screw of its joint; velocity; acceleration less the joints' own, less
 # gravity; mass, first and second moments (xx, yy, zz, xy, xz, yz) of it and all beyond; wrench that moves it.
@@ -68,7 +83,7 @@ def mass_and_bias(
         _move(link, body, before, q[i], qd[i])
         if link.spin != 0.0 and i:
             # A balanced rotor on the axis, carried by the link before.
-            momentum = times(link.spin, _axis(body))
+            momentum = times(link.spin, axis_of(body))
             add(before.moment, times(qd[i], cross(vector(before.w), momentum)))
             bias[i] = rotor_bias[i] = dot(momentum, vector(before.dw))
             for k in range(i):
@@ -124,7 +139,8 @@ def _add_rotor(
 @exact
 def _move(link: Any, body: Any, before: Any, q: float, qd: float) -> None:
     """Where a body is, how it moves, its moments about the base's origin, and what its motion asks for."""
-    _place(link, body, before, link.turn * q + link.offset, link.slide * q)
+    turn_on(link, body, before, link.turn * q + link.offset)
+    put(body.origin, plus(vector(before.origin), step_to(link, before, link.slide * q)))
     _add_motion(link, body, before, qd)
     _place_moments(link, body)
     w, v = vector(body.w), vector(body.v)
@@ -135,29 +151,9 @@ def _move(link: Any, body: Any, before: Any, q: float, qd: float) -> None:
 
 
 @exact
-def _place(link: Any, body: Any, before: Any, angle: float, shift: float) -> None:
-    """Rotation and origin of a body that turns and slides on the one before."""
-    c, s = math.cos(angle), math.sin(angle)
-    for r in range(3):
-        a, b, d = before.rotation[r, 0], before.rotation[r, 1], before.rotation[r, 2]
-        x = a * link.rxx + b * link.ryx + d * link.rzx
-        y = a * link.rxy + b * link.ryy + d * link.rzy
-        z = a * link.rxz + b * link.ryz + d * link.rzz
-        body.rotation[r, 0] = c * x + s * y
-        body.rotation[r, 1] = c * y - s * x
-        body.rotation[r, 2] = z
-        body.origin[r] = before.origin[r] + a * link.px + b * link.py + d * link.pz + z * shift
-
-
-@exact
-def _axis(body: Any) -> Vector:
-    return body.rotation[0, 2], body.rotation[1, 2], body.rotation[2, 2]
-
-
-@exact
 def _add_motion(link: Any, body: Any, before: Any, speed: float) -> None:
     """Screw, velocity and velocity-made acceleration of a body from those of the one before."""
-    z, w, v = _axis(body), vector(before.w), vector(before.v)
+    z, w, v = axis_of(body), vector(before.w), vector(before.v)
     turn = times(link.turn, z)
     slide = plus(cross(vector(body.origin), turn), times(link.slide, z))
     put(body.turn, turn)
@@ -174,21 +170,16 @@ def _place_moments(link: Any, body: Any) -> None:
     """Mass and moments of a body about the base's origin."""
     m, p, r, to = link.mass, vector(body.origin), body.rotation, body.second
     h = turned(r, (link.hx, link.hy, link.hz))
-    a = turned(r, (link.sxx, link.sxy, link.sxz))
-    b = turned(r, (link.sxy, link.syy, link.syz))
-    c = turned(r, (link.sxz, link.syz, link.szz))
-    x = turned(r, (a[0], b[0], c[0]))
-    y = turned(r, (a[1], b[1], c[1]))
-    z = turned(r, (a[2], b[2], c[2]))
+    s = turned_tensor(r, (link.sxx, link.syy, link.szz, link.sxy, link.sxz, link.syz))
     g = plus(h, times(m, p))
     body.mass = m
     put(body.first, g)
-    to[0] = x[0] + p[0] * (h[0] + g[0])
-    to[1] = y[1] + p[1] * (h[1] + g[1])
-    to[2] = z[2] + p[2] * (h[2] + g[2])
-    to[3] = x[1] + p[0] * h[1] + g[0] * p[1]
-    to[4] = x[2] + p[0] * h[2] + g[0] * p[2]
-    to[5] = y[2] + p[1] * h[2] + g[1] * p[2]
+    to[0] = s[0] + p[0] * (h[0] + g[0])
+    to[1] = s[1] + p[1] * (h[1] + g[1])
+    to[2] = s[2] + p[2] * (h[2] + g[2])
+    to[3] = s[3] + p[0] * h[1] + g[0] * p[1]
+    to[4] = s[4] + p[0] * h[2] + g[0] * p[2]
+    to[5] = s[5] + p[1] * h[2] + g[1] * p[2]
 
 
 @exact

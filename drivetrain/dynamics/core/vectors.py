@@ -1,13 +1,18 @@
-"""Vectors of three as tuples, for compiled code: they live in registers, where small arrays would live in memory."""
+"""Vectors of three as tuples, for compiled code: they live in registers, where small arrays would live in memory.
+
+Beside them what bodies with a ``rotation`` have in common: their axis, and how they turn and slide on the one before.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from drivetrain.arrays import Array
 from drivetrain.jit import kernel, law
 
 Vector = tuple[float, float, float]
+Tensor = tuple[float, float, float, float, float, float]  # xx, yy, zz, xy, xz, yz
 exact: Any = law(fastmath={"contract"})
 
 
@@ -69,6 +74,39 @@ def turned(r: Array, a: Vector) -> Vector:
         r[1, 0] * a[0] + r[1, 1] * a[1] + r[1, 2] * a[2],
         r[2, 0] * a[0] + r[2, 1] * a[1] + r[2, 2] * a[2],
     )
+
+
+@exact
+def turned_tensor(r: Array, s: Tensor) -> Tensor:
+    """A symmetric tensor turned by a matrix, ``R S R^T``."""
+    a, b, c = turned(r, (s[0], s[3], s[4])), turned(r, (s[3], s[1], s[5])), turned(r, (s[4], s[5], s[2]))
+    x, y, z = turned(r, (a[0], b[0], c[0])), turned(r, (a[1], b[1], c[1])), turned(r, (a[2], b[2], c[2]))
+    return x[0], y[1], z[2], x[1], x[2], y[2]
+
+
+@exact
+def axis_of(body: Any) -> Vector:
+    """The z axis of a body's frame."""
+    return body.rotation[0, 2], body.rotation[1, 2], body.rotation[2, 2]
+
+
+@exact
+def turn_on(link: Any, body: Any, before: Any, angle: float) -> None:
+    """Rotation of a body that turns on the one before."""
+    c, s = math.cos(angle), math.sin(angle)
+    for r in range(3):
+        a, b, d = before.rotation[r, 0], before.rotation[r, 1], before.rotation[r, 2]
+        x = a * link.rxx + b * link.ryx + d * link.rzx
+        y = a * link.rxy + b * link.ryy + d * link.rzy
+        body.rotation[r, 0] = c * x + s * y
+        body.rotation[r, 1] = c * y - s * x
+        body.rotation[r, 2] = a * link.rxz + b * link.ryz + d * link.rzz
+
+
+@exact
+def step_to(link: Any, before: Any, shift: float) -> Vector:
+    """From the origin of the body before to that of one that has slid so far along its axis."""
+    return turned(before.rotation, (link.px + link.rxz * shift, link.py + link.ryz * shift, link.pz + link.rzz * shift))
 
 
 @kernel
