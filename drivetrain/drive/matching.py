@@ -7,7 +7,7 @@ drives the joint forwards; neither changes an RMS or a peak.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -153,14 +153,16 @@ def ratio_of_least_peak(terms: TorqueTerms) -> float:
     if not terms.linear.any() or not terms.inverse.any():
         return math.inf if not terms.linear.any() else 0.0
 
+    from scipy.optimize import minimize_scalar  # takes long to import, and few answers need it
+
     def peak(logarithm: float) -> float:
         return float(np.abs(torque_at(terms, math.exp(logarithm))).max())
 
     centre = 0.5 * math.log(np.abs(terms.inverse).max() / np.abs(terms.linear).max())
     grid = centre + np.linspace(-math.log(1e3), math.log(1e3), 400)
     best = int(np.argmin([peak(x) for x in grid]))
-    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-    return math.exp(_golden(peak, float(low), float(high)))
+    ends = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+    return math.exp(minimize_scalar(peak, bounds=ends, method="bounded", options={"xatol": 1e-10}).x)
 
 
 def rated_ranges(terms: TorqueTerms, rated_torque: float) -> tuple[RatioRange, ...]:
@@ -235,18 +237,6 @@ def _positive_roots(coefficients: list[float]) -> list[float]:
     roots = np.roots(coefficients)
     real = roots[np.abs(roots.imag) <= _REAL * np.abs(roots)].real
     return sorted(float(root) for root in real if root > 0.0)
-
-
-def _golden(function: Callable[[float], float], low: float, high: float) -> float:
-    """The minimum between two points, by golden section."""
-    share = 0.5 * (math.sqrt(5.0) - 1.0)
-    for _ in range(60):
-        left, right = high - share * (high - low), low + share * (high - low)
-        if function(left) <= function(right):
-            high = right
-        else:
-            low = left
-    return 0.5 * (low + high)
 
 
 def _check_positive(values: dict[str, float]) -> None:

@@ -48,9 +48,7 @@ class Demand:
     position: Array
     speed: Array
     acceleration: Array
-    # of the shaft behind the gear, the joint's own where no motors are coupled
-    shaft_speed: Array
-    shaft_acceleration: Array
+    shaft_speed: Array  # of the shaft behind the gear, the joint's own where no motors are coupled
     mesh_torque: Array  # through the mesh, at the output [N m or N]
     joint_friction: Array  # dry friction at the joint [N m or N]
     motor_torque: Array  # electromagnetic [N m]
@@ -87,7 +85,7 @@ def demanded(plan: Plan, times: Array) -> Demand:
             voltage[:, i] = terminal_voltage(sheet, speed, current[:, i], 0.0, rest, rest)
     motion = (demands["command_position"], driven, acceleration)
     own = [body.joints_of(one) for one in motion]
-    return Demand(times, own[0], own[1], own[2], driven, acceleration, mesh, joint, motor, current, voltage)
+    return Demand(times, own[0], own[1], own[2], driven, mesh, joint, motor, current, voltage)
 
 
 def _refuse(plan: Plan) -> None:
