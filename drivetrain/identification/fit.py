@@ -182,14 +182,13 @@ def identify(
     )
     change = found - columns.prior
     left = (measured - given) / spread - weighted @ change
-    inflation = _correlated_samples(left)
     new_arm = _with_bodies(prior, columns, found)
     new_friction = _with_friction(prior.friction, change[columns.laws :])
     whole = study if isinstance(study, Study) else None
     if whole is not None:
         joints = tuple(replace(task, friction=f) for task, f in zip(whole.joints, new_friction, strict=True))
         whole = replace(whole, arm=new_arm, joints=joints)
-    base, condition = _base_table(columns, weighted, found, inflation)
+    base, combined, covariance, condition = _base_table(columns, weighted, found, left)
     notes = (
         *recording.notes,
         f"prior held at {weights.bodies:g} for bodies and {weights.friction:g} for friction, by cross-validation",
@@ -197,7 +196,7 @@ def identify(
         f"condition of their regressor {condition:.3g}",
     )
     return Identification(
-        new_arm, new_friction, whole, _parameter_table(columns, found, hessian, problem, inflation), base,
+        new_arm, new_friction, whole, _parameter_table(columns, found, hessian, problem, combined, covariance), base,
         _error_table(problem, spread, measured, arm), _contributions(columns, found, measured, model, known, arm),
         condition,
         _torque_constants(recording, prior), time, measured, given + columns.matrix @ change, notes,
@@ -414,16 +413,33 @@ def _correlated_samples(left: Array) -> float:
     return float(np.mean(counts))
 
 
-def _base_table(columns: _Columns, weighted: Array, found: Array, inflation: float) -> tuple[pd.DataFrame, float]:
-    """The base parameters with their standard deviations by the data alone, and the condition of their regressor."""
+def _covariance(regressor: Array, left: Array) -> Array:
+    """Of least squares whose errors differ by joint and change slowly (N, n, r), (N, n): by what each stretch pulls.
+
+    Reference: K.-Y. Liang and S. Zeger, Biometrika 73 (1986) 13-22: the sandwich of clusters, here of stretches four
+    times as long as samples count as one.
+    """
+    samples, _, r = regressor.shape
+    length = int(np.clip(4.0 * _correlated_samples(left), 1, max(samples // (2 * r), 1)))
+    pulls = np.add.reduceat(np.einsum("tir,ti->tr", regressor, left), np.arange(0, samples, length))
+    bread = np.linalg.inv(np.einsum("tir,tis->rs", regressor, regressor))
+    few = len(pulls) / (len(pulls) - 1) * left.size / (left.size - r)
+    return np.asarray(bread @ (pulls.T @ pulls) @ bread * few)
+
+
+def _base_table(
+    columns: _Columns, weighted: Array, found: Array, left: Array
+) -> tuple[pd.DataFrame, Array, Array, float]:
+    """The base parameters with standard deviations by the data alone: what combines them, their covariance, and the
+    condition of their regressor.
+    """
     import pandas as pd
 
-    rows = weighted.reshape(-1, weighted.shape[2])
-    base = base_parameters(rows)
-    regressor = rows[:, base.leading]
-    size = np.sqrt(np.sum(regressor**2, axis=0))
-    values = np.linalg.svd(regressor / size, compute_uv=False)
-    covariance = np.linalg.inv((regressor / size).T @ (regressor / size)) * inflation
+    base = base_parameters(weighted.reshape(-1, weighted.shape[2]))
+    regressor = weighted[:, :, base.leading]
+    size = np.sqrt(np.sum(regressor**2, axis=(0, 1)))
+    values = np.linalg.svd((regressor / size).reshape(-1, len(size)), compute_uv=False)
+    covariance = _covariance(regressor / size, left) / np.outer(size, size)
     words = [
         " + ".join(f"{factor:.3g} {columns.names[j].split(' [')[0]}" for j, factor in enumerate(row) if factor)
         for row in base.combined
@@ -431,23 +447,26 @@ def _base_table(columns: _Columns, weighted: Array, found: Array, inflation: flo
     table = pd.DataFrame(
         {
             "value": base.combined @ found,
-            "deviation": np.sqrt(np.diag(covariance)) / size,
+            "deviation": np.sqrt(np.diag(covariance)),
             "combination": [text.replace("+ -", "- ") for text in words],
         },
         index=[columns.names[i] for i in base.leading],
     )
-    return table, float(values[0] / values[-1])
+    return table, base.combined, covariance, float(values[0] / values[-1])
 
 
 def _parameter_table(
-    columns: _Columns, found: Array, hessian: Array, problem: Problem, inflation: float
+    columns: _Columns, found: Array, hessian: Array, problem: Problem, combined: Array, covariance: Array
 ) -> pd.DataFrame:
     """Every parameter: before, after, how sure, and how much of that is the prior's."""
     import pandas as pd
 
     gram = np.sum([fold.gram for fold in problem.folds], axis=0)
     before = np.diag(hessian) - np.diag(gram)  # the prior's weight
-    after = np.diag(np.linalg.inv(gram / inflation + np.diag(before)))
+    size = np.sqrt(np.diag(covariance))
+    scaled = combined / problem.scale / size[:, None]
+    told = scaled.T @ np.linalg.solve(covariance / np.outer(size, size), scaled)
+    after = np.diag(np.linalg.inv(told + np.diag(before)))
     values = {"prior": columns.prior, "identified": found, "deviation": np.sqrt(after) / problem.scale}
     return pd.DataFrame({**values, "share": np.sqrt(after * before)}, index=columns.names)
 
