@@ -302,7 +302,6 @@ def quantity(
     minimum: float | None = None,
     maximum: float | None = None,
     above: float | None = None,
-    file: str = "",
 ) -> float:
     """The SI float, of a dimension and in a range, that a text such as "48 V" or "6000 1/min" stands for."""
     try:
@@ -313,7 +312,7 @@ def quantity(
             raise NotAUnitError(f"is too large to calculate with, above {LARGEST:g} in SI")
         _check_range(result, unit, minimum, maximum, above)
     except NotAUnitError as error:
-        raise InputError(Fault(place, error.problem, value, error.hint, file)) from None
+        raise InputError(Fault(place, error.problem, value, error.hint)) from None
     return result
 
 
@@ -347,14 +346,14 @@ def _check_range(value: float, unit: str, minimum: float | None, maximum: float 
         raise NotAUnitError(f"must be above {above:g}{shown}")
 
 
-def quantities(value: Any, unit: str, place: str, n: int | None = None, *, file: str = "") -> NDArray[np.float64]:
+def quantities(value: Any, unit: str, place: str, n: int | None = None) -> NDArray[np.float64]:
     """The SI vector that "[0, 0, 60] mm" or ["0 mm", "0 mm", "60 mm"] stands for; every faulty entry is told."""
     entries = _entries(value)
     example = f"[{', '.join(['0'] * (n or 3))}]" + (f" {unit}" if unit not in PURE else "")
     if entries is None or (n is not None and len(entries) != n):
         count = f"{n} values" if n is not None else "a list"
-        raise InputError(Fault(place, f"must be {count} with a unit, such as {example}", value, "", file))
-    faults = Faults(file)
+        raise InputError(Fault(place, f"must be {count} with a unit, such as {example}", value))
+    faults = Faults()
     results = [faults.attempt(quantity, entry, unit, f"{place}[{index}]") for index, entry in enumerate(entries)]
     faults.raise_any()
     return np.array(results, dtype=np.float64)

@@ -139,10 +139,10 @@ WRONG = [
 @pytest.mark.parametrize(("text", "unit", "said"), WRONG)
 def test_what_is_wrong_is_said_with_its_place(text, unit, said):
     with pytest.raises(InputError) as caught:
-        quantity(text, unit, "supply.voltage", file="study.yaml")
+        quantity(text, unit, "supply.voltage")
     (fault,) = caught.value.faults
     assert said in str(fault)
-    assert (fault.place, fault.file) == ("supply.voltage", "study.yaml")
+    assert fault.place == "supply.voltage"
 
 
 @pytest.mark.parametrize(

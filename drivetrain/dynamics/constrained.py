@@ -40,6 +40,7 @@ from drivetrain.dynamics.mass import (
 )
 from drivetrain.errors import Fault, InputError
 
+CLOSED, MOST_STEPS = 1e-12, 50  # [m or -] that a closed position may be off, and Newton's steps to it
 RANK = 1e-9  # a singular value that counts as none, over the largest: above rounding, below any workshop
 
 Constraints = Constraint | Sequence[Constraint]
@@ -219,7 +220,7 @@ def constraint_projectors(arm: Arm, constraints: Constraints, q: Any, *, toleran
     return Projectors(*(parts if np.ndim(q) == 2 else (part[0] for part in parts)))
 
 
-def closed_position(arm: Arm, constraints: Constraints, q: Any, *, tolerance: float = 1e-12, most: int = 50) -> Array:
+def closed_position(arm: Arm, constraints: Constraints, q: Any) -> Array:
     """The position near q at which the constraints hold, by Newton's method, each step least in the metric of M.
 
     Raises InputError where no such position is near q: the constraints cannot be met, or not from there.
@@ -232,14 +233,14 @@ def closed_position(arm: Arm, constraints: Constraints, q: Any, *, tolerance: fl
         return positions[0]
     still = np.zeros(positions.shape)
     error = np.inf
-    for _ in range(most):
+    for _ in range(MOST_STEPS):
         rows = stacked_rows(arm, held, positions, still)
         error = float(np.abs(rows.error).max())
-        if error <= tolerance:
+        if error <= CLOSED:
             return positions[0]
         step, _, _ = least_change(arm, positions, rows.jacobian, still, rows.error)
         positions = np.ascontiguousarray(positions + step)
-    problem = f"no position near it meets the constraints: {error:.3g} m or rad is left after {most} steps"
+    problem = f"no position near it meets the constraints: {error:.3g} m or rad is left after {MOST_STEPS} steps"
     raise InputError(Fault("q", problem, np.asarray(q).tolist(), "start nearer, or check frames and surfaces"))
 
 

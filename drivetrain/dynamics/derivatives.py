@@ -114,15 +114,12 @@ def one_derivatives(model: Packed, q: Array, qd: Array, qdd: Array, tip: Array) 
     return TorqueDerivatives(result[0, 0], result[1, 0], result[2, 0])
 
 
-def derivatives(
-    model: Packed, motion: list[Array], *, gravity: Array | None = None, tip: Array = NO_TIP
-) -> TorqueDerivatives:
+def derivatives(model: Packed, motion: list[Array], *, tip: Array = NO_TIP) -> TorqueDerivatives:
     """The derivatives for samples whose shapes have been checked, (N, n, n) each; arguments as of ``samples.run``."""
     wide = motion if model.spread is None else [x @ model.spread.T for x in motion]
     count, n = wide[0].shape
     result = [np.empty((count, n, n)) for _ in range(3)]
-    weight = model.gravity if gravity is None else gravity
-    if differentiate(model.links, model.rotors, weight, *wide, tip, *result) != 0.0:
+    if differentiate(model.links, model.rotors, model.gravity, *wide, tip, *result) != 0.0:
         raise spoiled(motion)
     if model.spread is not None:
         result = [model.spread.T @ matrix @ model.spread for matrix in result]

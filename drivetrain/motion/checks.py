@@ -222,7 +222,6 @@ def limit_notes(
     speed_limits: Array,
     *,
     name: str = "motion",
-    file: str = "",
     slides: Sequence[bool] | None = None,
 ) -> LimitNotes:
     """Where a motion leaves the joints' ranges (faults), and where it is quicker than they are said to be (warnings).
@@ -241,7 +240,7 @@ def limit_notes(
             unit, factor = told_unit(slides, int(joint))
             value, bound = factor * float(motion.position[worst, joint]), factor * float(limit[joint])
             problem = f"goes {side} {bound:.6g} at t = {motion.time[worst]:.4g} s [{unit}]"
-            faults.append(Fault(f"{name}, joint {motion.joint_names[joint]}", problem, value, "", file))
+            faults.append(Fault(f"{name}, joint {motion.joint_names[joint]}", problem, value))
     speed = np.abs(motion.velocity)
     for joint in np.flatnonzero(speed.max(axis=0) > np.asarray(speed_limits) * (1.0 + ROUNDING)):
         worst, (unit, factor) = int(speed[:, joint].argmax()), told_unit(slides, int(joint))

@@ -23,14 +23,11 @@ def test_inside_and_exactly_at_the_limits():
 
 
 def test_position_beyond_a_limit_is_a_fault_at_the_worst_instant():
-    faults, warnings = limit_notes(
-        MOTION, np.array([-1.0, -1.5]), np.array([0.9, 1.0]), FREE, name="pick", file="p.csv"
-    )
+    faults, warnings = limit_notes(MOTION, np.array([-1.0, -1.5]), np.array([0.9, 1.0]), FREE, name="pick")
     assert warnings == ()
     assert [(fault.place, fault.value) for fault in faults] == [("pick, joint a", 1.0), ("pick, joint b", -2.0)]
     assert "above the upper limit 0.9 at t = 1 s" in faults[0].problem
     assert "below the lower limit -1.5 at t = 1 s" in faults[1].problem
-    assert faults[0].file == "p.csv"
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

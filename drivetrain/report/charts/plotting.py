@@ -112,11 +112,11 @@ def draw(chart: Chart, axes: Axes) -> Axes:
     return axes
 
 
-def figure_of(charts: Sequence[Chart], *, name: str = "charts", width: float = 7.6) -> Figure:
+def figure_of(charts: Sequence[Chart]) -> Figure:
     """Charts below each other."""
-    with house_style(name):
+    with house_style("charts"):
         heights = [chart.height / 96.0 for chart in charts]
-        figure = Figure(figsize=(width, sum(heights)), layout="constrained")
+        figure = Figure(figsize=(7.6, sum(heights)), layout="constrained")
         column = figure.subplots(len(charts), 1, squeeze=False, height_ratios=heights)[:, 0]
         for chart, axes in zip(charts, column, strict=True):
             draw(chart, axes)
