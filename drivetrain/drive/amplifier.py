@@ -15,8 +15,6 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, NamedTuple, TypeVar
 
-import numpy as np
-
 from drivetrain.arrays import Array
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError, nearest
@@ -302,22 +300,6 @@ def _dc_amperes(basis: CurrentBasis | str) -> float:
 # Both are periodic steady states: the answer holds for a cycle that repeats for ever.
 
 
-def overload(sheet: AmplifierSheet, current: Array, time: Array) -> float | None:
-    """The largest share of its overload that an amplifier uses up in a cycle; above 1 it trips or folds back.
-
-    With a peak time the integral of I^2 - I_c^2, never below zero, is held against (I_p^2 - I_c^2) t_p; with a time
-    constant the first-order mean of I^2 against I_c^2. The current is constant from each sample to the next.
-
-    Reference:
-        The i2t monitor of servo drives: E' = I^2 - I_c^2 and theta' = (I^2/I_c^2 - theta)/tau.
-    """
-    if sheet.continuous_current is None:
-        return None
-    lacks = sheet.thermal_time_constant is None and (sheet.peak_current is None or sheet.peak_time is None)
-    step = np.append(np.diff(np.asarray(time, dtype=np.float64)), 0.0)
-    return None if lacks else float(overload_share(sheet, np.asarray(current, dtype=np.float64), 1.0, step))
-
-
 @law
 def overload_room(amplifier: Any) -> Any:
     """Where the overload trips: 1 of the first-order model, else ((I_p/I_c)^2 - 1) t_p [s]."""
@@ -349,7 +331,12 @@ def overload_allows(amplifier: Any, held: Any, step: Any) -> Any:
 
 @law
 def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
-    """``overload`` of a current that is a series times a scale [A], each sample for its step [s]."""
+    """The largest share of its overload that an amplifier uses up in a cycle; above 1 it trips or folds back.
+
+    Of a current that is a series times a scale [A], each sample for its step [s]. With a peak time the integral of
+    I^2 - I_c^2, never below zero, is held against (I_p^2 - I_c^2) t_p; with a time constant the first-order mean of
+    I^2 against I_c^2: the i2t monitor of servo drives, E' = I^2 - I_c^2 and theta' = (I^2/I_c^2 - theta)/tau.
+    """
     steady, constant, total, length = amplifier.continuous_current, amplifier.thermal_time_constant, 0.0, 0.0
     most, held = 0.0, 0.0
     for t in range(len(step)):

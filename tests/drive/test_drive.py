@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from power_balance import power_balance
 
 from drivetrain.drive.drive import (
     Drive,
@@ -13,7 +14,6 @@ from drivetrain.drive.drive import (
     book_current,
     drive_inertia,
     motor_torque,
-    power_balance,
     resting,
     shaft_friction,
 )

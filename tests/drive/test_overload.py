@@ -7,11 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from drivetrain.drive.amplifier import AmplifierSheet, overload
+from drivetrain.drive.amplifier import AmplifierSheet, judges_overload, overload_share
 
 TIMED = AmplifierSheet("A", continuous_current=5.0, peak_current=10.0, peak_time=3.0)
 FIRST_ORDER = AmplifierSheet("A", continuous_current=5.0, peak_current=10.0, thermal_time_constant=3.5)
 CYCLE = np.array([9.0, 0.0, 9.0]), np.array([0.0, 2.0, 7.0])  # 9 A for 2 s, nothing for 5 s
+
+
+def overload(sheet: AmplifierSheet, current: np.ndarray, time: np.ndarray) -> float:
+    """What a cycle of samples uses up."""
+    return float(overload_share(sheet, current, 1.0, np.append(np.diff(time), 0.0)))
 
 
 def test_the_worked_cycle() -> None:
@@ -52,6 +57,5 @@ def test_a_march_over_many_cycles_ends_there(sheet: AmplifierSheet, seed: int) -
 
 def test_what_a_sheet_lacks_is_not_answered() -> None:
     bare = AmplifierSheet("A", continuous_current=5.0)
-    assert overload(bare, *CYCLE) is None
-    assert overload(AmplifierSheet("A"), *CYCLE) is None
+    assert not judges_overload(bare) and not judges_overload(AmplifierSheet("A"))
     assert overload(AmplifierSheet("A", continuous_current=5.0, peak_current=5.0, peak_time=1.0), *CYCLE) == math.inf

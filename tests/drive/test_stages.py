@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from power_balance import power_balance
 
-from drivetrain.drive.drive import Drive, motor_torque, power_balance
-from drivetrain.drive.friction import Friction
 import drivetrain
+from drivetrain.drive.drive import Drive, motor_torque
+from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import NO_GEAR, Gear, mesh
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.stages import Stage, chained, with_stages
@@ -148,7 +149,7 @@ def test_a_study_states_them_and_an_evaluation_judges_them() -> None:
 
 @pytest.mark.parametrize("stop", [{"ramp": 0.1}, {"current": 40.0}])
 def test_a_gear_bears_what_its_screw_takes_to_speed_up(stop) -> None:
-    """A table of 40 kg on a level screw, by hand: the screw's 1e-3 kg m^2 ask more than the table, seen at the screw."""
+    """A table of 40 kg on a level screw, by hand: the screw's 1e-3 kg m^2 ask more than the table, seen there."""
     mass, lead, inertia, ratio, rotor = 40.0, 0.02 / (2.0 * math.pi), 1e-3, 4.0, 1e-4
     home, axis, links = np.eye(4)[None], [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]], [np.eye(3)]
     arm = drivetrain.Arm.from_screws(home, axis, [mass], links, tip=np.eye(4), gravity=[0.0, 0.0, -9.81])

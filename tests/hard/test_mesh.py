@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from hard_case import Figure, hard_case
+from power_balance import power_balance
 
-from drivetrain.drive.drive import Drive, book_current, motor_torque, power_balance
+from drivetrain.drive.drive import Drive, book_current, motor_torque
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor, current
 

@@ -10,7 +10,7 @@ import pytest
 from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog, read_catalog
-from drivetrain.drive.amplifier import Amplifier, AmplifierSheet, best_of, limits_of, overload
+from drivetrain.drive.amplifier import Amplifier, AmplifierSheet, best_of, limits_of, overload_share
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.errors import InputError
 from drivetrain.simulation.study_scene import scene_of
@@ -74,7 +74,8 @@ def test_overload_is_that_of_the_current_over_the_cycle(make, model):
     steady = 1.05 * float(np.sqrt(current[:-1] ** 2 @ np.diff(study.cycle.time) / study.cycle.duration))
     own = AmplifierSheet("own", continuous_current=steady, peak_current=2.0 * steady, **model)
     found = checks_of(evaluate(one_joint(make, (limits_of(own),))))[OVERLOAD]
-    assert found.required == pytest.approx(overload(own, current, study.cycle.time), rel=1e-9) and found.required > 0.0
+    used = overload_share(own, current, 1.0, np.append(np.diff(study.cycle.time), 0.0))
+    assert found.required == pytest.approx(used, rel=1e-9) and found.required > 0.0
     assumed = checks_of(evaluate(study))[OVERLOAD]  # no time is told: a second at the peak current stands in
     assert assumed.verdict is Verdict.PASS and assumed.source.startswith("assumed: ") and assumed.required == 0.0
     short = AmplifierSheet("short", continuous_current=steady, peak_current=1.0001 * np.abs(current).max())

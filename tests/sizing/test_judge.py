@@ -9,9 +9,10 @@ from dataclasses import make_dataclass, replace
 import numpy as np
 import pytest
 import random_tasks as TASKS
+from power_balance import power_balance
 from scipy.optimize import brentq
 
-from drivetrain.drive.drive import loss_speed, motor_torque, power_balance
+from drivetrain.drive.drive import loss_speed, motor_torque
 from drivetrain.drive.gear import mesh
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.thermal.heat import Mix, mixed_temperature
