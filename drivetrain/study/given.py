@@ -56,7 +56,7 @@ def add_arm(data: dict[str, Any], arm: Any) -> list[str]:
 
 
 def add_rows(data: dict[str, Any], part: str, given: Any) -> None:
-    """The own rows of motors or of gears; they are then the whole catalogue unless another one is named."""
+    """The own rows of motors, gears or brakes; they are then the whole catalogue unless another one is named."""
     if given is None:
         return
     if isinstance(given, str | Path):

@@ -59,6 +59,7 @@ def study(
     notes = given.add_arm(data, arm)
     given.add_rows(data, "motors", motors)
     given.add_rows(data, "gears", gears)
+    given.add_rows(data, "brakes", data.pop("brakes", None))
     given.add_joints(data, joints, drives, own=motors is not None or gears is not None)
     given.add_motion(data, motion)
     if supply is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -23,6 +24,7 @@ from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.search.search import select
 from drivetrain.spatial.poses import pose
+from drivetrain.study.model import Stop
 from drivetrain.study.objects import study as dt_study
 from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.read import load_study
@@ -207,6 +209,9 @@ def test_a_stop_that_no_linkage_follows_is_not_checked():
     study = two_links(closures=short, engage_time=0.3)
     found = next(one for one in evaluate(study).shared if one.name == "arm power failure")
     assert found.verdict == "NOT CHECKED" and "cannot be followed" in found.remark
+    ramped = replace(study, joints=tuple(replace(task, stop=Stop(ramp=0.5)) for task in study.joints))
+    with pytest.raises(InputError, match="stop.ramp: leads the linkage where it cannot go"):
+        evaluate(ramped)
 
 
 def test_what_a_study_with_closures_must_state():

@@ -230,6 +230,15 @@ def test_motors_and_gears_as_objects() -> None:
     same_checks(dt.evaluate(study), dt.evaluate(planar()))
 
 
+def test_brakes_need_no_source_either() -> None:
+    """As motors and gears given in Python."""
+    brake = {"kind": "spring", "torque_side": "motor", "static_torque": 1.0, "power": 8, "mass": 0.2, "inertia": 1e-6}
+    study = planar(brakes={"B": brake}, joints={"joint_1": {"brake": "B"}})
+    checks = dt.evaluate(study).checks
+    assert set(checks.joint[checks.check == "holding brake torque"]) == {"joint_1"}
+    assert "given in Python" in checks.source[checks.check == "holding brake torque"].iloc[0]
+
+
 def test_a_list_of_motions_is_a_cycle() -> None:
     half = len(TIME) // 2
     there = dt.Motion(

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.load_basis import JointBasis, load_basis
 from drivetrain.study.model import Study
@@ -60,4 +61,12 @@ def stop_basis(study: Study) -> StopBasis | None:
         acceleration=acceleration, payload=cycle.payload[first], segment=cycle.segment[first], parts=(), shares=(1.0,),
         part_names=("",),
     )  # fmt: skip
-    return StopBasis(first, after, velocity, acceleration, load_basis(replace(study, cycle=states), forces_only=True))
+    try:
+        loads = load_basis(replace(study, cycle=states), forces_only=True)
+    except InputError as error:
+        if study.arm.linkage is None:
+            raise
+        problem = f"leads the linkage where it cannot go: {error.faults[0].problem}"
+        hint = "state a shorter ramp, or a motion that is slower near the end of the linkage's reach"
+        raise InputError(Fault("stop.ramp", problem, f"{longest:g} s", hint)) from None
+    return StopBasis(first, after, velocity, acceleration, loads)
