@@ -52,10 +52,15 @@ def checked_number(value: Any, name: str, unit: str, *, above: float = -LARGEST,
     return number
 
 
-def checked_numbers(named: Mapping[str, tuple[Any, str]], *, above: float = -LARGEST) -> list[float]:
+def checked_numbers(
+    named: Mapping[str, tuple[Any, str]], *, above: float = -LARGEST, least: float = -LARGEST
+) -> list[float]:
     """Several numbers of one range, every one that is wrong told at once."""
     faults = Faults()
-    numbers = [faults.attempt(checked_number, value, name, unit, above=above) for name, (value, unit) in named.items()]
+    numbers = [
+        faults.attempt(checked_number, value, name, unit, above=above, least=least)
+        for name, (value, unit) in named.items()
+    ]
     faults.raise_any()
     return [number for number in numbers if number is not None]
 
