@@ -16,6 +16,7 @@ from drivetrain.drive.drive import resting
 from drivetrain.drive.motor import Motor, torque_constant
 from drivetrain.drive.thermal.heat import Mix, PeriodicTemperature, mixed_temperature_of_current
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
+from drivetrain.dynamics.closed import main_chain
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.simulation.cost_results import Change, Decision, JointDecision
@@ -138,8 +139,14 @@ def _tip(scene: Scene, series: Mapping[str, Array]) -> float:
         return float(max(np.abs(_away(name, series)).max() for name in scene.joints))
     q = np.column_stack([series[f"{name}.position"] for name in scene.joints])
     wanted = q - np.column_stack([_away(name, series) for name in scene.joints])
-    apart = tip_pose(scene.body, q)[:, :3, 3] - tip_pose(scene.body, wanted)[:, :3, 3]
+    apart = _tip_place(scene.body, q) - _tip_place(scene.body, wanted)
     return float(np.linalg.norm(apart, axis=1).max())
+
+
+def _tip_place(arm: Arm, q: Array) -> Array:
+    """Of the tip, the driven joints at these positions [m], (N, 3)."""
+    place: Array = tip_pose(*main_chain(arm, q))[:, :3, 3]
+    return place
 
 
 def tip_travel(scene: Scene, recording: Recording) -> float:
@@ -150,7 +157,7 @@ def tip_travel(scene: Scene, recording: Recording) -> float:
     wanted = np.column_stack([recording[name] for name in names])
     if not isinstance(scene.body, Arm):
         return float(np.ptp(wanted, axis=0).max())
-    place = tip_pose(scene.body, wanted)[:, :3, 3]
+    place = _tip_place(scene.body, wanted)
     return float(np.linalg.norm(place - place[0], axis=1).max())
 
 

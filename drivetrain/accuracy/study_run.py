@@ -21,12 +21,12 @@ from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.study_scene import refuse_unsimulated
+from drivetrain.sizing.as_one import judged_as_one
 from drivetrain.sizing.judge.evaluate import Given, evaluate, evaluate_drives
 from drivetrain.sizing.results import Evaluation, Selection, every_drive
 from drivetrain.sizing.search.search import select
 from drivetrain.solvers.solver import Rodas5P, Solver
 from drivetrain.study.model import Study
-from drivetrain.study.parts.mounting import two_as_one
 from drivetrain.study.parts.simulation import KNOWN_EFFECTS, Simulation
 
 
@@ -82,7 +82,7 @@ def simulate(
         usual = run.DEFAULT_INTERVAL if interval is None else interval
         ready, basis, engine = scene, None, run.engine_of(solver)
     else:
-        evaluation = as_run(_evaluation(scene, drives))
+        evaluation = judged_as_one(_evaluation(scene, drives))
         settings = evaluation.study.simulation
         built = study_scene(evaluation, settings)
         ready, basis = built.scene, basis_of(built.full, evaluation)
@@ -99,13 +99,6 @@ def simulate(
     if duration is not None:
         same = replace(same, duration=float(duration))
     return verified(recording, same, engine, basis or basis_of(same), interval=usual, progress=progress, start=start)
-
-
-def as_run(evaluation: Evaluation) -> Evaluation:
-    """An evaluation as it runs: two motors of an axis are judged as one of twice the size, which is the same."""
-    drives = {name: joint.drive for name, joint in evaluation.joints.items()}
-    study, drives = two_as_one(evaluation.study, drives)
-    return evaluation if study is evaluation.study else evaluate_drives(study, drives)
 
 
 def study_scene(

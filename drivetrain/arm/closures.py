@@ -112,8 +112,8 @@ def with_closures(arm: Arm, closures: Sequence[Closure], passive: Sequence[str] 
 
     Returns:
         An arm of the driven joints: the arm's own in their order, then those of the linkages. Positions of driven
-        joints tell all others. ``inverse_dynamics``, ``drive_torques``, ``joint_loads`` and ``evaluate`` know such an
-        arm; what does not know it says so.
+        joints tell all others. ``inverse_dynamics``, ``drive_torques``, ``joint_loads``, ``evaluate`` and
+        ``simulate`` know such an arm; what does not know it says so.
 
     Raises:
         InputError: Names that are not there or stand twice, an arm with rotors, no joint that is driven, or pins that

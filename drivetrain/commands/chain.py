@@ -68,13 +68,13 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
     from drivetrain.sizing.search.search import select
 
     if runs:
-        from drivetrain.accuracy.study_run import as_run
         from drivetrain.simulation.study_scene import refuse_unsimulated
+        from drivetrain.sizing.as_one import judged_as_one
 
         refuse_unsimulated(study)
     if all(task.drive is not None for task in study.joints):
         with working("checking the given drives"):
-            return as_run(evaluate(study)) if runs else evaluate(study)
+            return judged_as_one(evaluate(study)) if runs else evaluate(study)
     say("note: the study does not name all drives; they are selected first", errors=True)
     with working("searching the catalogues for drives") as step:
         found = select(study, progress=step)
@@ -83,7 +83,7 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
         say("note: no set of drives fits; the closest candidates are taken", errors=True)
     elif not found.feasible:
         say("note: the drives are not proven to fit: data are missing", errors=True)
-    return as_run(evaluation) if runs else evaluation
+    return judged_as_one(evaluation) if runs else evaluation
 
 
 def _unstaged(study: Study, gear: str) -> str:

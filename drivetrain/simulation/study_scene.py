@@ -46,11 +46,11 @@ from drivetrain.study.parts.mounting import TWO_AS_ONE, loaded_arm, two_as_one
 
 
 def refuse_unsimulated(study: Study) -> None:
-    """Raises InputError for what no engine knows: a moving base, closed loops, a preload, half an axis."""
+    """Raises InputError for what no engine knows: a moving base, a preload, half an axis."""
     refuse_moving_base(study, "a simulation")
     study, _ = two_as_one(study, {})
     if study.arm is not None:
-        refuse_loops(study.arm)
+        refuse_loops(study.arm, closed=True)
     elif faults := axis_faults(study):
         raise InputError(faults)
 
@@ -178,6 +178,8 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
 
 def _moved(arm: Arm, position: Array) -> list[float]:
     """Inertia that each motor moves, seen from its joint, or from its shaft where motors are coupled."""
+    if arm.linkage is not None:
+        return [float(one) for one in np.diag(plan(Scene(arm, {}, 1.0, position)).inertia)]
     mass = mass_matrix(arm, position)
     if arm.coupling is not None:
         turns = np.linalg.inv(arm.coupling)

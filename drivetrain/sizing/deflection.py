@@ -21,6 +21,7 @@ from drivetrain.dynamics.flexibility import (
 )
 from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.errors import Fault, InputError
+from drivetrain.sizing.as_one import judged_as_one
 from drivetrain.sizing.judge.missing import lacking_joints
 from drivetrain.sizing.judge.stiffness import (
     joint_plays,
@@ -153,12 +154,15 @@ def vibration(evaluation: Evaluation) -> Vibration:
         evaluation: Of the drives that carry the motion; its study must have an arm.
 
     Returns:
-        The frequencies; of joints with backlash those with their teeth in contact.
+        The frequencies; of joints with backlash those with their teeth in contact. Two motors of an axis count as one
+        of twice the size: how they swing against each other is not told.
 
     Raises:
-        InputError: A study without an arm, or a sprung joint whose rotor inertia is unknown.
+        InputError: A study without an arm, with closed loops, or with a preload between two motors; a sprung joint whose
+            rotor inertia is unknown.
     """
     _arm(evaluation)
+    evaluation = judged_as_one(evaluation)
     cycle = evaluation.study.cycle
     stiffness = joint_stiffness(evaluation)
     sprung = int(np.isfinite(stiffness).all(axis=0).sum())

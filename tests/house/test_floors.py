@@ -26,6 +26,7 @@ SIZING = {
     "tables": 0,
     "demand": 1,
     "judge": 2,
+    "as_one": 3,
     "tolerance": 3,
     "search": 4,
     "answers": 5,

@@ -21,7 +21,7 @@ from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.inverse import Inverse
 from drivetrain.simulation.study_scene import SceneOptions, scene_of
 from drivetrain.sizing.currents import current_commands
-from drivetrain.sizing.deflection import tip_deflection
+from drivetrain.sizing.deflection import tip_deflection, vibration
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.solvers.solver import Rodas5P
@@ -156,6 +156,7 @@ def test_two_gears_are_one_of_twice_the_stiffness():
         assert figures(two) == pytest.approx(figures(one), rel=1e-5)
         told = tip_deflection(two)
         np.testing.assert_allclose(told.displacement, tip_deflection(one).displacement, atol=1e-9)
+        np.testing.assert_allclose(vibration(two).free, vibration(one).free, rtol=1e-9)
 
 
 def test_a_preload_takes_the_play_away():

@@ -259,7 +259,9 @@ def show_energies(run: Run) -> None:
     for i in range(c):
         for k in range(c):
             kinetic += 0.5 * coordinates[i].speed * pairs[i, k].mass * coordinates[k].speed
-    if engine_of(run).arm:
+    if engine_of(run).looped:
+        potential = engine_of(run).potential
+    elif engine_of(run).arm:
         # All that the first link carries has been gathered in its body; what the base carries stands in its own.
         bodies, rotors = bodies_of(run), rotors_of(run)
         upwards = vector(bodies[len(bodies) - 1].dv)

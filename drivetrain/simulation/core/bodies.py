@@ -39,20 +39,26 @@ def rotors_of(run: Run) -> Any:
 
 
 @part
+def links_of(run: Run) -> Any:
+    """The constants of an arm's links, rotors on their own and rotors."""
+    return carray(run[AT.links], count_of(run, AT.links), LINK)
+
+
+@part
 def turns_of(run: Run) -> Any:
     """Joints' motion from that of the coordinates, where motors are coupled, (n, n)."""
     return rows_of(run, AT.turns, world_of(run).joints, world_of(run).joints)
 
 
 @part
-def _carry(run: Run, links: Any, t: float) -> None:
+def carry(run: Run, t: float) -> None:
     """Put what the tip carries at an instant into the constants of the last link."""
-    payloads, entry = carray(run[AT.payloads], count_of(run, AT.payloads), PAYLOAD), 0
+    links, payloads, entry = links_of(run), carray(run[AT.payloads], count_of(run, AT.payloads), PAYLOAD), 0
     for k in range(1, len(payloads)):
         if payloads[k].time <= t:
             entry = k
     if len(payloads):
-        link, carried = links[world_of(run).joints - 1], payloads[entry]
+        link, carried = links[engine_of(run).last], payloads[entry]
         link.mass, link.hx, link.hy, link.hz = carried.mass, carried.hx, carried.hy, carried.hz
         link.sxx, link.syy, link.szz = carried.sxx, carried.syy, carried.szz
         link.sxy, link.sxz, link.syz = carried.sxy, carried.sxz, carried.syz
@@ -70,8 +76,8 @@ def _move_arm(run: Run, t: float) -> None:
     places, speeds = numbers_of(run, AT.body_places), numbers_of(run, AT.body_speeds)
     bias, felt_bias = numbers_of(run, AT.body_bias), numbers_of(run, AT.body_felt_bias)
     mass, felt = rows_of(run, AT.body_mass, e, e), rows_of(run, AT.body_felt, e, e)
-    links, spread = carray(run[AT.links], count_of(run, AT.links), LINK), rows_of(run, AT.spread, e, c)
-    _carry(run, links, t)
+    links, spread = links_of(run), rows_of(run, AT.spread, e, c)
+    carry(run, t)
     for r in range(e):
         if engine.coupled:
             places[r] = speeds[r] = 0.0
@@ -121,27 +127,36 @@ def _gather(run: Run, spread: Any, mass: Any, felt: Any, bias: Any, felt_bias: A
 @part
 def move_bodies(run: Run, t: float) -> None:
     """Mass matrix and bias at the places and guessed speeds."""
-    coordinates, pairs, joints, c = coordinates_of(run), pairs_of(run), joints_of(run), world_of(run).coordinates
-    mass = rows_of(run, AT.mass, c, c)
+    coordinates, pairs = coordinates_of(run), pairs_of(run)
     if engine_of(run).arm:
         _move_arm(run, t)
     else:
-        for i in range(c):
+        for i in range(len(coordinates)):
             one, own = coordinates[i], pairs[i, i]
             own.mass, own.felt, one.bias = one.inertia, one.rotor, 0.0
             if one.weight != 0.0:
                 one.bias = one.weight * math.cos(one.place + one.phase)
+    show_bodies(run)
+
+
+@part
+def show_bodies(run: Run) -> None:
+    """Tell effects what mass matrix and bias are, and the tip where it looks."""
+    coordinates, pairs, joints, c = coordinates_of(run), pairs_of(run), joints_of(run), world_of(run).coordinates
+    mass = rows_of(run, AT.mass, c, c)
     for i in range(c):  # for effects, as a plain matrix
         for k in range(c):
             mass[i, k] = pairs[i, k].mass
     for i in range(len(joints)):
         joints[i].bias_torque = coordinates[i].bias
+    if engine_of(run).arm and engine_of(run).uses_tip:
+        show_tip(run)
 
 
 @part
 def show_tip(run: Run) -> None:
     """Fill place, speed and turning of the tip, along the axes of the base."""
-    engine, tip, body = engine_of(run), world_of(run).tip, bodies_of(run)[world_of(run).joints - 1]
+    engine, tip, body = engine_of(run), world_of(run).tip, bodies_of(run)[engine_of(run).last]
     place = plus(vector(body.origin), turned(body.rotation, vector(engine.tip_offset)))
     turning = vector(body.w)
     speed = plus(vector(body.v), cross(turning, place))
@@ -174,13 +189,14 @@ def _resisting(tip: Any, step: float, a: Vector) -> Vector:
 @part
 def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
     """Turning of the tip, and speed at the base's origin, for a unit speed of a coordinate."""
-    bodies = bodies_of(run)
-    if not engine_of(run).coupled:
+    bodies, engine = bodies_of(run), engine_of(run)
+    if engine.direct:
         return vector(bodies[k].turn), vector(bodies[k].slide)
+    spread = rows_of(run, AT.spread, engine.bodies, world_of(run).coordinates)
     turn = slide = (0.0, 0.0, 0.0)
-    for j in range(world_of(run).joints):
-        turn = plus(turn, times(turns_of(run)[j, k], vector(bodies[j].turn)))
-        slide = plus(slide, times(turns_of(run)[j, k], vector(bodies[j].slide)))
+    for j in range(engine.last + 1):
+        turn = plus(turn, times(spread[j, k], vector(bodies[j].turn)))
+        slide = plus(slide, times(spread[j, k], vector(bodies[j].slide)))
     return turn, slide
 
 

@@ -21,7 +21,7 @@ from drivetrain.arrays import Array
 from drivetrain.call_address import call_address
 from drivetrain.jit import callback, kernel
 from drivetrain.simulation.core.assembly import agrees, ask_again, assemble, find_forces, show_coupled, show_energies
-from drivetrain.simulation.core.bodies import clear_tip, move_bodies, show_tip
+from drivetrain.simulation.core.bodies import clear_tip, move_bodies
 from drivetrain.simulation.core.friction import several_outcomes, solve_friction
 from drivetrain.simulation.core.records import (
     AT,
@@ -48,6 +48,8 @@ from drivetrain.simulation.planning.mechanics import PAYLOAD
 from drivetrain.solvers.compiled_function import evaluate
 
 MOST = 60  # solutions of a step, at most
+OPEN = -1002  # instead of their count: joints that follow in closed loops cannot
+OPEN_WORDS = "joints that follow in closed loops cannot: the linkage does not reach so far, or stands at a dead centre"
 
 
 @part
@@ -151,6 +153,8 @@ def solve(run: Run, t: float, h: float, theta: float) -> int:
         middle = np.nextafter(np.nextafter(middle, t), t)
     show_motion(run, theta * h)
     call_equations(run, engine_of(run).bodies_law, middle, h)
+    if engine_of(run).open:
+        return OPEN
     show_states(run, theta * h)
     compute(run, middle, h)
     for attempt in range(MOST):
@@ -192,8 +196,6 @@ def equation(function: Any) -> Any:
 def bodies(t: Any, h: Any, run: Any) -> None:
     """Mass matrix and bias; apart, since what is compiled in one piece is optimised in each."""
     move_bodies(run, t)
-    if engine_of(run).arm and engine_of(run).uses_tip:
-        show_tip(run)
 
 
 def friction(t: Any, h: Any, run: Any) -> None:

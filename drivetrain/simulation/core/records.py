@@ -172,6 +172,42 @@ class ModeChange:
 
 
 @dataclass
+class Chain:
+    """Of an arm with loops a chain: its first row, link, rotor, body and entry of its mass matrix, and how many."""
+
+    row: int
+    link: int
+    rotor: int
+    body: int
+    entry: int
+    joints: int
+    rows: int  # joints, then rotors on their own
+    rotors: int
+
+
+@dataclass
+class Whole:
+    """A joint of the whole linkage."""
+
+    coordinate: int  # that drives it; -1: it follows
+    follower: int  # which of those that follow
+    stride: float
+    place: float = 0.0
+    speed: float = 0.0
+    kept: float = 0.0  # place before the pins were closed again
+
+
+@dataclass
+class End:
+    """One end of a pin, two after another: on the link behind so many joints of a chain."""
+
+    chain: int
+    joints: int
+    closed: float  # how far a pin may be open [m]
+    point: Annotated[Array, 3]  # base frame, all joints at zero [m]
+
+
+@dataclass
 class Section:
     """A part of the memory: its first number, how many numbers there are, and how many records."""
 
@@ -185,6 +221,9 @@ SECTIONS = (
     # mechanics
     "coordinates", "pairs", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places",
     "body_speeds", "body_bias", "body_felt_bias", "body_mass", "body_felt", "between",
+    # of closed loops
+    "body_rates", "row_joints", "chains", "whole", "follow", "ends", "screws", "loop_links", "pins", "followed",
+    "upper",
     # laws, states, and what is recorded
     "computes", "repeats", "accounts", "accepts", "samples", "guards", "states", "powers", "energies", "columns",
     # of the adaptive engine: its log, and what its Jacobian needs
@@ -198,12 +237,15 @@ AT: Any = namedtuple("AT", SECTIONS)(*range(len(SECTIONS)))  # type: ignore[misc
 class Engine:
     """What the equations of motion keep for themselves."""
 
-    # whether there is an arm, whether an effect looks at the tip, whether motors are coupled, coordinates of the bodies
-    # then
+    # whether there is an arm, whether an effect looks at the tip, whether motors are coupled, whether loops are closed,
+    # and whether neither is: then the bodies have the coordinates for their own, of which there are else as many
     arm: int
     uses_tip: int
     coupled: int
+    looped: int
+    direct: int
     bodies: int
+    last: int  # link that carries the tip
     # addresses of the compiled equations
     motion: int
     forces: int
@@ -211,9 +253,11 @@ class Engine:
     friction_law: int
     outcomes_law: int
     moving: int  # how many states follow rates
+    open: int  # whether loops could not be closed
+    potential: float  # energy of the bodies of an arm with loops [J]
     tip_offset: Annotated[Array, 3]  # of the tip in the last link's frame [m]
     theta: float  # share of the step at which forces are taken [-]
-    solved: int  # solutions of the last step; negative: which coordinate jams, below -1000 none fits
+    solved: int  # solutions of the last step; negative: which coordinate jams, below -1000 none fits or loops are open
     undecided: int  # A coordinate that has let go together with others and may as well have held; -1: none
     stiff: int  # whether springs or dampers made the last step's inertia a good deal larger
     held: int  # whether modes of friction are given
@@ -231,8 +275,9 @@ class Engine:
     tip_stiffness: Annotated[Array, 6]
 
 
-COORDINATE, PAIR, CALL, GUARDED, STATE, MODE_CHANGE, SECTION, ENGINE = (
-    record_type(one, np.int64) for one in (Coordinate, Pair, Call, Guard, State, ModeChange, Section, Engine)
+COORDINATE, PAIR, CALL, GUARDED, STATE, MODE_CHANGE, SECTION, ENGINE, CHAIN, WHOLE, END = (
+    record_type(one, np.int64)
+    for one in (Coordinate, Pair, Call, Guard, State, ModeChange, Section, Engine, Chain, Whole, End)
 )
 
 

@@ -22,6 +22,8 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.core import jacobian
 from drivetrain.simulation.core.equations import (
+    OPEN,
+    OPEN_WORDS,
     account_at,
     pass_payloads,
     put_row,
@@ -321,6 +323,8 @@ def _breaks(plan: Plan, tolerance: float) -> Array:
 def _stopped(done: CompiledSolution, plan: Plan, numbers: Array) -> Event:
     """What ended the run."""
     t, solved = done.stopped_at, int(plan.memory.view(numbers, "engine")["solved"][0])
+    if solved == OPEN:
+        return Event(t, "apart", OPEN_WORDS)
     if solved < 0:
         if solved > NO_SET:
             problem = "its mesh friction has no solution in this posture"

@@ -20,7 +20,15 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.records import record_type
-from drivetrain.simulation.core.equations import account_at, pass_payloads, put_row, solve_at, take_samples
+from drivetrain.simulation.core.equations import (
+    OPEN,
+    OPEN_WORDS,
+    account_at,
+    pass_payloads,
+    put_row,
+    solve_at,
+    take_samples,
+)
 from drivetrain.simulation.core.friction import keep_modes, put_back_modes
 from drivetrain.simulation.core.records import (
     AT,
@@ -48,7 +56,7 @@ from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 from drivetrain.solvers.solver import check_positive
 
-DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS = range(6)  # why the kernel came back
+DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS, APART = range(7)  # why the kernel came back
 SLACK = 1e-9  # of a step: what rounding may leave
 BEYOND = 1e60
 MOST_TRIES = 30  # of a step, for effects that must tell something else
@@ -249,7 +257,7 @@ def _advance(
             solved = _solve(run, t, h, engine.theta)
             if solved < 0:
                 clock.culprit = -1 - solved
-                return JAMMED if solved > -1000 else ENDLESS
+                return JAMMED if solved > -1000 else ENDLESS if solved > OPEN else APART
             clock.solves += solved
             wanted = world_of(run).longest
             if wanted >= MUCH_SHORTER * h or h <= 2.0 * SHORTEST * clock.step:
@@ -375,6 +383,8 @@ def _stopped(code: int, plan: Plan, clock: Any) -> Event | None:
         return Event(t, "diverged", f"{name} is no number any more or grows beyond all bounds; try a shorter step")
     if code == JAMMED:
         return Event(t, "jammed", f"{plan.coordinates[culprit]}: its mesh friction has no solution in this posture")
+    if code == APART:
+        return Event(t, "apart", OPEN_WORDS)
     if code == ENDLESS:
         return Event(t, "endless", "no set of sticking and sliding joints fits; try a shorter step")
     return None

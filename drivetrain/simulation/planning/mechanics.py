@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.coupling import coupled_groups
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arrays import Array
+from drivetrain.dynamics.closed import chain_arms
 from drivetrain.dynamics.core.equation_of_motion import BODY, moving_bodies
+from drivetrain.dynamics.core.frames import LINK as MOVED
 from drivetrain.dynamics.core.packed import followers, link_frames, packed
 from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.effects.effect import Effect, Place, Shape
 from drivetrain.effects.loads.payload_change import PayloadChange
 from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.core import records as r
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
+STRIDE = 0.2  # of a driven joint at once, while loops are closed [rad]; of a sliding one, over the arm's size
+CLOSED = 1e-13  # that pins may stay open, over the arm's size
 # What the tip carries from an instant on: mass, first and second moments of the last link with it.
 BODY_NAMES = ("mass", "hx", "hy", "hz", "sxx", "syy", "szz", "sxy", "sxz", "syz")
 PAYLOAD = np.dtype([(name, np.float64) for name in ("time", *BODY_NAMES)])
@@ -41,6 +46,32 @@ class Coupled:
     felt: NDArray[np.int64]
     factors: Array  # by how much, (c,)
     own: Array  # inertia of reflected rotors at their shafts [kg m^2 or kg], (c,)
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedLoops:
+    """What closes the loops of an arm: records and tables of ``core/loops.py``, joints of all rows among them."""
+
+    chains: Any
+    whole: Any
+    follow: NDArray[np.int64]  # joints that follow
+    ends: Any
+    joints: NDArray[np.int64]  # of the whole linkage, by row; -1 less the coordinate of a rotor on its own
+    screws: Array  # of the joints by row, (e, 6)
+    spread: Array  # rows a unit of each coordinate, where these alone tell it, (e, c)
+    felt: NDArray[np.int64]  # row whose turning the motor of each coordinate feels, (c,)
+
+    def put(self, put: Callable[[Any, bool, str], Any]) -> None:
+        """Their sections in a run's memory."""
+        p, columns = len(self.follow), len(self.whole) + 2
+        for name, values in (
+            ("body_rates", np.zeros(len(self.joints))), ("row_joints", self.joints), ("chains", self.chains),
+            ("whole", self.whole), ("follow", self.follow), ("ends", self.ends), ("screws", self.screws),
+            ("loop_links", np.zeros(len(self.joints) + len(self.chains), MOVED)),
+            ("pins", np.zeros((3 * len(self.ends) // 2, columns))), ("followed", np.zeros((p, columns))),
+            ("upper", np.zeros((p, p))),
+        ):  # fmt: skip
+            put(values, name == "whole", name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +97,8 @@ class Mechanics:
     # instant [s], and ten numbers of the last link's body from there on, records PAYLOAD, (K,)
     payloads: Any = field(default_factory=lambda: np.zeros(0, PAYLOAD))
     coupled: Coupled | None = None  # how coupled motors turn with the joints; None where each has its own
+    last: int = -1  # link that carries the tip
+    loops: ClosedLoops | None = None  # what closes its loops; None where none is closed
 
     def coordinates_of(self, motion: Array) -> Array:
         """What the coordinates do in a motion of the joints: shafts stand for joints whose motors are coupled."""
@@ -118,7 +151,8 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
     if len(loads) > 1 or (loads and not isinstance(scene.body, Arm)):
         raise InputError(Fault("effects['scene']", "must hold one PayloadChange at most, and that of an arm"))
     if isinstance(scene.body, Arm):
-        built = _with_arm(scene.body, shapes, np.array(ratios))
+        kind = _with_arm if scene.body.linkage is None else _with_loops
+        built = kind(scene.body, shapes, np.array(ratios))
         return replace(built, payloads=_payloads(built, *loads[0])) if loads else built
     return _without_arm(scene.body, shapes[0], np.array(ratios))
 
@@ -167,8 +201,8 @@ def _motors(shapes: Sequence[Shape]) -> Array:
     return np.array(motors, dtype=np.int64)
 
 
-def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
-    motors = _motors(shapes)
+def _mounted(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Arm:
+    """The arm with the rotors of effects that are bodies."""
     own = [shape.rotor_inertia for shape in shapes]
     if any(inertia is not None for inertia in own):
         mounted = [
@@ -176,6 +210,11 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
             for ratio, inertia, shape, kept in zip(ratios, own, shapes, arm.rotors, strict=True)
         ]
         arm = with_rotors(arm, mounted, level=RotorLevel.FULL if arm.level is RotorLevel.NONE else arm.level)
+    return arm
+
+
+def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
+    motors, arm = _motors(shapes), _mounted(arm, shapes, ratios)
     free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
     bound, model, frames = _coupled(arm, free, ratios), packed(arm, free), link_frames(arm)
     c, links, rotors = arm.n + len(free), model.links.copy(), model.rotors.copy()
@@ -204,7 +243,7 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
     return Mechanics(
         arm.n, c, 1, ratios, motors, links, rotors, bodies, np.zeros((4, c)), np.linalg.solve(frames[-1], arm.tip),
-        arm, {i: shapes[i] for i in free}, reflected, tuple(uncoupled), coupled=bound,
+        arm, {i: shapes[i] for i in free}, reflected, tuple(uncoupled), coupled=bound, last=arm.n - 1,
     )  # fmt: skip
 
 
@@ -230,6 +269,65 @@ def _coupled(arm: Arm, free: tuple[int, ...], ratios: Array) -> Coupled | None:
     return Coupled(shafts, arm.coupling, np.asarray(turns, dtype=np.float64), spread, felt, factors, np.zeros(c))
 
 
+def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
+    """The chains of an arm with closed loops, one after another; coordinates are its driven joints."""
+    refuse_loops(arm, closed=True)
+    faults = [
+        Fault(f"effects[{name!r}]", "has a spring before a rotor that is reflected", None, "let it be a FullRotor")
+        for name, shape in zip(arm.joint_names, shapes, strict=True)
+        if shape.flexible and shape.rotor_inertia is not None and not shape.full
+    ]
+    if faults:
+        raise InputError(faults)
+    motors, arm = _motors(shapes), _mounted(arm, shapes, ratios)
+    assert arm.linkage is not None
+    loops, c = arm.linkage.loops, arm.n + sum(shape.flexible for shape in shapes)
+    size = max(float(np.linalg.norm(point)) for _, _, point in loops.pins) or 1.0
+    whole = np.zeros(len(loops.owner), r.WHOLE)
+    whole["coordinate"] = -1
+    whole["coordinate"][list(loops.driven)] = np.arange(arm.n)
+    whole["follower"][list(loops.passive)] = np.arange(len(loops.passive))
+    whole["stride"][list(loops.driven)] = STRIDE * np.where(arm.slides, size, 1.0)
+    links, rotors, bodies, screws = list[Any](), list[Any](), list[Any](), list[Array]()
+    chains, joints, first = list[tuple[int, ...]](), list[int](), np.zeros(4, np.int64)  # link, rotor, body, entry
+    felt, at = np.full(c, -1), np.zeros(c, np.int64)  # row and link of what the motor of each coordinate turns
+    for chain, path in zip(chain_arms(arm), loops.paths, strict=True):
+        own = {j: int(whole["coordinate"][joint]) for j, joint in enumerate(path) if joint in loops.driven}
+        free = [j for j, i in own.items() if shapes[i].flexible and chain.rotors[j] is not None]
+        model, n, row = packed(chain, tuple(free)), chain.n, len(joints)
+        turned = {i: j for j, i in own.items() if felt[i] < 0 or chain.rotors[j] is not None}
+        turned |= {int(motors[own[j]]): n + k for k, j in enumerate(free)}
+        for i, k in turned.items():
+            felt[i], at[i] = row + k, first[0] + k
+        sizes = np.array([n, n + len(free), len(model.rotors)])
+        chains.append((row, *first.tolist(), *sizes.tolist()))
+        first += [len(model.links), sizes[2], n + sizes[2] + 1, sizes[1] ** 2]
+        joints += [*path, *(-1 - int(motors[own[j]]) for j in free)]
+        screws += [chain.screws, np.zeros((len(free), 6))]
+        links.append(model.links.copy())
+        rotors.append(model.rotors)
+        bodies.append(moving_bodies(n, int(sizes[2]), link_frames(chain)[0], arm.gravity))
+    spread, every = np.zeros((len(joints), c)), np.concatenate(links)
+    for row, joint in enumerate(joints):
+        driver = -1 - joint if joint < 0 else whole["coordinate"][joint]
+        if driver >= 0:
+            spread[row, driver] = 1.0
+    for i, shape in enumerate(shapes):
+        if shape.rotor_inertia is not None and not shape.full:
+            every["rotor_inertia"][at[i]] += shape.rotor_inertia * ratios[i] ** 2
+    ends = [(chain, count, CLOSED * size, point) for *pair, point in loops.pins for chain, count in pair]
+    closed = ClosedLoops(
+        np.array(chains, r.CHAIN), whole, np.array(loops.passive, np.int64), np.array(ends, r.END),
+        np.array(joints, np.int64), np.concatenate(screws), spread, felt,
+    )  # fmt: skip
+    return Mechanics(
+        arm.n, c, 1, ratios, motors, every, np.concatenate(rotors), np.concatenate(bodies), np.zeros((4, c)),
+        np.linalg.solve(link_frames(arm.linkage.chains[0])[-1], arm.tip), arm,
+        {i: shape for i, shape in enumerate(shapes) if shape.flexible}, every["rotor_inertia"][at[motors]],
+        last=arm.linkage.chains[0].n - 1, loops=closed,
+    )  # fmt: skip
+
+
 def _payloads(built: Mechanics, time: Array, moments: Array) -> Any:
     """The last link's numbers, empty first, then with each body; two rows of numbers may differ in the body only."""
     in_link = built.tip @ moments @ built.tip.T
@@ -241,7 +339,7 @@ def _payloads(built: Mechanics, time: Array, moments: Array) -> Any:
     payloads = np.zeros(1 + len(time), PAYLOAD)
     payloads["time"] = np.append(-1e30, time)
     for name, values in zip(BODY_NAMES, added.T, strict=True):
-        payloads[name] = built.links[name][built.n - 1] + values
+        payloads[name] = built.links[name][built.last] + values
     return payloads
 
 

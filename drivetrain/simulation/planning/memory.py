@@ -21,6 +21,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.records import fill, record_type
 from drivetrain.simulation.core import equations
 from drivetrain.simulation.core import records as r
+from drivetrain.simulation.core.loops import loop_bodies
 from drivetrain.simulation.planning.mechanics import Mechanics
 from drivetrain.simulation.planning.wiring import Directory, Group, Instance, ranked
 
@@ -158,13 +159,16 @@ def lay_out(
 
 def _put_mechanics(block: _Block, body: Mechanics) -> None:
     """Constants and room of the equations of motion."""
-    n, c, bound = body.n, body.c, body.coupled
+    n, c, bound, loops = body.n, body.c, body.coupled, body.loops
     coordinates = np.zeros(c, r.COORDINATE)
     coordinates["motor"][:n], coordinates["ratio"][:n] = body.motors, body.ratios
     for name, row in zip(("inertia", "weight", "phase", "rotor"), body.constant, strict=True):
         coordinates[name] = row
     coordinates["dry"]["load_sign"] = 1
-    size = c if bound is None else len(bound.spread)
+    spread = np.zeros((0, c)) if bound is None else bound.spread
+    if loops is not None:
+        spread, coordinates["felt"] = loops.spread, loops.felt
+    size = len(spread) or c
     if bound is not None:
         coordinates["coupled"][list(bound.shafts)] = 1
         coordinates["felt"], coordinates["factor"], coordinates["own"] = bound.felt, bound.factors, bound.own
@@ -176,12 +180,14 @@ def _put_mechanics(block: _Block, body: Mechanics) -> None:
     block.put(body.bodies, False, "bodies")
     block.put(body.payloads, False, "payloads")
     block.put(np.zeros((0, n)) if bound is None else bound.turns, False, "turns")
-    block.put(np.zeros((0, c)) if bound is None else bound.spread, False, "spread")
+    block.put(spread, False, "spread")
     for name in ("body_places", "body_speeds", "body_bias", "body_felt_bias"):
         block.put(np.zeros(size), False, name)
     for name in ("body_mass", "body_felt"):
         block.put(np.zeros((size, size)), False, name)
     block.put(np.zeros((size, c)), False, "between")
+    if body.loops is not None:
+        body.loops.put(block.put)
 
 
 def _connectors(block: _Block, joints: Sequence[str]) -> dict[str, int]:
@@ -369,11 +375,13 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
     world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c
     engine["arm"], engine["uses_tip"] = body.kind, _uses_tip(instances)
-    engine["coupled"] = body.coupled is not None
-    engine["bodies"] = body.c if body.coupled is None else len(body.coupled.spread)
+    engine["coupled"], engine["looped"] = body.coupled is not None, body.loops is not None
+    engine["direct"], engine["last"] = body.coupled is None and body.loops is None, body.last
+    engine["bodies"] = len(made.view(numbers, "body_bias"))
     engine["theta"], engine["moving"] = 0.5, made.moving
     engine["late"] = any(state.late for one in instances for state in one.ports.states)
-    laws = {"motion": equations.motion, "forces": equations.forces, "bodies_law": equations.bodies}
+    bodies = equations.bodies if body.loops is None else loop_bodies
+    laws = {"motion": equations.motion, "forces": equations.forces, "bodies_law": bodies}
     for name, law in (laws | {"friction_law": equations.friction, "outcomes_law": equations.outcomes}).items():
         engine[name] = equations.equation(law).address
     engine["tip_offset"] = body.tip[:3, 3]

@@ -1,0 +1,51 @@
+"""Two links with drives, and a crank beside the first, that several rooms try."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.spatial.poses import pose
+from drivetrain.study.objects import study as dt_study
+
+MOTOR = {
+    "torque_constant": 0.1, "resistance": 0.5, "rotor_inertia": 1e-4, "nominal_current": 8.0, "peak_current": 30.0,
+    "peak_torque": 3.0, "mass": 0.8, "max_speed": 600.0, "kind": "brushless", "current_basis": "dc",
+    "winding_basis": "line_line",
+}  # fmt: skip
+GEAR = {"ratio": 50, "kind": "planetary", "efficiency": 0.9, "mass": 1.0, "momentary_torque": 120.0,
+        "repeated_peak_torque": 60.0, "stiffness_1": 2e4}  # fmt: skip
+BRAKE = {"torque_side": "motor", "static_torque": 2.0, "inertia": 1e-6, "power": 8.0,
+         "energy_per_stop": 50.0, "mass": 0.3}  # fmt: skip
+
+
+def two_links(inertia=0.0, closures=None, engage_time=0.03):
+    """Two links in a vertical plane that stop at the limit of a current or by their brakes.
+
+    ``inertia``: more of the first link about its joint [kg m^2].
+    """
+    tensors = np.tile(0.01 * np.eye(3), (2, 1, 1))
+    tensors[0] += np.diag([0.0, inertia, inertia])
+    arm = Arm.from_screws(
+        np.array([pose(point=[x, 0.0, 0.0]) for x in (0.15, 0.4)]), [[0, -1.0, 0, 0, 0, 0], [0, -1.0, 0, 0, 0, -0.3]],
+        [2.0, 1.5], tensors, tip=pose(point=[0.5, 0.0, 0.0]), joint_points=[[0.0, 0.0, 0.0], [0.3, 0.0, 0.0]],
+        joint_names=("shoulder", "elbow"), link_names=("upper", "fore"),
+    )  # fmt: skip
+    t = np.linspace(0.0, 2.0, 41)
+    motion = t, np.column_stack([0.4 * np.sin(np.pi * t), 0.6 * np.sin(2.0 * np.pi * t)])
+    own, brake = {"output_bearing": "external", "brake": "B"}, {**BRAKE, "engage_time": engage_time, "source": "t"}
+    return dt_study(
+        arm=arm, motion=motion, motors={"M": MOTOR}, gears={"G": GEAR}, brakes={"B": brake},
+        drives=("M", "G"), supply="48 V", joints={"default": own}, drive_mass="added", closures=closures or [],
+        amplifier={"peak_current": 20.0, "current_basis": "dc"},
+    )  # fmt: skip
+
+
+def crank(inertia):
+    """A crank and a rod that make a parallelogram with the first link: the crank turns as that does."""
+    axis, turned = [0, -1, 0], {"xx": 0.0, "yy": inertia, "zz": inertia}
+    links = [
+        {"joint": "crank", "axis": axis, "point": [0.0, 0.0, 0.2], "mass": 1.0 if inertia else 0.0, "inertia": turned},
+        {"joint": "rod", "axis": axis, "point": [0.2, 0.0, 0.2]},
+    ]
+    return [{"start": "base", "links": links, "end": "upper", "point": [0.2, 0.0, 0.0]}]
