@@ -158,7 +158,7 @@ def vibration(evaluation: Evaluation) -> Vibration:
         of twice the size: how they swing against each other is not told.
 
     Raises:
-        InputError: A study without an arm, with closed loops, or with a preload between two motors; a sprung joint whose
+        InputError: A study without an arm, with closed loops or a preload of two motors; a sprung joint whose
             rotor inertia is unknown.
     """
     _arm(evaluation)
