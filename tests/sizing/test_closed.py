@@ -166,7 +166,7 @@ def test_a_stop_that_no_linkage_follows_is_not_checked():
     found = next(one for one in evaluate(study).shared if one.name == "arm power failure")
     assert found.verdict == "NOT CHECKED" and "cannot be followed" in found.remark
     ramped = replace(study, joints=tuple(replace(task, stop=Stop(ramp=0.5)) for task in study.joints))
-    with pytest.raises(InputError, match="stop.ramp: leads the linkage where it cannot go"):
+    with pytest.raises(InputError, match=r"stop\.ramp: leads the linkage where it cannot go"):
         evaluate(ramped)
 
 
