@@ -20,7 +20,14 @@ if TYPE_CHECKING:
         constrained_inverse_dynamics,
         constraint_projectors,
     )
-    from drivetrain.dynamics.constraints import Attachment, ClosingJoint, LoopClosure, Plane, PointOnSurface
+    from drivetrain.dynamics.constraints import (
+        Attachment,
+        CallableConstraint,
+        ClosingJoint,
+        LoopClosure,
+        Plane,
+        PointOnSurface,
+    )
     from drivetrain.dynamics.derivatives import (
         AccelerationDerivatives,
         TorqueDerivatives,

@@ -132,6 +132,8 @@ class CallableConstraint(Constraint):
         drift: ``(q, qd) -> dA/dt qd``, (k,).
         size: k, the number of rows.
         error: ``q -> error``, (k,), whose derivative is A. None: the rows bind speeds only (Pfaffian).
+
+    Reference: Modern Robotics, section 8.7: the Pfaffian A(theta), and what its derivative adds.
     """
 
     jacobian: Callable[[Array], Any]
