@@ -167,7 +167,8 @@ def test_a_gear_bears_what_its_screw_takes_to_speed_up(stop) -> None:
         drives=("M", "G"), supply="400 V", joints={"default": {"stages": [screw]}}, stop=stop,
         amplifier={"current_basis": "dc"},
     )  # fmt: skip
-    checks = drivetrain.evaluate(study).checks.set_index("check").required
+    found = drivetrain.evaluate(study).checks.set_index("check")
+    checks, told = found.required, found.remark["gear momentary peak torque"]
     whole = mass * lead * lead + inertia
     assert checks["gear repeated peak torque"] == pytest.approx(whole * np.abs(qdd / lead).max(), rel=1e-9)
     way, torque = np.abs(qd[:, 0]), np.abs(whole * qdd[:, 0] / lead)
@@ -176,8 +177,10 @@ def test_a_gear_bears_what_its_screw_takes_to_speed_up(stop) -> None:
     if "ramp" in stop:
         slowing = np.abs(qd).max() / lead / stop["ramp"]
         assert checks["gear momentary peak torque"] == pytest.approx(whole * slowing, rel=1e-3)
+        assert f"{checks['gear momentary peak torque']:.4g} N m, 0 s after its start" in told
     else:  # from where the motion brakes already the spring swings less than by all of what the stop takes
         share = whole / (whole + ratio**2 * rotor) * ratio * 0.1 * stop["current"]
+        assert f"{checks['gear momentary peak torque']:.4g} N m with the swing" in told
         assert share < checks["gear momentary peak torque"] < 2.0 * share + torque.max()
 
 

@@ -119,11 +119,12 @@ def momentary(op: Any, row: Any) -> Words:
     if case.setting.moves == 0.0 and not len(stop.torque):
         return said._replace(remark=f"the joint never moves: there is nothing to stop; {cycle}{lack}")
     if case.setting.ramped != 0.0:
-        worst = int(np.argmax(op.demand.stop_torque))
+        taken = np.abs(stop.torque + stage_load(case.gear) * stop.acceleration)
+        worst = int(np.argmax(np.maximum(op.demand.stop_torque, taken)))
         begin, speed = op.demand.time[stop.first[worst]], abs(op.demand.speed[stop.first[worst]])
         return said._replace(
             remark=f"stop of all joints on a ramp of {case.setting.stop_ramp:.3g} s: "
-            f"{op.demand.stop_torque[worst]:.4g} N m, {stop.after[worst]:.3g} s after its start at t = {begin:.4g} s "
+            f"{case.figures.stop_torque:.4g} N m, {stop.after[worst]:.3g} s after its start at t = {begin:.4g} s "
             f"from {math.degrees(speed):.3g} deg/s, {_travel(op)}; {cycle}{lack}"
         )
     return said._replace(remark=f"{_hard_stop(op)}; {cycle}{_safe_current(op)}{lack}")
@@ -149,11 +150,15 @@ def _hard_stop(op: Any) -> str:
     speed = abs(float(demand.speed[at]))
     slowing = -way * found.acceleration
     ends = f"in {1e3 * speed / slowing:.3g} ms" if slowing > 0.0 else "never, as the load is stronger"
+    more, taken = float(onward(case.gear)), float(stage_load(case.gear)) * abs(found.acceleration)
+    rigid = f"{more * (abs(found.torque) + taken):.4g} N m rigid"
+    if math.isinf(found.torque):
+        rigid, ends = "the mesh locks, without bound rigid", "at once"
     swing = overshoot(case.gear.stiffness_1, inertia, rotor, case.setting.stop_rise)
-    peak = op.judgement.work.traces.stop[at]
+    peak = more * op.judgement.work.traces.stop[at]
     return (
         f"stop of this joint at {amperes(op.task.amplifier, case.setting.stop_current)} from t = {demand.time[at]:.4g} "
-        f"s at {math.degrees(speed):.3g} deg/s: {abs(found.torque):.4g} N m rigid, {peak:.4g} N m with the "
+        f"s at {math.degrees(speed):.3g} deg/s: {rigid}, {peak:.4g} N m with the "
         f"swing of the spring (at most {100 * swing:.3g} %); at rest {ends}; {_travel(op)}"
     )
 
