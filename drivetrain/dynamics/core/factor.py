@@ -46,7 +46,7 @@ def solve(matrices: Array, vectors: Array) -> tuple[int, int]:
         if joint >= 0:
             return sample, joint
         _forward(matrices[sample], vectors[sample])
-        _backward(matrices[sample], vectors[sample])
+        backward(matrices[sample], vectors[sample])
     return -1, -1
 
 
@@ -88,21 +88,21 @@ def least_change(
         largest, smallest, rank, missed = 0.0, np.inf, 0, 0.0
         for k in range(rows):
             answer[k] = 0.0
-            largest = max(largest, math.sqrt(_dot(w[k], w[k])))
+            largest = max(largest, math.sqrt(scalar_product(w[k], w[k])))
         for k in range(rows):
-            size, wanted = math.sqrt(_dot(w[k], w[k])), _dot(turns[k], drift[sample])
+            size, wanted = math.sqrt(scalar_product(w[k], w[k])), scalar_product(turns[k], drift[sample])
             if size <= tolerance * largest:
                 missed = max(missed, abs(wanted))
                 continue
             rank += 1
             smallest = min(smallest, size)
             # The rows of w are at right angles: each takes its own part of x, whatever the others have taken.
-            push = (_dot(w[k], x) / size + wanted / size) / size
+            push = (scalar_product(w[k], x) / size + wanted / size) / size
             for i in range(n):
                 x[i] -= push * w[k, i]
             for i in range(rows):
                 answer[i] += push * turns[k, i]
-        _backward(factor, x)
+        backward(factor, x)
         found[sample, 0], found[sample, 1], found[sample, 2] = rank, largest / smallest if rank else 1.0, missed
     return -1, -1
 
@@ -136,7 +136,7 @@ def _forward(factor: Array, vector: Array) -> None:
 
 
 @law
-def _backward(factor: Array, vector: Array) -> None:
+def backward(factor: Array, vector: Array) -> None:
     """L^-T b."""
     for i in range(len(vector) - 1, -1, -1):
         total = vector[i]
@@ -146,7 +146,8 @@ def _backward(factor: Array, vector: Array) -> None:
 
 
 @law
-def _dot(a: Array, b: Array) -> float:
+def scalar_product(a: Array, b: Array) -> float:
+    """Of two rows, or columns, of any length."""
     total = 0.0
     for i in range(len(a)):
         total += a[i] * b[i]
@@ -172,7 +173,11 @@ def _orthogonal(rows: Array, turns: Array) -> None:
         still = True
         for p in range(count - 1):
             for q in range(p + 1, count):
-                a, b, c = _dot(rows[p], rows[p]), _dot(rows[q], rows[q]), _dot(rows[p], rows[q])
+                a, b, c = (
+                    scalar_product(rows[p], rows[p]),
+                    scalar_product(rows[q], rows[q]),
+                    scalar_product(rows[p], rows[q]),
+                )
                 if abs(c) <= ROUNDING * math.sqrt(a) * math.sqrt(b):
                     continue
                 still = False

@@ -15,6 +15,7 @@ from typing import Any
 from numba import carray
 
 from drivetrain.dynamics.core.equation_of_motion import mass_and_bias
+from drivetrain.dynamics.core.factor import backward, scalar_product
 from drivetrain.dynamics.core.frames import LINK as MOVED
 from drivetrain.dynamics.core.frames import move_links
 from drivetrain.dynamics.core.vectors import cross, dot, plus, turned, vector
@@ -107,45 +108,33 @@ def _solve_followers(run: Run) -> bool:
     """What the joints that follow do for each column of the pins, by least squares; whether they can."""
     table, found, follow = _pins_of(run), _followed_of(run), words_of(run, AT.follow)
     whole, p, columns = _whole_of(run), len(follow), table.shape[1]
-    upper = rows_of(run, AT.upper, p, p)
+    lower = rows_of(run, AT.lower, p, p)
     for a in range(p):
         own = table[:, follow[a]]
-        before = _dot(own, own)
+        before = scalar_product(own, own)
         for b in range(a):
             other = table[:, follow[b]]
-            share = _dot(other, own)
-            upper[b, a] = share
+            share = scalar_product(other, own)
+            lower[a, b] = share
             for r in range(len(table)):
                 own[r] -= share * other[r]
-        size = _dot(own, own)
+        size = scalar_product(own, own)
         if not size > DEAD * DEAD * before:
             return False
-        upper[a, a] = math.sqrt(size)
+        lower[a, a] = math.sqrt(size)
         for r in range(len(table)):
-            own[r] /= upper[a, a]
+            own[r] /= lower[a, a]
     for k in range(columns):
         if k < columns - 2 and whole[k].coordinate < 0:
             continue
         right = table[:, k]
         for a in range(p):
             own = table[:, follow[a]]
-            found[a, k] = _dot(own, right)
+            found[a, k] = scalar_product(own, right)
             for r in range(len(table)):
                 right[r] -= found[a, k] * own[r]
-        for a in range(p - 1, -1, -1):
-            for b in range(a + 1, p):
-                found[a, k] -= upper[a, b] * found[b, k]
-            found[a, k] /= upper[a, a]
+        backward(lower, found[:, k])
     return True
-
-
-@part
-def _dot(a: Any, b: Any) -> float:
-    """The scalar product of two columns."""
-    total = 0.0
-    for r in range(len(a)):
-        total += a[r] * b[r]
-    return total
 
 
 @part

@@ -223,7 +223,7 @@ SECTIONS = (
     "body_speeds", "body_bias", "body_felt_bias", "body_mass", "body_felt", "between",
     # of closed loops
     "body_rates", "row_joints", "chains", "whole", "follow", "ends", "screws", "loop_links", "pins", "followed",
-    "upper",
+    "lower",
     # laws, states, and what is recorded
     "computes", "repeats", "accounts", "accepts", "samples", "guards", "states", "powers", "energies", "columns",
     # of the adaptive engine: its log, and what its Jacobian needs

@@ -69,7 +69,7 @@ class ClosedLoops:
             ("whole", self.whole), ("follow", self.follow), ("ends", self.ends), ("screws", self.screws),
             ("loop_links", np.zeros(len(self.joints) + len(self.chains), MOVED)),
             ("pins", np.zeros((3 * len(self.ends) // 2, columns))), ("followed", np.zeros((p, columns))),
-            ("upper", np.zeros((p, p))),
+            ("lower", np.zeros((p, p))),
         ):  # fmt: skip
             put(values, name == "whole", name)
 
