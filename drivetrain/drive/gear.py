@@ -216,7 +216,7 @@ class Mesh(NamedTuple):
     grip: float
     drag: float  # turning at 1 rad/s of the input and 20 C, whatever the load; without seals
     exponent: float  # with which the drag grows with speed; 0: it does not
-    # b1 and b2 of drag over temperature, see ``gear_loss.drag_factor`` [1/K], [1/K^2]
+    # b1 and b2 of drag over temperature, see ``drag_factor`` [1/K], [1/K^2]
     cooling: float
     bend: float
     seal: float  # drag at any speed and temperature

@@ -56,8 +56,7 @@ def current_commands(
         voltage than motor and amplifier have, safety factors left out; ``over current``, ``over torque`` and ``over
         voltage`` tell which. ``lost acceleration`` is what the gear's output then lacks, the other joints moving as
         they should; NaN where nobody knows the load's inertia. Of a drive that lacks rotor inertia or losses the
-        current is NaN. Rows in order of joints, then of time. ``attrs`` holds
-        ``rate`` and ``hold``.
+        current is NaN. Rows in order of joints, then of time. ``attrs`` holds ``rate`` and ``hold``.
 
     Raises:
         InputError: A rate that is not positive, another order of hold; a study that names no drives.

@@ -222,8 +222,8 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, motor, ("inductance",), volts)
     unheated = thermal_network(motor, study.ambient, housing_to_ambient=task.housing_to_ambient) is None
     if hot := tuple(name for name in doubtful if name in HEATED or (unheated and name in WEAKENED)):
-        gone = [name for name in CONTINUOUS_OVER_TIME if getattr(motor, name) is None]
-        if gone := list(SILENT["temperature"]) if unheated else gone:
+        over_time = tuple(name for name in CONTINUOUS_OVER_TIME if getattr(motor, name) is None)
+        if gone := SILENT["temperature"] if unheated else over_time:
             yield _gap(study, joint, motor, (" and ".join(gone),), hot)
         if RMS in hot and motor.nominal_current is None and motor.nominal_torque is None:
             yield _gap(study, joint, motor, ("nominal_current",), (RMS,))
