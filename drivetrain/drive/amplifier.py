@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 from drivetrain.arrays import Array
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.jit import kernel, law
+from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known
 from drivetrain.units import Capacitance, Current, Duration, Efficiency, Power, Resistance, Voltage
 
@@ -337,30 +337,43 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
     I^2 - I_c^2, never below zero, is held against (I_p^2 - I_c^2) t_p; with a time constant the first-order mean of
     I^2 against I_c^2: the i2t monitor of servo drives, E' = I^2 - I_c^2 and theta' = (I^2/I_c^2 - theta)/tau.
     """
-    steady, constant, total, length = amplifier.continuous_current, amplifier.thermal_time_constant, 0.0, 0.0
+    scale, constant = scale / amplifier.continuous_current, amplifier.thermal_time_constant
+    total, length, largest = squares_of(series, scale, step)
     most, held = 0.0, 0.0
-    for t in range(len(step)):
-        total += (series[t] * scale / steady) ** 2 * step[t]
-        length += step[t]
     if known(constant):  # of the affine map of a round, the state that it leaves as it was
         for t in range(len(step)):
-            held = overload_after(amplifier, held, (series[t] * scale / steady) ** 2, step[t])
+            held = overload_after(amplifier, held, (series[t] * scale) ** 2, step[t])
         held = held / -math.expm1(-length / constant)
         most = held
         for t in range(len(step)):
-            held = overload_after(amplifier, held, (series[t] * scale / steady) ** 2, step[t])
+            held = overload_after(amplifier, held, (series[t] * scale) ** 2, step[t])
             most = max(most, held)
         return most
+    if largest <= 1.0:  # never above the continuous current
+        return 0.0
     if total > length * (1.0 + 1e-12):
         return math.inf
     room = overload_room(amplifier)
-    for _ in range(2):  # from empty; what is left at the end of the first round is that of every round after it
-        for t in range(len(step)):
-            held = overload_after(amplifier, held, (series[t] * scale / steady) ** 2, step[t])
-            most = max(most, held)
+    for first in (True, False):  # from empty; what is left at the end of the first round is that of every one after it
+        if first or held > 0.0:
+            for t in range(len(step)):
+                held = overload_after(amplifier, held, (series[t] * scale) ** 2, step[t])
+                most = max(most, held)
     if most == 0.0:
         return 0.0
     return most / room if room > 0.0 else math.inf
+
+
+@law(fastmath=FAST)
+def squares_of(series: Any, scale: Any, step: Any) -> Any:
+    """The integral of the square of a series times a scale, each sample for its step [s], its length and largest."""
+    total, length, largest = 0.0, 0.0, 0.0
+    for t in range(len(step)):
+        square = (series[t] * scale) ** 2
+        total += square * step[t]
+        length += step[t]
+        largest = max(largest, square)
+    return total, length, largest
 
 
 # The bus behind all amplifiers: what drives feed back lifts its voltage until a brake resistor burns the rest.

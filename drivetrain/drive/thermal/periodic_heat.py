@@ -507,28 +507,27 @@ def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
     is none. The balance of means of a single cycle is near, and costs nothing: from there the search begins.
     """
     part_means(periods, losses, parts)
-    moves, magnets, converged, rise, radius = known(nodes.winding), ambient, True, 0.0, 0.0
-    for stage in range(0 if len(parts) == 1 else 1, 3):  # the means, the state, and the state with what was found
-        previous, reached = magnets, 0.0
+    moves, magnets, used, slope, rise, radius = known(nodes.winding), ambient, ambient, 0.0, 0.0, 0.0
+    converged = False
+    for state in (False, True):  # of a single cycle first its means, whose slope is near that of its state
+        if len(parts) > 1 and not state:
+            continue
+        reached = 0.0
         for step in range(MOST_STEPS):
-            rise, radius = _mean_housing(nodes, copper, periods, losses, parts, magnets, moves and stage > 0)
+            rise, radius = _mean_housing(nodes, copper, periods, losses, parts, magnets, moves and state)
             found = ambient + rise
-            if stage == 2:
-                break
-            if step == 0:
-                reached, magnets = found, found
-            else:
-                slope = (found - reached) / (magnets - previous)
-                previous, reached = magnets, found
-                magnets = magnets + (found - magnets) / (1.0 - slope) if slope < 1.0 else np.inf
-            converged = not (magnets < np.inf and abs(magnets - previous) > MAGNET_TOLERANCE)
+            slope = (found - reached) / (magnets - used) if step > 0 else slope
+            used, reached = magnets, found
+            magnets = magnets + (found - magnets) / (1.0 - slope) if slope < 1.0 else np.inf
+            converged = not (magnets < np.inf and abs(magnets - used) > MAGNET_TOLERANCE)
             if converged:
                 break
-        if stage == 0 and not magnets < np.inf:
-            magnets = ambient
-    if not rise < np.inf:
+        if not (state or magnets < np.inf):
+            magnets, slope = ambient, 0.0
+    if not magnets < np.inf:
         losses.winding_at[:], losses.housing_at[:] = np.inf, np.inf
-        return Heat(ambient, np.inf, np.inf, np.inf, 0.0, 0, converged, radius)
+        return Heat(ambient, np.inf, np.inf, np.inf, 0.0, 0, converged, np.inf)
+    magnets = used  # of which the state is
     cold, slope = per_torque(copper, magnets)
     winding, housing, peak, peak_time, peak_part = ambient, ambient, -np.inf, 0.0, 0
     for i in range(len(parts)):

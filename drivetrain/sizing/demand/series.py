@@ -55,15 +55,6 @@ class Load(NamedTuple):
     static: Array  # torque that holds each position still [N m], (N,) or (0,)
 
 
-class Stopping(NamedTuple):
-    """What stops on a ramp ask beside the load's torque, of the gear's output and of the stator's link, (M,) each."""
-
-    # [rad/s], [rad/s^2]
-    speed: Array
-    acceleration: Array
-    carrier_acceleration: Array
-
-
 class Added(NamedTuple):
     """What a unit of each of K amounts adds to a load: of drives (five numbers each), or of payloads (their masses)."""
 
@@ -91,6 +82,25 @@ class Powers(NamedTuple):
 def new_powers(samples: int) -> Powers:
     """Room for them."""
     return Powers(np.full(1, np.nan), np.zeros(samples))
+
+
+class Stopping(NamedTuple):
+    """What stops on a ramp ask beside the load's torque, of the gear's output and of the stator's link, (M,) each."""
+
+    # [rad/s], [rad/s^2]
+    speed: Array
+    acceleration: Array
+    carrier_acceleration: Array
+    # memory, as in ``Traces``
+    joint_excess: Array
+    shaft_excess: Array
+    drag: Array
+    powers: Powers
+
+
+def stopping_of(speed: Array, acceleration: Array, carrier_acceleration: Array) -> Stopping:
+    """Stops with memory of their own."""
+    return Stopping(speed, acceleration, carrier_acceleration, *np.zeros((3, len(speed))), new_powers(len(speed)))
 
 
 class Traces(NamedTuple):
@@ -132,7 +142,7 @@ class Work(NamedTuple):
 def work_of(demand: JointDemand, added: Added | None = None, *, first_look: bool = True) -> Work:
     """The work of a joint; a ``first_look`` is for judging many drives."""
     motion, load, stop, parts = motion_of(demand), load_of(demand), demand.stop, len(demand.cycle.parts)
-    stopping = Stopping(_row(stop.speed), _row(stop.acceleration), _row(stop.carrier_acceleration))
+    stopping = stopping_of(_row(stop.speed), _row(stop.acceleration), _row(stop.carrier_acceleration))
     memory = Load(*(row.copy() for row in load)), new_traces(len(demand.time), parts)
     work = Work(motion, load, nothing_added(load) if added is None else added, *memory, stopping)
     return work._replace(few=_at_sharp(work, _sharp(demand))) if first_look else work
@@ -150,7 +160,7 @@ def _at_sharp(work: Work, pick: Array) -> Work:
     return Work(
         some, Load(np.ascontiguousarray(load.torque[pick]), *nothing),
         Added(torque, *(np.zeros((count, *values.shape)) for values in nothing)), Load(np.zeros(len(pick)), *nothing),
-        new_traces(len(pick), len(work.traces.parts)), Stopping(none, none, none),
+        new_traces(len(pick), len(work.traces.parts)), stopping_of(none, none, none),
     )  # fmt: skip
 
 

@@ -17,7 +17,6 @@ from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import (
     breakaway_friction,
     direction,
-    friction_at,
     friction_curve,
     sliding_friction,
     static_excess,
@@ -45,7 +44,6 @@ from drivetrain.drive.gear import (
     speed_power,
     stage_load,
     static_load,
-    turning_drag,
     unknown_loss,
     wear,
 )
@@ -565,12 +563,14 @@ def ramped_stop(case: Any, stop: Any, stopping: Any) -> Any:
     mesh, joint, shaft = mesh_of(case.gear), friction_curve(case.joint), friction_curve(case.shaft)
     ratio, load, motor, unknown = case.gear.ratio, 0.0, 0.0, unknown_torque(case)
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
-    factor = drag_factor(mesh, stop_temperature(case))
+    excess_series(joint, 1.0, stopping.speed, stopping.joint_excess)
+    excess_series(shaft, ratio, stopping.speed, stopping.shaft_excess)
+    drag_series(mesh, stop_temperature(case), stopping.speed, stopping.powers, stopping.drag)
     for t in range(len(stop)):
         speed = stopping.speed[t]
         rotor = rotor_torque(inertia, ratio, stopping.acceleration[t], stopping.carrier_acceleration[t])
-        rubbed = stop[t] + friction_at(joint, speed)
-        rubs = friction_at(shaft, ratio * speed) + turning_drag(mesh, factor, ratio * speed)
+        rubbed = stop[t] + sliding_friction(joint, speed) + stopping.joint_excess[t]
+        rubs = sliding_friction(shaft, ratio * speed) + stopping.shaft_excess[t] + stopping.drag[t]
         taken = abs(stop[t] + stage_load(case.gear) * stopping.acceleration[t])
         load = larger(load, larger(larger(abs(stop[t]), taken), abs(rubbed)))
         motor = larger(

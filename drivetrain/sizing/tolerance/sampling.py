@@ -13,7 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.gear import bearing_arm, moment_square
 from drivetrain.records import as_numbers
 from drivetrain.sizing.demand.demand import Workload, workload
-from drivetrain.sizing.demand.series import Added, Load, Work, load_of, new_traces, nothing_added, work_of
+from drivetrain.sizing.demand.series import Added, Load, Work, load_of, new_traces, nothing_added, stopping_of, work_of
 from drivetrain.sizing.judge.cases import cases_of
 from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS, table
 from drivetrain.sizing.judge.evaluate import evaluated, given_drives
@@ -199,7 +199,10 @@ def _peaks_kept(work: Work, case: Any, most: Array, life: bool) -> Work:
     pairs = ((load.torque, added.torque), wrench, inertia, (load.stop, added.stop), static)
     load, added = Load(*(one for one, _ in pairs)), Added(*(more for _, more in pairs))
     traces = new_traces(len(work.motion.speed), len(work.traces.parts))
-    return work._replace(load=load, added=added, sum=Load(*(row.copy() for row in load)), traces=traces, few=None)
+    memory = Load(*(row.copy() for row in load))
+    return work._replace(
+        load=load, added=added, sum=memory, traces=traces, stopping=stopping_of(*work.stopping[:3]), few=None
+    )
 
 
 def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice) -> Samples:
