@@ -18,6 +18,9 @@ PIP := pip install --quiet --disable-pip-version-check --no-compile
 INSTALL := $(BIN)/python -m $(PIP)
 INSTALL_LOCKED := $(INSTALL) --require-hashes --requirement .ci/lock.txt && $(INSTALL) --no-deps --no-build-isolation --editable .
 
+# A setting of many containers that would have Python compile what it imports at every start: half of a command's time.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: demo install test shuffled lowest audit fuzz mutants lock check bench page-check gallery docs clean
 
 demo: $(VENV)/.installed
