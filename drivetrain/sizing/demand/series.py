@@ -100,7 +100,8 @@ class Stopping(NamedTuple):
 
 def stopping_of(speed: Array, acceleration: Array, carrier_acceleration: Array) -> Stopping:
     """Stops with memory of their own."""
-    return Stopping(speed, acceleration, carrier_acceleration, *np.zeros((3, len(speed))), new_powers(len(speed)))
+    memory: Any = (*np.zeros((3, len(speed))), new_powers(len(speed)))
+    return Stopping(speed, acceleration, carrier_acceleration, *memory)
 
 
 class Traces(NamedTuple):
