@@ -93,7 +93,7 @@ def drive_inertia(drive: Drive) -> float:
 
 WITH_SIZE = {
     "rotor_inertia", "mass", "no_load_current", "coulomb_friction", "viscous_friction", "nominal_current",
-    "nominal_torque", "stall_torque", "stall_current", "peak_current", "peak_torque", "price", "untold_friction",
+    "nominal_torque", "stall_torque", "stall_current", "peak_current", "peak_torque", "price", "friction_allowance",
     "no_load_torque", "drag_torque", "seal_drag_torque", "starting_torque", "inertia", "continuous_torque",
     "average_torque_limit", "repeated_peak_torque", "momentary_torque", "ratcheting_torque", "buckling_torque",
     "stiffness_1", "stiffness_2", "stiffness_3", "torque_1", "torque_2", "stage_inertia", "stage_torque", "coulomb",
@@ -103,7 +103,7 @@ WITH_SIZE = {
 }  # fmt: skip
 """Of what two motors, gears, brakes, amplifiers, frictions or counterbalances side by side have twice of one's."""
 AGAINST_SIZE = {
-    "resistance", "inductance", "untold_inductance", "resistance_winding_housing", "resistance_housing_ambient",
+    "resistance", "inductance", "inductance_allowance", "resistance_winding_housing", "resistance_housing_ambient",
     "resistance_winding_ambient", "on_resistance",
 }  # fmt: skip
 """Of what they have half: windings and ways of the heat in parallel."""

@@ -79,8 +79,8 @@ class Motor:
         diameter, length: [m].
         price: In the user's currency; empty in the shipped catalogue.
         source: File and row, sheet, edition: what a report prints.
-        untold_friction, untold_inductance: That it may have at most where its data sheet gives no value [N m], [H], see
-            ``motor_limits.with_untold``; 0 where it tells.
+        friction_allowance, inductance_allowance: Assumed upper bounds of friction [N m] and inductance [H] if the data
+            sheet gives no value, see ``motor_limits.with_allowances``; else 0.
         brake: On its shaft, counted in inertia, mass and price (``braked``).
     """
 
@@ -121,8 +121,8 @@ class Motor:
     length: float | None = None
     price: float | None = None
     source: str = ""
-    untold_friction: float = 0.0
-    untold_inductance: float = 0.0
+    friction_allowance: float = 0.0
+    inductance_allowance: float = 0.0
     brake: Brake = NO_BRAKE
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""What a motor may do: its continuous current, its peak current, and its region of torque and speed."""
+"""Limits of a motor: continuous current, peak torque, operating region in torque and speed."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ class TorqueLimits(NamedTuple):
 
 @law
 def thermal_path(motor: Any, mounting: Any) -> Any:
-    """Thermal resistances from winding to housing and from there to ambient [K/W]; NaN where the sheet is silent.
+    """Thermal resistances from winding to housing and from housing to ambient [K/W]; NaN if unknown.
 
-    One number from winding to ambient makes winding and housing one (0, that number), or tells a missing part as a
-    difference. ``mounting`` is the real one's from housing to ambient [K/W]; NaN: that of the sheet. Where the sheet
-    has nothing but the one number, the winding's assumed share of it lies before a stated mounting; without an
-    assumption the larger of both is all that is sure of the whole.
+    A single resistance from winding to ambient makes winding and housing one node (0, that value), or gives a missing
+    part as a difference. ``mounting`` replaces the resistance from housing to ambient [K/W]; NaN keeps the data
+    sheet's. If the data sheet has only the single value, the motor's ``winding_share`` of it lies before a stated
+    mounting; without that, the larger of both values is the lower bound of the total.
     """
     inner, outer = motor.resistance_winding_housing, motor.resistance_housing_ambient
     whole = motor.resistance_winding_ambient
@@ -80,10 +80,10 @@ def thermal_path(motor: Any, mounting: Any) -> Any:
 
 @law
 def scaled_nominal_current(motor: Any, ambient: Any, mounting: Any) -> Any:
-    """The printed continuous current, carried over to another ambient [C] and mounting [K/W] [A].
+    """The printed continuous current, scaled to another ambient temperature [C] and mounting [K/W] [A].
 
-    By the square root of the heat that can leave, which keeps the share of iron loss, friction and brushes that makes
-    it smaller than the thermal limit.
+    It scales with the square root of the heat that can be removed, which keeps the share of iron loss, friction and
+    brushes by which it is below the thermal limit.
     """
     current, limit = (
         known_or(motor.nominal_current, motor.nominal_torque / motor.torque_constant),
@@ -106,14 +106,14 @@ def thermal_limit_current(motor: Any, ambient: Any, mounting: Any) -> Any:
 
 @law
 def continuous_current_limit(motor: Any, ambient: Any, mounting: Any) -> Any:
-    """The smaller of the printed current and of the thermal limit [A]; NaN where neither is known."""
+    """The smaller of the printed current and the thermal limit [A]; NaN if neither is known."""
     printed = scaled_nominal_current(motor, ambient, mounting)
     thermal = thermal_limit_current(motor, ambient, mounting)
     return known_or(min(printed, thermal), known_or(printed, thermal))
 
 
-def with_untold(motor: Motor) -> Motor:
-    """A sheet with the most friction and inductance that it may hide; of no friction at all NaN is told."""
+def with_allowances(motor: Motor) -> Motor:
+    """A motor with assumed upper bounds of friction and inductance where its data sheet gives none."""
     friction, inductance = 0.0, 0.0
     if not (motor.frameless or tells_friction(motor)):
         continuous = float(continuous_current_limit(as_record(motor), SHEET_AMBIENT, UNKNOWN))
@@ -121,25 +121,25 @@ def with_untold(motor: Motor) -> Motor:
     if motor.inductance is None:
         inductance = (FRAMELESS_LAG if motor.frameless else LAG) * motor.resistance
     complete = friction == inductance == 0.0
-    return motor if complete else replace(motor, untold_friction=friction, untold_inductance=inductance)
+    return motor if complete else replace(motor, friction_allowance=friction, inductance_allowance=inductance)
 
 
 @law
 def least_max_speed(motor: Any) -> Any:
-    """How fast a motor may turn at least, where its row does not say [rad/s]."""
+    """A conservative maximum speed for a data sheet that gives none [rad/s]."""
     unloaded = known_or(motor.no_load_speed, abs(motor.nominal_voltage / motor.torque_constant))
     return known_or(SPEED_SHARE * unloaded, SLOWEST_MOTOR)
 
 
 @law
 def least_winding_time(motor: Any) -> Any:
-    """Time constant of a winding, or the least that it may have where its row does not say [s]."""
+    """Time constant of the winding, or the shortest plausible one if the data sheet gives none [s]."""
     return known_or(motor.winding_time_constant, QUICKEST_WINDING * math.sqrt(known_or(motor.mass, LIGHTEST)))
 
 
 @law
 def poorest_path(motor: Any) -> Any:
-    """The most thermal resistance from winding to ambient that a motor of such a mass may have [K/W]."""
+    """The largest plausible thermal resistance from winding to ambient of a motor of this mass [K/W]."""
     return POOREST_PATH / known_or(motor.mass, LIGHTEST) ** (2.0 / 3.0)
 
 

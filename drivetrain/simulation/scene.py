@@ -169,6 +169,6 @@ def without(scene: Scene, kind: type[Effect]) -> Scene:
     """
     kept: dict[str, tuple[Effect, ...]] = {}
     for name, effects in scene.effects.items():
-        stand_ins = [effect.quasi_static() if type(effect) is kind else effect for effect in effects]
-        kept[name] = tuple(effect for effect in stand_ins if effect is not None)
+        assumed_limits = [effect.quasi_static() if type(effect) is kind else effect for effect in effects]
+        kept[name] = tuple(effect for effect in assumed_limits if effect is not None)
     return replace(scene, effects=kept)

@@ -84,7 +84,7 @@ class JointResult:
         gear_loss: Mean power that the gear makes into heat, as warm as it settles [W]; None without one, or unknown.
         housing_temperature: Mean, or of the one node that the sheet knows [C]; None: unknown, or a runaway.
         amplifier: Against which it was judged: the study's, or of several the chosen one.
-        untold_power: What friction and warmth that the motor's sheet does not tell may take, at an instant and in the
+        power_allowance: Additional power that the motor's data sheet does not specify (friction, warmth), peak and
             mean [W].
     """
 
@@ -98,7 +98,7 @@ class JointResult:
     gear_loss: float | None = None
     housing_temperature: float | None = None
     amplifier: Amplifier = UNLIMITED
-    untold_power: tuple[float, float] = (0.0, 0.0)
+    power_allowance: tuple[float, float] = (0.0, 0.0)
 
     @property
     def brake(self) -> str:

@@ -73,8 +73,8 @@ def read_form(form: type[F], document: Document) -> tuple[F, list[Fault], Places
                     if not places.touch(place):
                         faults.append(fault)
                         places.add(place)
-                    _cut(data, place, form.stand_ins)
-    return form.model_validate(form.stand_ins), faults, places
+                    _cut(data, place, form.assumed_limits)
+    return form.model_validate(form.assumed_limits), faults, places
 
 
 def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Fault]]:
@@ -129,7 +129,7 @@ def _shown(found: object) -> object:
     return found if isinstance(found, str | int | float | bool) else None
 
 
-def _cut(data: dict[str, Any], place: Place, stand_ins: Mapping[str, Any]) -> None:
+def _cut(data: dict[str, Any], place: Place, assumed_limits: Mapping[str, Any]) -> None:
     """Takes the faulty entry out: the nearest name around it, or what lacks a name; at the top a stand-in goes in."""
     names = place
     while names and isinstance(names[-1], int):
@@ -146,7 +146,7 @@ def _cut(data: dict[str, Any], place: Place, stand_ins: Mapping[str, Any]) -> No
             del parent[names[-1]]
             break
         names = names[:-1]
-    data |= {name: copy.deepcopy(stand_in) for name, stand_in in stand_ins.items() if name not in data}
+    data |= {name: copy.deepcopy(stand_in) for name, stand_in in assumed_limits.items() if name not in data}
 
 
 @dataclass(eq=False)

@@ -30,7 +30,7 @@ class Form(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     stands_for: ClassVar[Any] = None
-    stand_ins: ClassVar[dict[str, Any]] = {}  # for what a file must state and this one does not
+    assumed_limits: ClassVar[dict[str, Any]] = {}  # for what a file must state and this one does not
 
     def made(self, **more: Any) -> Any:
         """What the entry stands for, as ``made``."""

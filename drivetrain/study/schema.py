@@ -472,7 +472,7 @@ def _arm(value: Any) -> Any:
 class StudyForm(Form):
     """A study: an arm or load tables, the repeated task, the electrics, and what may drive each joint."""
 
-    stand_ins: ClassVar[dict[str, Any]] = {
+    assumed_limits: ClassVar[dict[str, Any]] = {
         "schema_version": 1,
         "motions": {},
         "supply": {"voltage": "1 V"},

@@ -64,7 +64,7 @@ class ScaleForm(Form):
 class SweepForm(Form):
     """The file of a sweep."""
 
-    stand_ins: ClassVar[dict[str, Any]] = {"study": "none"}
+    assumed_limits: ClassVar[dict[str, Any]] = {"study": "none"}
 
     schema_version: Literal[1] = 1
     study: Name

@@ -188,7 +188,7 @@ def test_a_supply_is_not_proven_by_a_motor_silent_on_friction(flywheel, make):
     task = make.task(drive=None, pairs=(("m1", "g1"), ("m2", "g1")))
     free = replace(flywheel, joints=(task,), catalog=Catalog(motors, {"g1": make.gear}), wanted=Wanted())
     found = evaluate(free, {"j1": ("m1", "g1")})
-    needs, more = shared(found)["supply peak power"].required, found.joints["j1"].untold_power[0]
+    needs, more = shared(found)["supply peak power"].required, found.joints["j1"].power_allowance[0]
     assert more > 0.0 and select(free).drives["j1"][0] == "m1"
     enough, tight = (replace(free, supply=Supply(48.0, peak_power=needs + part * more)) for part in (1.01, 0.5))
     assert evaluate(enough, {"j1": ("m1", "g1")}).feasible and select(enough).drives["j1"][0] == "m1"

@@ -182,11 +182,11 @@ def _mount(
 
     Rotors apart follow stand-ins, in their order, so many times as far.
     """
-    extra, rotors, stand_ins = [], [], list(apart)
+    extra, rotors, assumed_limits = [], [], list(apart)
     for i, rotor in enumerate(arm.rotors):
         if rotor is None:
             continue
-        joint, ratio = (arm.n + stand_ins.index(i), apart[i]) if i in apart else (i, rotor.ratio)
+        joint, ratio = (arm.n + assumed_limits.index(i), apart[i]) if i in apart else (i, rotor.ratio)
         own = _own_pass(rotor, arm.level, (joint, ratio), inverse, links, bodies)
         if own is not None:
             extra.append(own[0])

@@ -1,8 +1,9 @@
-"""Stops of all joints at once: rigid links marched from states of the cycle while drives or brakes slow them down.
+"""Stops of all joints at once: the rigid arm is integrated from states of the cycle while motors or brakes slow it
+down.
 
-For every drive P = f T + R: T = A s'' + b crosses its gear, R = B s'' + r turns its rotor, P brakes it, all at the
-gear's output, s its angle; f is 1/eta or eta_back as power crosses the mesh. ``drive.stops.braked`` solves one joint
-alone, here all joints share s''.
+For every drive P = f T + R: T = A s'' + b is the gear's output torque, R = B s'' + r accelerates the rotor, P is the
+braking torque, all at the gear's output; s is its angle; f is 1/eta or eta_back, depending on the direction of power
+through the mesh. ``drive.stops.braked`` solves one joint alone; here all joints share s''.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ OVER = 1.0 + 1e-9  # of a limit, by which a torque is beyond it whatever the rou
 
 @dataclass(frozen=True, eq=False)
 class Braking:
-    """With what the n joints of an arm are stopped."""
+    """How the n joints of an arm are braked."""
 
     torque: Array  # at the motors' shafts [N m], (n,); 0: nothing brakes
     delay: Array  # from the start until it comes [s], (n,)
@@ -63,7 +64,7 @@ class Braking:
 
 @dataclass(frozen=True, eq=False)
 class Stops:
-    """What stops from S states of the cycle ask of n joints."""
+    """Results of stops from S states of the cycle for n joints."""
 
     first: Indices  # sample from which each starts, (S,)
     torque: Array  # largest at the gears' outputs, the swing of their springs included [N m], (S, n)
@@ -74,7 +75,7 @@ class Stops:
 
 @dataclass(frozen=True, eq=False)
 class _Driven:
-    """An arm with one payload and its drives, its joints told by the angles s of their gears' outputs; n joints."""
+    """An arm with one payload and its drives, in terms of the gear output angles s; n joints."""
 
     study: Study  # whose counterbalances act on the joints
     arm: Arm  # with rotors
@@ -96,7 +97,7 @@ class _Driven:
     rises: tuple[float, ...]  # time in which each braking torque comes [s]
 
     def torques(self, q: Array, speed: Array, acceleration: Array) -> tuple[Array, Array]:
-        """At the gears' outputs, and what turns the rotors beside that [N m], (S, n) each."""
+        """Gear output torques, and the torques that accelerate the rotors [N m], (S, n) each."""
         found = drive_torques(self.arm, q, speed @ self.turns.T, acceleration @ self.turns.T)
         gear = found.gear * self.travels
         return gear - counterbalance_torques(self.study, q), found.motor * self.ratio - gear
@@ -133,7 +134,7 @@ class _Driven:
 def march(
     study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices, enough: Array | None = None
 ) -> tuple[Stops, Stops]:
-    """Stops of an arm from some samples of its cycle; followed until a gear's torque is more than ``enough``, (n,)."""
+    """Stops of an arm from some samples of its cycle; each is followed until a gear torque exceeds ``enough``, (n,)."""
     twice = np.concatenate([first, first])
     torque, travel, energy = np.zeros((3, len(twice), len(study.joints)))
     found = Stops(twice, torque, travel, energy, np.full(len(twice), math.inf))
@@ -248,14 +249,13 @@ AT_CURRENT, POWER_OFF, BRAKE_HEAT = STOP_CHECKS
 
 
 def needs_arm_stops(study: Study) -> bool:
-    """Whether sets of drives of a study are held against a stop of all joints."""
+    """Whether a study needs stops of all joints at once."""
     return _stops_at_current(study) or any(task.brakes and task.stop.power_off for task in study.joints)
 
 
 def stop_checks(study: Study, drives: Mapping[str, Drive], *, quick: bool = False) -> Iterator[Check]:
-    """The checks of a set of drives, of every joint by name; none where none is asked.
-
-    ``quick``: of a set that fails no more than that is found.
+    """The checks of a set of drives by joint name; empty if none is needed. With ``quick`` a set that fails is followed
+    only to its first violation.
     """
     if study.arm is None or not study.cycle.velocity.any():
         return
@@ -278,20 +278,20 @@ def stop_checks(study: Study, drives: Mapping[str, Drive], *, quick: bool = Fals
 
 
 def _stops_at_current(study: Study) -> bool:
-    """Whether several joints stop at once and some of them at the limit of a current that is known."""
+    """Whether several joints stop at once and some of them at a known current limit."""
     known = [stop_current(task.stop.current, task.amplifier) is not None for task in study.joints]
     free = [task.stop.ramp is None for task in study.joints]
     return study.arm is not None and len(free) > 1 and any(np.logical_and(known, free))
 
 
 def _lacks(drives: Mapping[str, Drive], of: Callable[[Drive], str]) -> str:
-    """What the sheets of all drives do not say, in words."""
+    """What the data sheets of the drives lack, in words."""
     lacks = [f"{name}: {text} not in the catalogue row" for name, one in drives.items() if (text := of(one))]
     return "; ".join(lacks)
 
 
 def _brake_lacks(drive: Drive) -> str:
-    """What a brake's sheet does not say of a stop."""
+    """What a brake's data sheet lacks for a stop, in words."""
     own = drive.motor.brake
     names = ("static_torque", "engage_time") if own.key else ()
     return " and ".join(f"the brake's {name.replace('_', ' ')}" for name in names if getattr(own, name) is None)
@@ -332,9 +332,10 @@ def _check(
     study: Study, row: Requirement, factor: float, torques: Array, limits: list[float | None], least: list[float],
     first: Indices, ways: str,
 ) -> Check:  # fmt: skip
-    """What is asked of n joints from S states, held against the limit of each; the joint nearest to its limit tells.
+    """Required values of n joints over S states against the limit of each; the result is the joint nearest to its
+    limit.
 
-    Of a limit that no sheet prints what a part bears at least stands in: what passes it is not checked.
+    If a data sheet gives no limit, an assumed one is used; what exceeds that is NOT CHECKED.
     """
     names, most = [task.name for task in study.joints], torques.max(axis=0)
     assumed, allowed = np.array([one is None for one in limits]), _stood_in(limits, least)
@@ -360,7 +361,7 @@ def _check(
 def _safe_current(
     study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices, bears: Array, joint: int
 ) -> str:
-    """The largest share of all joints' stop currents with which no gear bears more than it may, in words."""
+    """The largest share of all stop currents at which no gear is overloaded, in words."""
     low, high, holds = 0.0, 1.0, False
     for _ in range(HALVINGS):
         share = 0.5 * (low + high)
@@ -389,7 +390,7 @@ def _stood_in(limits: list[float | None], least: list[float]) -> list[float]:
 
 
 def _ways(study: Study, stops: Stops) -> str:
-    """How long stops take and how far the joints go in them, in words."""
+    """Duration of stops and travel of the joints, in words."""
     longest, most = float(stops.duration.max()), stops.travel.max(axis=0) * joint_travels(study)
     time = f"at rest in at most {longest:.3g} s" if math.isfinite(longest) else "from some states it never rests"
     ways = [

@@ -1,4 +1,4 @@
-"""One motor and one gear at one joint as a record: everything that a check may name, for one drive or a million."""
+"""One motor and one gear at one joint as a record: all numbers that a check may refer to."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import DRAG_REFERENCE, Gear, complete
 from drivetrain.drive.motor import Motor, winding_resistance
-from drivetrain.drive.motor_limits import with_untold
+from drivetrain.drive.motor_limits import with_allowances
 from drivetrain.jit import law
 from drivetrain.records import UNKNOWN, as_record, as_records, record_type
 from drivetrain.sizing.demand.demand import JointDemand
@@ -97,15 +97,15 @@ class Setting:
 
 @dataclass(frozen=True)
 class Limits:
-    """What the sheets allow, where they say it in more than one way; NaN where they do not say.
+    """Limits of the parts where a data sheet can state them in more than one way; NaN if unknown.
 
     Attributes:
         repeated_peak_torque, average_torque: Of the gear [N m].
         short_time_torque: Of the motor [N m].
         peak_current: The smaller of the motor's and the amplifier's [A].
-        continuous_current: Of the motor in this air and mounting [A].
+        continuous_current: Of the motor at this ambient temperature and mounting [A].
         winding_temperature: [C].
-        stiffness: Of the gear at small torque, as soft as it may be built [N m/rad].
+        stiffness: Of the gear at small torque, less the manufacturing scatter [N m/rad].
     """
 
     repeated_peak_torque: float = UNKNOWN
@@ -118,8 +118,8 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class StandIns:
-    """What a part bears at least where its sheet prints no limit; NaN where nothing tells."""
+class AssumedLimits:
+    """Conservative limits that are used if a data sheet gives none; NaN if none can be derived."""
 
     # of the gear [N m], [rad/s]
     momentary_torque: float = UNKNOWN
@@ -130,8 +130,10 @@ class StandIns:
 
 
 @dataclass(frozen=True)
-class Untold:
-    """What friction and inductance that a motor's sheet does not tell may ask on top; 0 where it tells them."""
+class Allowance:
+    """What friction, inductance and heating that the data sheet does not specify may demand in addition; 0 if it
+    specifies them.
+    """
 
     # of the motor [N m], [A], [V], [K]
     torque: float = 0.0
@@ -148,7 +150,7 @@ class Untold:
 
 @dataclass(frozen=True)
 class Figures:
-    """What is found about one motor and one gear at one joint; NaN where the sheets do not say enough."""
+    """Computed values of one motor and one gear at one joint; NaN if the data sheets do not suffice."""
 
     # of the gear, and so of the motor [rad/s]
     input_speed: float = UNKNOWN
@@ -226,8 +228,8 @@ class Case:
     # filled by the judge
     limits: Limits = Limits()
     figures: Figures = Figures()
-    untold: Untold = Untold()
-    stand_ins: StandIns = StandIns()
+    allowance: Allowance = Allowance()
+    assumed_limits: AssumedLimits = AssumedLimits()
     direct: float = 0.0  # 1 for a drive without a gear, else 0
     # for checks without an origin or a factor
     zero: float = 0.0
@@ -240,7 +242,7 @@ NOBODY = Drive(Motor("", 1.0, 1.0), Gear("", 1.0, kind="ideal", efficiency=1.0))
 
 
 def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
-    """The numbers of a joint's task."""
+    """The parameters of a joint's task."""
     duration, stop, life = float(demand.weights.sum()), task.stop, study.safety.life is not None and demand.moves
     stops = None
     if stop.stops_per_day is not None and stop.service_life is not None:
@@ -262,31 +264,33 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
 
 
 def rides(task: JointTask) -> bool:
-    """Whether a joint's stator turns with the link that the joint moves."""
+    """Whether the stator moves with the link that its joint drives."""
     return task.mount.carrier == "child" and task.travel_per_turn is None and not task.coupled
 
 
 @law
 def stop_temperature(case: Any) -> Any:
-    """Of a gear that is stopped [C]: its drag brakes the rotor too, so the coldest."""
+    """Gear temperature in a stop [C]: the lowest, because drag then brakes the rotor most."""
     setting = case.setting
     return min(setting.gear_temperature, setting.cold_start) if setting.cold != 0.0 else setting.gear_temperature
 
 
 def stop_current(stated: float | None, amplifier: Amplifier) -> float | None:
-    """With which a motor brakes in a stop [A]: the stated one, never more than the amplifier's peak; None: unknown."""
+    """Current with which a motor brakes in a stop [A]: the stated one, at most the amplifier's peak; None if unknown."""
     found = [one for one in (stated, amplifier.peak_current) if one is not None]
     return min(found, default=None)
 
 
 def overload_limits(amplifier: Amplifier) -> tuple[float, float]:
-    """Whether an amplifier's overload can be judged, and the whole of it where the amplifier says how long it lasts."""
+    """Whether an amplifier's I2t overload is checked, and its limit: 1, or NaN if the duration of the peak current is
+    unknown.
+    """
     printed = judges_overload(amplifier)
     return float(judges_overload(with_peak_time(amplifier))), 1.0 if printed else UNKNOWN
 
 
 def put_amplifier(cases: Any, amplifier: Amplifier, task: JointTask) -> None:
-    """Another amplifier in every case of a joint."""
+    """Put another amplifier into all cases of a joint."""
     setting = cases["setting"]
     cases["amplifier"] = as_record(with_peak_time(amplifier))
     setting["volts"] = available_voltage(amplifier, 1.0) * setting["supply"]
@@ -296,12 +300,12 @@ def put_amplifier(cases: Any, amplifier: Amplifier, task: JointTask) -> None:
 
 
 def rests_on_gear(task: JointTask, demand: JointDemand) -> bool:
-    """Whether the gear's own output bearing carries what loads the joint across its axis, as far as that is known."""
+    """Whether the gear's output bearing carries the joint, as far as its loads are known."""
     return demand.wrench is not None and task.output_bearing == "gear"
 
 
 def cases_of(study: Study, joint: int, demand: JointDemand, drives: Sequence[Drive]) -> Any:
-    """Drives at one joint, (len(drives),); for many pairs of a few parts see ``paired``."""
+    """Cases of drives at one joint, (len(drives),). For many pairs of few parts ``paired`` is faster."""
     motors = motor_records([one.motor for one in drives])
     gears = gear_records([one.gear for one in drives])
     shafts = as_records([shaft_friction(one) for one in drives])
@@ -309,18 +313,18 @@ def cases_of(study: Study, joint: int, demand: JointDemand, drives: Sequence[Dri
 
 
 def motor_records(motors: Sequence[Motor]) -> Any:
-    """Sheets of motors, assumptions filled in."""
-    return as_records(list(map(with_untold, motors)), Motor)
+    """Motors as records, with allowances for what their data sheets do not specify."""
+    return as_records(list(map(with_allowances, motors)), Motor)
 
 
 def gear_records(gears: Sequence[Gear]) -> Any:
-    """Sheets of gears, assumptions filled in, and 1 for those that are none: (records, direct)."""
+    """Gears as records, with assumptions filled in, and 1 for direct drives: (records, direct)."""
     direct = np.array([float(one.direct) for one in gears])
     return as_records([complete(one) for one in gears], Gear), direct
 
 
 def paired(study: Study, joint: int, demand: JointDemand, motors: tuple[Any, Any], gears: Any, pairs: Any) -> Any:
-    """Pairs of motor and gear at one joint."""
+    """Cases of motor-gear pairs at one joint, (P,)."""
     task = study.joints[joint]
     plain = Case(
         NOBODY.motor,
@@ -339,16 +343,18 @@ def paired(study: Study, joint: int, demand: JointDemand, motors: tuple[Any, Any
     return cases
 
 
-def untold_power(cases: Any) -> Array:
-    """What sheets hide of the power of judged cases: friction, warmth and their copper loss; peak, mean [W], (K, 2)."""
+def power_allowance(cases: Any) -> Array:
+    """Additional power of evaluated cases that their data sheets do not specify: friction, and copper loss of a warmer
+    winding; peak and mean [W], (K, 2).
+    """
     every = cases.view(np.recarray)
-    motor, untold, figures = every.motor, every.untold, every.figures
+    motor, allowance, figures = every.motor, every.allowance, every.figures
     warm = np.where(np.isnan(motor.max_winding_temperature), every.setting.ambient, motor.max_winding_temperature)
-    ohms, more = winding_resistance(motor, warm), untold.current
+    ohms, more = winding_resistance(motor, warm), allowance.current
     pairs = (figures.input_speed, figures.motor_current), (figures.mean_input_speed, figures.rms_current)
     return np.stack(
         [
-            untold.torque * speed + ohms * more * (2.0 * now + more) + untold.resistance * (now + more) ** 2
+            allowance.torque * speed + ohms * more * (2.0 * now + more) + allowance.resistance * (now + more) ** 2
             for speed, now in pairs
         ],
         axis=1,

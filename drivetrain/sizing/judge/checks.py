@@ -1,7 +1,7 @@
-"""The table of checks: what a drive is asked, what it can do, and in which stage that is known.
+"""The table of checks: what is required of a drive, its limit, and the stage at which both are known.
 
-Every utilisation, every verdict, every line of a report, what a search calls feasible and what tolerances draw come
-from this table. A name such as ``figures.rms_current`` is a field of ``cases.Case``; a new check is one more row.
+Utilisations, verdicts, reports, the feasibility test of the search and tolerance sampling all use this table. A name
+such as ``figures.rms_current`` is a field of ``cases.Case``. A new check is one more row.
 """
 
 from __future__ import annotations
@@ -19,39 +19,40 @@ from drivetrain.sizing.judge.cases import CASE
 from drivetrain.study.model import Safety
 
 GEAR, SPEED, TORQUE, HEAT, SUPPLY, ARM, STOP = np.arange(7)
-"""Stages: what needs no motor, no torque, no temperature, the rest of one drive; what needs all drives, one supply,
-the arm behind them, or a stop of all at once.
+"""Stages, in the order in which they are evaluated. GEAR: needs no motor; SPEED: no torque; TORQUE: no temperature;
+HEAT: the rest of one drive. The others need all drives: SUPPLY, the common supply; ARM, the arm's stiffness; STOP, a
+stop of all joints at once.
 
-Numpy's integers, as compiled code is made anew for each plain one."""
+They are numpy integers because numba compiles a kernel again for each plain Python integer."""
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """One requirement held against one limit.
+    """One check: a requirement and its limit.
 
     Attributes:
-        name, unit: As shown.
-        required, limit: Fields of the case; where one is NaN nothing is checked. Of stage SUPPLY what all joints ask
-            together (``verdicts.supply_figures``) and a field of the study's supply; of stage ARM a figure
-            (``stiffness.FIGURES``) and a field of what the study wishes, made only where it does; of stage STOP told by
-            ``stop_checks``.
-        stage: After which it can be made.
-        sheet: What the limit is called where a sheet or the study prints it.
-        factor: On what is required.
-        more: What may come on top where the data sheet gives no value (``cases.Untold``): a check that holds only
-            without it is not made.
-        origin: From which both are counted, as a winding's rise from the ambient temperature.
-        stand_in, assumed: Field with what a part bears at least where its sheet prints no limit, and in words: what
-            holds only against more is not made.
-        peak: Whether some samples ask no more than all of them do: the larger of every sample's own.
-        essential: Whether a drive for which it cannot be made is not chosen, and its evaluation proves nothing.
-        applies: Number that is 0 where a drive is not asked this.
-        optional: Whether it is shown only where it applies.
-        of_gear: Whether a drive without a gear is not asked; as all of stage GEAR.
-        scale: From SI to the unit.
-        instant: Series whose largest magnitude is its instant (``operation.Operation``); empty: it has none.
-        words: Source and remark, where ``words.printed`` does not say enough.
-        formula: How what is required comes about.
+        name, unit: As shown to the user.
+        required, limit: Fields of the case; if one of them is NaN the check cannot be made. In stage SUPPLY they are a
+            sum over all joints (``verdicts.supply_figures``) and a field of the study's supply; in stage ARM a figure
+            (``stiffness.FIGURES``) and a field of the study's wishes; stage STOP is evaluated by ``arm_stops``.
+        stage: The first stage after which the check can be made.
+        sheet: Name of the limit on a data sheet or in the study.
+        factor: Field with the safety factor on the required value.
+        allowance: Field with what may be required in addition where the data sheet gives no value
+            (``cases.Allowance``). A check that is satisfied only without it is NOT CHECKED.
+        origin: Field with the zero point of both values, such as the ambient temperature for a temperature rise.
+        assumed_limit, assumption: Field with a conservative limit for parts whose data sheet gives none, and its
+            description. A requirement above it is NOT CHECKED, not FAIL.
+        peak: Whether the required value is a maximum over the samples, so that a subset of samples bounds it from
+            below.
+        essential: Whether the verdict of a drive is NOT CHECKED if this check cannot be made.
+        applies: Field that is 0 where the check does not apply to a drive.
+        optional: Whether the check is left out of tables where it does not apply.
+        of_gear: Whether the check does not apply to a direct drive; true for all of stage GEAR.
+        scale: Factor from SI to the unit.
+        instant: Name of the series whose largest magnitude gives the instant (``operation.Operation``); may be empty.
+        words: Function that gives source and remark.
+        formula: How the required value is computed.
     """
 
     name: str
@@ -61,9 +62,9 @@ class Requirement:
     stage: Any
     sheet: str = ""
     factor: str = "one"
-    more: str = "zero"
-    stand_in: str = ""
-    assumed: str = ""
+    allowance: str = "zero"
+    assumed_limit: str = ""
+    assumption: str = ""
     origin: str = "zero"
     peak: bool = False
     essential: bool = False
@@ -92,7 +93,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "gear momentary peak torque", "N m", "figures.momentary_torque", "gear.momentary_torque", GEAR,
         "momentary peak torque", "safety.peak_torque", peak=True, instant="momentary_torque", words=words.momentary,
-        more="untold.stop_torque", stand_in="stand_ins.momentary_torque", assumed=RARE,
+        allowance="allowance.stop_torque", assumed_limit="assumed_limits.momentary_torque", assumption=RARE,
         formula="larger of the cycle's peak and of a stop from any state: on a ramp q'' = -q'/t; at a current "
         "T = (G^2 J b - I (G kt i + drag)) / (f I + G^2 J) with the swing of the spring as it begins and ends, others "
         "following the cycle",
@@ -105,8 +106,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "gear torque in a jam", "N m", "figures.jam_torque", "gear.momentary_torque", GEAR, "momentary peak torque",
-        "safety.peak_torque", stand_in="stand_ins.momentary_torque", assumed=RARE, applies="setting.jam", optional=True,
-        words=words.jam, formula=JAM,
+        "safety.peak_torque", assumed_limit="assumed_limits.momentary_torque", assumption=RARE,
+        applies="setting.jam", optional=True, words=words.jam, formula=JAM,
     ),
     Requirement(
         "gear ratcheting in a jam", "N m", "figures.jam_torque", "gear.ratcheting_torque", GEAR, "ratcheting torque",
@@ -124,13 +125,15 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "gear maximum input speed", "rad/s", "figures.input_speed", "gear.max_input_speed", GEAR,
         "maximum input speed", "safety.speed", peak=True, instant="speed", formula="|G| max |w|",
-        stand_in="stand_ins.input_speed", assumed="3500 rpm, the least that any gear of the shipped catalogue prints",
+        assumed_limit="assumed_limits.input_speed",
+        assumption="3500 rpm, the least that any gear of the shipped catalogue prints",
     ),
     Requirement(
         "gear mean input speed", "rad/s", "figures.mean_input_speed", "gear.average_input_speed_limit", GEAR,
         "mean input speed limit", "safety.speed", peak=True, formula="|G| mean |w|, rests included",
-        stand_in="stand_ins.mean_input_speed",
-        assumed="0.38 times the maximum input speed, or 2000 rpm: less than any gear of the shipped catalogue prints",
+        assumed_limit="assumed_limits.mean_input_speed",
+        assumption="0.38 times the maximum input speed, or 2000 rpm: "
+        "less than any gear of the shipped catalogue prints",
     ),
     Requirement(
         "gear life L10", "h", "safety.life", "figures.gear_life", GEAR, "life", scale=1.0 / 3600.0,
@@ -173,8 +176,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "motor speed", "rad/s", "figures.input_speed", "motor.max_speed", SPEED, "maximum speed", "safety.speed",
-        peak=True, instant="speed", formula="|G| max |w|", stand_in="stand_ins.motor_speed",
-        assumed="0.92 times the no-load speed, or 5000 rpm: less than any motor of the shipped catalogue prints",
+        peak=True, instant="speed", formula="|G| max |w|", assumed_limit="assumed_limits.motor_speed",
+        assumption="0.92 times the no-load speed, or 5000 rpm: less than any motor of the shipped catalogue prints",
     ),
     Requirement(
         "torque behind the gear", "N m", "figures.joint_torque", "gear.stage_torque", SPEED, "torque of its stages",
@@ -195,8 +198,9 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "holding brake energy", "J", "figures.stopping_energy", "motor.brake.energy_per_stop", SPEED,
-        "energy per stop", applies="setting.brake", optional=True, words=words.brake, stand_in="stand_ins.brake_energy",
-        assumed="26 J a N m of static torque, less than any brake of the shipped catalogue prints",
+        "energy per stop", applies="setting.brake", optional=True, words=words.brake,
+        assumed_limit="assumed_limits.brake_energy",
+        assumption="26 J a N m of static torque, less than any brake of the shipped catalogue prints",
         formula="J w^2 / 2 x T / (T - T_load): largest speed and inertia, the worst position driving on",
     ),
     Requirement(
@@ -207,34 +211,34 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "motor peak torque", "N m", "figures.motor_torque", "limits.short_time_torque", TORQUE, "short-time torque",
         "safety.peak_torque", peak=True, essential=True, instant="peak_torque", words=words.short_time,
-        more="untold.torque",
+        allowance="allowance.torque",
         formula="largest electromagnetic torque, starting from rest included",
     ),
     Requirement(
         "cold start torque", "N m", "figures.cold_torque", "limits.short_time_torque", TORQUE, "short-time torque",
         "safety.peak_torque", peak=True, essential=True, applies="setting.cold", optional=True, words=words.cold_torque,
-        more="untold.torque",
+        allowance="allowance.torque",
         formula="largest electromagnetic torque with the gear's drag cold, starting from rest included",
     ),
     Requirement(
         "cold start current", "A", "figures.cold_current", "limits.peak_current", TORQUE, "peak current",
         "safety.peak_torque", peak=True, applies="setting.cold", optional=True, words=words.cold_current,
-        more="untold.current",
+        allowance="allowance.current",
         formula="that torque / kt(cold)",
     ),
     Requirement(
         "motor peak current", "A", "figures.motor_current", "motor.peak_current", HEAT, "peak current",
-        "safety.peak_torque", instant="peak_torque", more="untold.current",
+        "safety.peak_torque", instant="peak_torque", allowance="allowance.current",
         formula="largest torque / kt(magnets)",
     ),
     Requirement(
         "amplifier peak current", "A", "figures.motor_current", "amplifier.peak_current", HEAT, "peak current",
-        "safety.peak_torque", instant="peak_torque", more="untold.current",
+        "safety.peak_torque", instant="peak_torque", allowance="allowance.current",
         formula="largest torque / kt(magnets)",
     ),
     Requirement(
         "current to stop", "A", "figures.stop_current", "setting.stop_current", HEAT, "current for a stop",
-        "safety.peak_torque", words=words.stop_current, more="untold.current",
+        "safety.peak_torque", words=words.stop_current, allowance="allowance.current",
         formula="on a ramp largest |T / G + J (G a + a_carrier)|, no loss helping, or, where the motor drives "
         "on, with all losses; at a current limit largest |b| / G that holds the load; / kt(magnets)",
     ),
@@ -242,7 +246,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "motor voltage", "V", "figures.voltage", "setting.volts", HEAT, "voltage at the motor", "safety.voltage",
         essential=True,
         instant="largest_voltage", words=words.voltage,
-        more="untold.voltage",
+        allowance="allowance.voltage",
         formula="largest of |kt w + R i + L di/dt| warm and cold, and of R i to start from rest; i plain, and times "
         "the factor on peak torque",
     ),
@@ -250,51 +254,51 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "cold start voltage", "V", "figures.cold_voltage", "setting.volts", HEAT, "voltage at the motor",
         "safety.voltage", essential=True,
         applies="setting.cold", optional=True, words=words.voltage,
-        more="untold.voltage",
+        allowance="allowance.voltage",
         formula="largest of |kt w + R i + L di/dt|, all of it cold, and of R i to start from rest",
     ),
     Requirement(
         "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "continuous current",
         "safety.rms",
         essential=True, words=words.rms_current,
-        more="untold.rms_current",
+        allowance="allowance.rms_current",
         formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
         "winding temperature", "C", "figures.winding_temperature", "limits.winding_temperature", HEAT,
         "highest winding temperature",
         origin="setting.ambient", instant="winding", words=words.winding,
-        more="untold.winding_temperature",
+        allowance="allowance.winding_temperature",
         formula="hottest winding of the cycle repeated without end; utilisation of the rise over ambient",
     ),
     Requirement(
         "phase temperature at rest", "C", "figures.phase_temperature", "limits.winding_temperature", HEAT,
         "highest winding temperature", origin="setting.ambient", applies="setting.rests", optional=True,
-        words=words.phase_at_rest, more="untold.winding_temperature",
+        words=words.phase_at_rest, allowance="allowance.winding_temperature",
         formula="as the winding, of the one phase that may carry the amplitude at rest, twice its share of the loss",
     ),
     Requirement(
         "gear temperature", "C", "figures.gear_temperature", "gear.max_temperature", HEAT,
         "maximum housing temperature", origin="setting.ambient", of_gear=True, words=words.gear_temperature,
-        more="untold.temperature",
+        allowance="allowance.temperature",
         formula="mean of the housing that gear and motor share; utilisation of the rise over ambient",
     ),
     Requirement(
         "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,
         "continuous current", "safety.rms", words=words.amplifier_continuous,
-        more="untold.current",
+        allowance="allowance.current",
         formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
         "amplifier phase current at rest", "A", "figures.phase_current", "amplifier.continuous_current", HEAT,
         "continuous current", "safety.rms", applies="setting.rests", optional=True, words=words.phase_at_rest,
-        more="untold.current", formula="RMS torque / kt(magnets), at rest times sqrt(2)",
+        allowance="allowance.current", formula="RMS torque / kt(magnets), at rest times sqrt(2)",
     ),
     Requirement(
         "amplifier overload (I2t)", "1", "figures.overload", "setting.whole", HEAT, "all of its overload",
-        applies="setting.overload", optional=True, stand_in="one",
-        assumed="1 s at the peak current, as with 3.5 s of time constant at twice the continuous one",
-        words=words.overload, more="untold.overload",
+        applies="setting.overload", optional=True, assumed_limit="one",
+        assumption="1 s at the peak current, as with 3.5 s of time constant at twice the continuous one",
+        words=words.overload, allowance="allowance.overload",
         formula="integral of I^2 - I_c^2 over (I_p^2 - I_c^2) t_p, or a first-order mean of I^2/I_c^2, at its largest "
         "while the cycle repeats; I: current x safety.rms",
     ),
@@ -357,7 +361,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         formula="integral of brake torque times motor speed in such stops, gears and shafts lossless",
     ),
 )  # fmt: skip
-"""In the order in which they are told."""
+"""In the order in which they are shown."""
 
 CHECKS = tuple(row for row in REQUIREMENTS if row.stage < SUPPLY)
 SUPPLY_CHECKS = tuple(row for row in REQUIREMENTS if row.stage == SUPPLY)
@@ -366,14 +370,14 @@ STOP_CHECKS = tuple(row for row in REQUIREMENTS if row.stage == STOP)
 
 
 def factors(safety: Safety) -> dict[str, float]:
-    """What each check of a drive multiplies what is required by, by its name."""
+    """The safety factor of each check of a drive, by name of the check."""
     return {
         row.name: 1.0 if row.factor == "one" else getattr(safety, row.factor.removeprefix("safety.")) for row in CHECKS
     }
 
 
 def table(checks: tuple[Requirement, ...] | None = None) -> Any:
-    """The checks for compiled code: places of the named numbers among a case's floats, (checks,)."""
+    """The checks as records for compiled code: named fields become positions among the floats of a case, (checks,)."""
     return _table(CHECKS if checks is None else checks)
 
 
@@ -381,12 +385,12 @@ def table(checks: tuple[Requirement, ...] | None = None) -> Any:
 def _table(checks: tuple[Requirement, ...]) -> Any:
     place = columns(CASE)
     names = (
-        "required", "factor", "more", "limit", "stand_in", "origin", "stage", "rise", "geared", "peak", "essential",
-        "applies", "figured",
+        "required", "factor", "allowance", "limit", "assumed_limit", "origin", "stage", "rise", "geared", "peak",
+        "essential", "applies", "figured",
     )  # fmt: skip
     rows = [
-        (place[one.required], place[one.factor], place[one.more], place[one.limit],
-         place[one.stand_in or one.limit], place[one.origin], one.stage, one.origin != "zero",
+        (place[one.required], place[one.factor], place[one.allowance], place[one.limit],
+         place[one.assumed_limit or one.limit], place[one.origin], one.stage, one.origin != "zero",
          one.of_gear or one.stage == GEAR, one.peak, one.essential, place[one.applies],
          one.limit.startswith("figures."))
         for one in checks

@@ -1,4 +1,4 @@
-"""Given drives held against a study: from the tip to the base, each loading the joints before it."""
+"""Evaluates given drives: from the tip to the base, because each drive loads the joints before it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from drivetrain.drive.gear import HOLDING, mesh_of
 from drivetrain.errors import Fault, InputError, by_whole_name, nearest
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.judge.arm_stops import stop_checks
-from drivetrain.sizing.judge.cases import untold_power
+from drivetrain.sizing.judge.cases import power_allowance
 from drivetrain.sizing.judge.missing import massless
 from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.judge.operation import Operation, operation
@@ -36,18 +36,18 @@ NO_GEAR = ("", "none", None)  # what may stand for the gear of a direct drive
 
 
 def evaluate(study: Study, drives: Mapping[str, Given] | Given | None = None) -> Evaluation:
-    """Every limit of every drive held against the task.
+    """Check every limit of the given drives.
 
     Args:
         study: The task.
-        drives: Keys of (motor, gear) by joint name, or one such pair for all joints; for a direct drive the gear key
-            "", "none" or None; a joint that is not named keeps the drive that the study gives it.
+        drives: Keys of (motor, gear) by joint name, or one such pair for all joints. The gear key of a direct drive is
+            "", "none" or None. A joint that is not named keeps the drive that the study states.
 
     Returns:
         Every check of every joint and of the supply.
 
     Raises:
-        InputError: Unknown joints, motors or gears, or a joint without a drive; all of them at once.
+        InputError: Unknown joints, motors or gears, or a joint without a drive; all faults at once.
     """
     if not isinstance(study, Study):
         problem, hint = "must be a study", "load_study reads one from its file"
@@ -56,7 +56,7 @@ def evaluate(study: Study, drives: Mapping[str, Given] | Given | None = None) ->
 
 
 def evaluated(work: Workload, keys: Mapping[str, Pair], more: tuple[Check, ...] = ()) -> Evaluation:
-    """Drives held against a task that is already prepared."""
+    """Evaluate drives for a task whose work is already prepared."""
     study, filled_parts = work.study, FilledParts(work.study)
     tasks = {i: task for i, task in enumerate(study.joints) if task.name in keys}
     mounted = {i: filled_parts.drive(task, *keys[task.name]) for i, task in tasks.items()}
@@ -65,11 +65,11 @@ def evaluated(work: Workload, keys: Mapping[str, Pair], more: tuple[Check, ...] 
 
 
 def evaluate_drives(study: Study, drives: Mapping[str, Drive]) -> Evaluation:
-    """Drives that need be in no catalogue, held against the task.
+    """Evaluate drives that need not be in a catalogue.
 
     Args:
         study: The task.
-        drives: By joint name, every joint, their unknowns filled.
+        drives: By joint name, for every joint, with missing data filled in.
 
     Returns:
         Every check of every joint and of the supply.
@@ -92,7 +92,9 @@ def evaluate_drives(study: Study, drives: Mapping[str, Drive]) -> Evaluation:
 
 
 def holding_figures(evaluation: Evaluation) -> dict[str, dict[str, tuple[float | None, float | None]]]:
-    """What holding at rest asks of the motor, by what counts of the mesh's friction meanwhile; of whole sets alone."""
+    """What holding at rest requires of the motor with least, lossless and most help of the mesh friction; whole sets
+    only.
+    """
     found: dict[str, dict[str, tuple[float | None, float | None]]] = {}
     whole = len(evaluation.joints) == len(evaluation.study.joints)
     held = [name for name, joint in evaluation.joints.items() if whole and _holds(joint)]
@@ -111,13 +113,13 @@ def holding_figures(evaluation: Evaluation) -> dict[str, dict[str, tuple[float |
 
 
 def _holds(joint: JointResult) -> bool:
-    """Whether a drive with a gear rests under a load that is more than rounding."""
+    """Whether a geared drive rests under a load above rounding."""
     torque, at_rest = np.abs(joint.series.gear_torque), resting(joint.series.speed)
     return bool(joint.gear and np.max(torque[at_rest], initial=0.0) > 1e-6 * np.max(torque, initial=0.0))
 
 
 def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[Check, ...]) -> Evaluation:
-    """The results of all joints as one evaluation, with what the set is worth; its study names the amplifiers."""
+    """The results of all joints as one evaluation, with its criteria; its study names the amplifiers."""
     study = with_chosen(study, results)
     found = criteria(study, results, shared)
     return Evaluation(study, results, shared, weighted(study.wanted, found), found)
@@ -152,7 +154,7 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str,
 
 
 def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, keys: Pair) -> JointResult:
-    """One joint's drive with every check, with the first of its amplifiers that holds, else the least overloaded."""
+    """One joint's drive with the first amplifier that fits, or else with the least overloaded one."""
     study, demand, found = work.study, work.at(joint, mounted).demand(mounted[joint]), []
     task = study.joints[joint]
     for amplifier in task.amplifiers or (task.amplifier,):
@@ -182,17 +184,17 @@ def joint_result(op: Operation, name: str, motor: str, gear: str) -> JointResult
     """One joint's drive with every check and its series."""
     checks = tuple(placed(op.demand.cycle, check) for check in checks_of(op))
     loss, housing = op.number("figures.gear_loss"), op.number("figures.housing_temperature")
-    (peak, mean), *_ = untold_power(op.judgement.case.reshape(1)).tolist()
+    (peak, mean), *_ = power_allowance(op.judgement.case.reshape(1)).tolist()
     return JointResult(
         name, motor, gear, op.drive, checks, op.series(), tuple(_remarks(op)),
         gear_loss=None if op.direct or math.isnan(loss) else loss,
         housing_temperature=housing if math.isfinite(housing) else None, amplifier=op.task.amplifier,
-        untold_power=(peak, mean),
+        power_allowance=(peak, mean),
     )  # fmt: skip
 
 
 def _remarks(op: Operation) -> list[str]:
-    """What a reader should know that belongs to no single check."""
+    """Remarks that belong to no single check."""
     demand = op.demand
     remarks = []
     if op.task.coupled:
@@ -222,7 +224,7 @@ def _remarks(op: Operation) -> list[str]:
 
 
 def _shared(op: Operation) -> str:
-    """What is to be said of one of two motors on an axis."""
+    """Remark on two motors that share an axis."""
     torque, preload = op.demand.gear_torque, op.task.preload or 0.0
     text = f"one of two motors of {op.task.sharing[0]}: half of the load"
     if preload == 0.0:
@@ -236,11 +238,13 @@ def _shared(op: Operation) -> str:
 
 
 def shared_checks(study: Study, results: Mapping[str, JointResult], *, quick: bool = False) -> tuple[Check, ...]:
-    """The checks of all joints together; ``quick``: of stops that fail no more than that is found."""
+    """The checks of all joints together. With ``quick`` a stop of the whole arm that fails is followed only to its
+    first violation.
+    """
     study, lacking = with_chosen(study, results), [name for name, one in results.items() if not one.torque_known]
     every = [result.series for result in results.values()]
     power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)
-    more = np.sum([one.untold_power for one in results.values()], axis=0)
+    more = np.sum([one.power_allowance for one in results.values()], axis=0)
     checks = supply_checks(study, power, unknown=", ".join(lacking), more=more)
     found = tuple(placed(study.cycle, check) for check in checks)
     torque, drives = np.column_stack([one.gear_torque for one in every]), {k: one.drive for k, one in results.items()}

@@ -1,7 +1,8 @@
-"""Motors and gears at one joint, judged: the only place that goes through the samples, and the only kernel.
+"""Evaluates motor-gear pairs at one joint: the only module that loops over the samples of a cycle, and the only kernel.
 
-``judge_cases`` fills the figures of cases stage by stage and holds them against the table of checks. ``evaluate`` runs
-it to its end for one drive, a search until the first failure for all pairs, tolerances for cases with drawn numbers.
+``judge_cases`` fills the figures of a batch of cases stage by stage and compares them with the table of checks.
+``evaluate`` runs all stages for one drive; the search stops at the first violated check of each candidate; tolerance
+sampling runs all stages for cases with random parameters.
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ def judge_cases(
     cases: Any, numbers: Any, checks: Any, work: Work, amounts: Any, until: float, quick: bool, power: Any, used: Any,
     found: Any, binding: Any, lacking: Any,
 ) -> None:  # fmt: skip
-    """Judge many cases at one joint, each until a stage has a check that asks more than ``until`` of its limit."""
+    """Evaluate a batch of cases at one joint. Each case stops after the stage in which a utilisation exceeds ``until``."""
     whole = work._replace(few=None)
     if not quick or work.few is None:
         judge_all(cases, numbers, checks, whole, amounts, until, quick, False, power, used, found, binding, lacking)
@@ -121,7 +122,9 @@ def judge_all(
     cases: Any, numbers: Any, checks: Any, work: Any, amounts: Any, until: float, quick: bool, screen: bool, power: Any,
     used: Any, found: Any, binding: Any, lacking: Any,
 ) -> None:  # fmt: skip
-    """``judge_cases``; with ``screen`` the peaks of some samples alone, than which those of all samples are no less."""
+    """Compiled part of ``judge_cases``. With ``screen`` only a subset of the samples is used and only peak checks are
+    made: their required values are lower bounds of those over all samples.
+    """
     motion, traces, torque = work.motion, work.traces, work.load.torque
     inertia, stop = work.load.inertia, work.load.stop
     traces.powers.exponent[0] = np.nan  # the memory may have served another motion
@@ -166,12 +169,12 @@ def judge_all(
         if found[i] <= until:
             warm_up(case, motion, traces)
             set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
-            add_untold(case, motion, traces)
+            add_thermal_allowance(case, motion, traces)
             if case.setting.overload != 0.0:
                 figures.overload = overload_of(case, motion, traces, 1.0) + unknown
-                if case.untold.current > 0.0:
-                    grown = 1.0 + case.untold.current / figures.motor_current
-                    case.untold.overload = overload_of(case, motion, traces, grown) - figures.overload
+                if case.allowance.current > 0.0:
+                    grown = 1.0 + case.allowance.current / figures.motor_current
+                    case.allowance.overload = overload_of(case, motion, traces, grown) - figures.overload
             volts = larger(volts, starting_voltage(case, motion, traces))
             drawn = power[min(i, len(power) - 1)] if len(power) > 0 else traces.power
             figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
@@ -187,7 +190,7 @@ def judge_all(
 
 @law
 def set_mechanics(case: Any, found: Any) -> None:
-    """The figures that need no temperature."""
+    """Set the figures that do not depend on temperature."""
     gear, figures, unknown = case.gear, case.figures, unknown_torque(case)
     figures.load_torque, figures.average_load_torque = found.load, found.average_load
     figures.joint_torque = found.joint
@@ -200,7 +203,7 @@ def set_mechanics(case: Any, found: Any) -> None:
 
 @law
 def set_jam(case: Any) -> None:
-    """What an output that is held fast at top speed makes of the gear."""
+    """Set the gear torques that follow if the output is blocked at its highest speed."""
     gear, figures = case.gear, case.figures
     spring, push = stiff_spring(gear), abs(gear.ratio) * case.motor.torque_constant * case.setting.stop_current
     energy = rotor_energy(case.motor, gear, case.setting.fastest)
@@ -212,7 +215,7 @@ def set_jam(case: Any) -> None:
 
 @law
 def set_stop(case: Any, motion: Any, torque: Any, inertia: Any, stop: Any, stopping: Any, trace: Any) -> None:
-    """What stops from every state of the cycle ask of the gear; NaN where that is not known."""
+    """Set the gear and motor torques of emergency stops from every state of the cycle; NaN if data is missing."""
     gear, setting, figures = case.gear, case.setting, case.figures
     figures.stop_torque = np.nan
     if setting.ramped != 0.0:
@@ -237,13 +240,15 @@ def set_stop(case: Any, motion: Any, torque: Any, inertia: Any, stop: Any, stopp
 
 @law
 def unknown_torque(case: Any) -> Any:
-    """NaN where the sheets lack what the motor's torque rests on, else 0."""
+    """NaN if data that the motor torque depends on is missing, else 0. Added to a figure it marks the figure as
+    unknown.
+    """
     return 0.0 * (case.motor.rotor_inertia + case.gear.inertia) + unknown_loss(case.gear)
 
 
 @law(fastmath=FAST)
 def set_cold_start(case: Any, torque: Any) -> None:
-    """Largest torque, current and voltage of a blocked motor, cold all through: strong magnets, little resistance."""
+    """Set torque, current and voltage of a cold start: highest torque constant, lowest resistance, motor at standstill."""
     figures, cold = case.figures, case.setting.cold_start
     figures.cold_torque, figures.cold_current = torque, torque / abs(torque_constant(case.motor, cold))
     figures.cold_voltage = winding_resistance(case.motor, cold) * figures.cold_current * torque_factor(case.safety)
@@ -251,7 +256,7 @@ def set_cold_start(case: Any, torque: Any) -> None:
 
 @law(fastmath=FAST)
 def set_limits(case: Any) -> None:
-    """The limits of a case, and the figures that need no series."""
+    """Set the limits of a case, and the figures that do not depend on the samples."""
     gear, motor, setting, figures, limits = case.gear, case.motor, case.setting, case.figures, case.limits
     limits.repeated_peak_torque = known_or(gear.repeated_peak_torque, gear.continuous_torque)
     limits.average_torque = known_or(gear.average_torque_limit, gear.continuous_torque)
@@ -261,7 +266,7 @@ def set_limits(case: Any) -> None:
     limits.peak_current = known_or(min(peaks[0], peaks[1]), known_or(peaks[0], peaks[1]))
     limits.winding_temperature = motor.max_winding_temperature - case.safety.temperature_margin
     limits.stiffness = setting.stiffness_share * gear.stiffness_1
-    least = case.stand_ins
+    least = case.assumed_limits
     least.momentary_torque = least_momentary_torque(gear)
     least.input_speed = SLOWEST_INPUT
     least.mean_input_speed = known_or(MEAN_SHARE * gear.max_input_speed, SLOWEST_MEAN)
@@ -269,75 +274,86 @@ def set_limits(case: Any) -> None:
     least.brake_energy = LEAST_ENERGY * motor.brake.static_torque
     figures.input_speed = abs(gear.ratio) * setting.fastest
     figures.mean_input_speed = abs(gear.ratio) * setting.mean_speed
-    set_untold(case)
+    set_allowance(case)
 
 
 @law
-def set_untold(case: Any) -> None:
-    """What friction that the sheet does not tell may ask on top, of a warm motor with weak magnets.
+def set_allowance(case: Any) -> None:
+    """Set the additional demand of friction that the data sheet does not specify, for a warm motor with weakened
+    magnets.
 
-    In a stop it pushes with the motor: T = (..- I push)/(f I + G^2 J) grows by no more than push/f, twice that where
-    the spring swings. The winding's rise x follows from x = c R(x) q^2, with the torque's mean square q^2 that is left
-    below the limit: RMS torques add up to no more than their sum.
+    In a stop this friction acts with the motor torque: T = (... - I push)/(f I + G^2 J) grows by at most push/f, and by
+    twice that with the overshoot of the spring. The additional rise x of the winding follows from x = c R(x) q^2, where
+    q^2 is the mean square torque that is left below the temperature limit: the RMS of a sum is at most the sum of the
+    RMS values.
     """
-    motor, setting, figures, untold, ambient = case.motor, case.setting, case.figures, case.untold, case.setting.ambient
-    friction = motor.untold_friction if setting.moves != 0.0 and setting.stated_friction == 0.0 else 0.0
+    motor, setting, figures, allowance, ambient = (
+        case.motor,
+        case.setting,
+        case.figures,
+        case.allowance,
+        case.setting.ambient,
+    )
+    friction = motor.friction_allowance if setting.moves != 0.0 and setting.stated_friction == 0.0 else 0.0
     limit = known_or(case.limits.winding_temperature, ambient)
-    untold.torque, untold.current = friction, friction / abs(torque_constant(motor, limit))
-    untold.voltage, untold.temperature, untold.stop_torque = 0.0, 0.0, 0.0
-    untold.rms_current, untold.winding_temperature, untold.resistance = 0.0, 0.0, 0.0
-    untold.overload = 0.0
+    allowance.torque, allowance.current = friction, friction / abs(torque_constant(motor, limit))
+    allowance.voltage, allowance.temperature, allowance.stop_torque = 0.0, 0.0, 0.0
+    allowance.rms_current, allowance.winding_temperature, allowance.resistance = 0.0, 0.0, 0.0
+    allowance.overload = 0.0
     if friction == 0.0:
         return
     ohms, driven = winding_resistance(motor, limit), mesh_of(case.gear).driven
-    untold.voltage = torque_factor(case.safety) * ohms * untold.current
+    allowance.voltage = torque_factor(case.safety) * ohms * allowance.current
     if setting.ramped == 0.0:
-        untold.stop_torque = 2.0 * abs(case.gear.ratio) * friction / driven if driven > 0.0 else np.nan
+        allowance.stop_torque = 2.0 * abs(case.gear.ratio) * friction / driven if driven > 0.0 else np.nan
     nodes = thermal_nodes(motor, setting.mounting)
     room, path = limit - ambient, nodes.inner + nodes.outer
     left = max(room - nodes.outer * friction * figures.mean_input_speed, 0.0)
-    current = max(math.sqrt(left / (path * ohms)) - untold.current, 0.0)
+    current = max(math.sqrt(left / (path * ohms)) - allowance.current, 0.0)
     cold, slope = winding_resistance(motor, ambient), (ohms - winding_resistance(motor, ambient)) / room
     heat = path * current * current
-    untold.temperature = known_or(room - heat * cold / (1.0 - heat * slope), 0.0)
+    allowance.temperature = known_or(room - heat * cold / (1.0 - heat * slope), 0.0)
 
 
 @law
-def add_untold(case: Any, motion: Any, traces: Any) -> None:
-    """What the warmth of untold friction asks: weaker magnets, more resistance; and the largest untold L di/dt."""
-    motor, untold, figures = case.motor, case.untold, case.figures
+def add_thermal_allowance(case: Any, motion: Any, traces: Any) -> None:
+    """Add what the additional heating asks: weaker magnets, higher resistance; and the largest L di/dt of an
+    unspecified inductance.
+    """
+    motor, allowance, figures = case.motor, case.allowance, case.figures
     unknown = 0.0 if known(figures.winding_temperature) else WARMEST - traces.losses.winding_at[0]
-    warmer = untold.temperature + max(unknown, 0.0)
-    untold.resistance = winding_resistance(motor, warmer) - winding_resistance(motor, 0.0)
-    untold.current += figures.motor_current * abs(motor.magnet_coefficient) * untold.temperature
-    untold.voltage += torque_factor(case.safety) * figures.motor_current * untold.resistance
-    untold.winding_temperature += untold.temperature
-    untold.rms_current = untold.current
+    warmer = allowance.temperature + max(unknown, 0.0)
+    allowance.resistance = winding_resistance(motor, warmer) - winding_resistance(motor, 0.0)
+    allowance.current += figures.motor_current * abs(motor.magnet_coefficient) * allowance.temperature
+    allowance.voltage += torque_factor(case.safety) * figures.motor_current * allowance.resistance
+    allowance.winding_temperature += allowance.temperature
+    allowance.rms_current = allowance.current
     if not known(case.limits.winding_temperature + figures.winding_temperature):
-        untold.rms_current += untold_warmth(case, motion, traces)
+        allowance.rms_current += heating_allowance(case, motion, traces)
         weak = torque_constant(motor, figures.magnet_temperature) / torque_constant(motor, WARMEST)
-        untold.current += (weak - 1.0) * figures.motor_current
+        allowance.current += (weak - 1.0) * figures.motor_current
     if not known(scaled_nominal_current(motor, case.setting.ambient, case.setting.mounting)):
-        untold.rms_current += (1.0 / NOMINAL_SHARE - 1.0) * figures.rms_current
-    if motor.untold_inductance == 0.0:
+        allowance.rms_current += (1.0 / NOMINAL_SHARE - 1.0) * figures.rms_current
+    if motor.inductance_allowance == 0.0:
         return
     steepest, weakest = 0.0, known_or(case.limits.winding_temperature, case.setting.ambient)
     before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
     for t in range(len(torque)):
         rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
         steepest = max(steepest, abs(rate))
-    lag = torque_factor(case.safety) * motor.untold_inductance
-    untold.voltage += lag * steepest / abs(torque_constant(motor, weakest))
+    lag = torque_factor(case.safety) * motor.inductance_allowance
+    allowance.voltage += lag * steepest / abs(torque_constant(motor, weakest))
 
 
 @law
-def untold_warmth(case: Any, motion: Any, traces: Any) -> Any:
-    """By how much the RMS current of a motor whose temperature no sheet tells must stay below its limit [A].
+def heating_allowance(case: Any, motion: Any, traces: Any) -> Any:
+    """The margin that the RMS current must keep from its limit if the winding temperature cannot be computed [A].
 
-    Three things warm its winding that this limit leaves out. A quick winding follows the current: at rest all that one
-    phase carries, while it turns its share of the way from winding to ambient. What gear, friction and brake lose
-    takes of the room below the winding's limit, by way of a stated mounting or else of the poorest; its magnets are as
-    warm. And where no limit is told, air hotter than the sheet's takes of the least. Infinite: it gets too warm.
+    Three effects heat such a winding beyond what the RMS limit covers. (1) A winding with a short time constant follows
+    the current: at rest by all of the loss of one phase, in motion by its assumed share of the thermal path. (2) The
+    losses of gear, friction and brake raise the housing temperature, through the stated mounting or else the poorest
+    thermal path, and the magnets are as warm as the winding may be. (3) If the data sheet gives no winding limit,
+    ambient air above the data sheet's reduces the assumed one. Infinite if the winding cannot be kept below its limit.
     """
     losses, figures, setting, edges = traces.losses, case.figures, case.setting, motion.periods.edges
     rms, most, told = figures.rms_current, figures.rms_current**2, case.limits.winding_temperature
@@ -364,7 +380,7 @@ def untold_warmth(case: Any, motion: Any, traces: Any) -> Any:
 
 @law(fastmath=FAST)
 def set_currents(case: Any, constant: Any) -> None:
-    """Peak and RMS currents with a torque constant [N m/A]."""
+    """Set peak and RMS currents for a torque constant [N m/A]."""
     figures = case.figures
     figures.motor_current = figures.motor_torque / abs(constant)
     figures.stop_current = figures.stop_motor_torque / abs(constant)
@@ -374,7 +390,9 @@ def set_currents(case: Any, constant: Any) -> None:
 
 @law
 def overload_of(case: Any, motion: Any, traces: Any, grown: Any) -> Any:
-    """Share of the amplifier's overload at ``grown`` times the current: the largest of all parts, each repeated."""
+    """Share of the amplifier's I2t overload that is used at ``grown`` times the current: the maximum over the parts of
+    a mix, each repeated without end.
+    """
     torque, edges, largest = traces.torque[1:-1], motion.periods.edges, 0.0
     scale = grown * case.safety.rms / abs(torque_constant(case.motor, case.figures.magnet_temperature))
     scale *= 1.0 if case.setting.moves != 0.0 else motion.phase[0]
@@ -387,7 +405,9 @@ def overload_of(case: Any, motion: Any, traces: Any, grown: Any) -> Any:
 
 @law(fastmath=FAST)
 def worst(case: Any, row: Any, checks: Any, stage: Any, used: Any, binding: Any, peaks: Any) -> Any:
-    """The largest utilisation after the checks of one more stage, or of its peaks alone, and its check."""
+    """The largest utilisation so far and its check, after the checks of one more stage (with ``peaks``, of its peak
+    checks).
+    """
     for i in range(len(checks)):
         check = checks[i]
         if check.stage == stage and (check.peak != 0 or not peaks):
@@ -399,15 +419,17 @@ def worst(case: Any, row: Any, checks: Any, stage: Any, used: Any, binding: Any,
 
 @law(fastmath=FAST)
 def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
-    """The first check that keeps a drive from being proven: an essential one that cannot be made, or when all is
-    computed was not made, or one that holds only if sheets that say less than others hide nothing; -1: none.
+    """Index of the first check because of which a drive cannot be proven feasible, else -1.
+
+    These are essential checks that cannot be made for lack of data and, once all figures are computed (``final``),
+    checks that are satisfied only without the allowance for unspecified data.
     """
     torque = known(unknown_torque(case))
     for i in range(len(checks)):
         check = checks[i]
         if not applies(case, row, check):
             continue
-        limit, lacks = known_or(row[check.limit], row[check.stand_in]), False
+        limit, lacks = known_or(row[check.limit], row[check.assumed_limit]), False
         if final or check.stage < TORQUE:
             lacks = math.isnan(utilisation_of(case, row, check))
             lacks &= known(row[check.required] + limit) or (final and check.essential != 0)
@@ -420,40 +442,43 @@ def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
 
 @law
 def applies(case: Any, row: Any, check: Any) -> Any:
-    """Whether a drive is asked this: nothing of a gear where there is none, of its bearing only where that carries."""
+    """Whether a check applies to a drive: gear checks need a gear, bearing checks a joint that rests on the gear's
+    bearing.
+    """
     return row[check.applies] != 0.0 and (check.geared == 0 or case.direct == 0.0)
 
 
 @law(fastmath=FAST)
 def utilisation_of(case: Any, row: Any, check: Any) -> Any:
-    """Of one check of a case; NaN where it is not checked, and where more is asked than what stands in for a limit."""
+    """Utilisation of one check; NaN if it cannot be made or if more than an assumed limit is required."""
     if not applies(case, row, check):
         return np.nan
     required, limit = row[check.required] * row[check.factor] - row[check.origin], row[check.limit]
-    stands_in = math.isnan(limit) and known(row[check.stand_in])
-    available = (row[check.stand_in] if stands_in else limit) - row[check.origin]
+    stands_in = math.isnan(limit) and known(row[check.assumed_limit])
+    available = (row[check.assumed_limit] if stands_in else limit) - row[check.origin]
     if check.rise != 0 and available <= 0.0:  # nothing may be as warm as the air
         return np.inf if known(required) else np.nan
     used = utilisation(required, available)
     if stands_in and used > 1.0 and required < np.inf:
         return np.nan
-    return np.nan if in_doubt(used, row[check.more] * row[check.factor], available) else used
+    return np.nan if in_doubt(used, row[check.allowance] * row[check.factor], available) else used
 
 
 @law
 def in_doubt(used: Any, more: Any, room: Any) -> Any:
-    """Whether a check holds that does not where what a silent sheet hides is asked on top; NaN: nobody knows how much.
+    """Whether a check is satisfied, but not with the allowance added; an allowance of NaN is unbounded.
 
-    ``room``: between the limit and what both are counted from.
+    ``room``: limit minus origin.
     """
     return used <= 1.0 and more != 0.0 and not (room > 0.0 and used + more / room <= 1.0)
 
 
 @law(fastmath=FAST)
 def utilisation(required: Any, available: Any) -> Any:
-    """Required over available, NaN where one of them is unknown.
+    """Required over available; NaN if one of them is unknown.
 
-    Infinite when something is asked of nothing, and when what is asked has no end: that holds no limit, known or not.
+    Infinite if something is required and nothing is available, and if the required value is infinite whatever the
+    limit.
     """
     if required == np.inf:
         return np.inf
@@ -467,7 +492,9 @@ def utilisation(required: Any, available: Any) -> Any:
 
 @law(fastmath=FAST)
 def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
-    """A load with so much of each series on top: the joint's own drive, or a heavier payload; its torque is there."""
+    """A load plus a multiple of each added load (of the joint's own drive, or of payloads); the torque is added
+    elsewhere.
+    """
     add_rows(load.inertia, added.inertia, amounts, total.inertia)
     add_rows(load.static, added.static, amounts, total.static)
     for component in (0, 1, 3, 4, 5):  # a bearing does not feel the moment along its axis
@@ -479,14 +506,14 @@ def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
 
 @law(fastmath=FAST)
 def add_row(start: Any, row: Any, amount: Any, out: Any) -> None:
-    """A series and so much of another."""
+    """out = start + amount * row."""
     for t in range(len(out)):
         out[t] = start[t] + amount * row[t]
 
 
 @law
 def applies_at_rest(case: Any) -> Any:
-    """Whether the bearing carries the joint, a brake holds it, the motor stops it, or what inertia does counts."""
+    """Whether a figure of bearing load, holding torque or load inertia is needed."""
     setting, limited = case.setting, known(case.safety.inertia_ratio)
     applies = setting.bearing != 0.0 or setting.brake != 0.0 or setting.resonance != 0.0 or setting.ramped == 0.0
     return applies or limited
@@ -494,7 +521,7 @@ def applies_at_rest(case: Any) -> Any:
 
 @law(fastmath=FAST)
 def add_rows(start: Any, rows: Any, amounts: Any, out: Any) -> None:
-    """A series and so much of each row on top; in one pass for the five numbers of a drive."""
+    """out = start + sum of amounts[k] * rows[k]; in a single pass for the five parameters of a drive."""
     if len(amounts) == 5:
         a, b, c, d, e = amounts[0], amounts[1], amounts[2], amounts[3], amounts[4]
         r0, r1, r2, r3, r4 = rows[0], rows[1], rows[2], rows[3], rows[4]
@@ -509,7 +536,7 @@ def add_rows(start: Any, rows: Any, amounts: Any, out: Any) -> None:
 
 @law(fastmath=FAST)
 def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
-    """The figures of what a load does to the output bearing and asks of the rotor; NaN where its series are unknown."""
+    """Set the figures of output bearing, holding brake and load inertia; NaN if their series are unknown."""
     gear, figures, arm, wrench = case.gear, case.figures, bearing_arm(case.gear), load.wrench
     mx, my, fx, fy, fz = wrench[0], wrench[1], wrench[3], wrench[4], wrench[5]
     lever, unknown = known_or(arm, 0.0), 0.0 * arm if len(mx) > 0 else np.nan
@@ -543,7 +570,7 @@ def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
 
 @law(fastmath=FAST)
 def mean_bearing_load(diameter: Any, arm: Any, wrench: Any, motion: Any) -> Any:
-    """The mean load of rollers over their travel, (sum |n| P^(10/3) t / sum |n| t)^(3/10) [N]."""
+    """Mean load of the output bearing over its travel, (sum |n| P^(10/3) t / sum |n| t)^(3/10) [N]."""
     worn, travel = 0.0, 0.0
     for t in range(wrench.shape[1]):
         fx, fy = wrench[3, t], wrench[4, t]
@@ -557,8 +584,10 @@ def mean_bearing_load(diameter: Any, arm: Any, wrench: Any, motion: Any) -> Any:
 
 @law(fastmath=FAST)
 def ramped_stop(case: Any, stop: Any, stopping: Any) -> Any:
-    """Largest torque of the gear and of the motor in stops on a ramp: no loss helps it to brake, but a motor that
-    drives on, against a weight, has to overcome them all.
+    """Largest torque of the gear and of the motor in stops on a ramp.
+
+    While the motor brakes, losses would help it and are left out; where it has to drive on against a weight it
+    overcomes all of them.
     """
     mesh, joint, shaft = mesh_of(case.gear), friction_curve(case.joint), friction_curve(case.shaft)
     ratio, load, motor, unknown = case.gear.ratio, 0.0, 0.0, unknown_torque(case)
@@ -581,11 +610,11 @@ def ramped_stop(case: Any, stop: Any, stopping: Any) -> Any:
 
 @law
 def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any) -> Any:
-    """Stops at the current limit, the other joints at their work: largest torque of the gear, the motor's torque that
-    holds the load, and longest way.
+    """Stops at the current limit while the other joints follow the cycle: largest gear torque, motor torque that holds
+    the load, longest travel.
 
-    The way is that of a lossless mesh, the longest. Friction of the joint, which helps, is left out, and magnets are as
-    the sheet has them: warm ones brake less.
+    The travel is that of a lossless mesh, which is the longest. Joint friction, which helps to brake, is left out. The
+    torque constant is that of the data sheet; warm magnets brake less.
     """
     mesh, shaft, ratio = mesh_of(case.gear), friction_curve(case.shaft), case.gear.ratio
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
@@ -615,8 +644,8 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
 
 
 class Mechanical(NamedTuple):
-    """Largest and average load, largest motor torque, its sum of weighted squares and that which one phase may feel,
-    load at the joint: ``Figures``.
+    """Result of ``mechanical``: largest and average load, largest motor torque, sums of its weighted squares (of all
+    phases, of the worst phase), largest joint torque; see ``Figures``.
     """
 
     load: float
@@ -629,9 +658,10 @@ class Mechanical(NamedTuple):
 
 @law(fastmath=FAST)
 def excess_series(curve: Any, ratio: Any, speed: Any, excess: Any) -> None:
-    """What falling friction has above its straight lines, for a shaft ratio times as fast as the output [N m].
+    """Friction above the straight lines of Coulomb and viscous friction (Stribeck, tanh), for a shaft ``ratio`` times
+    as fast as the output [N m].
 
-    In a loop of its own, as an exponential keeps the whole of a loop from vectorising; mostly there is none.
+    It has a loop of its own because an exponential keeps a whole loop from being vectorised; most drives have none.
     """
     excess[:] = 0.0
     if curve.falls:
@@ -641,7 +671,9 @@ def excess_series(curve: Any, ratio: Any, speed: Any, excess: Any) -> None:
 
 @law(fastmath=FAST)
 def drag_series(mesh: Any, temperature: Any, speed: Any, powers: Any, drag: Any) -> None:
-    """What drags in the gear at a temperature [N m]; gears with the same exponent share the powers of the speeds."""
+    """Drag torque of the gear at a temperature [N m]. The powers of the speeds are kept for gears with the same
+    exponent.
+    """
     if powers.exponent[0] != mesh.exponent:
         powers.exponent[0] = mesh.exponent
         for t in range(len(speed)):
@@ -653,10 +685,10 @@ def drag_series(mesh: Any, temperature: Any, speed: Any, powers: Any, drag: Any)
 
 @law(fastmath=FAST)
 def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_temperature: Any) -> Any:
-    """The pass over the mechanics: load at the gear's output and torque of the motor, at every sample.
+    """Gear load and motor torque at every sample, and their extremes.
 
-    The average load is that of Harmonic Drive SHG, p. 30, and where nothing turns the largest that is held; the largest
-    torques count what it takes to break a resting joint loose.
+    The average load follows Harmonic Drive SHG, p. 30; if nothing turns it is the largest static load. Extremes include
+    the torque that breaks a resting joint loose.
     """
     mesh, torque = mesh_of(case.gear), traces.torque[1:-1]
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
@@ -677,7 +709,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
             + sliding_friction(shaft, mesh.ratio * speed) + traces.shaft_excess[t]
             + traces.drag[t]
         )  # fmt: skip
-        driven = borne(more, own, load, motion.speed[t], motion.acceleration[t])
+        driven = gear_load(more, own, load, motion.speed[t], motion.acceleration[t])
         most, largest_load, largest = (
             larger(most, abs(load)),
             larger(largest_load, driven),
@@ -698,9 +730,9 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
 
 
 @law(fastmath=FAST)
-def borne(more: Any, own: Any, load: Any, speed: Any, acceleration: Any) -> Any:
-    """Torque of a gear in front of a joint's load: stages lose some and take some to speed up, which never counts as
-    relief [N m].
+def gear_load(more: Any, own: Any, load: Any, speed: Any, acceleration: Any) -> Any:
+    """Magnitude of the gear's output torque for a joint load [N m]: stages behind the gear lose some of it (``more``)
+    and need torque to accelerate (``own``), which never counts as relief.
     """
     driven = load * (1.0 + more * (load * speed > 0.0))
     return larger(abs(driven), abs(driven + own * acceleration))
@@ -708,12 +740,14 @@ def borne(more: Any, own: Any, load: Any, speed: Any, acceleration: Any) -> Any:
 
 @law(fastmath=FAST)
 def average_load(load: Any, motion: Any, more: Any, own: Any, exponent: Any, held: Any) -> Any:
-    """(sum |n| |T|^e t / sum |n| t)^(1/e), what is held where nothing turns; alone its loop needs no power function."""
+    """(sum |n| |T|^e t / sum |n| t)^(1/e), or the largest static load if nothing turns. Its own loop needs no power
+    function for e = 3.
+    """
     worn, travel = 0.0, 0.0
     for t in range(len(load)):
         speed = motion.speed[t]
         way = motion.weight[t] * abs(speed)
-        worn += way * wear(borne(more, own, load[t], speed, motion.acceleration[t]), exponent)
+        worn += way * wear(gear_load(more, own, load[t], speed, motion.acceleration[t]), exponent)
         travel += way
     return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else held
 
@@ -722,7 +756,7 @@ def average_load(load: Any, motion: Any, more: Any, own: Any, exponent: Any, hel
 def at_rest(
     moves: Any, mesh: Any, inertia: Any, joint: Any, shaft: Any, motion: Any, rest: Any, gear_torque: Any, traces: Any
 ) -> Any:
-    """Largest load and motor torque in one stretch of rest, with what breaks the joint loose if it ever moves."""
+    """Largest load and motor torque during one stretch of standstill, including breakaway if the joint ever moves."""
     acceleration, carrier, way = motion.acceleration[rest], motion.carrier_acceleration[rest], motion.next_way[rest]
     torque, load, starting = traces.torque[1:-1][rest], traces.load[rest], traces.starting[rest]
     largest_load, largest = 0.0, 0.0
@@ -737,13 +771,12 @@ def at_rest(
 
 @law
 def warm_up(case: Any, motion: Any, traces: Any) -> None:
-    """The temperatures of a drive at work, those of the winding at the samples.
+    """Set the steady periodic temperatures of a drive, and the winding temperature at each sample.
 
-    Where the sheet does not say enough, or no steady temperature exists, the magnets are at ambient temperature and the
-    winding at its limit. The gear's heat comes through the housing, which evens it out: its mean counts, of a gear as
-    warm as the housing.
-
-    The hottest phase is told; where no time constant of the winding is, the least that it may have stands in beside.
+    If data is missing or no steady state exists, the magnets are taken at ambient temperature and the winding at its
+    limit. The gear's loss reaches the winding through the housing, which evens it out: its mean counts, of a gear as
+    warm as the housing. If the winding time constant is unknown, the hottest phase is computed a second time with the
+    shortest time constant that such a motor may have; the difference is an allowance.
     """
     motor, figures, ambient, losses = case.motor, case.figures, case.setting.ambient, traces.losses
     nodes, rest = thermal_nodes(motor, case.setting.mounting), known_or(motor.max_winding_temperature, ambient)
@@ -784,7 +817,7 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
                 state = periodic_heat(fast, copper, periods, losses, parts, ambient)
                 quickest = hottest_phase(fast, copper, periods, losses, state, ambient)
                 heat = periodic_heat(nodes, copper, periods, losses, parts, ambient)  # whose temperatures stay
-            case.untold.winding_temperature = max(quickest - least, 0.0)
+            case.allowance.winding_temperature = max(quickest - least, 0.0)
         figures.housing_temperature = heat.housing
         if case.setting.settles != 0.0 and share > 0.0:
             figures.gear_temperature = heat.housing if heat.peak < np.inf else np.inf
@@ -796,7 +829,7 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
 
 @law(fastmath=FAST)
 def set_held(motion: Any, traces: Any) -> None:
-    """What one phase has above its share of the torque's mean square from each sample to the next."""
+    """Mean square torque that one phase carries above its share, from each sample to the next."""
     held, torque, phase, extra = traces.losses.held, traces.torque[1:-1], motion.phase, traces.losses.integrals[0]
     for t in range(len(torque)):
         extra[t] = (phase[t] * phase[t] - 1.0) * torque[t] * torque[t]
@@ -807,10 +840,10 @@ def set_held(motion: Any, traces: Any) -> None:
 
 @law(fastmath=FAST)
 def shaft_losses(case: Any, motion: Any, traces: Any) -> None:
-    """The power of friction at the motor's shaft, a brake's coil and an amplifier in that housing, of mesh with seals,
-    and of drag as at 20 C [W].
+    """Losses by place [W]: in the motor housing (shaft friction, brake coil, amplifier if mounted there), in mesh and
+    seals, and of the drag at 20 C.
 
-    The amplifier's current is that of magnets as hot as the winding may be, the safe side of those that are colder.
+    The amplifier's current is computed with magnets as hot as the winding may be, which is conservative.
     """
     shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.friction_loss
     coil, reference = known_or(case.motor.brake.power, 0.0), 1.0 / drag_factor(mesh, case.setting.gear_temperature)
@@ -832,7 +865,9 @@ def shaft_losses(case: Any, motion: Any, traces: Any) -> None:
 def settled_loss(
     case: Any, nodes: Any, motion: Any, traces: Any, first: Any, after: Any, square: Any, heat: Any
 ) -> Any:
-    """Mean loss of a gear over some samples, as warm as they make it [W]; with a torque's mean square and a heat."""
+    """Mean loss of a gear over some samples at the temperature that it reaches [W]; ``square``: mean square torque,
+    ``heat``: other losses in the housing [W].
+    """
     meshed, dragged, whole, share = 0.0, 0.0, 0.0, case.setting.gear_heat
     weight, mesh, drag = motion.weight[first:after], traces.mesh_loss[first:after], traces.drag_loss[first:after]
     for t in range(len(weight)):
@@ -847,10 +882,11 @@ def settled_loss(
 
 @law
 def settled_factor(case: Any, nodes: Any, square: Any, heat: Any, drag: Any) -> Any:
-    """On the drag of a gear as warm as its housing, else as at ``gear_temperature``.
+    """Temperature factor on the drag of a gear as warm as its housing, or at ``gear_temperature`` if the study states
+    it.
 
-    The copper loss counts as of a motor at the cold end of the drag's law: a gear that is taken for too cold warms the
-    winding too much, and hotter air or a higher resistance never makes it cooler.
+    The copper loss is that of a motor at the lowest temperature of the drag model. A gear that is assumed too cold
+    overestimates the drag, so higher ambient temperature or resistance never lowers the computed winding temperature.
     """
     mesh, motor, setting = mesh_of(case.gear), case.motor, case.setting
     if setting.settles == 0.0 or mesh.cooling <= 0.0 or drag <= 0.0:
@@ -863,16 +899,17 @@ def settled_factor(case: Any, nodes: Any, square: Any, heat: Any, drag: Any) -> 
 
 @law
 def torque_factor(safety: Any) -> Any:
-    """On the torque behind a voltage: that on peak torque, never less than 1.
+    """Safety factor on the torque in voltage checks: that on peak torque, at least 1.
 
-    A motor that brakes may ask more voltage with less torque, so the plain torque counts beside it: of both the larger.
+    A braking motor may need more voltage at less torque, so voltages are computed with and without the factor and the
+    larger one counts.
     """
     return max(safety.peak_torque, 1.0)
 
 
 @law(fastmath=FAST)
 def voltage_at(case: Any, motion: Any, traces: Any, cold: Any) -> Any:
-    """Largest voltage while the motor is cold all through, when strong magnets ask more at speed [V]."""
+    """Largest terminal voltage of a cold motor [V]: its stronger magnets need more voltage at speed."""
     before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
     ratio, inductance, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0
     constant, ohms = torque_constant(case.motor, cold), winding_resistance(case.motor, cold)
@@ -889,7 +926,7 @@ def voltage_at(case: Any, motion: Any, traces: Any, cold: Any) -> Any:
 
 @law(fastmath=FAST)
 def starting_voltage(case: Any, motion: Any, traces: Any) -> Any:
-    """Largest voltage that starts the joint from rest, or holds it [V]."""
+    """Largest terminal voltage needed to start the joint from rest or to hold it [V]."""
     largest, constant = 0.0, torque_constant(case.motor, case.figures.magnet_temperature)
     more = torque_factor(case.safety)
     for first, last in motion.rests:
@@ -902,11 +939,12 @@ def starting_voltage(case: Any, motion: Any, traces: Any) -> Any:
 
 @law(fastmath=FAST)
 def electrical(case: Any, motion: Any, traces: Any, power: Any) -> Any:
-    """Largest voltage at the temperatures of the cycle [V]; adds the power, inductance left out, to what is there [W].
+    """Largest terminal voltage at the temperatures of the cycle [V]; adds the drive's power without L di/dt to
+    ``power`` [W].
 
-    Beside it the least: with a gear and a shaft that lose nothing and a cold winding more comes back. The coil of a
-    brake takes its power all the time that it is open. The figures take the energy, that of the amplifier's switches
-    included.
+    ``power`` has two rows: the expected power, and its lower bound with lossless gear and shaft and a cold winding,
+    which feeds back more. A brake coil draws its power while it is open. Sets energy and mean power, including the
+    amplifier's conduction loss.
     """
     drawn_power, least_power, switches = power[0], power[1], known_or(case.amplifier.on_resistance, 0.0)
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)

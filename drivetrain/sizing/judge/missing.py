@@ -1,4 +1,4 @@
-"""Which numbers of which sheets are missing where a set of drives is not proven to fit, and where to write them."""
+"""Finds the missing data because of which a set of drives cannot be proven feasible, and where to fill it in."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ BEARING = {
 }
 LIMITS = {
     row.name: row.limit.replace("setting.whole", "amplifier.peak_time").replace("motor.brake.", "brake.")
-    for row in CHECKS if row.stand_in
+    for row in CHECKS if row.assumed_limit
 }  # fmt: skip
 LIVES = {
     "gear life L10": ("rated_life", "continuous_torque", "rated_speed"),
@@ -46,22 +46,24 @@ SILENT = {
 }
 CONTINUOUS = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 HEATED = (RMS, "winding temperature", "phase temperature at rest")
-WEAKENED = {row.name for row in CHECKS if row.more in ("untold.current", "untold.overload")}  # by warm magnets
+WEAKENED = {
+    row.name for row in CHECKS if row.allowance in ("allowance.current", "allowance.overload")
+}  # by warm magnets
 CONTINUOUS_OVER_TIME = ("winding_time_constant", "max_winding_temperature")  # beside resistances
 _ROW = re.compile(r"\S+\.csv row \d+")
 
 
 @dataclass(frozen=True)
 class Gap:
-    """A number that a sheet lacks.
+    """A number that a data sheet lacks.
 
     Attributes:
-        joint: Whose drive it is.
+        joint: Joint of the drive.
         part: ``motor``, ``gear`` or ``brake``.
-        key: Of its row in the catalogue.
-        row: File and line, or the place in the study that holds it.
-        columns: Any one of them fills the gap.
-        checks: What cannot be judged without.
+        key: Key of its catalogue row.
+        row: File and line, or the place in the study.
+        columns: Columns of which any one fills the gap.
+        checks: Names of the checks that cannot be made without it.
     """
 
     joint: str
@@ -81,7 +83,7 @@ class Gap:
 
 
 def gap_lines(found: Iterable[Gap]) -> tuple[str, ...]:
-    """Gaps in words, those of the same columns together."""
+    """Gaps in words; gaps with the same columns are listed together."""
     alike: dict[tuple[tuple[str, ...], tuple[str, ...]], list[Gap]] = {}
     for gap in found:
         alike.setdefault((gap.columns, gap.checks), []).append(gap)
@@ -93,13 +95,13 @@ def gap_lines(found: Iterable[Gap]) -> tuple[str, ...]:
 
 
 def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
-    """What is missing to prove that a set of drives fits, or that it does not.
+    """Missing data because of which it cannot be decided whether a set of drives fits.
 
     Args:
         evaluation: Of the set.
 
     Returns:
-        Every gap, in the arm's order; empty when every essential check was made.
+        Every gap, in the order of the joints; empty if every essential check was made.
     """
     study = evaluation.study
     found: list[Gap] = []
@@ -113,7 +115,7 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
             if lacking_joints({name: joint.drive}, column):
                 names = tuple(check.name for check in shared if SPRINGS.get(check.name) == column)
                 found.append(_gap(study, joint, joint.drive.gear, (column,), names))
-        if supply and joint.untold_power[0] > 0.0:
+        if supply and joint.power_allowance[0] > 0.0:
             silent = "temperature" if tells_friction(joint.drive.motor) else "friction"
             found.append(_gap(study, joint, joint.drive.motor, SILENT[silent], supply))
         if name in unweighed:
@@ -122,12 +124,12 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
 
 
 def lacking_joints(drives: Mapping[str, Drive], field: str) -> tuple[str, ...]:
-    """Joints whose gear does not print a number; a direct drive has nothing to print."""
+    """Joints whose gear lacks a number; direct drives are left out."""
     return tuple(name for name, one in drives.items() if not one.gear.direct and getattr(one.gear, field) is None)
 
 
 def torque_lacks(drive: Drive) -> str:
-    """What the sheets of a drive lack to compute the motor's torque, in words; empty when nothing does."""
+    """What the data sheets of a drive lack to compute the motor torque, in words; empty if nothing."""
     geared = drive.gear.kind != "ideal"
     lacks = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
     lacks += [f"the gear's {_loss_columns(drive.gear)[0]}"] if geared and not _loss_known(drive.gear) else []
@@ -137,7 +139,7 @@ def torque_lacks(drive: Drive) -> str:
 
 
 def unknown_torques(results: Mapping[str, JointResult]) -> list[Fault]:
-    """Joints that no current can be commanded to, for lack of data."""
+    """Joints whose current cannot be computed for lack of data."""
     return [
         Fault(
             f"joints.{name}", f"lacks {torque_lacks(one.drive)}, on which its torque rests", f"{one.motor} + {one.gear}"
@@ -148,12 +150,12 @@ def unknown_torques(results: Mapping[str, JointResult]) -> list[Fault]:
 
 
 def _loss_known(gear: Gear) -> bool:
-    """Whether the gear's efficiency, or its mesh and drag, are told."""
+    """Whether the gear's efficiency, or its mesh efficiency and drag, are given."""
     return bool(known(unknown_loss(as_record(gear))))
 
 
 def _loss_columns(gear: Gear) -> tuple[str, ...]:
-    """What tells the loss: where some columns of mesh and drag are there, the rest of them."""
+    """Columns that specify the loss; if some of mesh and drag are given, the missing ones."""
     if gear.mesh_efficiency is None and gear.drag_torque is None:
         return "efficiency", f"assumptions.gears.{gear.kind}.efficiency in the study"
     names = ("mesh_efficiency", "drag_torque", "drag_speed_exponent", "drag_temperature_1", "drag_temperature_2")
@@ -162,21 +164,21 @@ def _loss_columns(gear: Gear) -> tuple[str, ...]:
 
 
 def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
-    """What is missing to prove that a set fits."""
+    """Missing data of a set, in words."""
     found = gap_lines(gaps(evaluation))
     hint = "No change of the task makes up for missing data: complete the catalogue rows, or state assumptions."
     return (*found, hint) if found else ()
 
 
 def massless(study: Study, results: Mapping[str, JointResult]) -> tuple[str, ...]:
-    """The joints whose drives load the arm by masses that are not known."""
+    """Joints with drives of unknown mass that load the arm."""
     joints = {task.name: joint for joint, task in enumerate(study.joints)}
     unknown = [name for name, result in results.items() if drive_mass(result.drive) is None]
     return tuple(name for name in unknown if mass_counts(study, joints[name]))
 
 
 def row_of(study: Study, part: Motor | Gear | Brake | Amplifier) -> str:
-    """Where a sheet stands."""
+    """Where a data sheet is stored: file and row, or place in the study."""
     if not part.key:
         return f"{Path(study.path).name}: {_kind(part)}" if study.path else "of the study"
     row = _ROW.match(part.source)
@@ -187,7 +189,7 @@ def row_of(study: Study, part: Motor | Gear | Brake | Amplifier) -> str:
 
 
 def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Gap]:
-    """Behind the essential checks of one joint."""
+    """Gaps behind the essential checks of one joint."""
     lacks = tuple(check.name for check in joint.lacking)
     motor, gear = joint.drive.motor, joint.drive.gear
     if REPEATED in lacks:
@@ -240,13 +242,13 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
 
 
 def _of_column(study: Study, joint: JointResult, column: str, checks: tuple[str, ...]) -> Iterator[Gap]:
-    """Parts that lack one column."""
+    """Gaps in one column of the parts of a drive."""
     for part in lacking_parts(joint.drive, column):
         yield _gap(study, joint, part, (column,), checks)
 
 
 def lacking_parts(drive: Drive, column: str) -> tuple[Motor | Gear | Brake, ...]:
-    """The parts of a drive whose sheets lack a number that all should have."""
+    """The parts of a drive whose data sheets lack a number."""
     free, brake = drive.gear.key == "" if column == "price" else drive.gear.kind == "ideal", drive.motor.brake
     own = brake if brake.key and getattr(brake, column) is None else drive.motor
     parts: tuple[Motor | Gear | Brake, ...] = (own,) if free else (own, drive.gear)
@@ -256,7 +258,7 @@ def lacking_parts(drive: Drive, column: str) -> tuple[Motor | Gear | Brake, ...]
 def cells_to_fill(
     study: Study, pairs: Iterable[tuple[str, str]], column: str, amplifiers: Iterable[Amplifier] = ()
 ) -> str:
-    """How many rows of the catalogue lack a number that counts."""
+    """How many catalogue rows lack a number, with an example."""
     motors, gears = (list(dict.fromkeys(keys)) for keys in zip(*pairs, strict=True))
     rows: list[tuple[str, list[Motor | Gear | Amplifier]]] = [
         ("motors", [study.catalog.motors[key] for key in motors]),
@@ -273,13 +275,13 @@ def cells_to_fill(
 
 
 def _lacks(part: Motor | Gear | Amplifier, column: str) -> bool:
-    """Whether a part, a motor with its brake, has no such number."""
+    """Whether a part (a motor together with its brake) lacks a number."""
     weighed = column == "mass" and isinstance(part, Motor)
     return (whole_mass(part) if weighed else getattr(part, column)) is None  # type: ignore[arg-type]
 
 
 def uncounted(evaluation: Evaluation) -> tuple[str, ...]:
-    """What counts in the objective and is not known."""
+    """Terms of the objective that are unknown, and why."""
     study, joints = evaluation.study, evaluation.joints.values()
     found = []
     for term, weight in study.wanted.weights:
@@ -306,7 +308,7 @@ def _gap(
 
 
 def _ideal(part: Motor | Gear | Amplifier) -> bool:
-    """Of a gear that weighs nothing where nobody says."""
+    """Whether a part is an ideal gear, whose mass is 0 unless stated."""
     return isinstance(part, Gear) and part.kind == "ideal"
 
 

@@ -1,4 +1,4 @@
-"""What a set of drives is worth: its mass, its price, its energy a cycle, and how near it comes to a limit."""
+"""The criteria by which sets of drives are compared: mass, price, energy a cycle, largest utilisation."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def drive_price(drive: Drive, amplifier: Amplifier) -> float | None:
 
 
 def amplifier_price(amplifier: Amplifier) -> float | None:
-    """Of one of the catalogue; what a study states by its limits alone is not bought."""
+    """Price of a catalogue amplifier; an amplifier that the study describes only by its limits costs nothing."""
     return amplifier.price if amplifier.key else 0.0
 
 
@@ -48,15 +48,15 @@ def weighted(wanted: SelectionOptions, found: Mapping[str, float]) -> float:
 
 
 def weight_of(wanted: SelectionOptions, term: str) -> float:
-    """What one unit of a term counts."""
+    """Weight of a term in the objective, per unit."""
     return math.fsum(weight for name, weight in wanted.weights if name == term)
 
 
 def _energy(study: Study, result: JointResult) -> float | None:
-    """What one drive draws over one cycle, what it feeds back taken off [J]."""
+    """Energy that one drive draws over a cycle, net of what it feeds back [J]."""
     return float(result.series.electrical_power @ study.cycle.weights) if result.torque_known else None
 
 
 def _sum(values: Iterable[float | None]) -> float:
-    """NaN when one is unknown."""
+    """The sum; NaN if one term is unknown."""
     return math.fsum(math.nan if value is None else value for value in values)

@@ -1,4 +1,4 @@
-"""One drive doing one joint's work: the judge run to its end, and its series."""
+"""One drive at one joint over the repeated cycle: all figures, and the series for plots and current commands."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PLACES = columns(CASE)
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """What the judge leaves."""
+    """The records that the kernel leaves."""
 
     case: Any  # record with figures and limits (``cases.Case``)
     used: dict[str, float]  # utilisation by the check's name, NaN where it is not checked
@@ -40,7 +40,7 @@ class Judgement:
 
 @dataclass(frozen=True, eq=False)
 class Operation:
-    """One drive doing one joint's work over the repeated cycle."""
+    """One drive at one joint over the repeated cycle."""
 
     demand: JointDemand  # what the joint asks
     drive: Drive  # what answers
@@ -69,12 +69,12 @@ class Operation:
 
     @cached_property
     def missing(self) -> str:
-        """What the sheets lack to compute the motor's torque, in words; empty when nothing does."""
+        """What the data sheets lack to compute the motor torque; empty if nothing."""
         return torque_lacks(self.drive)
 
     @cached_property
     def judgement(self) -> Judgement:
-        """Every figure; lossless and without inertia where the sheets lack it (not judged then)."""
+        """All figures; of a lossless drive without inertia where data is missing (those checks are then not made)."""
         cases = cases_of(self.study, self.joint, self.demand, [self.drive])
         work = work_of(self.demand, first_look=False)
         used, power = np.zeros((1, len(CHECKS))), np.zeros((1, 2, len(self.demand.time)))
@@ -91,11 +91,11 @@ class Operation:
 
     @cached_property
     def _numbers(self) -> Array:
-        """The fields of the case in a row."""
+        """The fields of the case as a flat row."""
         return np.asarray(as_numbers(self.judgement.case.reshape(1))[0])
 
     def utilisation(self, row: Any) -> float | None:
-        """Of one check; None where it is not checked."""
+        """Utilisation of one check; None if it is not made."""
         used = self.judgement.used[row.name]
         return None if math.isnan(used) else used
 
@@ -106,34 +106,34 @@ class Operation:
 
     @cached_property
     def motor_speed(self) -> Array:
-        """Of the rotor against its stator [rad/s], (N,)."""
+        """Speed of the rotor relative to its stator [rad/s], (N,)."""
         return np.asarray(self.drive.gear.ratio * self.demand.speed)
 
     @property
     def motor_torque(self) -> Array:
-        """Electromagnetic [N m], (N,)."""
+        """Electromagnetic torque [N m], (N,)."""
         return self.judgement.work.traces.torque[1:-1]
 
     @cached_property
     def peak_torque(self) -> Array:
-        """Torque to be held against peak limits [N m], (N,): with what it takes to start, if the joint ever starts."""
+        """Torque for the peak checks [N m], (N,): includes breakaway at rest, if the joint ever moves."""
         return np.where(self.demand.at_rest, self.judgement.work.traces.starting, np.abs(self.motor_torque))
 
     @cached_property
     def momentary_torque(self) -> Array:
-        """Magnitude to be held against the gear's limit of rare peaks [N m], (N,): of the cycle, and of stops."""
+        """Gear torque for the momentary limit [N m], (N,): the larger of the cycle's and of a stop that begins there."""
         worst = np.maximum(np.abs(self.demand.loosening_torque), self.judgement.work.traces.stop)
         np.maximum.at(worst, self.demand.stop.first, self.demand.stop_torque)
         return worst
 
     @property
     def power(self) -> Array:
-        """Electrical [W], (N,), inductance left out."""
+        """Electrical power without L di/dt [W], (N,)."""
         return self.judgement.power[0]
 
     @cached_property
     def tilting_moment(self) -> Array | None:
-        """About the centre of the output bearing, on its worse side [N m], (N,); None where the loads are unknown."""
+        """Moment about the centre of the output bearing on its worse side [N m], (N,); None if the loads are unknown."""
         if self.demand.wrench is None:
             return None
         mx, my, _, fx, fy, _ = self.demand.wrench.T
@@ -151,32 +151,32 @@ class Operation:
 
     @cached_property
     def current(self) -> Array:
-        """DC equivalent [A], (N,)."""
+        """DC-equivalent current [A], (N,)."""
         return np.asarray(self.motor_torque / self.constant)
 
     @cached_property
     def network(self) -> ThermalNetwork | None:
-        """The motor's thermal nodes in its mounting; None where the sheet does not say enough."""
+        """The motor's thermal network in its mounting; None if the data sheet does not suffice."""
         return thermal_network(self.drive.motor, self.study.ambient, housing_to_ambient=self.task.housing_to_ambient)
 
     @cached_property
     def continuous_current(self) -> SourcedValue:
-        """What the motor can carry for ever in this air and mounting [A]."""
+        """Continuous current of the motor at this ambient temperature and mounting [A]."""
         return continuous_current(self.drive.motor, self.study.ambient, housing_to_ambient=self.task.housing_to_ambient)
 
     @property
     def winding_temperature(self) -> Array:
-        """That the resistance is taken at [C], (N,): computed, else the winding's limit, else ambient."""
+        """Winding temperature for the resistance [C], (N,): computed, else the winding's limit, else ambient."""
         return self.judgement.work.traces.losses.winding_at[: len(self.demand.time)]
 
     @cached_property
     def voltage(self) -> Array:
-        """At the terminals of the warm motor [V], (N,)."""
+        """Terminal voltage of the warm motor [V], (N,)."""
         return self._voltage(float(self.figures.magnet_temperature), self.winding_temperature)
 
     @cached_property
     def largest_voltage(self) -> Array:
-        """Magnitude to be held against the supply [V], (N,): the largest of warm, cold, and to start from rest."""
+        """Voltage for the check of the supply [V], (N,): the largest of warm, cold and starting from rest."""
         air, more, magnets = self.study.ambient, torque_factor(self.safety), float(self.figures.magnet_temperature)
         start = winding_resistance(self.drive.motor, self.winding_temperature) * more * self.peak_torque / self.constant
         largest = np.where(self.demand.at_rest, np.abs(start), 0.0)
@@ -186,7 +186,7 @@ class Operation:
         return largest
 
     def _voltage(self, magnets: float, winding: Array | float, more: float = 1.0) -> Array:
-        """At the terminals, with magnets and winding of some temperatures [C] and so many times the torque."""
+        """Terminal voltage with magnets and winding at given temperatures and a factor on the torque."""
         motion = self.judgement.work.motion
         current = more * self.judgement.work.traces.torque / torque_constant(self.drive.motor, magnets)
         steps = np.diff(current)
@@ -194,7 +194,9 @@ class Operation:
         return terminal_voltage(self.drive.motor, self.motor_speed, current[1:-1], rate, winding, magnets)
 
     def instant(self, series: str) -> float | None:
-        """When a series of the drive or of its demand has its largest magnitude [s]; None for no series."""
+        """Time at which a series of the drive or of its demand has its largest magnitude [s]; None if there is no
+        series.
+        """
         time = self.demand.time
         if series == "winding":
             if self.network is None or self.network.winding_capacity is None:
@@ -205,7 +207,7 @@ class Operation:
         return None if values is None else float(time[int(np.argmax(np.abs(values)))])
 
     def series(self) -> JointSeries:
-        """Everything over the cycle, for plots and current commands."""
+        """All series over the cycle, for plots and current commands."""
         demand, drive, losses = self.demand, self.drive, self.judgement.work.traces.losses
         inertia, samples = drive_inertia(drive), len(self.demand.time)
         rotor = rotor_torque(inertia, drive.gear.ratio, demand.acceleration, demand.carrier_acceleration)
@@ -232,5 +234,5 @@ class Operation:
 
 
 def operation(study: Study, joint: int, demand: JointDemand, drive: Drive) -> Operation:
-    """A drive doing the work of a study's joint."""
+    """A drive at a joint of a study."""
     return Operation(demand, drive, study, joint)

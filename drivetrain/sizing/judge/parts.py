@@ -1,4 +1,4 @@
-"""The candidates of a study as tables: filled sheets, pairs by joint, and the numbers by which they load joints."""
+"""The candidates of a study as tables: completed data sheets, pairs by joint, and their contributions to joint loads."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import HOLDING, NO_GEAR, Gear
 from drivetrain.drive.motor import Motor, tells_friction, whole_mass
-from drivetrain.drive.motor_limits import FRICTION_SHARE, with_untold
+from drivetrain.drive.motor_limits import FRICTION_SHARE, with_allowances
 from drivetrain.records import as_records, known
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.sizing.demand.load_basis import NUMBERS
@@ -24,16 +24,16 @@ from drivetrain.study.parts.mounting import cylinder_inertia
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """Motors and gears that occur in a study, each once, and the pairs of every joint.
+    """The motors and gears of a study, each once, and the pairs of every joint.
 
     Attributes:
         study: The task.
-        motor_keys, gear_keys: By row; the direct drive's gear, of key "", is the first.
-        motors, gears: Sheets with the study's assumptions filled in.
+        motor_keys, gear_keys: By row; row 0 of the gears is the direct drive, with key "".
+        motors, gears: Data sheets with the study's assumptions filled in.
         motor_rows, gear_rows: The same as records (``cases.motor_records``, ``cases.gear_records``).
-        pairs: Of each joint, row of the motor and of the gear, (P, 2) each; of a given drive that one alone.
-        amounts: Through which each pair loads joints, the units of ``load_basis.drive_numbers``, (P, NUMBERS) a joint.
-        mass, price: Of each pair [kg], [-], NaN where unknown, (P,) a joint.
+        pairs: For each joint the rows of motor and gear, (P, 2) each; a single row if the drive is given.
+        amounts: Parameters by which each pair loads joints, ``load_basis.drive_numbers``, (P, NUMBERS) a joint.
+        mass, price: Of each pair [kg], [-], NaN if unknown, (P,) a joint.
     """
 
     study: Study
@@ -109,7 +109,7 @@ def _amounts(study: Study, joint: int, motors: tuple[Motor, ...], gears: tuple[G
 
 
 def _body(part: Motor | Gear) -> tuple[float, float, float]:
-    """Mass, inertia across and along the axis; of an unknown mass nothing."""
+    """Mass and inertia across and along the axis; zeros if the mass is unknown."""
     return part.mass or 0.0, *cylinder_inertia(part.mass, part.diameter, part.length)
 
 
@@ -127,7 +127,7 @@ _ROUND_DENSITY = 5200.0 * 3.141592653589793 / 4.0  # kg/m^3 of a cylinder as lon
 
 
 class FilledParts:
-    """The catalogue rows of a study, unknown data filled where it states an assumption; each row filled once.
+    """The catalogue rows of a study with missing data filled where it states an assumption; each row is filled once.
 
     Attributes:
         study: Its catalogue and its assumptions.
@@ -144,9 +144,9 @@ class FilledParts:
         motor_words, gear_words = self._motors[motor][1], self._gears[gear][1]
         words = [*motor_words, *gear_words]
         if task.motor_friction is None and not tells_friction(row):
-            words.append(_untold_friction(row))
+            words.append(_friction_allowance(row))
         if row.inductance is None:
-            lag = with_untold(row).untold_inductance / row.resistance
+            lag = with_allowances(row).inductance_allowance / row.resistance
             words.append(
                 f"motor {motor}: inductance is not in the catalogue row and left out; voltage must hold with "
                 f"L/R = {1e3 * lag:g} ms too, more than shipped rows of its kind have"
@@ -170,16 +170,16 @@ class FilledParts:
         return self._gears[key][0]
 
     def filled(self, gear: Gear) -> Gear:
-        """A gear that stands in no catalogue."""
+        """A gear that is in no catalogue, with assumptions filled in."""
         return _filled_gear(gear, self.study)[0]
 
 
-def _untold_friction(motor: Motor) -> str:
-    """What a sheet without all of the no-load data means."""
+def _friction_allowance(motor: Motor) -> str:
+    """Remark on a data sheet without complete no-load data."""
     if motor.frameless:
         lack = "a frameless motor has no bearings; no-load friction is not in the catalogue row and not counted"
         return f"motor {motor.key}: {lack}"
-    most = with_untold(motor).untold_friction
+    most = with_allowances(motor).friction_allowance
     size = f"{most:.3g} N m, " if known(most) else ""
     return (
         f"motor {motor.key}: the catalogue row does not tell all of its no-load friction; torque, current, voltage and "
@@ -189,20 +189,20 @@ def _untold_friction(motor: Motor) -> str:
 
 
 def _with_brake(brake: Brake) -> str:
-    """What a brake adds to its motor."""
+    """Remark on what a brake adds to its motor."""
     mass = "mass unknown" if brake.mass is None else f"{brake.mass:g} kg"
     added = f"{mass}, {brake.inertia:g} kg m^2, {brake.power:g} W while it is open"
     return f"brake {brake.key}: {added} count with its motor"
 
 
 def _lumped(motor: Motor) -> bool:
-    """Whether a sheet tells the way of the heat by one number from winding to ambient alone."""
+    """Whether a data sheet gives only one thermal resistance, from winding to ambient."""
     parts = (motor.resistance_winding_housing, motor.resistance_housing_ambient)
     return motor.resistance_winding_ambient is not None and parts == (None, None)
 
 
 def _mounted(motor: Motor, mounting: float, study: Study) -> str:
-    """What is taken for the way of the heat where a study states the mounting and a sheet only the whole."""
+    """Remark on how a single thermal resistance is split if the study states the mounting."""
     whole, assumption = motor.resistance_winding_ambient, _assumption(motor, study)
     text = f"motor {motor.key}: one thermal resistance in the catalogue row, {whole:g} K/W from winding to ambient"
     if assumption is None or assumption.winding_share is None:
@@ -215,7 +215,7 @@ def _assumption(motor: Motor, study: Study) -> MotorAssumption | None:
 
 
 def _filled_motor(motor: Motor, study: Study) -> tuple[Motor, tuple[str, ...]]:
-    """The row, and what was assumed."""
+    """The completed motor, and remarks on what was assumed."""
     assumption = _assumption(motor, study)
     if assumption is None:
         return motor, ()
@@ -237,7 +237,7 @@ def _filled_motor(motor: Motor, study: Study) -> tuple[Motor, tuple[str, ...]]:
 
 
 def _filled_gear(gear: Gear, study: Study) -> tuple[Gear, tuple[str, ...]]:
-    """The row, and what was assumed."""
+    """The completed gear, and remarks on what was assumed."""
     words: list[str] = []
     changes: dict[str, float] = {"holding": HOLDING[study.holding]} if study.holding != "lossless" else {}
     assumption = study.gear_assumptions.get(gear.kind)
@@ -265,7 +265,7 @@ def _filled_gear(gear: Gear, study: Study) -> tuple[Gear, tuple[str, ...]]:
 
 
 def _input_inertia(gear: Gear) -> float | None:
-    """A high estimate of an input inertia that the sheet does not print; None when it does, or nothing is known."""
+    """A conservative estimate of a missing input inertia; None if it is given or nothing is known."""
     if gear.inertia is not None or gear.mass is None or gear.kind not in INPUT_INERTIA_SHARE:
         return None
     squared = (gear.mass / _ROUND_DENSITY) ** (2.0 / 3.0) if gear.diameter is None else gear.diameter**2

@@ -1,4 +1,4 @@
-"""How stiff an arm is on the springs of its gears, held against what a study wishes: checks of all drives together."""
+"""Stiffness of the arm on the springs of its gears, compared with the study's wishes: checks of all drives together."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ MOST_COMBINED = 12  # joints whose plays are tried in every combination; beyond,
 
 @dataclass(frozen=True)
 class Extreme:
-    """A figure at its worst, and the sample where it is."""
+    """The worst value of a figure and its sample."""
 
     value: float
     sample: int
 
 
 def arm_checks(study: Study, drives: Mapping[str, Drive], torque: Array) -> Iterator[Check]:
-    """What the study wishes of the arm's stiffness, held against a set of drives; nothing where it wishes nothing."""
+    """The checks of the arm's stiffness that the study asks for."""
     for row in ARM_CHECKS:
         wish, wanted = row.limit, getattr(study.stiffness, row.limit)
         if wanted is None or study.arm is None:
@@ -59,7 +59,7 @@ def arm_checks(study: Study, drives: Mapping[str, Drive], torque: Array) -> Iter
 
 
 def unsprung(study: Study, drives: Mapping[str, Drive]) -> tuple[str, ...]:
-    """Joints whose gear lacks a number that a wish of the study asks for."""
+    """Joints whose gear lacks a parameter that one of these checks needs."""
     needed = {SPRINGS[row.name] for row in ARM_CHECKS if getattr(study.stiffness, row.limit) is not None}
     return tuple(name for field in sorted(needed) for name in lacking_joints(drives, field))
 
@@ -71,13 +71,13 @@ def loaded_arms(study: Study, drives: Mapping[str, Drive]) -> list[tuple[Arm, Ar
 
 
 def joint_travels(study: Study) -> Array:
-    """Of each joint a radian of its gear's output [m or rad], (n,)."""
+    """Travel of each joint for a radian of its gear's output [m or rad], (n,)."""
     return np.array([task.travel_per_turn or 1.0 for task in study.joints])
 
 
 @lru_cache(maxsize=1)
 def tip_levers(study: Study) -> Array:
-    """How far the tip moves a unit of each joint's motion, of its shaft's where motors are coupled, (N, n, 3)."""
+    """Displacement of the tip for a unit of each joint's motion (of its shaft's if motors are coupled), (N, n, 3)."""
     arm = study.arm
     assert arm is not None
     refuse_loops(arm, shared=True, closed=True)
@@ -93,14 +93,14 @@ def tip_levers(study: Study) -> Array:
 
 
 def joint_twists(study: Study, drives: Mapping[str, Drive], torque: Array) -> Array:
-    """How far each joint lags behind its motor on its gear's spring [rad or m], (N, n); 0 where none is printed."""
+    """Wind-up of each joint's gear spring [rad or m], (N, n); 0 if no stiffness is given."""
     twists = [wind_up(one.gear, series) for one, series in zip(drives.values(), torque.T, strict=True)]
     still = np.zeros(len(study.cycle.time))
     return joint_travels(study) * np.column_stack([still if one is None else one for one in twists])
 
 
 def joint_plays(study: Study, drives: Mapping[str, Drive], torque: Array) -> Array:
-    """The whole backlash of each joint [rad or m], (N, n); 0 where none is printed or a preload closes it."""
+    """Backlash of each joint [rad or m], (N, n); 0 if none is given or a preload closes it."""
     plays = joint_travels(study) * np.array([one.gear.backlash or 0.0 for one in drives.values()])
     found, names = np.tile(plays, (len(torque), 1)), list(drives)
     for one, other in {task.sharing for task in study.joints if task.sharing}:
@@ -110,7 +110,7 @@ def joint_plays(study: Study, drives: Mapping[str, Drive], torque: Array) -> Arr
 
 
 def lost_motion(plays: Array) -> Array:
-    """The largest distance between two positions of the tip that play in the joints allows."""
+    """The largest distance between two positions of the tip that the backlash of the joints allows."""
     loose = plays[:, np.abs(plays).any(axis=(0, 2))]
     count = loose.shape[1]
     if count > MOST_COMBINED:
@@ -124,7 +124,7 @@ def lost_motion(plays: Array) -> Array:
 
 
 def _resonance(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
-    """The lowest natural frequency over the cycle [Hz]; infinite where no joint has a spring."""
+    """The lowest natural frequency over the cycle [Hz]; infinite if no joint has a spring."""
     first = [one.gear.stiffness_1 for one in drives.values()]
     springs = soft_springs(study, np.array([math.inf if one is None else one for one in first]))
     lowest = np.full(len(study.cycle.time), np.inf)
@@ -135,7 +135,7 @@ def _resonance(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extr
 
 
 def soft_springs(study: Study, stiffness: Array) -> Array:
-    """Springs of the joints as soft as they may be [N m/rad or N/m], of those that sheets print, (n,)."""
+    """Joint stiffnesses less the manufacturing scatter, where data sheets give them [N m/rad or N/m], (n,)."""
     return (1.0 - study.stiffness.scatter) * stiffness / joint_travels(study) ** 2
 
 
@@ -147,19 +147,19 @@ def shaft_inertia(study: Study, drives: Mapping[str, Drive], sample: int) -> Arr
 
 
 def tip_deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Array:
-    """What wind-up does to the tip [m], (N, 3); a softer gear has the same bends at the same torques."""
+    """Displacement of the tip by wind-up [m], (N, 3)."""
     twist = joint_twists(study, drives, torque) / (1.0 - study.stiffness.scatter)
     return np.asarray(np.einsum("nj,njc->nc", twist, tip_levers(study)))
 
 
 def _deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
-    """The same at its most."""
+    """The largest displacement by wind-up."""
     size = np.linalg.norm(tip_deviation(study, drives, torque), axis=1)
     return Extreme(float(size.max()), int(np.argmax(size)))
 
 
 def _play(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
-    """What backlash lets the tip do at its most [m]."""
+    """The largest displacement by backlash [m]."""
     size = lost_motion(joint_plays(study, drives, torque)[:, :, None] * tip_levers(study))
     return Extreme(float(size.max()), int(np.argmax(size)))
 

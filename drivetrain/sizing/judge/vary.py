@@ -1,7 +1,9 @@
-"""One number of a task or of a drive varied, everything else kept: what is judged at a value, and where it first holds.
+"""Varies one parameter of a task or of a drive and keeps the rest: checks at a value, and the value at which they begin
+to be satisfied.
 
-Curves, ratio studies, free ratios, the smallest change and the advice of a search stand on this. The arm is not run
-again for another value (see ``changed_work``): figures are those of ``evaluate`` for the changed study to rounding.
+Curves, ratio studies, free ratios, the smallest change and the advice of a search use it. The dynamics of the arm are
+not computed again for another value (see ``changed_work``); figures equal those of ``evaluate`` for the changed study
+to rounding.
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ MOST, STEPS = 10.0, 32  # times a number, and in how many steps, while the small
 
 
 class Vary(StrEnum):
-    """What is changed of a task."""
+    """The parameter of a task that is varied."""
 
     PAYLOAD = "payload"
     CYCLE_TIME = "cycle_time"
@@ -68,7 +70,7 @@ class Vary(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """A task with its work prepared, and drives by joint index; a joint is judged when first asked for."""
+    """A task with its work prepared, and drives by joint index; a joint is evaluated when it is first needed."""
 
     work: Workload
     drives: Mapping[int, Drive]
@@ -114,7 +116,7 @@ class Setup:
 
 @dataclass(frozen=True, eq=False)
 class Number:
-    """One number that can take other values, the drives and the rest of the task kept."""
+    """One parameter that can take other values while the drives and the rest of the task are kept."""
 
     name: str
     unit: str
@@ -123,18 +125,18 @@ class Number:
 
 
 def named_drives(study: Study, keys: Mapping[str, tuple[str, str]]) -> dict[int, Drive]:
-    """The drives of some joints' catalogue keys, assumptions filled in, by joint index."""
+    """The drives of some joints by catalogue key, with assumptions filled in, by joint index."""
     filled_parts = FilledParts(study)
     return {i: filled_parts.drive(task, *keys[task.name]) for i, task in enumerate(study.joints) if task.name in keys}
 
 
 def lighter_work(study: Study) -> WorkFamily:
-    """The work of a task and of the same with its heaviest payload changed."""
+    """The work of a task, and of the same task with another heaviest payload."""
     return WorkFamily(study, tuple(one.name for one in heaviest(study)))
 
 
 def task_number(family: WorkFamily, drives: Mapping[int, Drive], vary: Vary) -> Number:
-    """A number of the task, with a set of drives; of a payload that of the family's."""
+    """A parameter of the task, for a set of drives; the payload of a family if it has members."""
     payload = next(iter(family.payloads), "")
     study, name = family.study, {Vary.VOLTAGE: "supply voltage"}.get(vary, vary.replace("_", " "))
     return Number(
@@ -144,7 +146,7 @@ def task_number(family: WorkFamily, drives: Mapping[int, Drive], vary: Vary) -> 
 
 
 def ratio_number(setup: Setup, joint: int) -> Number:
-    """The magnitude of a joint's gear ratio, its sheet kept otherwise (see ``scaled_gear``)."""
+    """The magnitude of a joint's gear ratio; the rest of the data sheet is kept (see ``scaled_gear``)."""
     drive = setup.drives[joint]
     return Number(
         "gear ratio", "", abs(drive.gear.ratio),
@@ -153,7 +155,7 @@ def ratio_number(setup: Setup, joint: int) -> Number:
 
 
 class Edge(NamedTuple):
-    """The last value found at which something holds, and the one beside it at which it does not."""
+    """The last value at which a condition holds, and its neighbour at which it does not."""
 
     inside: float
     outside: float
@@ -168,7 +170,7 @@ def edge(
     holds: Callable[[float], bool], inside: float, outside: float,
     *, error: float = EDGE, least: float = 0.0, geometric: bool = False,
 ) -> Edge:  # fmt: skip
-    """Where something ceases to hold between a value at which it does and one at which it does not, by bisection."""
+    """The boundary of a condition between a value at which it holds and one at which it does not, by bisection."""
     while abs(inside - outside) > max(error * max(abs(inside), abs(outside)), least):
         middle = math.sqrt(inside * outside) if geometric else 0.5 * (inside + outside)
         inside, outside = (middle, outside) if holds(middle) else (inside, middle)
@@ -176,7 +178,7 @@ def edge(
 
 
 def first_edge(holds: Callable[[float], bool], steps: Sequence[float] | Array) -> Edge | None:
-    """Where something begins to hold along steps from a value at which it does not; None when it does at no step."""
+    """The first boundary of a condition along steps from a value at which it does not hold; None if it never holds."""
     for before, step in pairwise(map(float, steps)):
         if holds(step):
             return edge(holds, step, before)
@@ -186,7 +188,7 @@ def first_edge(holds: Callable[[float], bool], steps: Sequence[float] | Array) -
 def edges(
     holds: Callable[[float], bool], values: Sequence[float], *, error: float = EDGE
 ) -> Iterator[tuple[Edge, Edge]]:
-    """Both ends of every run of rising positive values in which something holds; infinite where no value ends a run."""
+    """Both ends of every interval of rising positive values in which a condition holds; infinite for an open end."""
     open_low, open_high = Edge(0.0, 0.0), Edge(math.inf, math.inf)
     flags = [holds(value) for value in values]
     low = open_low
@@ -200,7 +202,7 @@ def edges(
 
 
 class Worst(NamedTuple):
-    """The check that is closest to its limit or furthest over it, and the joint (or ``supply``) where it is."""
+    """The check with the highest utilisation, and the joint (or ``supply``) it belongs to."""
 
     check: str
     utilisation: float  # infinite when something is without bound
@@ -208,14 +210,14 @@ class Worst(NamedTuple):
 
 
 def worst_of_set(evaluation: Evaluation) -> Worst:
-    """The check of highest utilisation of a set, and where it is."""
+    """The check with the highest utilisation of a set of drives."""
     places = [worst_of(one.checks)._replace(place=name) for name, one in evaluation.joints.items()]
     places += [worst_of([check])._replace(place=shared_place(check)) for check in evaluation.shared]
     return _worst(places) or places[0]
 
 
 def worst_of(checks: Iterable[Check]) -> Worst:
-    """The check of highest utilisation; no name where none was made."""
+    """The check with the highest utilisation; no name if none was made."""
     used = [(one.name, one.utilisation) for one in checks if one.utilisation is not None]
     return _worst([Worst(name, math.inf if math.isnan(share) else share) for name, share in used]) or Worst("", 0.0)
 

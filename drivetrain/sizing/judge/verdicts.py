@@ -1,4 +1,4 @@
-"""The table of checks told for one drive, and for the supply behind all: numbers, verdicts, instants, words."""
+"""Applies the table of checks to one drive and to the common supply: numbers, verdicts, instants, remarks."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from drivetrain.study.parts.verdicts import Check, Verdict
 
 
 def checks_of(op: Operation) -> tuple[Check, ...]:
-    """Every check of one drive; those of the gear only where there is one, wishes only where they are stated."""
+    """All checks of one drive; gear checks only if there is a gear, optional checks only if they apply."""
     rows = [row for row in CHECKS if not ((row.of_gear or row.stage == GEAR) and op.direct)]
     return tuple(as_check(op, row) for row in rows if not row.optional or op.number(row.applies) != 0.0)
 
 
 def as_check(op: Operation, row: Requirement) -> Check:
-    """One row of the table, held against what a drive does."""
+    """The result of one check of the table for a drive."""
     factor, basis = op.number(row.factor), op.task.amplifier.current_basis
     if row.stage >= TORQUE and op.missing:
         lack = f"cannot be computed without {op.missing}, not in the catalogue row and not assumed"
@@ -37,12 +37,12 @@ def as_check(op: Operation, row: Requirement) -> Check:
     words = row.words(op, row)
     required = _number(op.number(row.required) * factor * row.scale)
     limit = None if words.silent else _number(op.number(row.limit) * row.scale)
-    assumed = row.assumed if limit is None and not words.silent else ""
-    limit = _number(op.number(row.stand_in) * row.scale) if assumed else limit
+    assumed = row.assumption if limit is None and not words.silent else ""
+    limit = _number(op.number(row.assumed_limit) * row.scale) if assumed else limit
     endless = required is not None and math.isinf(required)
     used = op.utilisation(row) if required is not None and (endless or limit is not None) else None
     instant = None if required is None or endless else op.instant(row.instant)
-    more, remark, source = op.number(row.more) * factor * row.scale, words.remark, words.source
+    more, remark, source = op.number(row.allowance) * factor * row.scale, words.remark, words.source
     both = required is not None and limit is not None
     if assumed and both:
         source = f"assumed: {assumed}"
@@ -64,21 +64,21 @@ def as_check(op: Operation, row: Requirement) -> Check:
 
 
 def _hidden(more: float, unit: str, doubtful: bool) -> str:
-    """What a motor whose sheet is silent may ask on top, and what comes of it."""
+    """The remark on an allowance for what the motor's data sheet does not specify."""
     amount = f"{more:.3g} {'K' if unit == 'C' else unit} more" if math.isfinite(more) else "nobody knows how much more"
     text = f"what the motor's catalogue row does not tell may ask {amount}"
     return f"{text}: then it does not hold" if doubtful else f"{text}, and it still holds"
 
 
 def judged(used: float, reserve: float) -> Verdict:
-    """The verdict on a utilisation."""
+    """The verdict for a utilisation."""
     if used <= 1.0 - reserve:
         return Verdict.PASS
     return Verdict.MARGINAL if used <= 1.0 else Verdict.FAIL
 
 
 def placed(cycle: Cycle, check: Check) -> Check:
-    """A check that says in which part of a mix its instant lies."""
+    """A check with the part of a mix in which its instant lies."""
     if len(cycle.parts) == 1 or check.time is None:
         return check
     part = cycle.part_at(check.time)
@@ -88,11 +88,12 @@ def placed(cycle: Cycle, check: Check) -> Check:
 
 
 def supply_figures(study: Study, power: Array) -> dict[str, Any]:
-    """What all joints together ask of the supply, by the names in the table; for many sets at once or one.
+    """What all joints together require of the supply, by the names in the table; for one set of drives or many at once.
 
-    What one joint feeds back another may use at the same instant; only the sum reaches the supply. Drawn is where the
-    sum is positive, regenerated where it is negative; the mean of each is over the whole cycle, so that a supply that
-    takes nothing back is not credited with it. What brakes and lifts the bus is the least power: no loss helps it.
+    Power that one joint feeds back may be used by another at the same instant; only the sum reaches the supply. Drawn
+    power is the positive part of the sum, regenerated power the negative part; each mean is over the whole cycle, so a
+    supply that cannot absorb power is not credited with it. Braking power and bus voltage follow from the lower bound
+    of the power, in which no loss helps to brake.
     """
     weights = study.cycle.weights
     share = weights / weights.sum() if weights.sum() > 0.0 else np.full(len(weights), 1.0 / len(weights))
@@ -108,12 +109,12 @@ def supply_figures(study: Study, power: Array) -> dict[str, Any]:
 
 
 def standby_power(study: Study) -> float:
-    """What the electronics of all amplifiers take, as far as somebody says it [W]."""
+    """Standby power of all amplifiers, as far as it is known [W]."""
     return math.fsum(task.amplifier.standby_power or 0.0 for task in study.joints)
 
 
 def bus_of(study: Study, power: Array) -> BusPeak:
-    """The bus over the cycle, of a mix the highest of its parts; NaN without a capacity; power: (N,) [W]."""
+    """Bus voltage over the cycle, for a mix the highest of its parts; NaN without a capacitance. Power: (N,) [W]."""
     supply, cycle = study.supply, study.cycle
     if supply.capacity is None:
         return BusPeak(math.nan, 0, math.nan)
@@ -132,9 +133,9 @@ def bus_of(study: Study, power: Array) -> BusPeak:
 def supply_checks(
     study: Study, power: Array, *, unknown: str = "", more: Array | tuple[float, float] = (0.0, 0.0)
 ) -> tuple[Check, ...]:
-    """Power of all joints together against the supply's limits; ``more`` as ``JointResult.untold_power``.
+    """The checks of the common supply; ``more``: allowance as ``JointResult.power_allowance``.
 
-    A limit that holds only if a silent sheet hides nothing is not checked, and then nothing is proven.
+    A limit that is met only without the allowance is NOT CHECKED.
     """
     supply, figures, bus = study.supply, supply_figures(study, power), bus_of(study, power[1])
     instants = {
@@ -162,7 +163,7 @@ def supply_checks(
 
 
 def _supply_words(supply: Supply, row: Requirement, bus: BusPeak) -> str:
-    """What a reader should know of one check of the supply."""
+    """Source and remark of a check of the supply."""
     if row.limit == "braking_power" and getattr(supply, row.limit) is None:
         whole = "the voltage of the bus decides whether its capacity and the resistor are enough"
         return whole if supply.max_voltage is not None else "the study states no threshold and resistance"

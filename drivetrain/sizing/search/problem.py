@@ -12,7 +12,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.jit import kernel
 from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.judge.cases import untold_power
+from drivetrain.sizing.judge.cases import power_allowance
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.results import Evaluation
@@ -155,11 +155,11 @@ class Problem:
     def power_of(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array]:
         """Electrical power of candidates that are feasible, and the least [W], (K, 2, N); amplifiers change none.
 
-        And what their sheets hide of it, as ``JointResult.untold_power``, (K, 2).
+        And what their sheets hide of it, as ``JointResult.power_allowance``, (K, 2).
         """
         power = np.zeros((len(pairs), 2, len(self.candidates.study.cycle.time)))
         found = self.candidates.judge(joint, pairs, numbers, until=math.inf, quick=False, power=power)
-        return power, untold_power(found.cases)
+        return power, power_allowance(found.cases)
 
     def power(self, pairs: Sequence[int]) -> tuple[Array, Array]:
         """The same of all drives of a set that is feasible at every joint, (2, N) and (2,)."""

@@ -83,7 +83,7 @@ def given_others(problem: Problem, joint: int, pairs: Indices, chosen: Mapping[i
     row, place, numbers = np.arange(len(pairs)), TABLE[check], as_numbers(found.cases)
     scale = np.array([one.scale for one in CHECKS])[check]
     required = numbers[row, place["required"]] * numbers[row, place["factor"]] * scale
-    limit, least = numbers[row, place["limit"]], numbers[row, place["stand_in"]]
+    limit, least = numbers[row, place["limit"]], numbers[row, place["assumed_limit"]]
     available = np.where(lacking, math.nan, np.where(np.isnan(limit), least, limit) * scale)
     label = np.where(lacking, check + len(CHECKS), np.where(over, check, FEASIBLE))
     return GivenOthers(pairs, label, np.column_stack([required, available, np.where(lacking, math.inf, found.used)]))
