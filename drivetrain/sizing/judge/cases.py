@@ -276,7 +276,9 @@ def stop_temperature(case: Any) -> Any:
 
 
 def stop_current(stated: float | None, amplifier: Amplifier) -> float | None:
-    """Current with which a motor brakes in a stop [A]: the stated one, at most the amplifier's peak; None if unknown."""
+    """Current with which a motor brakes in a stop [A]: the stated one, at most the amplifier's peak; None if
+    unknown.
+    """
     found = [one for one in (stated, amplifier.peak_current) if one is not None]
     return min(found, default=None)
 

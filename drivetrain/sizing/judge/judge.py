@@ -98,7 +98,9 @@ def judge_cases(
     cases: Any, numbers: Any, checks: Any, work: Work, amounts: Any, until: float, quick: bool, power: Any, used: Any,
     found: Any, binding: Any, lacking: Any,
 ) -> None:  # fmt: skip
-    """Evaluate a batch of cases at one joint. Each case stops after the stage in which a utilisation exceeds ``until``."""
+    """Evaluate a batch of cases at one joint. Each case stops after the stage in which a utilisation exceeds
+    ``until``.
+    """
     whole = work._replace(few=None)
     if not quick or work.few is None:
         judge_all(cases, numbers, checks, whole, amounts, until, quick, False, power, used, found, binding, lacking)
@@ -248,7 +250,9 @@ def unknown_torque(case: Any) -> Any:
 
 @law(fastmath=FAST)
 def set_cold_start(case: Any, torque: Any) -> None:
-    """Set torque, current and voltage of a cold start: highest torque constant, lowest resistance, motor at standstill."""
+    """Set torque, current and voltage of a cold start: highest torque constant, lowest resistance, motor at
+    standstill.
+    """
     figures, cold = case.figures, case.setting.cold_start
     figures.cold_torque, figures.cold_current = torque, torque / abs(torque_constant(case.motor, cold))
     figures.cold_voltage = winding_resistance(case.motor, cold) * figures.cold_current * torque_factor(case.safety)
@@ -506,7 +510,7 @@ def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
 
 @law(fastmath=FAST)
 def add_row(start: Any, row: Any, amount: Any, out: Any) -> None:
-    """out = start + amount * row."""
+    """Set out = start + amount * row."""
     for t in range(len(out)):
         out[t] = start[t] + amount * row[t]
 
@@ -521,7 +525,7 @@ def applies_at_rest(case: Any) -> Any:
 
 @law(fastmath=FAST)
 def add_rows(start: Any, rows: Any, amounts: Any, out: Any) -> None:
-    """out = start + sum of amounts[k] * rows[k]; in a single pass for the five parameters of a drive."""
+    """Set out = start + sum of amounts[k] * rows[k]; in a single pass for the five parameters of a drive."""
     if len(amounts) == 5:
         a, b, c, d, e = amounts[0], amounts[1], amounts[2], amounts[3], amounts[4]
         r0, r1, r2, r3, r4 = rows[0], rows[1], rows[2], rows[3], rows[4]

@@ -121,7 +121,9 @@ class Operation:
 
     @cached_property
     def momentary_torque(self) -> Array:
-        """Gear torque for the momentary limit [N m], (N,): the larger of the cycle's and of a stop that begins there."""
+        """Gear torque for the momentary limit [N m], (N,): the larger of the cycle's and of a stop that begins
+        there.
+        """
         worst = np.maximum(np.abs(self.demand.loosening_torque), self.judgement.work.traces.stop)
         np.maximum.at(worst, self.demand.stop.first, self.demand.stop_torque)
         return worst
@@ -133,7 +135,9 @@ class Operation:
 
     @cached_property
     def tilting_moment(self) -> Array | None:
-        """Moment about the centre of the output bearing on its worse side [N m], (N,); None if the loads are unknown."""
+        """Moment about the centre of the output bearing on its worse side [N m], (N,); None if the loads are
+        unknown.
+        """
         if self.demand.wrench is None:
             return None
         mx, my, _, fx, fy, _ = self.demand.wrench.T

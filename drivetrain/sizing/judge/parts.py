@@ -1,4 +1,6 @@
-"""The candidates of a study as tables: completed data sheets, pairs by joint, and their contributions to joint loads."""
+"""The candidates of a study as tables: completed data sheets, pairs by joint, and their contributions to joint
+loads.
+"""
 
 from __future__ import annotations
 
