@@ -1,8 +1,8 @@
 """Units at the border: texts such as "92.5 gcm²" to SI floats, and SI floats back to readable units.
 
-The units are those of ``units.txt``. Spellings of data sheets ("min⁻¹", "oz-in-s2", "V/1000 rpm") are first brought to
-products of symbols; spellings that can be read in two ways, and units that hide a convention (A_rms), are refused with
-the fix.
+The registry holds only the units of ``units.txt``: pint's own file reads "10 Nm" as a textile unit. Spellings of data
+sheets ("min⁻¹", "oz-in-s2", "V/1000 rpm") are first brought to products of symbols; spellings that can
+be read in two ways, and units that hide a convention (A_rms), are refused with the fix.
 Angles count as a dimension, so 100 Hz or 100 1/s is never taken for a speed. Temperatures are degrees Celsius
 throughout the package ("degC"); differences are kelvin.
 
@@ -14,16 +14,19 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.errors import LARGEST, Fault, Faults, InputError, nearest
+
+if TYPE_CHECKING:
+    import pint
 
 
 class NotAUnitError(ValueError):
@@ -85,7 +88,7 @@ def _operand(piece: str) -> str:
     """One piece between slashes and spaces, such as oz-in-s^2, as a bracketed product."""
     symbols: list[str] = []
     for part in re.split(r"[-.](?=[A-Za-z])", piece):
-        match = re.fullmatch(r"([A-Za-z_]+)(\^-?\d+)?", part)
+        match = re.fullmatch(r"([A-Za-z_]+)(\^-?\d{1,2})?", part)  # a power of more digits would never end
         if not match:
             raise NotAUnitError(f"cannot read {part!r} as a unit")
         symbols += _word(match[1])
@@ -93,8 +96,8 @@ def _operand(piece: str) -> str:
     return symbols[0] if len(symbols) == 1 else "(" + "*".join(symbols) + ")"
 
 
-def _expression(text: str) -> str:
-    """A unit text as a product of symbols; raises NotAUnitError where it can be read in no way or in two."""
+def pint_expression(text: str) -> str:
+    """A unit text as a product that pint reads; raises NotAUnitError where it can be read in no way or in two."""
     pieces = re.findall(r"[()/*]|[^\s()/*]+", _cleaned(text))
     out: list[str] = []
     divided = [False]  # at each depth of brackets: has a slash been passed?
@@ -162,80 +165,46 @@ class _Unit:
     """What a unit text means: its factor to SI, its dimension, and its cleaned spelling."""
 
     scale: float
-    dimension: Mapping[str, int]
+    dimension: Mapping[str, float]
     text: str
 
 
 @lru_cache(maxsize=1)
-def _known() -> dict[str, _Unit]:
-    """The units of ``units.txt`` by all their names, plurals among them, with every prefix that they may have."""
-    units, prefixes = dict[str, _Unit](), dict[str, float]()
-    for line in Path(__file__).with_name("units.txt").read_text(encoding="utf-8").splitlines():
-        name, *rest = (part.strip() for part in line.partition("#")[0].split("="))
-        if name.endswith("-"):
-            prefixes |= {one.removesuffix("-"): float(rest[0]) for one in (name, *rest[1:])}
-        elif name:
-            scale, dimension = (1.0, {rest[0]: 1}) if rest[0].startswith("[") else _product(rest[0], units)
-            units |= {one: _Unit(scale, dimension, name) for one in (name, f"{name}s", *rest[1:])}
-    prefixed = {
-        prefix + name: replace(unit, scale=size * unit.scale)
-        for prefix, size in prefixes.items()
-        for name, unit in units.items()
-    }
-    return prefixed | units
+def _registry() -> pint.UnitRegistry:
+    """The registry of our own units, built when first needed: importing pint takes a third of a second."""
+    import pint
 
-
-def _product(expression: str, known: Mapping[str, _Unit]) -> tuple[float, dict[str, int]]:
-    """Factor to SI and dimension of an expression such as kg*(m/s)/2 or m**2, from left to right."""
-    return _bracket(iter(re.findall(r"[A-Za-z_]+(?:\*\*-?\d+)?|[\d.e-]+|[*/()]", expression.replace(" ", ""))), known)
-
-
-def _bracket(pieces: Iterator[str], known: Mapping[str, _Unit]) -> tuple[float, dict[str, int]]:
-    """The same up to the bracket that closes."""
-    scale, dimension, sign = 1.0, dict[str, int](), 1
-    for piece in pieces:
-        if piece == ")":
-            break
-        if piece in "*/":
-            sign = 1 if piece == "*" else -1
-            continue
-        symbol, _, power = piece.partition("**")
-        bases: Mapping[str, int] = {}
-        if piece == "(":
-            size, bases = _bracket(pieces, known)
-        elif symbol in known:
-            size, bases = known[symbol].scale, known[symbol].dimension
-        elif not symbol[0].isdigit():
-            names = [name for name in known if len(name) <= 10]
-            raise NotAUnitError(f"unknown unit {symbol!r}", nearest(symbol, [*names, "Nm", "krpm"]))
-        else:
-            size = float(symbol)
-        times = sign * int(power or 1)
-        scale *= size**times
-        for base, exponent in bases.items():
-            dimension[base] = dimension.get(base, 0) + times * exponent
-    return scale, {base: exponent for base, exponent in dimension.items() if exponent}
+    registry: pint.UnitRegistry = pint.UnitRegistry(None)
+    registry.load_definitions(str(Path(__file__).with_name("units.txt")))
+    return registry
 
 
 @lru_cache(maxsize=4096)
 def _unit(text: str) -> _Unit:
     """The meaning of a unit text; raises NotAUnitError."""
+    import pint
+
     if text.strip() in PURE:
         return _Unit(1.0, {}, "")
     if len(text) > LONGEST:
         raise NotAUnitError(f"its unit has {len(text)} characters, more than {LONGEST}")
-    expression = _expression(text)
+    expression = pint_expression(text)
+    registry = _registry()
     try:
-        scale, dimension = _product(expression, _known())
-    except (OverflowError, ZeroDivisionError):
-        scale = math.inf
-    if not 0.0 < scale < math.inf:
-        raise NotAUnitError(f"cannot read {text!r} as a unit")
-    return _Unit(scale, dimension, expression)
+        parsed = registry.parse_units(expression)
+        scale = float(registry.Quantity(1.0, parsed).to_root_units().magnitude)
+    except pint.UndefinedUnitError as error:
+        missing = str(error.unit_names if isinstance(error.unit_names, str) else error.unit_names[0])
+        known = [str(name) for name in registry._units if len(str(name)) <= 10]
+        raise NotAUnitError(f"unknown unit {missing!r}", nearest(missing, [*known, "Nm", "krpm"])) from None
+    except (pint.PintError, ArithmeticError, ValueError, TypeError, SyntaxError, AttributeError, KeyError):
+        raise NotAUnitError(f"cannot read {text!r} as a unit") from None
+    dimension: Any = parsed.dimensionality
+    return _Unit(scale, {str(base): float(power) for base, power in dimension.items()}, expression)
 
 
 @lru_cache(maxsize=1)
-def _dimension_names() -> dict[frozenset[tuple[str, int]], str]:
+def _dimension_names() -> dict[frozenset[tuple[str, float]], str]:
     """What each known dimension is called."""
     return {frozenset(_unit(unit).dimension.items()): name for unit, name in reversed(NAMES.items())}
 
@@ -282,7 +251,7 @@ def _angle_hint(found: _Unit, wanted: _Unit) -> str:
     bases = [{base: power for base, power in unit.dimension.items() if base != "[angle]"} for unit in (found, wanted)]
     if bases[0] != bases[1]:
         return ""
-    if found.dimension.get("[angle]", 0) == 0:
+    if found.dimension.get("[angle]", 0.0) == 0.0:
         if wanted.dimension == _unit("rad/s").dimension:
             return "write rpm, rad/s or deg/s: a rate by itself does not say what is counted"
         return "the angle is missing, such as rad, deg or rev"

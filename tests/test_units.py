@@ -1,6 +1,8 @@
 """Units at the border: spellings of data sheets against factors written out by hand from the definitions."""
 
 import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivetrain import units
+import drivetrain
 from drivetrain.errors import InputError
 from drivetrain.units import (
     NAMES,
@@ -213,20 +215,15 @@ def test_readable_units():
     assert readable_unit(3.0, "cd/m") == "cd/m"
 
 
-def test_another_reader_of_units_agrees():
-    """Every unit with and without prefix, and products with powers of two of them, as pint reads the same file."""
-    pint = pytest.importorskip("pint")
-    registry = pint.UnitRegistry(None)
-    registry.load_definitions(str(Path(units.__file__).with_name("units.txt")))
-    names = list(units._known())
-    pairs = zip(names, names[::-1], strict=True)
-    for text in [*names, *(f"{one}^-2/({other} {one}^3)" for one, other in pairs)]:
-        if "kg" in text or "kilog" in text:  # taken for 1000 grams by pint, which then looks for grams for ever
-            continue
-        theirs = registry.Quantity(1.0, registry.parse_units(units._expression(text))).to_root_units()
-        ours = units._unit(text)
-        assert ours.scale == pytest.approx(theirs.magnitude, rel=CLOSE), text
-        assert ours.dimension == dict(theirs.dimensionality), text
+def test_pint_waits_until_a_unit_is_read():
+    lines = [
+        "import sys, drivetrain.units as u",
+        "before = 'pint' in sys.modules",
+        "u.factor('V')",
+        "sys.exit(before or 'pint' not in sys.modules)",
+    ]
+    checkout = Path(drivetrain.__file__).parent.parent
+    subprocess.run([sys.executable, "-c", "\n".join(lines)], check=True, cwd=checkout)
 
 
 def test_kilograms_do_not_spoil_what_comes_after():
@@ -234,10 +231,7 @@ def test_kilograms_do_not_spoil_what_comes_after():
     assert quantity("2 kN", "N", "here") == 2000.0
 
 
-@pytest.mark.parametrize("text", ["m^999999999999 m^-999999999999", "km^99999", "mm^99999", "min^" + "9" * 150])
+@pytest.mark.parametrize("text", ["km^99999", "mm^99999", "min^" + "9" * 150])
 def test_powers_beyond_all_numbers(text):
-    if text.startswith("m^"):
-        assert factor(text) == 1.0
-    else:
-        with pytest.raises(InputError, match="cannot read"):
-            factor(text)
+    with pytest.raises(InputError, match="cannot read"):
+        factor(text)

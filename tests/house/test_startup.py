@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 
-HEAVY = ("numba", "scipy", "pandas", "matplotlib", "control", "pydantic", "yaml", "jinja2", "http")
+HEAVY = ("numba", "scipy", "pandas", "matplotlib", "control", "pint", "pydantic", "yaml", "jinja2", "http")
 
 
 def seconds(*command: str) -> float:
