@@ -48,7 +48,7 @@ def kernel(function: Any = None, **options: Any) -> Any:
     """A function that Python calls, compiled with options of ``numba.njit`` and kept on disk."""
     if function is None:
         return lambda function: kernel(function, **options)
-    given = {"error_model": "numpy", "nogil": True, **options}
+    given = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, **options}
     return _in_folder(function, lambda keep: _numba().njit(cache=keep, **given)(function))
 
 

@@ -119,7 +119,7 @@ def judge_cases(
         used[left] = shares
 
 
-@kernel
+@kernel(fastmath=FAST)  # as the laws below: numba compiles a law anew for callers with other options
 def judge_all(
     cases: Any, numbers: Any, checks: Any, work: Any, amounts: Any, until: float, quick: bool, screen: bool, power: Any,
     used: Any, found: Any, binding: Any, lacking: Any,
