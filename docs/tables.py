@@ -12,35 +12,64 @@ from drivetrain.sizing.judge.checks import ARM, GEAR, HEAT, REQUIREMENTS, SPEED,
 
 HERE = Path(__file__).parent
 HEADINGS = {
-    GEAR: "Of the gear",
-    SPEED: "Of motor, brake and amplifier, without a torque",
-    TORQUE: "Of the motor's torque",
-    HEAT: "Of current, voltage and heat",
-    SUPPLY: "Of the supply, all joints together",
-    ARM: "Of the arm on its gears, where the study wishes it",
-    STOP: "Of the whole arm in a stop",
+    GEAR: "Gear and output bearing",
+    SPEED: "Speed, stages behind the gear, brake, inertia, amplifier",
+    TORQUE: "Motor torque",
+    HEAT: "Current, voltage, temperature",
+    SUPPLY: "Supply, all joints together",
+    ARM: "Stiffness of the arm",
+    STOP: "Stop of the whole arm",
 }
 
 CHECKS = """# What each check computes
 
-`python docs/tables.py` prints this page from the table of checks (`drivetrain/sizing/judge/checks.py`), from which
-verdicts, search, tolerances and reports come too. A check passes where what is required, times its factor of the
-study's `safety` section, stays within the limit; `drivetrain explain` prints one with its numbers, its instant and
-the row that the limit is from. How far the laws hold, and where they are from, is in
-[What is counted, and how](physics.md).
+This page lists every check: what it requires, the limit, and the safety factor. A check is satisfied if the required
+value, multiplied by its factor from the study's `safety` section, does not exceed the limit. `drivetrain explain`
+prints a check with its numbers, its instant, and the catalogue row of the limit. The sources of the laws and their
+range of validity are in [Physics](physics.md).
 
-**e**, essential: where it cannot be made the verdict is NOT CHECKED, and the drive is never chosen. **w**: made
-only where the study asks for it.
+The last column contains:
+
+- **essential**: if the check cannot be made, the verdict is NOT CHECKED and the drive is never chosen.
+- **on request**: the check is made only if the study asks for it.
+
+The symbols are explained [at the end](#symbols). `python docs/tables.py` generates this page from the table of checks
+(`drivetrain/sizing/judge/checks.py`), which verdicts, search, tolerances and reports use as well.
+"""
+
+SYMBOLS = """
+## Symbols
+
+| symbol | meaning |
+|---|---|
+| T, w, I | torque, speed and load inertia at the gear's output |
+| b | load torque without the part I w' |
+| a, a_carrier | acceleration of the joint, and of the rotor's carrier about the rotor's axis |
+| G, J | gear ratio; inertia at the gear's input |
+| f | 1/efficiency if the motor drives the load, backward efficiency if the load drives the motor |
+| n, n_rated, T_rated, L_rated, e | input speed, rated input speed, rated torque, rated life, exponent of the life |
+| phi(T), U(T) | wind-up of the gear under the torque T, and its elastic energy |
+| i, kt, R, L | current, torque constant, resistance and inductance of the winding |
+| I_p, I_c, t_p | peak current, continuous current and time at peak current of the amplifier |
+| Fr, Fa, M, dp | radial force, axial force and tilting moment on the output bearing; its pitch diameter |
+| C, C0, fw | dynamic rating, static rating, load factor of the output bearing |
+| q, M, h, tau | in checks of the arm: joint positions, mass matrix, bias torques, joint torques |
+| J, K | in checks of the arm: Jacobian of the tip, stiffness of the gears |
+| P, R | in a stop: torque of motor, drag and brake at the gear's output; torque that accelerates the rotor |
 """
 
 EFFECTS = """# Effects of a simulation
 
-`python docs/tables.py` prints this page from the classes in `drivetrain/effects/`. A scene has what its study calls
-for; any other is added by name (`simulation: {add: [{effect: Cogging, joint: elbow, amplitudes: [5 mN m], orders:
-[84]}]}`) or in Python (`dt.effects.Cogging(...)`, units SI). Which engine solves them is in
-[What happens when it runs](simulation.md); one of your own takes one file: [step by step](add_one.md).
+This page lists the physical effects that a [simulation](simulation.md) can include. A scene contains the effects that
+the data of its study call for. Other effects are added
 
-| effect | what it is | numbers that it takes |
+- by name in a study: `simulation: {add: [{effect: Cogging, joint: elbow, amplitudes: [5 mN m], orders: [84]}]}`
+- in Python, in SI units: `dt.effects.Cogging(...)`
+
+An effect of your own takes one file: see [adding an effect](add_one.md#an-effect-of-the-simulation).
+`python docs/tables.py` generates this page from the classes in `drivetrain/effects/`.
+
+| effect | description | parameters (default) |
 |---|---|---|
 """
 
@@ -50,14 +79,14 @@ def checks_page() -> str:
     parts = [CHECKS]
     for stage, heading in HEADINGS.items():
         rows = [_check(one) for one in REQUIREMENTS if one.stage == stage]
-        head = f"\n## {heading}\n\n| check | required | limit | factor | |\n|---|---|---|---|---|\n"
+        head = f"\n## {heading}\n\n| check | required | limit | factor | note |\n|---|---|---|---|---|\n"
         parts.append(head + "".join(rows))
-    return "".join(parts)
+    return "".join([*parts, SYMBOLS])
 
 
 def _check(one: Requirement) -> str:
     factor = "" if one.factor == "one" else f"`{one.factor.partition('.')[2]}`"
-    marks = ", ".join(mark for mark, holds in (("e", one.essential), ("w", one.optional)) if holds)
+    marks = ", ".join(mark for mark, holds in (("essential", one.essential), ("on request", one.optional)) if holds)
     formula = one.formula.replace("|", "\\|")
     unit = {"C": "°C", "1": "-"}.get(one.unit, one.unit)
     return f"| {one.name} [{unit}] | {formula} | {one.sheet} | {factor} | {marks} |\n"
@@ -77,7 +106,7 @@ def _first_sentence(kind: type[Effect]) -> str:
 
 
 def _field(field: Field[Any]) -> str:
-    """Its name, and what it is where nothing is said."""
+    """Its name and its default."""
     given = "none" if field.default in ((), None) else field.default
     return f"`{field.name}`" if field.default is MISSING else f"`{field.name}` ({given})"
 

@@ -91,7 +91,7 @@ def _pull(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class PositionLoop(Effect):
-    """Pulls the motor to the commanded position, as a spring and a damper at the joint would.
+    """Position controller that acts like a spring and a damper at the joint.
 
     Attributes:
         stiffness: Of that spring, at the joint [N m/rad].
@@ -152,7 +152,7 @@ def _follow(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class CascadeLoop(Effect):
-    """Speed wanted = commanded speed + gain x position error; current = gain x speed error and its integral.
+    """Desired speed = commanded speed + gain x position error; current = gain x (speed error and its integral).
 
     Attributes:
         position_gain: Of the outer loop [1/s].
@@ -253,7 +253,7 @@ def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class SampledCascade(CascadeLoop):
-    """``CascadeLoop`` with samples: the speed is the difference of two measured angles over the period.
+    """Sampled ``CascadeLoop``: the speed is the difference of two measured angles divided by the period.
 
     Attributes:
         every: Period [s].

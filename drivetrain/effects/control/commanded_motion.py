@@ -63,7 +63,7 @@ def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
 
 @dataclass(frozen=True, eq=False)
 class CommandedMotion(Effect):
-    """What the joints are told to do; between samples the smoothest motion that meets both ends.
+    """Commanded motion of the joints; interpolated smoothly between samples.
 
     Attributes:
         motion: Of all joints of the scene; two samples at one instant are a jump of acceleration.

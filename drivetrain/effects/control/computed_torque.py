@@ -55,7 +55,7 @@ def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
 
 @dataclass(frozen=True)
 class ComputedTorque(Effect):
-    """Asks for ``M(q) (a + kd e' + kp e) + h(q, q')``, as current of each motor.
+    """Commands the torque ``M(q) (a + kd e' + kp e) + h(q, q')`` as current of each motor.
 
     Attributes:
         frequency: Of the error's decay, damped critically [rad/s]: kp is its square, kd twice it.
@@ -141,7 +141,7 @@ def _sample(t: Any, h: Any, own: Any, scene: Any) -> None:
 
 @dataclass(frozen=True)
 class SampledComputedTorque(ComputedTorque):
-    """``ComputedTorque`` with samples: angles from the motors' encoders, speeds as their differences over the period.
+    """Sampled ``ComputedTorque``: angles from the motors' encoders, speeds as their differences over the period.
 
     Attributes:
         every: Period [s].

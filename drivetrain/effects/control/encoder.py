@@ -28,7 +28,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class Encoder(Effect):
-    """Measures the motor's angle; the arm's own position comes from it through the ratio, as in most drives.
+    """Measures the motor's angle; the joint position is computed from it through the ratio, as in most drives.
 
     Attributes:
         counts: Steps a turn, after quadrature; None: as fine as numbers are.

@@ -47,7 +47,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class DryFriction(Effect):
-    """Friction that sticks: holds up to its static torque, slides with less.
+    """Dry friction: holds up to its static torque, and slides with its sliding torque.
 
     Attributes:
         friction: Of which all but the viscous part is taken.

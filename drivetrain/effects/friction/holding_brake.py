@@ -37,7 +37,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
 
 @dataclass(frozen=True)
 class HoldingBrake(Effect):
-    """Adds its bounds to those of dry friction while it is engaged; the spring closes it, so it takes no current.
+    """Spring-applied brake: while engaged it adds its holding torque to that of dry friction, and needs no current.
 
     Attributes:
         holding: Torque that it holds at rest [N m].

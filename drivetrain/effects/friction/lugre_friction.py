@@ -91,7 +91,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class LuGreFriction(Effect):
-    """Friction with a state: it bends before it slides, lags behind the speed, and never holds exactly.
+    """LuGre friction: it deflects before it slides, lags behind the speed, and never holds exactly.
 
     ``DryFriction`` sticks exactly and costs less; this one is for questions about what happens before sliding.
 

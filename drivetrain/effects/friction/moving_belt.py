@@ -31,7 +31,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class MovingBelt(Effect):
-    """Moves what the joint's dry friction rubs on.
+    """Moves the surface against which the joint's dry friction acts.
 
     Attributes:
         speed: Of the belt [rad/s].

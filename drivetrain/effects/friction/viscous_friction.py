@@ -52,7 +52,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class ViscousFriction(Effect):
-    """A torque against the motion, proportional to speed or growing smoothly with it.
+    """Torque against the motion, proportional to the speed or increasing smoothly with it.
 
     Attributes:
         friction: Of which ``viscous`` and ``viscous_negative`` are taken, and Coulomb's torque where it rises as tanh;

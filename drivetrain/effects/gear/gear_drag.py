@@ -54,7 +54,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class GearDrag(Effect):
-    """What a gear takes at any load: grease, seals, and at rest the torque that it takes to start it.
+    """Load-independent loss of a gear: grease and seals, and at rest the starting torque.
 
     Attributes:
         gear: Of which drag, seals and starting torque are taken; its mesh is ``MeshLoss``.

@@ -27,7 +27,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class MeshLoss(Effect):
-    """What the mesh takes: driving, the motor gives 1/eta of the torque; driven, the load gives back eta_back of it.
+    """Mesh loss: a driving motor provides 1/eta of the load torque, a driving load returns eta_back of it.
 
     At rest it holds as friction does, with bounds that follow the load and differ by direction; one that is driven at
     a loss of 1 or more locks.

@@ -127,7 +127,7 @@ class GearSpring(Effect):
 
 @dataclass(frozen=True)
 class FlexibleJoint(GearSpring):
-    """The gear's wind-up between rotor and link."""
+    """Torsional spring of the gear between rotor and link."""
 
     compute = _bend
     account = _account_spring
@@ -149,7 +149,7 @@ class FlexibleJoint(GearSpring):
 
 @dataclass(frozen=True)
 class Backlash(GearSpring):
-    """The gear's spring with its play in the middle: between its flanks nothing is carried, at them it never pulls.
+    """Gear spring with backlash: it transmits no torque between the tooth flanks, and never pulls at a flank.
 
     Instead of ``FlexibleJoint``; without play it is the same joint.
     """

@@ -37,7 +37,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
 
 @dataclass(frozen=True, eq=False)
 class GivenTorque(OverTime):
-    """A torque that follows a table, linear between its instants; two at one instant are a jump.
+    """Torque from a table, linear between its instants; two rows at one instant are a step.
 
     Attributes:
         time: Never falling [s], (N,); before the first and after the last the torque stays.

@@ -33,7 +33,7 @@ EMPTY = Body(0.0, np.zeros(3), np.zeros((3, 3)))
 
 @dataclass(frozen=True, eq=False)
 class PayloadChange(Effect):
-    """Bodies that come and go: part of the mechanics from their instant on.
+    """Payloads that change at given instants.
 
     Speeds go on as they are: what is picked up is taken to move as the tip does, and brings its own energy along, as
     ``scene.payload_energy``.

@@ -80,7 +80,7 @@ def _account(t: Any, h: Any, own: Any, scene: Any) -> None:
 
 @dataclass(frozen=True)
 class TipContact(Effect):
-    """A flat wall without friction; the arm's tip is the point that touches it.
+    """Contact of the arm's tip with a flat wall without friction.
 
     Attributes:
         point: Of the wall, base axes [m].

@@ -45,7 +45,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class WallSpring(Effect):
-    """Pulls the joint to a place on a wall.
+    """Spring and damper between the joint and a fixed or moving point.
 
     Attributes:
         stiffness: [N m/rad].

@@ -49,7 +49,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
 
 @dataclass(frozen=True)
 class Cogging(Effect):
-    """A torque ``-a sin(k angle + phase)`` for each harmonic; over a turn it does no work.
+    """Cogging torque ``-a sin(k angle + phase)`` for each harmonic; it does no work over a whole turn.
 
     Attributes:
         amplitudes: [N m], one a harmonic.

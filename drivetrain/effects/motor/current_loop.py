@@ -157,7 +157,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class CurrentLoop(Effect):
-    """A proportional and integral controller of the current, whose zero cancels the winding's pole.
+    """PI controller of the current, whose zero cancels the winding's pole.
 
     In a fixed step the winding and its controller move exactly, through any change at the voltage's limit; the
     integrator does not wind up there (see ``drive/loops/current_loop_kernel.py``).
@@ -254,7 +254,7 @@ def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class SampledCurrentLoop(Effect):
-    """Controls the current of a ``Winding`` at samples, within limits of current, rise and voltage.
+    """Sampled controller of a ``Winding``'s current, within limits of current, slew rate and voltage.
 
     Attributes:
         motor: Resistance, inductance and torque constant, cold, as the controller knows them.

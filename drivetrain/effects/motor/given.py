@@ -24,7 +24,7 @@ def _voltage(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
 
 @dataclass(frozen=True, eq=False)
 class GivenCurrent(OverTime):
-    """Adds a table to the current command: feed-forward, or a current without any loop.
+    """Adds a table of current over time to the current command: feed-forward, or a current without a loop.
 
     Attributes:
         current: At the instants of ``time``, before the first and after the last as there [A], (N,).
@@ -41,7 +41,7 @@ class GivenCurrent(OverTime):
 
 @dataclass(frozen=True, eq=False)
 class GivenVoltage(OverTime):
-    """The voltage follows a table: a motor at a battery, or a test.
+    """Voltage from a table, for example of a motor on a battery, or of a test.
 
     Attributes:
         voltage: At the instants of ``time``, before the first and after the last as there [V], (N,).

@@ -58,7 +58,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class MotorCurrent(Effect):
-    """Torque from the commanded current, at once; resistance and torque constant follow the temperatures.
+    """Torque follows the commanded current without delay; resistance and torque constant follow the temperatures.
 
     Attributes:
         motor: Resistance, torque constant and how they change with temperature.

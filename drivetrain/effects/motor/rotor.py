@@ -11,7 +11,7 @@ from drivetrain.errors import Fault
 
 @dataclass(frozen=True)
 class FullRotor(Effect):
-    """A rotor as a body: it turns with its carrier too, and couples its joint with those before it.
+    """Rotor as a rigid body: it also moves with its carrier, and couples its joint with those before it.
 
     Attributes:
         inertia: About the motor's axis, gear input included [kg m^2].
@@ -40,7 +40,7 @@ class FullRotor(Effect):
 
 @dataclass(frozen=True)
 class ReflectedRotor(FullRotor):
-    """A rotor as ``ratio^2`` times its inertia at its own joint, as simulators take it."""
+    """Rotor as ``ratio^2`` times its inertia at its own joint, the usual simplification of simulators."""
 
     def shape(self, place: Place) -> Shape:
         return Shape(self.ratio, self.inertia, full=False)

@@ -31,7 +31,7 @@ def _stiff(t: Any, h: Any, own: Any, scene: Any) -> None:
 
 @dataclass(frozen=True)
 class StiffSupply(Effect):
-    """A supply whose voltage nothing moves.
+    """Supply with constant voltage.
 
     Attributes:
         voltage: [V].
@@ -180,7 +180,7 @@ def _accept(t: Any, h: Any, own: Any, scene: Any) -> None:
 
 @dataclass(frozen=True)
 class SupplyBus(Effect):
-    """One bus for all amplifiers: what one drive feeds back, another may take; what is too much, the resistor burns.
+    """Common DC bus: drives use what others feed back, and the brake resistor dissipates the surplus.
 
     Its voltage follows the energy of its capacitor from step to step: a rectifier of limited power holds it up at the
     nominal voltage and takes nothing back; above the threshold the brake resistor is switched on.

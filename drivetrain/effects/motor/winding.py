@@ -108,7 +108,7 @@ def inductance_faults(effect: Any) -> list[Fault]:
 
 @dataclass(frozen=True)
 class Winding(Effect):
-    """Resistance and inductance between the terminals; torque from the current that flows.
+    """Winding with resistance and inductance; torque from the actual current.
 
     In a fixed step voltage and speed are held at their means and the current moves along its exponential, so that no
     step is too long for it. At the instants that are recorded it is ahead of its state by what the back-emf has changed

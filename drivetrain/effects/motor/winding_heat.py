@@ -123,7 +123,7 @@ def _accept(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class WindingHeat(Effect):
-    """Two thermal nodes, heated by the copper loss, friction at the motor's shaft, and a share of the gear's loss.
+    """Thermal model with two nodes, heated by copper loss, friction at the motor's shaft and part of the gear's loss.
 
     A gear that warms the housing is as warm as that.
 

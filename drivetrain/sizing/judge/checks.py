@@ -78,17 +78,17 @@ class Requirement:
 
 
 RARE = "1.4 times the repeated peak torque, less than in any of 91 gears that print both"
-JAM = "G^2 J w^2 / 2 + G kt i phi(T) = U(T), lossless, w the top speed, the gear 30 % stiffer than printed"
+JAM = "G^2 J w^2 / 2 + G kt i phi(T) = U(T); no losses, w the largest speed, gear 30 % stiffer than printed"
 MARCHED = (
-    "largest T of all gears while all joints stop from any state of the cycle: M q'' + h = tau, P = f T + R at every "
-    "drive, with the swing of its spring; P: "
+    "largest T of each gear while all joints stop from any state of the cycle: M q'' + h = tau, P = f T + R for each "
+    "drive, with the oscillation of its spring; P: "
 )
 
 REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "gear repeated peak torque", "N m", "figures.load_torque", "limits.repeated_peak_torque", GEAR,
         "repeated peak torque", "safety.peak_torque", peak=True, essential=True, instant="loosening_torque",
-        words=words.repeated_peak, formula="largest load torque of every cycle, breaking loose from rest included",
+        words=words.repeated_peak, formula="largest load torque of all cycles, including breakaway from rest",
     ),
     Requirement(
         "gear momentary peak torque", "N m", "figures.momentary_torque", "gear.momentary_torque", GEAR,
@@ -100,9 +100,9 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "gear momentary peaks", "1", "setting.stops", "figures.permitted_peaks", GEAR,
-        "peaks that the flexspline bears", applies="setting.counted",
+        "permitted peaks of the flexspline", applies="setting.counted",
         optional=True, words=words.peaks,
-        formula="stops a day x service life; permitted N / (2 turns of the input in a stop)",
+        formula="stops per day x service life; limit: N / (2 turns of the input in a stop)",
     ),
     Requirement(
         "gear torque in a jam", "N m", "figures.jam_torque", "gear.momentary_torque", GEAR, "momentary peak torque",
@@ -120,7 +120,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "gear average torque", "N m", "figures.average_load_torque", "limits.average_torque", GEAR,
         "average torque limit", words=words.average_torque,
-        formula="(sum |n| |T|^e t / sum |n| t)^(1/e); of a joint that never moves the largest torque that it holds",
+        formula="(sum |n| |T|^e t / sum |n| t)^(1/e); the largest holding torque for a joint that never moves",
     ),
     Requirement(
         "gear maximum input speed", "rad/s", "figures.input_speed", "gear.max_input_speed", GEAR,
@@ -130,7 +130,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "gear mean input speed", "rad/s", "figures.mean_input_speed", "gear.average_input_speed_limit", GEAR,
-        "mean input speed limit", "safety.speed", peak=True, formula="|G| mean |w|, rests included",
+        "mean input speed limit", "safety.speed", peak=True, formula="|G| mean |w|, including rests",
         assumed_limit="assumed_limits.mean_input_speed",
         assumption="0.38 times the maximum input speed, or 2000 rpm: "
         "less than any gear of the shipped catalogue prints",
@@ -144,7 +144,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "output bearing tilting moment", "N m", "figures.tilting_moment", "gear.tilting_moment_limit", GEAR,
         "output bearing tilting moment limit", "safety.peak_torque", essential=True, applies="setting.bearing",
         instant="tilting_moment", words=words.tilting,
-        formula="largest moment across the output axis, about the bearing's centre on its worse side",
+        formula="largest moment perpendicular to the output axis, about the bearing's centre on its worse side",
     ),
     Requirement(
         "output bearing axial load", "N", "figures.axial_load", "gear.axial_load_limit", GEAR,
@@ -156,23 +156,23 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "output bearing radial load", "N", "figures.radial_load", "gear.radial_load_limit", GEAR,
         "output bearing radial load limit", "safety.peak_torque", essential=True, applies="setting.bearing",
         instant="radial_load", words=words.bearing,
-        formula="largest force across the output axis",
+        formula="largest force perpendicular to the output axis",
     ),
     Requirement(
         "output bearing static load", "N", "figures.bearing_static_load", "gear.bearing_static_rating", GEAR,
         "static rating of the output bearing", "safety.bearing_static_safety", applies="setting.bearing",
-        words=words.bearing_rating, formula="P0 = Fr + 2 M/dp + 0.44 Fa, of the largest of each; the factor is C0/P0",
+        words=words.bearing_rating, formula="P0 = Fr + 2 M/dp + 0.44 Fa with the largest of each; the factor is C0/P0",
     ),
     Requirement(
         "output bearing life L10", "h", "safety.life", "figures.bearing_life", GEAR, "life",
         applies="setting.bearing_life", scale=1.0 / 3600.0, words=words.bearing_life, essential=True,
-        formula="10^6 turns (C/(fw P))^(10/3); P: mean over the travel of Fr + 2 M/dp + 0.45 Fa, or if that is more of "
+        formula="10^6 turns (C/(fw P))^(10/3); P: mean over the travel of the larger of Fr + 2 M/dp + 0.45 Fa and "
         "0.67 (Fr + 2 M/dp + Fa)",
     ),
     Requirement(
         "gear stiffness", "N m/rad", "figures.wanted_stiffness", "limits.stiffness", GEAR, "stiffness", essential=True,
         applies="setting.resonance", optional=True, instant="load_inertia", words=words.stiffness,
-        formula="(2 pi f)^2 x load inertia, at its largest; enough for the joint by itself may not be for the arm",
+        formula="(2 pi f)^2 x largest load inertia; for the joint alone, the arm may require more",
     ),
     Requirement(
         "motor speed", "rad/s", "figures.input_speed", "motor.max_speed", SPEED, "maximum speed", "safety.speed",
@@ -183,7 +183,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "torque behind the gear", "N m", "figures.joint_torque", "gear.stage_torque", SPEED, "torque of its stages",
         "safety.peak_torque", essential=True, peak=True, instant="loosening_torque", applies="gear.staged",
         optional=True, words=words.stage_torque,
-        formula="largest load torque of every cycle at the joint, breaking loose included",
+        formula="largest load torque of all cycles at the joint, including breakaway",
     ),
     Requirement(
         "speed behind the gear", "rad/s", "setting.fastest", "gear.stage_speed", SPEED, "speed of its stages",
@@ -194,37 +194,37 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "holding brake torque", "N m", "figures.holding_torque", "motor.brake.static_torque", SPEED, "static torque",
         "safety.brake", essential=True, applies="setting.brake", optional=True, instant="static_torque",
         words=words.brake,
-        formula="largest |T| / |G| that holds a position of the cycle still, without help of the mesh",
+        formula="largest |T| / |G| needed to hold a position of the cycle, without friction of the mesh",
     ),
     Requirement(
         "holding brake energy", "J", "figures.stopping_energy", "motor.brake.energy_per_stop", SPEED,
         "energy per stop", applies="setting.brake", optional=True, words=words.brake,
         assumed_limit="assumed_limits.brake_energy",
         assumption="26 J a N m of static torque, less than any brake of the shipped catalogue prints",
-        formula="J w^2 / 2 x T / (T - T_load): largest speed and inertia, the worst position driving on",
+        formula="J w^2 / 2 x T / (T - T_load); largest speed and inertia, load of the worst position",
     ),
     Requirement(
         "inertia ratio", "1", "figures.inertia_ratio", "safety.inertia_ratio", SPEED,
         "inertia ratio that the study allows", instant="load_inertia", applies="setting.ratio_limit", essential=True,
-        words=words.inertia_ratio, formula="load inertia / (G^2 rotor inertia), at its largest",
+        words=words.inertia_ratio, formula="largest load inertia / (G^2 rotor inertia)",
     ),
     Requirement(
         "motor peak torque", "N m", "figures.motor_torque", "limits.short_time_torque", TORQUE, "short-time torque",
         "safety.peak_torque", peak=True, essential=True, instant="peak_torque", words=words.short_time,
         allowance="allowance.torque",
-        formula="largest electromagnetic torque, starting from rest included",
+        formula="largest electromagnetic torque, including starts from rest",
     ),
     Requirement(
         "cold start torque", "N m", "figures.cold_torque", "limits.short_time_torque", TORQUE, "short-time torque",
         "safety.peak_torque", peak=True, essential=True, applies="setting.cold", optional=True, words=words.cold_torque,
         allowance="allowance.torque",
-        formula="largest electromagnetic torque with the gear's drag cold, starting from rest included",
+        formula="largest electromagnetic torque with the drag of a cold gear, including starts from rest",
     ),
     Requirement(
         "cold start current", "A", "figures.cold_current", "limits.peak_current", TORQUE, "peak current",
         "safety.peak_torque", peak=True, applies="setting.cold", optional=True, words=words.cold_current,
         allowance="allowance.current",
-        formula="that torque / kt(cold)",
+        formula="cold start torque / kt(cold)",
     ),
     Requirement(
         "motor peak current", "A", "figures.motor_current", "motor.peak_current", HEAT, "peak current",
@@ -239,23 +239,23 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "current to stop", "A", "figures.stop_current", "setting.stop_current", HEAT, "current for a stop",
         "safety.peak_torque", words=words.stop_current, allowance="allowance.current",
-        formula="on a ramp largest |T / G + J (G a + a_carrier)|, no loss helping, or, where the motor drives "
-        "on, with all losses; at a current limit largest |b| / G that holds the load; / kt(magnets)",
+        formula="divided by kt(magnets): on a ramp the largest |T / G + J (G a + a_carrier)|, losses counted only "
+        "where the motor must still drive; at a current limit the largest |b| / G that holds the load",
     ),
     Requirement(
         "motor voltage", "V", "figures.voltage", "setting.volts", HEAT, "voltage at the motor", "safety.voltage",
         essential=True,
         instant="largest_voltage", words=words.voltage,
         allowance="allowance.voltage",
-        formula="largest of |kt w + R i + L di/dt| warm and cold, and of R i to start from rest; i plain, and times "
-        "the factor on peak torque",
+        formula="largest of |kt w + R i + L di/dt|, warm and cold, and of R i to start from rest; with i as it is and "
+        "times the factor on peak torque",
     ),
     Requirement(
         "cold start voltage", "V", "figures.cold_voltage", "setting.volts", HEAT, "voltage at the motor",
         "safety.voltage", essential=True,
         applies="setting.cold", optional=True, words=words.voltage,
         allowance="allowance.voltage",
-        formula="largest of |kt w + R i + L di/dt|, all of it cold, and of R i to start from rest",
+        formula="largest of |kt w + R i + L di/dt| and of R i to start from rest, everything cold",
     ),
     Requirement(
         "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "continuous current",
@@ -269,19 +269,19 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "highest winding temperature",
         origin="setting.ambient", instant="winding", words=words.winding,
         allowance="allowance.winding_temperature",
-        formula="hottest winding of the cycle repeated without end; utilisation of the rise over ambient",
+        formula="hottest winding in the periodic steady state; utilisation is that of the rise over ambient",
     ),
     Requirement(
         "phase temperature at rest", "C", "figures.phase_temperature", "limits.winding_temperature", HEAT,
         "highest winding temperature", origin="setting.ambient", applies="setting.rests", optional=True,
         words=words.phase_at_rest, allowance="allowance.winding_temperature",
-        formula="as the winding, of the one phase that may carry the amplitude at rest, twice its share of the loss",
+        formula="winding temperature of the phase that may carry the amplitude at rest, twice its share of the loss",
     ),
     Requirement(
         "gear temperature", "C", "figures.gear_temperature", "gear.max_temperature", HEAT,
         "maximum housing temperature", origin="setting.ambient", of_gear=True, words=words.gear_temperature,
         allowance="allowance.temperature",
-        formula="mean of the housing that gear and motor share; utilisation of the rise over ambient",
+        formula="mean temperature of the housing of gear and motor; utilisation is that of the rise over ambient",
     ),
     Requirement(
         "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,
@@ -292,15 +292,15 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "amplifier phase current at rest", "A", "figures.phase_current", "amplifier.continuous_current", HEAT,
         "continuous current", "safety.rms", applies="setting.rests", optional=True, words=words.phase_at_rest,
-        allowance="allowance.current", formula="RMS torque / kt(magnets), at rest times sqrt(2)",
+        allowance="allowance.current", formula="RMS torque / kt(magnets), times sqrt(2) at rest",
     ),
     Requirement(
-        "amplifier overload (I2t)", "1", "figures.overload", "setting.whole", HEAT, "all of its overload",
+        "amplifier overload (I2t)", "1", "figures.overload", "setting.whole", HEAT, "overload capacity",
         applies="setting.overload", optional=True, assumed_limit="one",
         assumption="1 s at the peak current, as with 3.5 s of time constant at twice the continuous one",
         words=words.overload, allowance="allowance.overload",
-        formula="integral of I^2 - I_c^2 over (I_p^2 - I_c^2) t_p, or a first-order mean of I^2/I_c^2, at its largest "
-        "while the cycle repeats; I: current x safety.rms",
+        formula="largest value in the periodic steady state of (integral of I^2 - I_c^2) / ((I_p^2 - I_c^2) t_p), or "
+        "of the first-order mean of I^2/I_c^2; I: current x safety.rms",
     ),
     Requirement(
         "amplifier highest supply", "V", "setting.supply", "amplifier.max_voltage", SPEED, "highest supply voltage",
@@ -313,40 +313,40 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "supply peak power", "W", "peak_power", "peak_power", SUPPLY, "peak power", instant="power",
-        formula="largest sum of all joints' electrical power, with standby power and switches of amplifiers where "
-        "they are stated",
+        formula="largest sum of all joints' electrical power, including standby and switching losses of amplifiers "
+        "where stated",
     ),
     Requirement(
         "supply mean power", "W", "mean_power", "mean_power", SUPPLY, "mean power",
-        formula="mean of that sum over the cycle, 0 where it is negative",
+        formula="mean over the cycle of the electrical power of all joints, negative values counted as 0",
     ),
     Requirement(
         "supply regenerated power", "W", "regenerated_power", "regenerated_power", SUPPLY, "regenerated power",
-        formula="mean of what that sum is below 0",
+        formula="mean over the cycle of the negative part of the electrical power of all joints",
     ),
     Requirement(
         "supply peak braking power", "W", "braking_power", "braking_power", SUPPLY, "braking power", instant="braking",
-        formula="most that all joints feed back at an instant: gears and shafts lossless, windings cold, amplifiers "
-        "taking nothing",
+        formula="largest power that all joints feed back at an instant; gears, shafts and amplifiers without losses, "
+        "windings cold",
     ),
     Requirement(
         "supply bus voltage", "V", "bus_voltage", "max_voltage", SUPPLY, "highest bus voltage", instant="bus",
-        formula="sqrt(V^2 + 2 E/C), E: fed back as for the peak braking power since the bus was last at V, less what "
-        "the resistor burns",
+        formula="sqrt(V^2 + 2 E/C); E: energy fed back since the bus was last at V, as for the peak braking power, "
+        "minus that dissipated in the resistor",
     ),
     Requirement(
         "arm tip deviation", "m", "deviation", "tip_deviation", ARM, "tip deviation", essential=True,
-        formula="largest |sum J phi(T)| over the cycle: what the gears' wind-up, with K1 to K3 less the scatter, does "
-        "to the tip",
+        formula="largest |sum J phi(T)| over the cycle: displacement of the tip by the gears' wind-up, K1 to K3 minus "
+        "their tolerance",
     ),
     Requirement(
         "arm lost motion", "m", "play", "lost_motion", ARM, "lost motion", essential=True,
-        formula="largest |sum +-J b| over the cycle and all signs, b the whole backlash of every gear",
+        formula="largest |sum +-J b| over the cycle and all signs; b: total backlash of each gear",
     ),
     Requirement(
         "arm first resonance", "Hz", "resonance", "first_resonance", ARM, "first resonance", essential=True,
-        formula="lowest root of det(K - w^2 M) over the cycle: M with rotors riding along, held still by their motors; "
-        "K: K1 of every gear less the scatter",
+        formula="lowest root of det(K - w^2 M) over the cycle; M: mass matrix with rotors locked by their motors and "
+        "carried along; K: K1 of each gear minus its tolerance",
     ),
     Requirement(
         "arm stop at full current", "N m", "torque", "gear.momentary_torque", STOP, "momentary peak torque",
@@ -354,11 +354,11 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "arm power failure", "N m", "torque", "gear.momentary_torque", STOP, "momentary peak torque",
-        "safety.peak_torque", formula=f"{MARCHED}drag alone, and from its engage time on the brake's static torque",
+        "safety.peak_torque", formula=f"{MARCHED}drag, plus the brake's static torque after its engage time",
     ),
     Requirement(
         "arm power failure heat", "J", "energy", "motor.brake.energy_per_stop", STOP, "energy per stop of the brake",
-        formula="integral of brake torque times motor speed in such stops, gears and shafts lossless",
+        formula="integral of brake torque x motor speed in such stops; gears and shafts without losses",
     ),
 )  # fmt: skip
 """In the order in which they are shown."""
