@@ -55,7 +55,7 @@ class Amplifier:
         modulation: Largest share of the supply voltage that reaches the motor terminals.
         standby_power: That it takes whatever the motor does [W].
         on_resistance: Of one of its switches, hot; the loss of switching is not counted [ohm].
-        current_basis: The ampere in which the user thinks; currents are told in it beside.
+        current_basis: Convention of the user's currents, which reports show as well.
         peak_time: For which it gives the peak current from its continuous one on [s].
         thermal_time_constant: Of its first-order overload model, where it has that instead [s].
         min_voltage, max_voltage: Of the supply [V].
@@ -100,12 +100,12 @@ _SHEET_RANGES = {
 
 @dataclass(frozen=True)
 class AmplifierSheet:
-    """An amplifier's data sheet; None where the sheet says nothing (unknown is never zero).
+    """An amplifier's data sheet; None if the data sheet gives no value (unknown is never zero).
 
     Attributes:
         key: Unique name in the catalogue.
         maker, series, part_number: As printed.
-        current_basis: The ampere that is printed; currents are told in it beside.
+        current_basis: Convention of the printed currents, which reports show as well.
         continuous_current, peak_current: [A], DC equivalent.
         peak_time: For which it gives the peak current from its continuous one on [s].
         thermal_time_constant: Of its first-order overload model, where it has that instead [s].
@@ -210,7 +210,7 @@ def best_of(amplifiers: Sequence[Amplifier]) -> Amplifier:
 
 
 def rates_supply(amplifier: Amplifier) -> bool:
-    """Whether it should say which supply it bears: those of a catalogue, and those that say so."""
+    """Whether its range of supply voltage is checked: for catalogue rows, and if one is stated."""
     return bool(amplifier.key) or (amplifier.min_voltage, amplifier.max_voltage) != (None, None)
 
 
@@ -218,14 +218,14 @@ LEAST_PEAK_TIME = 1.0  # s, of an amplifier that prints none: 3.5 s of time cons
 
 
 def with_peak_time(amplifier: Amplifier) -> Amplifier:
-    """An amplifier that bears its peak current for as long as it does at least, where nobody says."""
+    """An amplifier with a conservative duration of its peak current if none is stated."""
     both = amplifier.continuous_current is not None and amplifier.peak_current is not None
     complete = not both or judges_overload(amplifier)
     return amplifier if complete else replace(amplifier, peak_time=LEAST_PEAK_TIME)
 
 
 def judges_overload(amplifier: Amplifier) -> bool:
-    """Whether it says how long it bears more than its continuous current."""
+    """Whether it states how long it can supply more than its continuous current."""
     timed = amplifier.peak_current is not None and amplifier.peak_time is not None
     return amplifier.continuous_current is not None and (timed or amplifier.thermal_time_constant is not None)
 
@@ -295,7 +295,7 @@ def _dc_amperes(basis: CurrentBasis | str) -> float:
         raise InputError(Fault("current basis", "must be dc, rms or peak", basis, nearest(str(basis), names))) from None
 
 
-# How long an amplifier bears more than its continuous current: i2t with a peak time, or one time constant.
+# How long an amplifier can supply more than its continuous current: i2t with a peak time, or one time constant.
 #
 # Both are periodic steady states: the answer holds for a cycle that repeats for ever.
 
@@ -310,7 +310,7 @@ def overload_room(amplifier: Any) -> Any:
 
 @law
 def overload_after(amplifier: Any, held: Any, square: Any, step: Any) -> Any:
-    """The overload after a step [s] of a current whose square over the continuous one's is told; - or [s]."""
+    """The overload after a step [s]; ``square``: squared current over the squared continuous current. [-] or [s]."""
     constant = amplifier.thermal_time_constant
     if known(constant):
         left = math.exp(-step / constant)

@@ -20,7 +20,7 @@ _RANGES = {**dict.fromkeys(_POSITIVE, POSITIVE), **dict.fromkeys(_NOT_NEGATIVE, 
 
 @dataclass(frozen=True)
 class Brake:
-    """A holding brake's data sheet; None where the sheet says nothing (unknown is never zero).
+    """A holding brake's data sheet; None if the data sheet gives no value (unknown is never zero).
 
     Attributes:
         key: Unique name in the catalogue.

@@ -63,8 +63,8 @@ class MotorTorque:
     """The electromagnetic torque a motion asks of the motor and its parts, each (N,) [N m].
 
     Attributes:
-        total: Mesh, rotor and friction together; at rest what ``Gear.holding`` says, but where the joint is setting off
-            or stopping, the torque of that motion.
+        total: Mesh, rotor and friction together; at rest according to ``Gear.holding``, but where the joint is setting
+            off or stopping, the torque of that motion.
         mesh: Through the mesh to load and joint friction, mesh loss included.
         rotor: That accelerates rotor and gear input; it does not cross the mesh.
         friction: That overcomes motor friction and the gear's drag; 0 at rest, where they help.
@@ -80,7 +80,7 @@ class MotorTorque:
 
 
 def shaft_friction(drive: Drive) -> Friction:
-    """The friction at the motor shaft: the drive's own, else what the motor's no-load data tell."""
+    """The friction at the motor shaft: as stated for the drive, else from the motor's no-load data."""
     if drive.motor_friction is not None:
         return drive.motor_friction
     return no_load_friction(drive.motor) or FRICTIONLESS
@@ -150,7 +150,8 @@ def motor_torque(
         speed: Of the gear's output [rad/s], (N,).
         acceleration: Of the gear's output [rad/s^2], (N,).
         carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
-        standstill: True where the joint is at rest, (N,); None: where the speed is rounding beside the largest one.
+        standstill: True where the joint is at rest, (N,); None: where the speed is only rounding error of the largest
+            one.
         parts: Samples that repeat by themselves, one slice each; empty: all together.
         gear_temperature: At which its drag is taken [C].
 

@@ -111,7 +111,7 @@ def book_curves(static: float, kinetic: float, viscous: float, stribeck_speed: f
 
 
 class FrictionCurve(NamedTuple):
-    """A friction law with both directions told."""
+    """A friction law with explicit values for both directions."""
 
     # Coulomb torque [N m]
     forward: float
@@ -138,7 +138,9 @@ def direction(value: Any) -> Any:
 
 @law
 def friction_curve(friction: Any) -> Any:
-    """The curve of a friction law: a direction that is not told is as the other, no static torque as Coulomb's."""
+    """The curve of a friction law: missing values of one direction equal the other's, a missing static torque equals
+    Coulomb's.
+    """
     backward = known_or(friction.coulomb_negative, friction.coulomb)
     return FrictionCurve(
         friction.coulomb, backward, friction.viscous, known_or(friction.viscous_negative, friction.viscous),

@@ -47,7 +47,7 @@ _RANGES = {
 
 @dataclass(frozen=True)
 class Gear:
-    """A gear's data sheet; None where the sheet says nothing (unknown is never zero).
+    """A gear's data sheet; None if the data sheet gives no value (unknown is never zero).
 
     Torques and stiffnesses are at the output, speeds and inertia at the input.
 
@@ -62,7 +62,7 @@ class Gear:
         no_load_torque: Running torque at the input without load [N m]; part of the loss that ``efficiency`` counts, and
             not taken where ``drag_torque`` is given.
         mesh_efficiency: Power out over power in of the mesh alone, without any of the drag below; None: mesh and drag
-            are not told apart, and ``efficiency`` counts.
+            are not given separately, and ``efficiency`` counts.
         drag_torque: At the input, turning at ``drag_speed`` and 20 C, whatever the load; without seals [N m].
         drag_speed: Of the input [rad/s].
         drag_speed_exponent: With which the drag grows with speed; 0: it does not.
@@ -105,7 +105,7 @@ class Gear:
         load_friction: Of the joint that it turns, friction over load (``Friction.load_share``).
         stage_driving, stage_driven: Torque at the gear over that behind stages, lossless, by the direction of power.
         stage_inertia: Of stages, at the input, to be added where ``inertia`` is unknown [kg m^2].
-        stage_torque, stage_speed: That stages bear at the joint [N m], [rad/s]; None: nobody says.
+        stage_torque, stage_speed: Limits of the stages at the joint [N m], [rad/s]; None: unknown.
         stage_words: What limits these.
         staged: 1 where stages stand behind it, else 0 (``drive/stages.py``).
     """
@@ -211,7 +211,7 @@ class Mesh(NamedTuple):
     # as in ``MeshFactors``
     driving: float
     driven: float
-    # at rest, of the lossless torque and on top of it, as ``Gear.holding`` says
+    # at rest, of the lossless torque and on top of it, according to ``Gear.holding``
     holding: float
     grip: float
     drag: float  # turning at 1 rad/s of the input and 20 C, whatever the load; without seals
@@ -236,15 +236,15 @@ class StandstillInterval(NamedTuple):
 
 
 @law
-def tells_drag(gear: Any) -> Any:
-    """Whether the sheet tells mesh and drag apart."""
+def has_drag_data(gear: Any) -> Any:
+    """Whether the data sheet gives mesh and drag losses separately."""
     return known(gear.mesh_efficiency) or known(gear.drag_torque)
 
 
 @law
 def unknown_loss(gear: Any) -> Any:
     """NaN where the sheet lacks what the gear's loss rests on, else 0; half of mesh and drag is not taken for both."""
-    if not tells_drag(gear):
+    if not has_drag_data(gear):
         return 0.0 * gear.efficiency
     speed = gear.drag_speed if gear.drag_speed_exponent > 0.0 else 0.0
     temperature = gear.drag_temperature_1 + gear.drag_temperature_2
@@ -259,7 +259,7 @@ def onward(gear: Any) -> Any:
 
 @law
 def stage_load(gear: Any) -> Any:
-    """Inertia at the joint of the stages that stand behind a gear, which bears what they take to speed up [kg m^2]."""
+    """Inertia of the stages behind a gear, at the joint; the gear transmits the torque that accelerates it [kg m^2]."""
     return gear.stage_inertia * gear.ratio * gear.ratio
 
 
@@ -268,17 +268,17 @@ def mesh_of(gear: Any) -> Any:
     """The mesh, lossless where the loss is unknown. Friction mu |N| against the motion, mu = 1/eta - 1.
 
     Driving it takes 1/eta of the lossless torque, driven eta_back or else 1 - mu (the same friction in both directions
-    is ASSUMED); 0 or less: self-locking. Where a sheet tells mesh and drag apart both are taken as they stand.
+    is ASSUMED); 0 or less: self-locking. If the data sheet gives mesh and drag separately, both are used as given.
 
     Else the printed efficiency is that of the whole gear at its rated torque, so it already counts the no-load running
     torque. Where the sheet gives that torque too, its share at rated torque is taken out of the mesh here, held at 1
     where it would pass it, and the torque itself is a drag of any speed and temperature: at rated torque both together
-    are the printed loss again, at smaller torques more than the printed efficiency tells. Without a rated torque the
+    are the printed loss again, at smaller torques more than the printed efficiency implies. Without a rated torque the
     share is unknown and left in the mesh, which counts it twice rather than not at all.
 
     What follows the gear, stages and friction that grows with the load, multiplies: where it locks, the gear drives.
     """
-    apart, knows = tells_drag(gear), known(unknown_loss(gear))
+    apart, knows = has_drag_data(gear), known(unknown_loss(gear))
     efficiency = (gear.mesh_efficiency if apart else gear.efficiency) if knows else 1.0
     loss, running, exponent, cooling, bend, share = 1.0 / efficiency - 1.0, gear.no_load_torque, 0.0, 0.0, 0.0, 0.0
     if apart:
@@ -359,22 +359,22 @@ def permitted_peaks(waves: Any, ratio: Any, travel: Any) -> Any:
     return math.inf if turns == 0.0 else waves / (2.0 * turns)
 
 
-# What a silent row may hide: a little less than the least of the shipped rows that print it. Momentary over repeated
-# peak torque is 1.45 to 2.39 in 91 gears, mean over maximum input speed 0.386 to 1 in 182; the slowest are printed with
-# 3500 and 2000 rpm.
+# Assumed if a row gives no value: a little less than the lowest of the shipped rows that give one. Momentary over
+# repeated peak torque is 1.45 to 2.39 in 91 gears, mean over maximum input speed 0.386 to 1 in 182; the slowest are
+# printed with 3500 and 2000 rpm.
 MOMENTARY_SHARE, MEAN_SHARE = 1.4, 0.38
 SLOWEST_INPUT, SLOWEST_MEAN = 3500.0 * math.pi / 30.0, 2000.0 * math.pi / 30.0  # rad/s
 
 
 @law
 def least_momentary_torque(gear: Any) -> Any:
-    """What a gear bears in a rare peak at least, where its row does not say [N m]."""
+    """A conservative momentary peak torque for a row that gives none [N m]."""
     return MOMENTARY_SHARE * known_or(gear.repeated_peak_torque, gear.continuous_torque)
 
 
 @lru_cache(maxsize=1024)  # whose ranges are looked at anew in each copy
 def complete(gear: Gear) -> Gear:
-    """The gear with what its kind tells: life exponent, momentary waves; an ideal one's efficiency, inertia."""
+    """The gear with defaults of its kind: life exponent, momentary waves; efficiency and inertia of an ideal one."""
     if gear.kind == "strain_wave" and gear.momentary_waves is None:
         return replace(gear, life_exponent=torque_exponent(gear), momentary_waves=MOMENTARY_WAVES)
     if gear.kind != "ideal":
@@ -388,11 +388,11 @@ def mesh_loss_coefficient(gear: Gear) -> float:
     record = as_record(complete(gear))
     if not known(unknown_loss(record)):
         hint, problem = "state an assumption for this kind of gear", "is unknown, so its losses cannot be computed"
-        name = "mesh_efficiency" if tells_drag(record) else "efficiency"
-        if tells_drag(record):
+        name = "mesh_efficiency" if has_drag_data(record) else "efficiency"
+        if has_drag_data(record):
             hint, problem = "complete its columns", "and the columns of drag stand together, and one of them is empty"
         raise InputError(Fault(f"gear {gear.key}.{name}", problem, hint=hint))
-    return float(1.0 / (record.mesh_efficiency if tells_drag(record) else record.efficiency) - 1.0)
+    return float(1.0 / (record.mesh_efficiency if has_drag_data(record) else record.efficiency) - 1.0)
 
 
 @lru_cache(maxsize=1024)
@@ -414,7 +414,7 @@ def mesh_input_torque(
     """Motor-side torque that the mesh asks for; rotor and drag are not in it.
 
     Driving (torque times speed positive): T / (eta ratio). Driven: eta_back T / ratio, which turns its sign when the
-    mesh locks itself: the motor must then help the load down. At rest: T / ratio, or what ``gear.holding`` says (see
+    mesh locks itself: the motor must then help the load down. At rest: T / ratio, or according to ``gear.holding`` (see
     ``standstill_interval`` for all that holds, and for what it takes to start).
 
     Args:
@@ -523,7 +523,7 @@ def momentary_peak_count(gear: Gear, output_speed: float, duration: float) -> fl
     return float(permitted_peaks(waves, gear.ratio, output_speed * duration))
 
 
-# The drag of a gear over speed and temperature, beside the loss of its mesh.
+# The drag of a gear over speed and temperature, in addition to the loss of its mesh.
 #
 # A printed efficiency is a mixture of both at one point. Apart they hold at every load, at rest and without load too:
 # T_in = T_out/(G eta) + T_d when the motor drives, T_out eta_back/G + T_d when the load does, T_d against the motion.
@@ -608,9 +608,9 @@ ROLLER_EXPONENT = 10.0 / 3.0
 
 @law
 def bearing_arm(gear: Any) -> Any:
-    """From the output flange to the bearing's centre [m]; NaN where the sheet tells the bearing's diameter without it.
+    """Distance from the output flange to the bearing's centre [m]; NaN if the sheet gives only the bearing's diameter.
 
-    0 where the sheet tells neither: its tilting moment is then held against that about the flange.
+    0 if the data sheet gives neither: the tilting moment is then taken about the flange.
     """
     return gear.bearing_offset if known(gear.bearing_pitch_diameter) else known_or(gear.bearing_offset, 0.0)
 
@@ -619,8 +619,8 @@ def bearing_arm(gear: Any) -> Any:
 def moment_square(arm: Any, mx: Any, my: Any, fx: Any, fy: Any) -> Any:
     """Square of the moment across the axis about a point so far along it on either side, the larger one [N^2 m^2].
 
-    M + F x d z, (mx + d fy, my - d fx): nobody states on which side of the joint its flange lies. The radial force is
-    counted in it by this lever, and once more by itself in the loads below: these are two effects of it.
+    M + F x d z, (mx + d fy, my - d fx): a study does not state on which side of the joint the flange lies. The radial
+    force is counted in it by this lever, and once more by itself in the loads below: these are two effects of it.
     """
     return mx * mx + my * my + arm * (arm * (fx * fx + fy * fy) + 2.0 * abs(mx * fy - my * fx))
 

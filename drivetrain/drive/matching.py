@@ -96,7 +96,7 @@ def torque_terms(
     """How a motion's motor torque depends on the ratio, with the drive's losses.
 
     The direction of power at the gear's output does not depend on the ratio, and so neither does the factor of the
-    mesh; three ratios therefore tell all of them. What does not fit the form is left out: the fall of the motor's
+    mesh; three ratios therefore determine all of them. What does not fit the form is left out: the fall of the motor's
     friction with speed (Stribeck), and what it takes to start from rest.
 
     Reference:
@@ -256,7 +256,7 @@ FITTED = (
     "diameter", "length",
 )  # fmt: skip
 LEAST_ROWS = 4  # below, a law of two exponents is no fit
-KEPT = 1.0 + 1e-9  # of a size: rounding may not fell a gear that is sized to its limit
+KEPT = 1.0 + 1e-9  # of a size: rounding must not reject a gear that is sized to its limit
 
 
 @dataclass(frozen=True)
@@ -309,7 +309,7 @@ class GearFamily:
         return replace(bare, **numbers)  # type: ignore[arg-type]
 
     def size_for(self, ratio: float, peak: float, average: float) -> float:
-        """The smallest size that bears a load."""
+        """The smallest size whose limits cover a load."""
         needed = [peak]
         for name, value in (("momentary_torque", peak), ("average_torque_limit", average)):
             if name in self.laws:

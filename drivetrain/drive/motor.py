@@ -46,7 +46,7 @@ _REQUIRED = ("resistance", "torque_constant", "reference_temperature", "magnet_c
 
 @dataclass(frozen=True)
 class Motor:
-    """A motor's data sheet; None where the sheet says nothing (unknown is never zero).
+    """A motor's data sheet; None if the data sheet gives no value (unknown is never zero).
 
     Attributes:
         key: Unique name in the catalogue.
@@ -71,7 +71,8 @@ class Motor:
         max_speed: Mechanical limit [rad/s].
         resistance_winding_housing, resistance_housing_ambient: Thermal resistances [K/W].
         resistance_winding_ambient: Where a sheet prints one number for both [K/W].
-        winding_share: Of that one number, what lies between winding and housing; no sheet says, a study may assume it.
+        winding_share: Of that one number, what lies between winding and housing; no data sheet gives it, a study may
+            assume it.
         winding_time_constant, housing_time_constant: Thermal [s].
         max_winding_temperature: [C].
         reference_temperature: Of resistance and torque constant [C].
@@ -141,7 +142,7 @@ def braked(motor: Motor, brake: Brake) -> Motor:
         values = getattr(motor, name), getattr(brake, own)
         sums[name] = None if None in values else sum(values)
     if brake.mass is None:
-        sums["mass"] = motor.mass  # what is known loads the arm; whole_mass tells that it is not all
+        sums["mass"] = motor.mass  # the known part loads the arm; whole_mass is None if it is incomplete
     return replace(motor, key=f"{motor.key}+{brake.key}", brake=brake, **sums)  # type: ignore[arg-type]
 
 
@@ -206,13 +207,13 @@ def winding_voltage(
     return constant * speed + resistance * current + inductance * current_rate
 
 
-def tells_friction(motor: Motor) -> bool:
-    """Whether a sheet tells all of the friction of ``no_load_friction``."""
+def has_friction_data(motor: Motor) -> bool:
+    """Whether a data sheet gives all values of ``no_load_friction``."""
     return motor.no_load_current is not None or None not in (motor.coulomb_friction, motor.viscous_friction)
 
 
 def no_load_friction(motor: Motor) -> Friction | None:
-    """Friction at the motor shaft as the sheet's no-load data tell it.
+    """Friction at the motor shaft from the data sheet's no-load values.
 
     With both friction columns they are the law. With one of them and the no-load point, the other is what is left of
     torque constant times no-load current at no-load speed. With neither, or with one and no no-load speed, the whole

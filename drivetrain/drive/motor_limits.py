@@ -10,15 +10,15 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Amplifier, available_voltage
-from drivetrain.drive.motor import Motor, tells_friction, torque_constant, winding_resistance
+from drivetrain.drive.motor import Motor, has_friction_data, torque_constant, winding_resistance
 from drivetrain.jit import law
 from drivetrain.records import UNKNOWN, as_record, known, known_or
 
 SHEET_AMBIENT = 25.0  # C, at which makers print continuous values
 
-# What a silent sheet may hide: a little above the largest of the shipped rows that tell it. No-load over continuous
-# current is 1.5 to 13.2 % in 116 motors with a housing; L/R is 3 us to 1.77 ms in those, and up to 6.97 ms in 31
-# frameless ones, whose friction is that of the joint's bearings.
+# Assumed if a data sheet gives no value: a little above the largest of the shipped rows that give one. No-load over
+# continuous current is 1.5 to 13.2 % in 116 motors with a housing; L/R is 3 us to 1.77 ms in those, and up to 6.97 ms
+# in 31 frameless ones, whose friction is that of the joint's bearings.
 FRICTION_SHARE = 0.14
 LAG, FRAMELESS_LAG = 2e-3, 7e-3  # s
 # And a little less than the least of those that print a maximum speed: 0.929 to 4.3 times the no-load speed, 0.922 to
@@ -29,7 +29,7 @@ SPEED_SHARE, SLOWEST_MOTOR = 0.92, 5000.0 * math.pi / 30.0  # -, rad/s
 # allow their windings 85 to 155 C, and of 145 motors the way from winding to ambient has 0.8 to 5.1 K/W kg^(2/3).
 QUICKEST_WINDING, LIGHTEST, WARMEST, WINDING_SHARE = 3.5, 0.03, 155.0, 0.55  # s/kg^(1/2), kg, C, -
 LEAST_LIMIT, POOREST_PATH = 84.0, 5.2  # C, K/W kg^(2/3)
-# The printed continuous current, which knows the iron's loss too, is 0.586 to 1.01 of what copper alone allows in 103.
+# The printed continuous current, which includes iron loss, is 0.586 to 1.01 of what copper alone allows in 103.
 NOMINAL_SHARE = 0.58
 
 
@@ -115,7 +115,7 @@ def continuous_current_limit(motor: Any, ambient: Any, mounting: Any) -> Any:
 def with_allowances(motor: Motor) -> Motor:
     """A motor with assumed upper bounds of friction and inductance where its data sheet gives none."""
     friction, inductance = 0.0, 0.0
-    if not (motor.frameless or tells_friction(motor)):
+    if not (motor.frameless or has_friction_data(motor)):
         continuous = float(continuous_current_limit(as_record(motor), SHEET_AMBIENT, UNKNOWN))
         friction = FRICTION_SHARE * motor.torque_constant * continuous
     if motor.inductance is None:

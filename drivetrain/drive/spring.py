@@ -1,8 +1,8 @@
 """The spring of a gear, of three pieces over its torque; and flanks that a spring and a damper press apart.
 
-What flanks answer is told at an instant, and in the mean over a step. That mean is along the way that the twist goes in
-the step, kinks and all, so that what it does is to the last digit what the spring stores: no step across a kink gains
-energy, and none passes a flank without touching it.
+The torque of the flanks is given at an instant, and as a mean over a step. That mean is along the way that the twist
+goes in the step, kinks and all, so that what it does is to the last digit what the spring stores: no step across a kink
+gains energy, and none passes a flank without touching it.
 
 Reference: K1 up to T1, K2 from T1 to T2, K3 above T2, continuous (Harmonic Drive catalogues). McLachlan, Quispel and
 Robidoux, Geometric integration using discrete gradients, Phil. Trans. R. Soc. A 357 (1999) 1021: the mean of the force

@@ -79,7 +79,7 @@ class Stage:
         diameter_speed: Largest product of a screw's diameter and speed, its DN value [m rad/s].
         force_limit: Along a screw, at a rack's teeth, or in a belt [N].
         teeth_in_mesh: Of a belt on its smaller pulley.
-        tooth_force: That one of them bears [N].
+        tooth_force: Limit of one of them [N].
         torque_limit: At the output [N m].
         speed_limit: Of the input [rad/s].
         inertia: At the input [kg m^2]; of a screw None: a steel rod.
@@ -166,7 +166,7 @@ class Stage:
 
     @property
     def torque_limits(self) -> dict[str, float]:
-        """What it bears at its output, at its input where the joint slides [N m], by what would give way."""
+        """Its torque limits at its output, or at its input if the joint slides [N m], by the part that limits."""
         found, arm = {}, self.travel or 0.5 * (self.diameter or 0.0)
         if self.torque_limit is not None:
             found["torque"] = self.torque_limit
@@ -221,13 +221,13 @@ class Chain:
 
     Attributes:
         name: Their types in order.
-        ratio: Turns of the gear's output a turn of what the joint is told by.
+        ratio: Turns of the gear's output for one unit of the joint coordinate.
         travel: Of a joint that slides, a radian of that [m/rad].
         driving, driven: Torque at the gear over that at the joint, lossless, by the direction of power.
         inertia: At the gear's output [kg m^2].
         compliance: At the joint [rad/(N m)].
-        torque, torque_words: What it bears at the joint [N m], and what would give way; None: nobody says.
-        speed, speed_words: How fast the joint may turn [rad/s], and why not faster; None: nobody says.
+        torque, torque_words: Limit at the joint [N m], and the part that limits; None: unknown.
+        speed, speed_words: Speed limit of the joint [rad/s], and its reason; None: unknown.
         mass, price: [kg], [-].
     """
 

@@ -17,7 +17,7 @@ from drivetrain.drive.gear import turning_drag
 from drivetrain.jit import law
 from drivetrain.records import known, known_or
 
-STIFFER = 1.3  # of the printed stiffness: makers tell a mean, and a stiff gear is struck harder in a jam
+STIFFER = 1.3  # of the printed stiffness: makers print a mean, and a stiffer gear is loaded more in a jam
 
 
 class StiffSpring(NamedTuple):
@@ -54,7 +54,7 @@ def stop_rotor(ratio: Any, inertia: Any, rides: Any) -> StopRotor:
 
 @law
 def braking_push(mesh: Any, shaft: Any, factor: Any, inertia: Any, limit: Any, speed: Any, carrier: Any) -> Any:
-    """What slows the rotor beside what crosses the mesh, seen at the output [N m]."""
+    """Torque that slows the rotor in addition to the mesh's, at the output [N m]."""
     drag = abs(sliding_friction(shaft, mesh.ratio * speed) + turning_drag(mesh, factor, mesh.ratio * speed))
     return -direction(speed) * abs(mesh.ratio) * (limit + drag) - mesh.ratio * inertia * carrier
 
@@ -91,7 +91,7 @@ def overshoot(stiffness: Any, inertia: Any, rotor: Any, rise: Any) -> Any:
 
 @law
 def struck(stiffness: Any, inertia: Any, speed: Any, static: Any, torque: Any) -> Any:
-    """Most that a gear's spring bears when its rotor, turning with the load, comes to rest however quickly [N m].
+    """Largest torque in a gear's spring if its rotor, turning with the load, is stopped in any time [N m].
 
     The load swings on the spring about b with the amplitude w sqrt(K I), as if the rotor stood at once, on top of what
     it swung already. Infinite where the stiffness is unknown.

@@ -19,7 +19,7 @@ from drivetrain.drive.gear import (
     mesh_of,
     momentary_peak_count,
     standstill_interval,
-    tells_drag,
+    has_drag_data,
     torque_exponent,
     unknown_loss,
 )
@@ -54,7 +54,7 @@ def test_half_of_mesh_and_drag_is_unknown(lost: str) -> None:
     constant = dataclasses.replace(apart, drag_speed_exponent=0.0, drag_speed=None)
     assert unknown_loss(as_record(constant)) == 0.0 and mesh_of(as_record(constant)).drag == pytest.approx(0.02)
     less = as_record(dataclasses.replace(apart, **{lost: None}))
-    assert math.isnan(unknown_loss(less)) or not tells_drag(less)
+    assert math.isnan(unknown_loss(less)) or not has_drag_data(less)
     assert unknown_loss(as_record(LOSSY)) == 0.0
     silent = as_record(dataclasses.replace(LOSSY, efficiency=None))
     assert math.isnan(unknown_loss(silent)) and mesh_of(silent).driving == mesh_of(silent).driven == 1.0

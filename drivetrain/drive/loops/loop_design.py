@@ -2,7 +2,7 @@
 
 A loop is judged as the simulation runs it (``effects/control/sampled_cascade.py``): the motor's angle is sampled, its
 difference is the speed, the command is held for a period and given out some samples later. Whether it settles is
-told by the poles of the closed loop, never by a margin; how well, by the nearest that the open loop comes to -1.
+decided by the poles of the closed loop, never by a margin; how well, by the nearest that the open loop comes to -1.
 
 Reference: Astrom and Murray, Feedback Systems, sections 10.3 (modulus margin 1/Ms) and 12.5 (resonances); Astrom and
 Wittenmark, Computer-Controlled Systems, section 3.2 (poles against the unit circle).
@@ -123,7 +123,7 @@ class LoopDesign:
 
     @property
     def speed_phase_margin(self) -> float:
-        """Nearest to 0 of all crossings [rad]; says nothing of a loop that does not settle."""
+        """Nearest to 0 of all crossings [rad]; meaningless for an unstable loop."""
         return self.speed_margins.least_phase
 
     @property
@@ -133,7 +133,7 @@ class LoopDesign:
 
     @property
     def speed_gain_margin(self) -> float:
-        """Nearest to 1 of all crossings [-]; says nothing of a loop that does not settle."""
+        """Nearest to 1 of all crossings [-]; meaningless for an unstable loop."""
         return self.speed_margins.least_gain
 
     @property
@@ -173,8 +173,8 @@ def design_loops(
     Args:
         axis: The joint, with its load at its heaviest.
         timing: Current loop and samples.
-        speed_bandwidth: Wanted crossover of the speed loop [rad/s]: taken as it is, and told whether it settles. None:
-            the fastest that has the margin.
+        speed_bandwidth: Wanted crossover of the speed loop [rad/s]: used as stated, with a statement whether the loop
+            is stable. None: the fastest that has the margin.
         lightest: Load inertia with which the same gains must have the margin too [kg m^2]; None: the axis's own.
         modulus_margin: Least distance of the open loops from -1 [-], above 0 and below 1; 0.5 means 6 dB and 29 deg at
             every crossing.

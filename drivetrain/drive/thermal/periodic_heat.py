@@ -10,7 +10,8 @@ winding:
   of the mix. (A part that is run for longer than the housing's time constant is a task of its own: judge it alone.)
 - Parts alternate slowly against the winding, so in each part the winding comes to that part's own periodic state
   above the common housing. Faster alternation only evens its temperature out.
-- A motor whose sheet knows one node only has no housing to even heat out: each part comes to its own periodic state,
+- A motor whose data sheet gives a single node has no housing that evens heat out: each part comes to its own periodic
+state,
   and the hottest counts.
 
 So each part of a mix is a periodic cycle with a constant heat injected into its housing, such that the mean housing
@@ -583,7 +584,7 @@ def shares_within(rate: Any, steps: Any, share: Any) -> None:
 def settled(periods: Any, i: Any, rate: Any, values: Any, out: Any) -> Any:
     """The response of first order to values from sample to sample of a part that repeats, at its samples; its largest.
 
-    A rate of NaN: nobody knows how fast; their mean.
+    A rate of NaN is unknown: the mean is returned.
     """
     begin, end = intervals(periods, i)
     last = periods.edges[i + 1] - 1

@@ -19,7 +19,7 @@ class ThermalNetwork:
     Attributes:
         resistance_winding_housing: [K/W]; 0: winding and housing are one node.
         resistance_housing_ambient: [K/W].
-        winding_capacity: [J/K]; of the whole motor when it is one node; None: unknown, so only means can be told.
+        winding_capacity: [J/K]; of the whole motor when it is one node; None: unknown, so only means can be computed.
         housing_capacity: [J/K]; None: unknown, so the housing rests at its mean.
         ambient: Air temperature [C].
     """

@@ -12,7 +12,7 @@ from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear, unknown_loss
-from drivetrain.drive.motor import Motor, tells_friction, whole_mass
+from drivetrain.drive.motor import Motor, has_friction_data, whole_mass
 from drivetrain.drive.motor_limits import continuous_current, short_time_torque
 from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.errors import Fault
@@ -116,7 +116,7 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
                 names = tuple(check.name for check in shared if SPRINGS.get(check.name) == column)
                 found.append(_gap(study, joint, joint.drive.gear, (column,), names))
         if supply and joint.power_allowance[0] > 0.0:
-            silent = "temperature" if tells_friction(joint.drive.motor) else "friction"
+            silent = "temperature" if has_friction_data(joint.drive.motor) else "friction"
             found.append(_gap(study, joint, joint.drive.motor, SILENT[silent], supply))
         if name in unweighed:
             found += _of_column(study, joint, "mass", ("what the joints before must bear",))
@@ -218,7 +218,7 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
     if not others:
         return
     doubtful = tuple(one.name for one in joint.lacking if one.name in others and one.required and one.available)
-    if doubtful and not tells_friction(motor) and not motor.frameless and task.motor_friction is None:
+    if doubtful and not has_friction_data(motor) and not motor.frameless and task.motor_friction is None:
         yield _gap(study, joint, motor, SILENT["friction"], doubtful)
     if motor.inductance is None and (volts := tuple(name for name in doubtful if name.endswith("voltage"))):
         yield _gap(study, joint, motor, ("inductance",), volts)

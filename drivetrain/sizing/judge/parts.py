@@ -14,7 +14,7 @@ from drivetrain.drive.brake import Brake
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import HOLDING, NO_GEAR, Gear
-from drivetrain.drive.motor import Motor, tells_friction, whole_mass
+from drivetrain.drive.motor import Motor, has_friction_data, whole_mass
 from drivetrain.drive.motor_limits import FRICTION_SHARE, with_allowances
 from drivetrain.records import as_records, known
 from drivetrain.sizing.demand.demand import JointDemand
@@ -145,7 +145,7 @@ class FilledParts:
         row, wheel = self.motor(motor), self.gear(gear)
         motor_words, gear_words = self._motors[motor][1], self._gears[gear][1]
         words = [*motor_words, *gear_words]
-        if task.motor_friction is None and not tells_friction(row):
+        if task.motor_friction is None and not has_friction_data(row):
             words.append(_friction_allowance(row))
         if row.inductance is None:
             lag = with_allowances(row).inductance_allowance / row.resistance
