@@ -51,7 +51,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=100)
     seeds = parser.parse_args().seeds
-    print("| study | left out | at | quantity | estimated | measured |\n|---|---|---|---|---|---|")
+    print("| study | omitted effect | joint | quantity | estimated | measured |\n|---|---|---|---|---|---|")
     spans = []
     for name in STUDIES:
         rows = shipped(name)

@@ -76,12 +76,12 @@ def rotors() -> Iterator[Row]:
     what = "20 arms with revolute, prismatic and helical joints, 20 states each"
     yield (
         "gear and motor torque with rotors",
-        f"equations 8.103 to 8.111 written literally, {what}",
+        f"equations 8.103 to 8.111 as written in the book, {what}",
         f"{max(book):.0e} relative",
     )
     yield (
         "gear and motor torque with rotors",
-        "pinocchio, rotors as further bodies, the same",
+        "pinocchio with rotors as additional bodies, the same",
         f"{max(peer):.0e} relative",
     )
     arm = dt.load_arm("planar-2r")
@@ -112,7 +112,7 @@ def printed() -> Iterator[Row]:
     """Numbers on paper: a gear maker's worked example, motor sheets, the book's current."""
     speed, hours, torque = [10.0, 20.0, 10.0, 0.0], [0.2, 3.0, 0.3, 0.2], [150.0, 82.0, 130.0, 0.0]
     found = average_torque(3.0, np.array(torque), np.array(speed), np.array(hours))
-    yield "average torque of a strain-wave gear", "maker's worked example, printed 89 N m", f"{found:.2f} N m"
+    yield "average torque of a strain-wave gear", "manufacturer's worked example, printed 89 N m", f"{found:.2f} N m"
     motors = read_catalog().motors.values()
     for series in ("A-max", "DCX"):
         rows = [m for m in motors if m.maker == "maxon" and m.series.startswith(series)]
@@ -120,7 +120,7 @@ def printed() -> Iterator[Row]:
         gaps = [100 * (printed / ours - 1) for ours, printed in pairs if ours and printed]
         yield (
             "continuous current from two thermal resistances",
-            f"maxon {series}, {len(gaps)} sheets, printed over ours",
+            f"maxon {series}, {len(gaps)} data sheets, printed value compared with ours",
             f"median {np.median(gaps):+.1f} %",
         )
     motor = Motor("m", resistance=1.0, torque_constant=0.05, rotor_inertia=1e-5)
@@ -131,13 +131,13 @@ def printed() -> Iterator[Row]:
     ours = motor_torque(drive, load, -one, still, still).total[0] / float(torque_constant(motor, 25.0))
     yield (
         "current to lower a load of 40 N m, efficiency 0.7",
-        "the book's tau/(eta kt), which divides whatever the direction of power",
+        "the book's tau/(eta kt), which divides by eta for both directions of power",
         f"{ours:.2f} A instead of {book:.2f} A",
     )
 
 
 def main() -> None:
-    print("| what | against | found |\n|---|---|---|")
+    print("| quantity | compared with | result |\n|---|---|---|")
     for part in (rigid_bodies, rotors, measured, printed):
         for row in part():
             print("| " + " | ".join(row) + " |", flush=True)

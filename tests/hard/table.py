@@ -15,7 +15,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "agreement"), str(HERE.parents[1])]
 
 from hard_case import CASES  # noqa: E402
 
-HEAD = "| case | naive result | ours | criterion |\n|---|---|---|---|"
+HEAD = "| case | simple method: result | drivetrain | criterion |\n|---|---|---|---|"
 
 
 def load_all() -> None:
