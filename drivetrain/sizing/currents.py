@@ -83,9 +83,9 @@ def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
     study, nothing = evaluation.study, np.zeros(len(evaluation.study.cycle.time))
     named = [(i, task) for i, task in enumerate(study.joints) if task.name in evaluation.joints]
     drives = {i: evaluation.joints[task.name].drive for i, task in named}
-    still = at_rest(study)
-    steady = replace(still, cycle=replace(still.cycle, velocity=study.cycle.velocity))
-    bases = [load_basis(one, forces_only=True) for one in (still, steady)] if study.arm is not None else []
+    still = at_rest(study.cycle)
+    steady = replace(still, velocity=study.cycle.velocity)
+    bases = [load_basis(study, one, forces_only=True) for one in (still, steady)] if study.arm is not None else []
     given = -counterbalance_torques(study, study.cycle.position).T
     found = {}
     for i, task in named:
@@ -96,9 +96,7 @@ def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
             found[task.name] = dict(zip(PARTS, parts, strict=False))
             continue
         travel = task.travel_per_turn or 1.0
-        held, moving = (
-            travel * (basis[i].bare.force + all_numbers(study, basis[i], drives) @ basis[i].force) for basis in bases
-        )
+        held, moving = (basis[i].bare.force + all_numbers(study, basis[i], drives) @ basis[i].force for basis in bases)
         parts = (whole - moving, held - travel * given[i], moving - held, travel * given[i], nothing)
         found[task.name] = dict(zip(PARTS, parts, strict=False))
     return found

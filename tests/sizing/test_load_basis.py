@@ -9,10 +9,11 @@ import pytest
 from random_tasks import random_study
 
 from drivetrain.drive.drive import drive_inertia
+from drivetrain.dynamics.core.blocks import BLOCK
 from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.dynamics.mass import mass_matrix
-from drivetrain.sizing.demand import load_basis
 from drivetrain.sizing.demand.demand import Workload
+from drivetrain.sizing.demand.load_basis import load_basis
 from drivetrain.sizing.judge.vary import named_drives
 from drivetrain.study.parts.mounting import loaded_arm, rotor_ratio
 
@@ -30,17 +31,18 @@ def turned(study):
 @pytest.mark.parametrize("kind", ["arm", "sliding", "coupled"])
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("change", [lambda study: study, turned])
-def test_rows_and_numbers_are_the_loads_of_the_arm_with_its_drives(make, monkeypatch, seed, kind, change):
-    monkeypatch.setattr(load_basis, "AT_ONCE", 17)  # the motion in parts
+def test_rows_and_numbers_are_the_loads_of_the_arm_with_its_drives(make, seed, kind, change):
     study = change(random_study(make, seed, kind))
-    study = replace(study, joints=tuple(replace(task, counterbalances=()) for task in study.joints))
+    cycle = make.sines(3, samples=2 * BLOCK + 17, duration=3.0, size=0.9)  # the last block is not full
+    joints = tuple(replace(task, counterbalances=()) for task in study.joints)
+    study = replace(study, cycle=cycle, joints=joints)
     known = [key for key, row in study.catalog.motors.items() if row.rotor_inertia and row.mass]
     gears = [key for key, row in study.catalog.gears.items() if row.inertia and row.mass]
     keys = {task.name: (known[i % len(known)], gears[i % len(gears)]) for i, task in enumerate(study.joints)}
-    drives, cycle = named_drives(study, keys), study.cycle
+    drives = named_drives(study, keys)
     arm = loaded_arm(study, {task.name: drives[i] for i, task in enumerate(study.joints)}, -1)
     wanted = joint_loads(arm, cycle.position, cycle.velocity, cycle.acceleration)
-    matrix, work = mass_matrix(arm, cycle.position), Workload(study, load_basis.load_basis(study), cycle.weights)
+    matrix, work = mass_matrix(arm, cycle.position), Workload(study, load_basis(study), cycle.weights)
     for joint, task in enumerate(study.joints):
         found, travel = work.at(joint, drives).demand(drives[joint]), task.travel_per_turn or 1.0
         near(found.gear_torque, wanted.gear[:, joint] * travel)

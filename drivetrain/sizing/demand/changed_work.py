@@ -68,16 +68,16 @@ class WorkFamily:
 
     @cached_property
     def _resting(self) -> Basis:
-        return load_basis(at_rest(self.study))
+        return load_basis(self.study, at_rest(self.study.cycle))
 
     @cached_property
     def _empty(self) -> tuple[Basis, Basis]:
         """Moving and resting without the payloads that change; the same objects where there are none."""
         if not self.study.payloads:
             return self._moving, self._resting
-        return load_basis(self._bare), load_basis(at_rest(self._bare))
+        return load_basis(self._bare), load_basis(self._bare, at_rest(self._bare.cycle))
 
-    @property
+    @cached_property
     def _bare(self) -> Study:
         return changed(self.study, TaskChange(payload=0.0, payloads=self.payloads))
 

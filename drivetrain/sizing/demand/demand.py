@@ -155,11 +155,11 @@ class Workload:
         basis = self.basis[joint]
         others = {index: drive for index, drive in drives.items() if index != joint}
         numbers = all_numbers(self.study, basis, others)
-        bare = _Sums(basis.bare.force, basis.bare.wrench.reshape(-1), basis.bare.inertia)
+        bare = _Sums(basis.bare.force, basis.bare.wrench, basis.bare.inertia)
         return JointWork(self, joint, _summed(bare, basis, numbers, slice(None)), numbers)
 
     def static(self, joint: int, numbers: Array) -> Array | None:
-        """What holds a joint still at each position with all drives' numbers [N m or N], (N,); None: nobody asks."""
+        """What holds a gear's output still at each position with all drives' numbers [N m], (N,); None: nobody asks."""
         if not self.resting:
             return None
         return np.asarray(self.resting[joint].bare.force + numbers @ self.resting[joint].force)
@@ -168,7 +168,7 @@ class Workload:
 @lru_cache(maxsize=1)
 def workload(study: Study) -> Workload:
     """The work of a study's joints, prepared for any set of drives; kept while the same study is asked again."""
-    resting = load_basis(at_rest(study), forces_only=True) if needs_brakes(study) else ()
+    resting = load_basis(study, at_rest(study.cycle), forces_only=True) if needs_brakes(study) else ()
     return Workload(study, load_basis(study), study.cycle.weights, resting)
 
 
@@ -177,14 +177,14 @@ def needs_brakes(study: Study) -> bool:
     return any(task.brakes for task in study.joints)
 
 
-def at_rest(study: Study) -> Study:
+def at_rest(cycle: Cycle) -> Cycle:
     """The same positions, each held for ever."""
-    still = np.zeros_like(study.cycle.velocity)
-    return replace(study, cycle=replace(study.cycle, velocity=still, acceleration=still))
+    still = np.zeros_like(cycle.velocity)
+    return replace(cycle, velocity=still, acceleration=still)
 
 
 class _Sums(NamedTuple):
-    """What is asked of a joint in its own coordinate: force (N,), wrench (6 N,), inertia (N,)."""
+    """What is asked of a joint: force (N,), wrench (6, N), inertia (N,)."""
 
     force: Array
     wrench: Array
@@ -220,7 +220,7 @@ class JointWork:
         return self._demand(_summed(self.others, basis, numbers, own), numbers)
 
     def _demand(self, sums: _Sums | None, numbers: Array) -> JointDemand:
-        """At the gear's output, from sums in the joint's own coordinate."""
+        """The demand of sums; of None the task tells it."""
         cycle, task = self.work.study.cycle, self.work.study.joints[self.joint]
         motions = (cycle.position, cycle.velocity, cycle.acceleration)
         position, speed, acceleration = (_column(self.work.study, motion, self.joint) for motion in motions)
@@ -237,11 +237,11 @@ class JointWork:
             )  # fmt: skip
         basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
         carrier = self._carrier(self.work.basis, cycle.acceleration)
-        across, held = sums.wrench.reshape(-1, 6) if basis.on_bearing else None, self.work.static(self.joint, numbers)
+        across, held = sums.wrench.T if basis.on_bearing else None, self.work.static(self.joint, numbers)
         return JointDemand(
             cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
-            sums.force * travel, task.friction, cycle.payload, across, sums.inertia * travel**2, cycle,
-            self._arm_stop(numbers), held * travel if held is not None and task.brakes else None,
+            sums.force, task.friction, cycle.payload, across, sums.inertia, cycle, self._arm_stop(numbers),
+            held if task.brakes else None,
         )  # fmt: skip
 
     def _carrier(self, basis: tuple[JointBasis, ...], acceleration: Array) -> Array:
@@ -267,7 +267,7 @@ class JointWork:
         carrier = self._carrier(stops.joints, stops.acceleration)
         tiny = STANDSTILL * np.abs(speed).max(initial=0.0)
         speed = np.where(np.abs(speed) > tiny, speed, -tiny * np.sign(acceleration))
-        return StopDemand(stops.first, stops.after, force * travel, speed, acceleration, carrier)
+        return StopDemand(stops.first, stops.after, force, speed, acceleration, carrier)
 
     def _table_stop(self, speed: Array, acceleration: Array, torque: Array) -> StopDemand:
         """The first instants of stops where a table gives torque and speed: the load's inertia answers for the rest."""
@@ -298,4 +298,4 @@ def _summed(start: _Sums, basis: JointBasis, numbers: Array, rows: slice) -> _Su
     if not numbers[rows].any():  # without drives: rows of long motions take their time
         return start
     added = (basis.force, basis.wrench, basis.inertia)
-    return _Sums(*(one + numbers[rows] @ row[rows] for one, row in zip(start, added, strict=True)))
+    return _Sums(*(one + np.tensordot(numbers[rows], row[rows], 1) for one, row in zip(start, added, strict=True)))

@@ -215,19 +215,13 @@ def load_of(demand: JointDemand) -> Load:
 
 
 def added_by(work: Workload, joint: int, drives: Sequence[int]) -> Added:
-    """What a unit of each number of some joints' drives adds to a joint's load, NUMBERS rows a drive, in their order.
-
-    A drive that does not load the joint adds nothing.
-    """
-    basis, each, travel = work.basis[joint], _by_drives(work, joint), work.study.joints[joint].travel_per_turn or 1.0
-    found = Added(*(np.zeros((NUMBERS * len(drives), *series.shape[1:])) for series in each))
-    units: Any = (travel, 1.0, travel**2, travel, travel)
-    for position, drive in enumerate(drives):
-        if drive in basis.drives:
-            to = slice(NUMBERS * position, NUMBERS * (position + 1))
-            for added, unit, series in zip(found, units, each, strict=True):
-                np.multiply(unit, series[basis.rows(drive)], out=added[to])
-    return found
+    """What a unit of each number of some drives of a joint's basis adds, NUMBERS rows a drive, in their order."""
+    every = work.basis[joint].drives
+    first = every.index(drives[0]) if drives else 0
+    rows: Any = slice(NUMBERS * first, NUMBERS * (first + len(drives)))
+    if every[first : first + len(drives)] != tuple(drives):  # which takes a copy
+        rows = np.concatenate([np.r_[work.basis[joint].rows(drive)] for drive in drives])
+    return Added(*(series[rows] for series in _by_drives(work, joint)))
 
 
 def loads_by(work: Workload, joint: int, drive: int) -> bool:
@@ -236,13 +230,11 @@ def loads_by(work: Workload, joint: int, drive: int) -> bool:
 
 
 def _by_drives(work: Workload, joint: int) -> Added:
-    """What a unit of each number of every drive in a joint's basis adds, in the joint's unit; empty where unasked."""
+    """What a unit of each number of every drive in a joint's basis adds; empty where unasked."""
     basis, task = work.basis[joint], work.study.joints[joint]
-    rows, nothing = len(basis.force), np.zeros((len(basis.force), 0))
-    samples = basis.wrench.shape[1] // 6 if basis.on_bearing else 0
-    wrench = basis.wrench[:, : 6 * samples].reshape(rows, samples, 6).transpose(0, 2, 1)
+    nothing = np.zeros((len(basis.force), 0))
     stop = nothing if task.stop.ramp is None or work.stops is None else work.stops.joints[joint].force
-    return Added(basis.force, wrench, basis.inertia, stop, work.resting[joint].force if task.brakes else nothing)
+    return Added(basis.force, basis.wrench, basis.inertia, stop, work.resting[joint].force if task.brakes else nothing)
 
 
 def rates(demand: JointDemand) -> tuple[Array, Array, Array]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -47,8 +48,9 @@ def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) ->
     return carrying(study, with_rotors(arm, rotors), payload_index)
 
 
+@lru_cache(maxsize=8)
 def carrying(study: Study, arm: Arm, payload_index: int) -> Arm:
-    """An arm with one of the study's payloads at its tip; -1: none."""
+    """An arm with one of the study's payloads at its tip; -1: none. Kept, as what kernels take of an arm is."""
     if payload_index < 0 or study.payloads[payload_index].mass == 0.0:
         return arm
     payload = study.payloads[payload_index]
@@ -108,8 +110,9 @@ def seated_rotor(arm: Arm, joint: int, mount: Mount, ratio: float, inertia: floa
     return Rotor(ratio, inertia, screw=line, carrier=carrier_link(arm, joint, mount))
 
 
+@lru_cache(maxsize=4)
 def emptied(study: Study) -> Arm:
-    """The study's arm without rotors, and without the drives that its links hold where these are to be replaced.
+    """The study's arm without rotors, and without the drives that its links hold where these are to be replaced; kept.
 
     Rotors that an arm states are those of its own drives; those that the study judges bring theirs. As points are taken
     out, the drives' own inertia stays in the links. Raises InputError for all joints whose link cannot hold so much.
