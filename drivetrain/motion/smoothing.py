@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -28,6 +28,7 @@ SECOND_DIFFERENCE = math.sqrt(6.0)  # amplification of independent noise by 1, -
 ORDERS = (6, 8)  # of the differences that show noise
 WHITE = 0.7  # estimates from both must agree at least so well; those of a coarsely sampled wave do not
 SLOW = 0.1  # share of the samples, the slowest, that show the noise of the readings apart from the clock's
+MOVES = 0.05  # of the largest speed: where a joint is slower, a clock that jitters does not show
 LEAST_NOISE = 0.05  # of the readings, over the clock's at the median speed: turning points must not weigh everything
 MEDIAN_TO_DEVIATION = 1.0 / 0.6745  # of the absolute value of a normal variable
 FEWEST_SAMPLES = 6  # a quintic through fewer is not defined
@@ -131,10 +132,10 @@ class Fitted(NamedTuple):
 
 def _likeliest(time: Array, values: Array, noise: Array) -> Fitted:
     """The likeliest spline; more knots where a few cannot come as close as the noise."""
-    for samples_a_knot in (4.0, 1.0):
+    for samples_a_knot in (2.0, 1.0):
         count = max(math.ceil(len(time) / samples_a_knot), FEWEST_SAMPLES)
         fitted = _on_knots(time, values, noise, count)
-        if _rms((fitted.rates[0] - values) / noise) <= EXPLAINED:
+        if _rms((fitted.rates[0] - values) / noise) <= 1.0:
             break
     return fitted
 
@@ -290,7 +291,8 @@ def estimated_noise(time: Array, values: Array) -> float:
     """Standard deviation of what no smooth motion explains, from high divided differences."""
     if len(values) < 12:
         return 0.0
-    deviations = [_spread(_differences(time, values, order)) for order in ORDERS]
+    parts = [_wavering(time, values, order) for order in ORDERS]
+    deviations = [_spread(one if is_uniform(time) else one[_moves(speed)]) for one, speed in parts]
     if deviations[1] < WHITE * deviations[0]:
         return 0.0
     # The estimate errs to the high side by about three of its own deviations: too little makes the spline follow it.
@@ -301,23 +303,27 @@ def estimated_jitter(time: Array, values: Array, noise: float) -> float:
     """How far the instants are off [s]: what wavers beyond the noise where the speed is high; 0 for uniform samples."""
     if len(values) < 12 or is_uniform(time):
         return 0.0
-    order = ORDERS[0]
-    wavering = _differences(time, values, order)
-    chord = (values[order:] - values[:-order]) / (time[order:] - time[:-order])
-    fast = np.abs(chord) >= np.median(np.abs(chord))
-    speed = float(np.sqrt(np.mean(chord[fast] ** 2)))
+    wavering, speed = _wavering(time, values, ORDERS[0])
+    fast = speed >= np.median(speed[_moves(speed)])
+    usual = float(np.sqrt(np.mean(speed[fast] ** 2)))
     beyond = _spread(wavering[fast]) ** 2 - noise**2
-    return math.sqrt(beyond) / speed if beyond > 0.0 and speed > 0.0 else 0.0
+    return math.sqrt(beyond) / usual if beyond > 0.0 and usual > 0.0 else 0.0
 
 
-def _differences(time: Array, values: Array, order: int) -> Array:
-    """Divided differences, so scaled that independent noise passes with its own deviation."""
+def _moves(speed: Array) -> Any:
+    """Where a joint moves, (N,)."""
+    return speed >= MOVES * speed.max()
+
+
+def _wavering(time: Array, values: Array, order: int) -> tuple[Array, Array]:
+    """Divided differences, so scaled that independent noise passes with its own deviation, and speeds beside them."""
     instants = np.lib.stride_tricks.sliding_window_view(time, order + 1)
     gaps = (instants[:, :, None] - instants[:, None, :]) / (instants[:, -1] - instants[:, 0])[:, None, None]
     gaps[:, np.arange(order + 1), np.arange(order + 1)] = 1.0
     weights = 1.0 / np.prod(gaps, axis=2)
     weights /= np.sqrt(np.sum(weights**2, axis=1, keepdims=True))
-    return np.asarray(np.sum(weights * np.lib.stride_tricks.sliding_window_view(values, order + 1), axis=1))
+    found = np.sum(weights * np.lib.stride_tricks.sliding_window_view(values, order + 1), axis=1)
+    return found, np.abs((values[order:] - values[:-order]) / (time[order:] - time[:-order]))
 
 
 def _spread(values: Array) -> float:
@@ -347,11 +353,11 @@ def chosen_smoothing(time: Array, values: Array, resolution: float) -> Smoothing
 
 def _with_jitter(time: Array, values: Array, noise: float, jitter: float) -> SmoothingSpline:
     """The spline of a clock that jitters: what wavers where the speed is low counts as noise of the readings."""
-    order = ORDERS[0]
-    chord = np.abs((values[order:] - values[:-order]) / (time[order:] - time[:-order]))
-    slow = chord <= np.quantile(chord, SLOW)
-    still = _spread(_differences(time, values, order)[slow]) ** 2 - (jitter * float(np.mean(chord[slow]))) ** 2
-    own = max(noise, math.sqrt(max(still, 0.0)), LEAST_NOISE * jitter * float(np.median(chord)))
+    wavering, speed = _wavering(time, values, ORDERS[0])
+    slow = speed <= np.quantile(speed, SLOW)
+    still = _spread(wavering[slow]) ** 2 - (jitter * float(np.mean(speed[slow]))) ** 2
+    usual = float(np.median(speed[_moves(speed)]))
+    own = max(noise, math.sqrt(max(still, 0.0)), LEAST_NOISE * jitter * usual)
     return SmoothingSpline(own / NOISE_OF_RESOLUTION, estimated_jitter(time, values, own))
 
 
