@@ -22,7 +22,7 @@ from drivetrain.units import to_si
 from drivetrain.whole_files import read_text, write_files
 
 NAMES = ("motors", "gears", "brakes", "amplifiers")
-SILENT = ("", "-", "–", "—", "n/a", "na", "nan")  # cells that say nothing
+SILENT = ("", "-", "–", "—", "n/a", "na", "nan")  # cells without a value
 _NUMBER = re.compile(r"([+\-−]?\d[\d.,'’\u00a0\u202f ]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 _UNIT = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,\s*([^,]*)|\bin\s+(\S+))\s*:?\s*", re.DOTALL)
 
@@ -96,7 +96,7 @@ HEADINGS: dict[str, tuple[str, ...]] = {
 
 
 class Heading(NamedTuple):
-    """Of a maker's column: its heading, the unit of its numbers where it says none, a factor on them."""
+    """Of a maker's column: its heading, the unit of its numbers if it gives none, a factor on them."""
 
     heading: str
     unit: str = ""
@@ -153,7 +153,7 @@ def _heading(entry: Any) -> Heading | None:
 
 @dataclass(frozen=True)
 class Imported:
-    """What an import of a maker's table wrote: the file, its rows, the rows left out, and headings nobody asked for."""
+    """What an import of a maker's table wrote: the file, its rows, the rows left out, and unused headings."""
 
     file: Path
     rows: int

@@ -1,4 +1,4 @@
-"""What the lint says of a row, and the limits and unit slips that its rules share."""
+"""Findings of the lint about a row, and the limits and unit slips that its rules share."""
 
 from __future__ import annotations
 

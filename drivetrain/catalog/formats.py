@@ -32,7 +32,7 @@ class Format:
     fixed: Mapping[str, str]  # our cells that the format as a whole settles
     # motor key and gear keys of each row of a compatibility file
     read_pairs: Callable[[Rows], Iterator[tuple[str, list[str]]]]
-    # what a row says of its ampere when it says that it is dc; empty when it does not
+    # how a row marks its current as dc; empty if it does not
     stated_basis: Callable[[Mapping[str, str]], str]
     lone_resistance_is_lumped: bool  # whether one thermal resistance alone is that from winding to ambient
 
@@ -99,7 +99,8 @@ def _pairs_of(text: str) -> dict[str, tuple[str, ...]]:
     return {ours: tuple(theirs.split("|")) for ours, theirs in (word.split("=") for word in text.split())}
 
 
-# The Motor-Gearbox Database, as its README tells: NaN and Inf where a sheet is silent, Rth1 alone is the lumped value.
+# The Motor-Gearbox Database, as its README states: NaN and Inf where a data sheet gives no value, Rth1 alone is the
+# lumped value.
 MGDB = Format(
     "MGDB",
     {MOTORS: "*_motors.csv", GEARS: "*_gearboxes.csv", PAIRS: "*_compatibility.csv"},

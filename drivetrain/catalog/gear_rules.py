@@ -40,7 +40,7 @@ _ORDERS = (
 
 
 def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
-    """Everything that one gear's row says against itself."""
+    """All inconsistencies within one gear's row."""
     values = {name: value for name, value in cells.items() if isinstance(value, float)}
     rules = (_losses, _torque_order, _rare_torques, _torques_present, _no_load, _pitch, _bearing)
     findings = [*in_order(values, *_ORDERS), *(finding for rule in rules for finding in rule(values))]
@@ -85,7 +85,7 @@ def _no_load(values: Values) -> Iterator[Finding]:
 
 
 def _losses(values: Values) -> Iterator[Finding]:
-    """Drag and mesh beside each other, and beside what is printed of both together."""
+    """Consistency of drag and mesh losses with each other and with the printed total."""
     if ("mesh_efficiency" in values) != ("drag_torque" in values):
         missing = "drag_torque" if "mesh_efficiency" in values else "mesh_efficiency"
         yield error(missing, "is empty: a mesh without its drag, or a drag without its mesh, is half the loss")

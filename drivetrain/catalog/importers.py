@@ -1,7 +1,7 @@
 """Catalogues in other people's column formats, written as folders of this one.
 
 An import maps columns and units; it judges nothing (that is the lint's work), but it refuses a motor whose current
-convention nobody states.
+convention that is not stated.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ def _records(path: Path) -> list[tuple[int, Record]]:
 
 
 def _with_basis(motor: Record, record: Record, form: Format, bases: Mapping[str, tuple[str, str]]) -> bool:
-    """Fills in the two conventions; False when nobody states them."""
+    """Fill in the two conventions; False if they are not stated."""
     stated = form.stated_basis(record)
     if not basis_of(motor, bases) and stated:
         motor["current_basis"], motor["winding_basis"], motor["basis_evidence"] = "dc", "line_line", stated

@@ -17,11 +17,11 @@ from drivetrain.errors import Fault, InputError
 # What the numbers of one brake, one amplifier or one price must obey together
 
 
-UNDATED = "not dated"  # how a price begins whose source tells no day
+UNDATED = "not dated"  # prefix of a price whose source gives no date
 
 
 def check_brake(cells: Mapping[str, Cell]) -> list[Finding]:
-    """Everything that one brake's row says against itself."""
+    """All inconsistencies within one brake's row."""
     values = _numbers(cells)
     return [*_coil(values), *in_order(values, (error, "energy_per_stop", "energy_per_hour", ""))]
 
@@ -185,7 +185,7 @@ def _as_fault(table: Table, name: str, row: Row, finding: Finding) -> LintFault:
 
 
 def _pair_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
-    """Pairs that name rows nobody has; where no folder holds the table, its keys are not looked at."""
+    """Pairs that name unknown rows; where no folder holds the table, its keys are not looked at."""
     motors, gears = _keys(groups, MOTORS), _keys(groups, GEARS)
     for row in table.rows:
         motor, listed = row.text("motor_key"), row.text("gear_keys").split()
@@ -200,7 +200,7 @@ def _pair_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterato
 
 
 def _price_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
-    """Prices of parts that nobody has."""
+    """Prices of unknown parts."""
     known = {key for name in PARTS for key in _keys(groups, name) or ()}
     for row in table.rows:
         key = row.text("part_key")

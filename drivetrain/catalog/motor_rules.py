@@ -50,7 +50,7 @@ _ORDERS = (
 
 
 def check_motor(cells: Mapping[str, Cell]) -> list[Finding]:
-    """Everything that one motor's row says against itself."""
+    """All inconsistencies within one motor's row."""
     values = {name: value for name, value in dc_equivalent(cells).items() if isinstance(value, float)}
     rules = (_redundancy, _peak_torque, _nominal_torque, _thermal, _friction, _time_constants, _rotor)
     findings = [*in_order(values, *_ORDERS), *(finding for rule in rules for finding in rule(values))]

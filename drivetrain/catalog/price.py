@@ -21,7 +21,7 @@ class Price:
         price: In the currency; the lower end where a range was given.
         currency: Three letters.
         kind: ``listed`` or ``estimate``.
-        date: When it was seen, as far as the source tells.
+        date: When it was seen, as far as the source states.
         price_to: The upper end of a range; None: one price.
         part_key: Key of the part in this catalogue; empty: it is not in it.
         category: What it is, such as ``gear`` or ``joint module: harmonic``.

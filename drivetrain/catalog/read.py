@@ -53,7 +53,7 @@ class Catalog:
 
 @dataclass(frozen=True)
 class FramelessRule:
-    """Which frameless motor fits which gear, where nobody publishes pairs.
+    """Which frameless motor fits which gear, where no published pairs exist.
 
     A frameless motor is built around its gear, so only room decides: the stator must stay inside the outline of the
     gear. Housed strain-wave units are about 1.5 to 2 times as wide as the pitch circle of their teeth, which is size/10

@@ -31,7 +31,7 @@ class Column:
     """One column of a table."""
 
     name: str  # in the header, before the unit
-    meaning: str  # what stands in it, as the documentation tells it
+    meaning: str  # its content, as documented
     content: str = TEXT  # ``text``, ``number`` or ``choice``
     # SI unit of a number, ``1`` for a pure one; its dimension is what the header's unit must have. Empty: the
     # header's unit is not looked at (a currency)
@@ -42,7 +42,7 @@ class Column:
     choices: tuple[str, ...] = ()  # the words that may stand in a ``choice``
     needed: bool = False  # a row with this cell empty is refused
     lint_only: bool = False  # the reader checks it and throws it away: it serves the lint alone
-    why_needed: str = ""  # what to tell a user whose cell is empty
+    why_needed: str = ""  # message for a user whose cell is empty
 
 
 def _text(name: str, meaning: str, *, needed: bool = False, lint_only: bool = False) -> Column:
@@ -109,9 +109,9 @@ MOTOR_COLUMNS = (
     _number("peak_torque", "N m", 1e-6, 1e4, "Short-time limit printed."),
     _number("peak_current", "A", 1e-3, 5000.0, "Short-time limit printed."),
     _number("max_speed", "rad/s", 0.5, 2e4, "Mechanical limit."),
-    _number("resistance", "ohm", 1e-4, 1e3, "Terminal or phase, as winding_basis says.", needed=True),
-    _number("inductance", "H", 1e-8, 1.0, "Terminal or phase, as winding_basis says."),
-    _number("torque_constant", "N m/A", 1e-5, 100.0, "Per ampere as current_basis says.", needed=True),
+    _number("resistance", "ohm", 1e-4, 1e3, "Terminal or phase, according to winding_basis.", needed=True),
+    _number("inductance", "H", 1e-8, 1.0, "Terminal or phase, according to winding_basis."),
+    _number("torque_constant", "N m/A", 1e-5, 100.0, "Per ampere according to current_basis.", needed=True),
     _number("speed_constant", "rad/(s V)", 1e-2, 1e5, "No-load speed per volt.", lint_only=True),
     _number("speed_torque_gradient", "rad/(s N m)", 1e-4, 1e10, "Speed lost per torque.", lint_only=True),
     _number("mechanical_time_constant", "s", 1e-5, 10.0, "Of the rotor only.", lint_only=True),
@@ -242,8 +242,8 @@ PRICE_COLUMNS = (
     Column("price", "In the currency; the lower end of a range.", NUMBER, "", 0.01, 1e9, needed=True),
     Column("price_to", "The upper end of a range.", NUMBER, "", 0.01, 1e9),
     _text("currency", "Three letters: EUR, USD.", needed=True),
-    _choice("kind", "Whether it was listed or somebody estimated it.", PRICE_KINDS, needed=True),
-    _text("date", "When it was seen, as far as the source says.", needed=True),
+    _choice("kind", "Whether it was listed or estimated.", PRICE_KINDS, needed=True),
+    _text("date", "When it was seen, as far as the source states.", needed=True),
     _text("shop", "Where, and what the figure includes."),
     _text("source", "Where it was read."),
     _text("source_quality", "A: the shop's page; C: collected by others.", lint_only=True),

@@ -62,7 +62,7 @@ class Table:
     faults: tuple[CellFault, ...]  # everything wrong with the file
 
     def fault(self, found: CellFault) -> Fault:
-        """A fault of this table as an error tells it."""
+        """A fault of this table, for an error message."""
         place = f"row {found.line}" + (f", column {found.header}" if found.header else "")
         return Fault(place, found.problem, found.value, found.hint, str(self.path))
 
@@ -152,7 +152,7 @@ def _read_headers(cells: Sequence[str], columns: Sequence[Column]) -> tuple[list
 
 
 def _wanted(column: Column) -> str:
-    """What a column that nobody gave would hold."""
+    """Default content of a missing column."""
     return column.why_needed or " or ".join(column.choices) or column.meaning
 
 

@@ -86,7 +86,7 @@ def _following(jacobian: Array, passive: list[int], q: Array) -> Array:
     share = values[:, -1] / values[:, 0] if values.shape[1] == len(passive) else np.zeros(len(q))
     if not (share > DEAD).all():
         worst = int(np.argmin(share))
-        problem = "do not tell where the joints that follow are: a dead centre, or a joint that no pin holds"
+        problem = "do not determine the positions of the dependent joints: a dead centre, or a joint that no pin holds"
         raise InputError(Fault("driven joints", problem, q[worst].tolist(), "in rad or m; more pins, or other ranges"))
     return np.asarray(np.swapaxes(right, 1, 2) / values[:, None] @ np.swapaxes(left, 1, 2))
 

@@ -3,7 +3,7 @@
     tau = M qdd + h + A^T lambda                                                    (8.93)
 
 Rows may say the same twice; then their rank is found, the motion is unique all the same, and of all multipliers that
-give it those of least norm are told. Rows that ask for the impossible are told, too (``missed``).
+give it those of least norm are returned. Rows that cannot be satisfied are reported (``missed``).
 
 Where the book slips: after equation 8.100 it calls ``P_theta qdd`` "the set of joint accelerations". That misses the
 part ``-M^-1 A^T (A M^-1 A^T)^-1 dA/dt qd`` which the constraint itself asks for while it turns; the two agree at rest,

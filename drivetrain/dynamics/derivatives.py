@@ -68,7 +68,7 @@ def inverse_dynamics_derivatives(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wre
         InputError: Wrong shapes, or a NaN or infinity.
 
     Reference: S. Singh, R. Russell, P. Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics using Spatial
-        Vector Algebra, IEEE Robotics and Automation Letters 7 (2022) 1776-1783, table I; rotors as told in
+        Vector Algebra, IEEE Robotics and Automation Letters 7 (2022) 1776-1783, table I; rotors as described in
         ``core/derivatives.py``.
     """
     model = packed(arm)

@@ -1,8 +1,8 @@
 """The two energies of the Lagrangian, and where the power of a motion goes.
 
-Rotors are counted as the arm's level says, as everywhere: at NONE they ride along, at REFLECTED each adds the energy
-of its spin ``inertia (ratio qd)^2 / 2`` (or ``inertia (N qd)_i^2 / 2`` where motors are coupled), at FULL they are
-bodies.
+Rotors are counted according to the arm's level, as everywhere: at NONE they ride along, at REFLECTED each adds the
+energy of its spin ``inertia (ratio qd)^2 / 2`` (or ``inertia (N qd)_i^2 / 2`` where motors are coupled), at FULL they
+are bodies.
 """
 
 from __future__ import annotations

@@ -196,7 +196,7 @@ def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bo
         raise InputError(Fault("stiffness", problem, float(given.min())))
     sprung = np.isfinite(springs)
     if (springs[sprung] > LARGEST).any():
-        hint = "infinite says that the joint is rigid"
+        hint = "infinite means that the joint is rigid"
         raise InputError(Fault("stiffness", "is too large to calculate with", float(springs[sprung].max()), hint))
     if (sprung.any(axis=0) != sprung.all(axis=0)).any():
         joint = int(np.argmax(sprung.any(axis=0) != sprung.all(axis=0)))

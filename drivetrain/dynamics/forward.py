@@ -6,7 +6,8 @@ matrix's condition, which grows as n^4. The recursion over articulated bodies do
 bodies: rotors that follow several joints, or ride on a link further off than those beside their joint, close loops in
 them, and arms with such go the way of the mass matrix.
 
-Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7; rotors as told in ``core/articulated.py``.
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7; rotors as described in
+    ``core/articulated.py``.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     """
     model = packed(arm)
     if model.chained and alone_within_reach(arm.n, q, qd, tau):
-        # Of one sample the articulated bodies take a third of the time; what they cannot solve the mass matrix tells.
+        # Of one sample the articulated bodies take a third of the time; the rest is solved with the mass matrix.
         found, tip = np.empty(arm.n), tip_samples(model, tip_wrench, 1)
         _, joint = articulated_accelerations(model.arm, q[None], qd[None], tau[None], tip, found[None])
         if joint < 0 and found.dot(found) < np.inf:

@@ -1,4 +1,5 @@
-"""Joint torques of a motion known by its positions alone: differentiated twice, with the noise of the readings told.
+"""Joint torques of a motion known by its positions alone: differentiated twice, with the noise of the readings
+estimated.
 
 Second differences multiply the noise of a reading by 2.4/dt^2. A 12-bit encoder read at 1 kHz wavers by 1100 rad/s^2,
 and torques computed so are an arm's noise, not its load. So each joint is first smoothed by as much as its resolution,

@@ -43,7 +43,7 @@ def torque_regressor(arm: Arm, q: Any, qd: Any, qdd: Any, *, friction: bool = Fa
 
     Returns:
         Y, (n, p) or (N, n, p): ten columns a link, then ten a rotor (joints without one have none), then friction; in
-        each ten the order mass, first moments, inertia xx, xy, yy, xz, yz, zz, of the frames told at
+        each ten the order mass, first moments, inertia xx, xy, yy, xz, yz, zz, of the frames described at
         ``torque_parameters`` [N m or N, per unit of the parameter].
 
     Raises:

@@ -18,7 +18,7 @@ from drivetrain.units import factor, from_si
 
 SHORTEST = 1e-12  # s between two instants: rates over less are rounding, and their squares overflow
 FAULTS_SHOWN = 5  # of one kind in one column
-GAP_IN_TIME = 5.0  # times the usual step between samples: told
+GAP_IN_TIME = 5.0  # times the usual step between samples: reported
 # A step between samples is a jump when it is this many times the third largest of the eight steps around it: a motion
 # that starts from rest has at least three large steps after the first, a glitch and its way back are only two.
 JUMP = 8.0
@@ -50,7 +50,7 @@ class Series(NamedTuple):
     values: Array  # in SI, (N,)
     rows: tuple[int, ...]  # line number in the file of every sample
     file: str  # the file
-    unit: str = ""  # of its values in the file: in it they are told
+    unit: str = ""  # of its values in the file, used in messages
 
 
 def time_faults(time: Series, *, pairs: bool) -> list[Fault]:
@@ -135,7 +135,7 @@ def isolated(sizes: Array, times_larger: float) -> NDArray[np.bool_]:
 
 
 def spike_warnings(time: Array, acceleration: Array, joint: str, unit: str) -> list[str]:
-    """Warnings about accelerations of one or two samples, told in the unit of the positions."""
+    """Warnings about accelerations of one or two samples, in the unit of the positions."""
     size = np.abs(acceleration)
     spikes = np.flatnonzero(isolated(size, SPIKE) & (size > SPIKE_SHARE * size.max()))
     if not len(spikes):

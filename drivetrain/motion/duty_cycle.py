@@ -22,8 +22,8 @@ from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.units import Duration, Name
 
 GAP_ALLOWED = 1e-3  # [rad or m] what rounding in files leaves between two motions; more is a step no drive can make
-GAP_SEEN = 1e-6  # [rad or m] above this, the gap is told
-SPEED_STEP_SEEN = 1e-3  # share of the joint's peak speed above which a step of speed is told
+GAP_SEEN = 1e-6  # [rad or m] above this, the gap is reported
+SPEED_STEP_SEEN = 1e-3  # share of the joint's peak speed above which a step of speed is reported
 
 Indices = NDArray[np.int64]
 
@@ -298,7 +298,7 @@ def _meetings(blocks: list[_Block]) -> list[tuple[str, _Block, _Block, bool]]:
 
 
 def told_unit(slides: Sequence[bool] | None, joint: int) -> tuple[str, float]:
-    """The unit in which a joint is told of, and what it counts of an SI unit."""
+    """The unit in which a joint is reported, and its factor to SI."""
     if slides is None:
         return "rad or m", 1.0
     return ("m", 1.0) if slides[joint] else ("deg", math.degrees(1.0))

@@ -41,7 +41,7 @@ SPEED = Kind("speed", ("speed", "velocity", "qd"), ("rad/s",), needed=True)
 ROTATION = Kind("acceleration", ("acceleration", "accel", "acc", "qdd"), ("rad/s^2",), needed=False)
 
 STILL = 1e-3  # share of the largest span below which a joint counts as standing
-COARSE = 0.03  # error of the acceleration by coarse sampling from which on it is told
+COARSE = 0.03  # error of the acceleration by coarse sampling above which it is reported
 
 
 def read_motion(

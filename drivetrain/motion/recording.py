@@ -1,4 +1,4 @@
-"""Recordings of a real arm: positions over its clock, and torques or currents beside them, from many kinds of file."""
+"""Recordings of a real arm: positions over its clock, with torques or currents, from many kinds of file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CURRENT = Kind("current", ("current", "i"), ("A",), needed=False)
 RATES = (VELOCITY, ACCELERATION, TORQUE, MOTOR_TORQUE, CURRENT)
 _IN_MATLAB = dict.fromkeys(NAMES_OF_TIME, "s") | {
     prefix: kind.units[0] for kind in (POSITION, *RATES) for prefix in kind.prefixes if prefix
-}  # a variable's name cannot tell its unit there
+}  # a variable's name cannot contain its unit there
 SUFFIXES = (".csv", ".npz", ".parquet", ".mat", *BAGS)
 
 
@@ -116,7 +116,7 @@ def read_recording(
     found = assigned_columns(table, joints, (POSITION, *RATES))
     faults = [*table.faults, *found.faults]
     if found.time is None or faults:
-        hint = "columns= says what each column is, such as columns={'t': 'time [s]', 'phi': 'q [rad]'}"
+        hint = "columns= names each column, such as columns={'t': 'time [s]', 'phi': 'q [rad]'}"
         raise InputError([replace(one, hint=hint) if one.place.startswith("column ") else one for one in faults])
     notes = [f"{len(table.rows)} samples from {file.name}", *found.notes]
     values: dict[str, Array] = {}

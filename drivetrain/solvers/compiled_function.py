@@ -6,7 +6,7 @@ A right-hand side, event values, an event's handler and a Jacobian all look the 
 
 ``t`` [s] and ``x`` are the instant and the state; ``result`` is filled; ``numbers`` and ``words`` are the function's
 own data, which it may read, use as scratch and, in a handler, change. A compiled function has no way to raise: what
-cannot be computed it gives as NaN, and the solver tells.
+cannot be computed it returns as NaN, which the solver reports.
 """
 
 from __future__ import annotations

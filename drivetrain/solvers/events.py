@@ -53,7 +53,7 @@ def pass_events(events: Any) -> None:
 
 @law
 def first_event(run: Any, states: Any, point: Array, events: Any, values: Array, h: float) -> float:
-    """The share of the step at which the first event happens, 2 when none does; ``count.fired`` says which."""
+    """The share of the step at which the first event happens, 2 when none does; ``count.fired`` gives which."""
     run.count.fired = -1
     for k in range(len(events)):
         events[k].later = events[k].old

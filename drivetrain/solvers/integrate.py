@@ -69,7 +69,7 @@ def integrate(
     ends = [*inner_points(breakpoints, wanted[0], wanted[-1]), float(wanted[-1])]
     for end in ends:
         seen = _counted(rates, work, math.inf if end == ends[-1] else math.nextafter(end, -math.inf))
-        # A state that runs away is found after the step, and told.
+        # A state that runs away is found after the step, and reported.
         with np.errstate(over="ignore", invalid="ignore"):
             kind = _FixedStepper if isinstance(solver, FixedStep) else _ScipyStepper
             stepper: _FixedStepper | _ScipyStepper = kind(solver, seen, t, state, end)  # type: ignore[arg-type]

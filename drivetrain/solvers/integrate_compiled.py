@@ -19,7 +19,7 @@ _FOREVER = 2**62
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """All that a run knows between two steps; a run that goes on from it gives the same bits as one never stopped."""
+    """The state of a run between two steps; a run that goes on from it gives the same bits as one never stopped."""
 
     # see ``records``, (1,), (n,) and (m,)
     run: Any

@@ -1,6 +1,6 @@
 """The compiled loop: step, error, event, change of mode, go on; for every method that is a tableau.
 
-It is compiled once: right-hand side, Jacobian, events and their handler are addresses. All that it knows between two
+It is compiled once: right-hand side, Jacobian, events and their handler are addresses. All state between two
 steps lies in the arrays it is given, so it can come back after any step and go on later, to the last bit the same.
 """
 
@@ -186,7 +186,7 @@ def _record_here(run: Any, states: Any, point: Array, wanted: Array, rows: Array
 
 @law
 def _row(run: Any, point: Array, rows: Array, t: float) -> None:
-    """A wanted row: the state, or what the owner tells of it."""
+    """A wanted row: the state, or what the owner derives from it."""
     row = rows[run.count.rows]
     if run.calls.tell:
         call(run, run.calls.tell, t, point, row)

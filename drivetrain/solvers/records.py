@@ -65,4 +65,4 @@ RUN = np.dtype([
         *_record(np.int64, "culprit argument"),  # the state, or event, to name; the state whose move makes a jump
     ]),
 ])  # fmt: skip
-"""A run: all that it knows but its states."""
+"""A run without its states."""

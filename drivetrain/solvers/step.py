@@ -139,7 +139,7 @@ def choose(adaptive: int, run: Any, end: float) -> float:
 def growing(jacobian: Array) -> float:
     """The longest step that sees a state grow by itself [s].
 
-    An L-stable method damps what is stiff, also what truly runs away: its error says nothing then.
+    An L-stable method damps what is stiff, also what truly runs away: its error is meaningless then.
     """
     fastest = 0.0
     for i in range(jacobian.shape[1]):
@@ -156,7 +156,7 @@ def propose(order: float, run: Any, h: float, error: float) -> None:
         trend = (clock.last_error / (small * small)) ** power
         factor = min(factor, _SAFETY * (h / clock.last_step) * trend)
     factor = min(max(factor, 0.2), _CAREFUL if run.count.was_rejected else _GROW)
-    # A step cut short by the end of a segment says little: keep what was proposed unless the error asks for less.
+    # A step cut short by the end of a segment means little: keep what was proposed unless the error asks for less.
     clock.step = max(clock.step, h * factor) if h < clock.step and factor >= 1.0 else h * factor
     clock.last_step, clock.last_error = h, max(error, 1e-2)
     run.count.was_rejected, run.count.failures = 0, 0

@@ -26,7 +26,7 @@ from drivetrain.solvers.records import METHOD
 class Tableau:
     """A method with S stages."""
 
-    adaptive: bool  # whether it knows its error
+    adaptive: bool  # whether it estimates its error
     order: float  # power of the step with which the error grows; what step control takes the root of
     reuses: bool  # whether the last stage's rates are those at the end of the step
     gamma: float  # 0 for an explicit method

@@ -1,1 +1,1 @@
-"""What the chapter shows beside the algorithms that the package runs on."""
+"""Topics of the chapter beyond the algorithms that the package runs on."""

@@ -1,6 +1,6 @@
 """The equation of motion in closed form: M, its rate, c, g and the tip's Jacobian as products of stacked matrices.
 
-A second road to what the recursion gives, and the one to read beside the book. Rotors are bodies like links.
+A second way to the results of the recursion, in the form of the book. Rotors are bodies like links.
 
 Where the book slips: in equation 8.74 the two terms with ``[ad_Aqd]`` must be subtracted, as they are in 8.69 and in
 8.79. And the rate of M in exercise 8.7 is written with a matrix Gamma that the chapter does not define, and lacks a
@@ -146,14 +146,14 @@ class _Constants(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _constants(arm: Arm) -> _Constants:
-    """What ``_fill_terms`` knows of an arm, remembered by the identity of the arm."""
+    """Constants of ``_fill_terms`` for an arm, cached by the identity of the arm."""
     bodies = _bodies(arm)
     places = np.empty((len(bodies), 4, 3, 4))
     for place, body in zip(places, bodies, strict=True):
         x = np.zeros((4, 4))
         x[:3, :3], x[:3, 3] = skew(body.screw[:3]), body.screw[3:]
         # The third power is minus the first, but for the pitch; of a slide both higher powers are none. The sum of both
-        # is told by the pitch: a rest of rounding would grow with the angle.
+        # is given by the pitch: a rounding error would grow with the angle.
         advance = np.zeros((4, 4))
         advance[:3, 3] = _advance(body.screw[:3], body.screw[3:])
         powers = (np.eye(4), -x @ x @ x, x @ x, advance)

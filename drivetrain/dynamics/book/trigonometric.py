@@ -19,7 +19,7 @@ from drivetrain.arrays import Array
 ROUNDING = 5e-15
 NOTHING = 1e-15  # what a cosine of a right angle leaves
 SIGNIFICANT = 10  # digits of a decimal number that a sheet or a file would print
-DENOMINATOR = 1000  # of a fraction such as 1/3 that nobody writes as a decimal
+DENOMINATOR = 1000  # of a fraction such as 1/3 that is not written as a decimal
 VANISHED = 1e-13  # of the largest coefficient that went in: what a sum of rounded numbers leaves of zero
 
 

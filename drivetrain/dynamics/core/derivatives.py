@@ -100,7 +100,7 @@ def derivatives_alone(arm: Any, q: Array, qd: Array, qdd: Array, tip: Array, res
 
 @fast
 def rest(base: Any, gravity: Array) -> None:
-    """The base at rest, which gravity is told of as an acceleration."""
+    """The base at rest; gravity enters as its acceleration."""
     for k in range(len(base.q)):
         base.x[0, k] = base.y[1, k] = base.z[2, k] = 1.0
         base.dv[0, k], base.dv[1, k], base.dv[2, k] = -gravity[0], -gravity[1], -gravity[2]

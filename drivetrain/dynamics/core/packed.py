@@ -6,7 +6,7 @@ mass and inertia join the carrier's, and the rest costs a few operations. Any ot
 
 A rotor that follows several joints (``arm/coupling.py``) follows a stand-in: a joint at the end of the chain that moves
 nothing and weighs nothing, whose position is the rotor's angle. ``samples.py`` gives it that motion and takes its
-torque back to the joints, so the recursion knows nothing of couplings.
+torque back to the joints, so the recursion is independent of couplings.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ def recursion(
     """Fill the torque, and what else has rows; 0, or NaN when a number is NaN, infinite, or beyond 1e154.
 
     Args:
-        links, rotors, gravity: As ``packed.Packed`` tells.
+        links, rotors, gravity: See ``packed.Packed``.
         q, qd, qdd: (N, n) [rad or m, and per s, s^2].
         tip: 0, 1 or N wrenches on the environment in the last link's frame, (.., 6) [N m, N].
         torque: Takes the generalised torque, (N, n) [N m or N].
@@ -228,7 +228,7 @@ def first_revolute(link: Any, joint: Any, base: Any, body: Any) -> None:
 
 @fast
 def first_revolute_back(joint: Any, body: Any) -> None:
-    """Torque of joint 0; nobody asks for the wrench on the base."""
+    """Torque of joint 0; the wrench on the base is not needed."""
     for k in range(len(joint.q)):
         joint.torque[k] = body.nz[k] + joint.rotor[k]
 

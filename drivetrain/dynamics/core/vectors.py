@@ -1,6 +1,6 @@
 """Vectors of three as tuples, for compiled code: they live in registers, where small arrays would live in memory.
 
-Beside them what bodies with a ``rotation`` have in common: their axis, and how they turn and slide on the one before.
+Also what bodies with a ``rotation`` have in common: their axis, and how they turn and slide on the one before.
 """
 
 from __future__ import annotations
