@@ -102,6 +102,8 @@ def nearest(name: str, known: Iterable[str]) -> str:
     """The hint that names the closest known names, or the known names themselves when few."""
     names = sorted(set(known))
     close = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
+    if not close and len(name) > 2:
+        close = [one for one in names if one.startswith(name)][:3]
     if close:
         return "did you mean " + " or ".join(repr(match) for match in close) + "?"
     if not names:

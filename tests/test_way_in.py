@@ -213,3 +213,53 @@ def test_a_name_that_is_not_there_leads_to_the_one_that_is() -> None:
         with pytest.raises(AttributeError, match=right):
             getattr(dt, wrong)
     assert next(iter(inspect.signature(dt.study).parameters)) == "arm"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"motion": (POSITION, TIME)}, "the time comes first"),
+        ({"motion": (TIME, POSITION.T)}, r"give the transpose, such as q\.T"),
+        (
+            {"joints": [{"output_bearing": "external"}] * 2},
+            r"joints: must be a mapping of joint names \(found 'list'\)",
+        ),
+        ({"motors": {"kind": "brushless", "mass": 1.0}}, r"one sheet without a key.*motors={\"MY_KEY\""),
+        ({"gears": [{"kind": "planetary", "ratio": 5}]}, r"data sheets by key.*gears={\"MY_KEY\""),
+        ({"arm": 5}, "name of a built-in arm, the path of a file, an Arm"),
+        ({"gears": {"G": {"kind": "planetary", "ratio": 5, "eff": 0.9}}}, "did you mean 'efficiency'"),
+    ],
+)
+def test_usual_mistakes_are_told_with_their_fix(wrong: dict[str, Any], words: str) -> None:
+    given = {"arm": "planar-2r-bare", "drive_mass": "added", "motion": (TIME, POSITION), "supply": "48 V"} | wrong
+    with pytest.raises(dt.InputError, match=words):
+        dt.study(**given)
+
+
+def test_degrees_taken_for_radians_show_wherever_a_result_shows_itself(study: Any, selection: Any) -> None:
+    few = {"motors": {"keys": [LARGE[0]]}, "gears": {"keys": [LARGE[1]]}}
+    doubted = dt.study(
+        arm="planar-2r-bare", drive_mass="added", motion=(TIME, np.degrees(POSITION)), supply="48 V",
+        joints={"default": {"candidates": few}},
+    )  # fmt: skip
+    assert "are these degrees?" in doubted.notes[-1]
+    assert repr(doubted).endswith("2 warnings in .notes)")
+    for result in (dt.select(doubted), dt.evaluate(doubted, LARGE)):
+        assert repr(result).endswith("2 warnings in .study.notes)")
+    assert "warning" not in repr(study) + repr(selection) + repr(selection.evaluation)
+
+
+def test_what_was_chosen_is_taken_wherever_drives_are_needed(selection: Any) -> None:
+    assert dt.Commander(selection).joints == dt.Commander(selection.evaluation).joints
+    assert dt.fastest(selection).duration == dt.fastest(selection.study, selection.drives).duration
+
+
+def test_an_unknown_heading_leads_to_the_columns_of_its_unit(tmp_path: Path) -> None:
+    header = "key,kind,current_basis,winding_basis,R [ohm],Kt [mNm/A],peak [Nmm/Nmm],comment"
+    (tmp_path / "motors.csv").write_text(f"{header}\nA,brushless,dc,line_line,1,2,3,4\n")
+    with pytest.raises(dt.InputError) as caught:
+        dt.read_catalog(tmp_path)
+    hints = {fault.place.partition("column ")[2]: fault.hint for fault in caught.value.faults}
+    assert hints["R [ohm]"] == "columns that take ohm: resistance"
+    assert "torque_constant" in hints["Kt [mNm/A]"]
+    assert hints["comment"].startswith("known: ")

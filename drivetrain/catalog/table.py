@@ -139,7 +139,7 @@ def _read_headers(cells: Sequence[str], columns: Sequence[Column]) -> tuple[list
         name, unit = split_header(cell)
         text = cell.strip() or f"number {position + 1}"
         if name not in known:
-            hint = "separate the cells with commas" if ";" in cell else nearest(name, known)
+            hint = "separate the cells with commas" if ";" in cell else _meant(name, unit, known)
             faults.append(CellFault(1, text, "unknown column", hint=hint))
         elif name in found:
             faults.append(CellFault(1, text, "the same column stands twice"))
@@ -149,6 +149,21 @@ def _read_headers(cells: Sequence[str], columns: Sequence[Column]) -> tuple[list
         if column.needed and name not in found:
             faults.append(CellFault(1, name, "this column is missing", hint=_wanted(column)))
     return list(found.values()), faults
+
+
+def _meant(name: str, unit: str, known: Mapping[str, Column]) -> str:
+    """The hint for a heading that is not known: the nearest ones, else those that take its unit."""
+    hint = nearest(name, known)
+    alike = [one.name for one in known.values() if unit and one.content == NUMBER and _takes(one, unit)]
+    return hint if hint.startswith("did") or not alike else f"columns that take {unit}: {', '.join(alike)}"
+
+
+def _takes(column: Column, unit: str) -> bool:
+    try:
+        to_si(1.0, unit, unit=column.unit)
+    except InputError:
+        return False
+    return bool(column.unit)
 
 
 def _wanted(column: Column) -> str:

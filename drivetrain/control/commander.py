@@ -30,7 +30,7 @@ from drivetrain.motion.base import BASE_JOINTS
 from drivetrain.records import as_records, record_type
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import unknown_torques
-from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.sizing.results import Evaluation, JointResult, Selection, every_drive
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.mounting import loaded_arm
 
@@ -80,7 +80,7 @@ class Commander:
     direction to the other. Where more is wanted than there is, ``wanted`` keeps what was.
 
     Args:
-        study_or_evaluation: A study whose joints have drives, or the evaluation of a set of them.
+        study_or_evaluation: A study whose joints have drives, an evaluation of drives, or what ``select`` chose.
         rate: Of the calls [Hz].
         bandwidth: Of the loop on the errors that feedback shows, critically damped: ``bandwidth^2 (q - measured) +
             2 bandwidth (qd - measured)`` joins the acceleration [rad/s].
@@ -94,14 +94,16 @@ class Commander:
 
     def __init__(
         self,
-        study_or_evaluation: Study | Evaluation,
+        study_or_evaluation: Study | Evaluation | Selection,
         *,
         rate: float = 1000.0,
         bandwidth: float = 40.0,
         payload: str | None = None,
     ) -> None:
+        if isinstance(study_or_evaluation, Selection):
+            study_or_evaluation = every_drive(study_or_evaluation)
         if not isinstance(study_or_evaluation, Study | Evaluation):
-            problem = "must be a study, or an evaluation"
+            problem = "must be a study, an evaluation or a selection"
             raise InputError(Fault("Commander", problem, type(study_or_evaluation).__name__))
         study = study_or_evaluation if isinstance(study_or_evaluation, Study) else study_or_evaluation.study
         if study.arm is None:

@@ -196,7 +196,7 @@ class Evaluation:
         name, binding = max(used, key=lambda one: one[1].utilisation or 0.0, default=("", None))
         joints = f"{len(self.joints)} joint{'s' * (len(self.joints) > 1)}"
         most = "" if binding is None else f", {name} {binding.name} {_share(binding)}"
-        return f"Evaluation({self.study.name}: {self.verdict}, {joints}{most})"
+        return f"Evaluation({self.study.name}: {self.verdict}, {joints}{most}{self.study.warned('study.notes')})"
 
     def _repr_html_(self) -> str:
         return shown(repr(self), self.summary)
@@ -364,9 +364,10 @@ class Selection:
 
     def __repr__(self) -> str:
         if not self.drives:
-            return f"Selection({self.study.name}: {self.verdict}, {self.proof}; .advice says what would fit)"
+            told = f"{self.proof}; .advice says what would fit"
+            return f"Selection({self.study.name}: {self.verdict}, {told}{self.study.warned('study.notes')})"
         value = f"{self.study.objective} {self.objective:.6g} {self.study.objective_unit}".strip()
-        return f"Selection({self.study.name}: {self.verdict}, {value}, {self.proof})"
+        return f"Selection({self.study.name}: {self.verdict}, {value}, {self.proof}{self.study.warned('study.notes')})"
 
     def _repr_html_(self) -> str:
         return shown(repr(self), self.evaluation.summary)

@@ -38,6 +38,9 @@ def add_arm(data: dict[str, Any], arm: Any) -> list[str]:
     """The arm's entry, and what an arm asks for beside it; notes on what was left out or assumed."""
     if arm is None:
         return []
+    if not isinstance(arm, str | Path | Arm | Mapping):
+        problem = "must be the name of a built-in arm, the path of a file, an Arm, or a mapping as in a study file"
+        raise InputError(Fault("arm", problem, type(arm).__name__))
     notes = []
     data["arm"] = str(arm) if isinstance(arm, Path) else arm
     if isinstance(arm, Arm):
@@ -63,15 +66,16 @@ def add_rows(data: dict[str, Any], part: str, given: Any) -> None:
         given = _csv(given, part)
     if isinstance(given, pd.DataFrame):
         rows = _table_rows(given, part)
-    elif isinstance(given, Mapping):
+    elif isinstance(given, Mapping) and not {"kind", "source"} & set(given):
         rows = {str(key): _row(one) for key, one in given.items()}
     elif isinstance(given, Motor | Gear):
         rows = {given.key: _row(given)}
     elif isinstance(given, Iterable) and all(isinstance(one, Motor | Gear) for one in given):
         rows = {one.key: _row(one) for one in given}
     else:
-        problem = "must be sheets by key, a DataFrame, a CSV file, or objects of Motor or Gear"
-        raise InputError(Fault(part, problem, type(given).__name__))
+        problem = "must be data sheets by key, a DataFrame, a CSV file, or objects of Motor or Gear"
+        found = "one sheet without a key" if isinstance(given, Mapping) else type(given).__name__
+        raise InputError(Fault(part, problem, found, f'such as {part}={{"MY_KEY": {{...}}}}'))
     data[part] = rows
 
 
@@ -117,6 +121,9 @@ def _table_rows(table: pd.DataFrame, part: str) -> dict[str, Any]:
 
 def add_joints(data: dict[str, Any], joints: Mapping[str, Any] | None, drives: Any, *, own: bool) -> None:
     """What drives each joint: the drives named, or every pair there is."""
+    if joints is not None and not isinstance(joints, Mapping):
+        hint = 'such as joints={"default": {...}, "elbow": {...}}'
+        raise InputError(Fault("joints", "must be a mapping of joint names", type(joints).__name__, hint))
     entries: dict[str, Any] = {name: dict(one) if isinstance(one, Mapping) else one
                                for name, one in (joints or {}).items()}  # fmt: skip
     if isinstance(drives, list) and all(isinstance(pair, tuple | list) for pair in drives):
@@ -238,12 +245,21 @@ def _table(time: Any, parts: Iterable[Any], names: list[str], place: str) -> dic
         table = np.hstack(columns)
     except (TypeError, ValueError, IndexError):
         shapes = ", ".join(str(np.shape(part)) for part in (time, *parts))
-        raise InputError(Fault(place, _SHAPES, shapes)) from None
+        raise InputError(Fault(place, _SHAPES, shapes, _turned(time, parts))) from None
     if table.shape[1] != 1 + len(names):
         shapes = ", ".join(str(np.shape(part)) for part in (time, *parts))
         raise InputError(Fault(place, f"must have a column for each of {', '.join(names)}", shapes))
     lines = [",".join(["time [s]", *names]), *(",".join(map(repr, row)) for row in table.tolist())]
     return {"samples": "\n".join(lines) + "\n"}
+
+
+def _turned(time: Any, parts: Iterable[Any]) -> str:
+    """What arrays that do not fit together look like."""
+    if np.ndim(time) == 2 and any(np.ndim(part) == 1 for part in parts):
+        return "the time comes first"
+    if np.ndim(time) == 1 and any(np.shape(part)[1:] == np.shape(time) for part in parts):
+        return "one row a joint: give the transpose, such as q.T"
+    return ""
 
 
 def _framed(table: pd.DataFrame, data: Mapping[str, Any]) -> pd.DataFrame:

@@ -381,7 +381,16 @@ class Study:
     def __repr__(self) -> str:
         arm = "a load table" if self.arm is None else f"arm {self.arm.name}"
         joints = f"{len(self.joints)} joint{'s' * (len(self.joints) > 1)}"
-        return f"Study({self.name}: {arm}, {joints}, cycle of {self.cycle.duration:.4g} s)"
+        return f"Study({self.name}: {arm}, {joints}, cycle of {self.cycle.duration:.4g} s{self.warned('notes')})"
+
+    def warned(self, place: str) -> str:
+        """How many warnings its notes hold, as the end of a short text; nothing where there are none.
+
+        Args:
+            place: Where the notes are, for who reads the text.
+        """
+        count = sum(note.startswith("warning:") for note in self.notes)
+        return f"; {count} warning{'s' * (count > 1)} in .{place}" if count else ""
 
     def _repr_html_(self) -> str:
         import pandas as pd

@@ -30,8 +30,8 @@ def study(
         motion: ``(t, q)`` or ``(t, q, qd, qdd)`` with t [s], (N,), and the others [rad or m], (N, n); a ``Motion``, a
             ``LoadTable``, a DataFrame with the columns of a motion file, or the path of one. A list of these is the
             cycle, in which ``{"dwell": "0.5 s"}`` and ``{"motion": (t, q), "payload": "box"}`` may stand too.
-        motors, gears: Sheets by key, as in a study file; ``Motor`` and ``Gear`` objects; or a DataFrame or a CSV file
-            with the columns of a catalogue. Without ``catalogs`` they are the only ones considered.
+        motors, gears: Data sheets by key, as in a study file; ``Motor`` and ``Gear`` objects; or a DataFrame or a CSV
+            file with the columns of a catalogue. Without ``catalogs`` they are the only ones considered.
         drives: ``(motor key, gear key)`` for all joints, or such pairs by joint name or in a list in the arm's order;
             gear None: direct drive; ``Motor`` and ``Gear`` objects may stand for keys. Left out: all pairs may be
             chosen, those of own parts without asking whether they are published as fitting.

@@ -53,7 +53,8 @@ def simulation_lines(found: SimulationFound) -> list[str]:
                 f"winding {with_unit(joint.winding_temperature, 'C')} when the cycle repeats without end"
             )
         end = end_of(found.evaluation.study)
-        lines.append(f"{end.name}: at most {end.far(made.tip_deviation)} from the command; verdict {made.verdict}")
+        lines.append(f"{end.name}: at most {end.far(made.tip_deviation)} from the command")
+        lines.append(f"the study's checks on this run: {made.verdict}")
     return lines
 
 
@@ -96,8 +97,15 @@ def _decided(made: Decision, recording: Recording) -> SheetTable:
         )
         for name, joint in made.joints.items()
     )  # fmt: skip
-    headings = ("joint", "peak current", "RMS current", "RMS gear torque", "winding, periodic", "from the command")
-    return SheetTable(headings, rows, "What it decides", (1, 2, 3, 4, 5))
+    headings = (
+        "joint",
+        "peak current",
+        "RMS current",
+        "RMS gear torque",
+        "winding, cycle repeated",
+        "from the command",
+    )
+    return SheetTable(headings, rows, "Joint by joint", (1, 2, 3, 4, 5))
 
 
 def _checks(made: Decision) -> SheetTable:

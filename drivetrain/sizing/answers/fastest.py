@@ -24,7 +24,7 @@ from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.motion.time_optimal import quickest_squares, times
 from drivetrain.sizing.judge.evaluate import Given, evaluate, given_drives
 from drivetrain.sizing.judge.vary import edge
-from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.results import Evaluation, Selection, every_drive
 from drivetrain.study.model import Study, refuse_moving_base
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
@@ -94,14 +94,14 @@ class Fastest:
         return self.study.cycle.duration
 
 
-def fastest(study: Study, drives: Mapping[str, Given] | Given | None = None) -> Fastest:
+def fastest(study: Study | Evaluation | Selection, drives: Mapping[str, Given] | Given | None = None) -> Fastest:
     """The shortest cycle in which the drives hold every check, dwells and the way of each move kept.
 
     No joint goes faster than the arm's own speed limits, those of its file.
     Where no check over the whole cycle binds, heat before all, moves are timed within too: accelerations then step.
 
     Args:
-        study: Of an arm.
+        study: Of an arm; or an evaluation or a selection, whose drives are meant.
         drives: As for ``evaluate``; None: those the study gives.
 
     Returns:
@@ -111,6 +111,9 @@ def fastest(study: Study, drives: Mapping[str, Given] | Given | None = None) -> 
     Raises:
         InputError: No arm, a base that moves, a joint without a drive, or no move from rest to rest.
     """
+    if not isinstance(study, Study):
+        evaluation = every_drive(study) if isinstance(study, Selection) else study
+        study, drives = evaluation.study, drives or evaluation.drives
     cycle = study.cycle
     if study.arm is None:
         hint = "the torques of a load table would change with its pace"

@@ -74,7 +74,11 @@ class Gap:
     checks: tuple[str, ...]
 
     def __str__(self) -> str:
-        return f"{self.place} has no {' or '.join(self.columns)}, so {' and '.join(self.checks)} cannot be decided"
+        return f"{self.place} has no {self._lacks}"
+
+    @property
+    def _lacks(self) -> str:
+        return f"{' or '.join(self.columns)}, so {' and '.join(self.checks)} cannot be decided"
 
     @property
     def place(self) -> str:
@@ -88,10 +92,9 @@ def gap_lines(found: Iterable[Gap]) -> tuple[str, ...]:
     for gap in found:
         alike.setdefault((gap.columns, gap.checks), []).append(gap)
     return tuple(
-        f"{each[0]}." if len(each) == 1
-        else f"To check {' and '.join(checks)} fill {' or '.join(columns)} of {'; '.join(gap.place for gap in each)}."
-        for (columns, checks), each in alike.items()
-    )  # fmt: skip
+        f"{each[0]}." if len(each) == 1 else f"{'; '.join(gap.place for gap in each)} have no {each[0]._lacks}."
+        for each in alike.values()
+    )
 
 
 def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
