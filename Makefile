@@ -48,13 +48,14 @@ fuzz: $(VENV)/.test-installed # an hour in total: seven readers
 	for reader in study urdf mjcf sdf motion recording catalogue; do \
 		$(BIN)/python tests/hard/fuzz_readers.py $$reader $(SECONDS_EACH); done
 
-EACH ?= 6
-mutants: $(VENV)/.test-installed # EACH of every file with laws; hours, and it goes on where it was stopped
+COUNT ?= 300
+SEED ?= 0
+mutants: $(VENV)/.test-installed # COUNT of each kind; hours, and it goes on where it was stopped
 	mkdir -p build
 	test -f build/plain.json || $(BIN)/python tests/hard/mutants.py map build/plain.json
 	test -f build/compiled.json || $(BIN)/python tests/hard/mutants.py map-compiled build/compiled.json
-	$(BIN)/python tests/hard/mutants.py try build/plain.json $(EACH) 0
-	$(BIN)/python tests/hard/mutants.py try build/compiled.json $(EACH) 0
+	$(BIN)/python tests/hard/mutants.py try build/plain.json $(COUNT) $(SEED)
+	$(BIN)/python tests/hard/mutants.py try build/compiled.json $(COUNT) $(SEED)
 	$(BIN)/python tests/hard/mutants.py rate build/plain.json build/compiled.json
 
 lock: $(VENV)/bin/python

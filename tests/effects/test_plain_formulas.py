@@ -38,15 +38,16 @@ from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
 
-ENGINES = [AdaptiveStep(), FixedStep(2e-4)]
+ENGINES = [AdaptiveStep(), FixedStep(1e-3)]
 MOTOR = Motor("m", 0.3, 0.03, magnet_coefficient=-0.002, reference_temperature=25.0)
 GEAR = Gear(
     "d", 50.0, mesh_efficiency=1.0, drag_torque=0.01, drag_speed=200.0, drag_speed_exponent=0.7,
     drag_temperature_1=0.04, drag_temperature_2=4e-4, seal_drag_torque=0.004, starting_torque=0.03,
 )  # fmt: skip
 NETWORK = ThermalNetwork(1.5, 0.5, 4.0, 6.0, 25.0)
-TIME = np.linspace(0.0, 1.0, 101)
-CURRENT, GIVEN = 9.0 * np.sin(2.0 * np.pi * TIME), 0.6 * np.cos(9.0 * TIME)
+DURATION = 0.1
+TIME = np.linspace(0.0, DURATION, 51)
+CURRENT, GIVEN = 20.0 * np.cos(2.0 * np.pi * TIME / DURATION), 0.6 * np.cos(90.0 * TIME)
 JOINT = Friction(
     coulomb=0.7, coulomb_negative=0.5, viscous=0.2, viscous_negative=0.3, static=1.1, stribeck_speed=0.4
 )  # fmt: skip
@@ -60,7 +61,7 @@ CABLES = Counterbalance(angles=(-0.5, 0.0, 0.4), torques=(-1.0, 0.2, 0.5))
 
 def run_of(engine: Any, *effects: Any) -> Any:
     motor = (ReflectedRotor(3e-5, 50.0), MotorCurrent(MOTOR), GivenCurrent(TIME, CURRENT))
-    found = simulate(joint_scene(Inertia(0.3, weight=2.0), [*motor, *effects], 1.0), solver=engine, interval=0.01)
+    found = simulate(joint_scene(Inertia(0.3, weight=2.0), [*motor, *effects], DURATION), solver=engine, interval=2e-3)
     assert (found["joint.speed"] > 0.1).any() and (found["joint.speed"] < -0.1).any()
     return found
 
@@ -107,7 +108,7 @@ def test_what_resists_and_pulls_the_link(engine: Any) -> None:
 def test_what_resists_and_pulls_the_shaft(engine: Any) -> None:
     run = run_of(
         engine, WALL, DryFriction(SHAFT, "motor"), ViscousFriction(SHAFT, "motor"), Cogging(*map(tuple, COGS.T)),
-        GivenTorque(TIME, GIVEN, "motor"), GearDrag(GEAR), WindingHeat(NETWORK, 30.0, 28.0, every=2e-4, gear_heat=0.6),
+        GivenTorque(TIME, GIVEN, "motor"), GearDrag(GEAR), WindingHeat(NETWORK, 30.0, 28.0, every=1e-3, gear_heat=0.6),
     )  # fmt: skip
     t, turned, spin = run.time, *told(run, "motor_position", "motor_speed")
     current, housing, winding = told(run, "current", "housing_temperature", "winding_temperature")

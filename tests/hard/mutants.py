@@ -1,8 +1,8 @@
 """Mutants of laws, checks, kernels and effects: one thing changed at a time, and whether the tests notice.
 
-    make mutants EACH=6, which is
+    make mutants COUNT=300, which is
     python tests/hard/mutants.py map FILE [TESTS ...]           which test calls which function, and for how long
-    python tests/hard/mutants.py try FILE EACH SEED [FILE ...]  EACH of every file, drawn; results go to FILE's .jsonl
+    python tests/hard/mutants.py try FILE COUNT SEED [ROOM ...] COUNT of all, drawn; results go to FILE's .jsonl
     python tests/hard/mutants.py rate FILE ...                  the table of docs/trust.md
 
 Most is tried as plain Python (``plain_python.py``): a mutant is a function with another code, in a process of its own.
@@ -64,7 +64,7 @@ PER_TEST, PER_FILE, PER_MUTANT = 2.0, 9.0, 12.0  # s of a processor
 def mutants_of(function: ast.FunctionDef) -> list[tuple[int, str]]:
     """The places of a function where one thing can be changed, and what stands there."""
     places = enumerate(_places(function))
-    return [(index, f"{node.lineno}: {ast.unparse(node)}") for index, node in places if _change(copy.copy(node))]
+    return [(k, f"{node.lineno}: {ast.unparse(node)} #{k}") for k, node in places if _change(copy.copy(node))]
 
 
 def mutant(function: ast.FunctionDef, index: int) -> ast.FunctionDef:
@@ -258,17 +258,17 @@ class _Trials:
         items = {one.nodeid: one for one in session.items}
         for what, tests, change in self.jobs:
             asked = [(items[name], seconds) for name, seconds in tests if name in items]
-            while True:
+            failed = None
+            while asked:
                 failed = self.first_to_fail(asked, change)
                 if failed is None or self.is_sound(failed, asked):
                     break
-                asked = [pair for pair in asked if pair[0].nodeid != failed]
-            if asked:
-                with self.results.open("a", encoding="utf-8") as out:
-                    out.write(json.dumps({"mutant": what, "noticed": failed is not None, "tests": len(asked)}) + "\n")
+                asked, failed = [pair for pair in asked if pair[0].nodeid != failed], None
+            with self.results.open("a", encoding="utf-8") as out:
+                row = {"mutant": what, "noticed": failed is not None, "tests": len(asked), "by": failed or ""}
+                out.write(json.dumps(row) + "\n")
             if failed is None:
-                report = f"not noticed by {len(asked)} tests" if asked else "no test"
-                print(f"{report}: {what}", file=sys.stderr, flush=True)
+                print(f"not noticed by {len(asked)} tests: {what}", file=sys.stderr, flush=True)
         return True
 
     def is_sound(self, name: str, asked: list[tuple[Any, float]]) -> bool:
@@ -326,6 +326,9 @@ def swap(path: Path, name: str, function: ast.FunctionDef, index: int) -> None:
         holder = vars(holder)[part]
     found = next(one for one in _functions_in(holder) if isinstance(one, FunctionType))
     found.__code__ = code
+    if bare.args.defaults:
+        defaults = ast.Expression(ast.Tuple(bare.args.defaults, ast.Load()))
+        found.__defaults__ = eval(compile(ast.fix_missing_locations(defaults), str(path), "eval"), vars(module))
     if not os.environ.get("NUMBA_DISABLE_JIT"):
         _without_cache(path)
 
@@ -389,34 +392,31 @@ def tests_of(told: dict[str, Any], where: str, inside: str) -> list[tuple[str, f
     return chosen
 
 
-def tried(place: Path, each: int, seed: int, only: tuple[str, ...]) -> None:
-    """Try mutants of every file; one line of JSON each."""
+def tried(place: Path, count: int, seed: int, only: tuple[str, ...]) -> None:
+    """Try ``count`` mutants, each place as likely as any other; one line of JSON each."""
     import pytest
 
     told = json.loads(place.read_text(encoding="utf-8"))
     plain, results = told["plain"], place.with_suffix(".jsonl")
     prepare(plain)
     done = {json.loads(line)["mutant"] for line in results.read_text().splitlines()} if results.exists() else set()
-    jobs: list[_Job] = []
+    every: list[tuple[str, str, Callable[[], None]]] = []
     for path in files(PLAIN if plain else COMPILED):
         inside = str(path.relative_to(PACKAGE))
         if only and not inside.startswith(only):
             continue
-        every = [(f"{inside}:{name}", node, *one) for name, node in functions(path) for one in mutants_of(node)]
-        some = random.Random(f"{seed} {inside}").sample(every, min(each, len(every)))
-        for where, node, index, what in some:
-            change = partial(swap, path, where.split(":")[1], node, index)
-            jobs.append((f"{where} {what}", tests_of(told["tests"], where, inside), change))
+        for name, node in functions(path):
+            where = f"{inside}:{name}"
+            every += [(where, f"{where} {what}", partial(swap, path, name, node, k)) for k, what in mutants_of(node)]
     if not plain and (not only or TABLE.startswith(only)):  # numbers that compiled code is given, not code
-        rows = list(of_table())
-        tests = tests_of(told["tests"], f"{TABLE}:REQUIREMENTS", RUNNING)
-        for what, row in random.Random(f"{seed} {TABLE}").sample(rows, min(5 * each, len(rows))):
-            jobs.append((f"{TABLE}:REQUIREMENTS {what}", tests, partial(object.__setattr__, *row)))
-    random.Random(seed).shuffle(jobs)
-    jobs = [job for job in jobs if job[0] not in done]
-    for what, tests, _ in jobs:
-        if not tests:
-            print(f"no test: {what}", flush=True)
+        where = f"{TABLE}:REQUIREMENTS"
+        every += [(where, f"{where} {what}", partial(object.__setattr__, *row)) for what, row in of_table()]
+    drawn = random.Random(seed).sample(every, min(count, len(every)))
+    jobs: list[_Job] = []
+    for where, what, change in drawn:
+        if what not in done:
+            inside = RUNNING if where.startswith(TABLE) else where.split(":")[0]
+            jobs.append((what, tests_of(told["tests"], where, inside), change))
     sources = sorted({name.split("::")[0] for _, tests, _ in jobs for name, _ in tests})
     given = [str(ROOT / name) for name in sources if (ROOT / name).exists()]
     pytest.main([*OPTIONS, *given], plugins=[_Quick(), _Trials(jobs, results)])
