@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.signal import bilinear, lfilter
 
 from drivetrain.drive.motor import Motor, exact_current_step
 from drivetrain.effects.control.cascade import CascadeLoop, SampledCascade
@@ -57,6 +58,43 @@ def test_samples_are_the_recursion() -> None:
         expected.append(speed)
     for step in (PERIOD, PERIOD / 4.0):  # a torque held over a step is exact at any step
         assert spinning(gain, 0, step=step) == pytest.approx(np.array(expected), abs=1e-12)
+
+
+@pytest.mark.parametrize(("delay", "peak"), [(0, math.inf), (1, 6.0), (2, 4.0)])
+def test_a_whole_cascade_is_its_recursion(delay: int, peak: float) -> None:
+    """Both gains, integral, notch, delay and limit on a moving command: between samples the torque is held."""
+    ratio, whole, period, count = -20.0, 0.02 + 3e-5 * 400.0, 2e-3, 60
+    time = np.linspace(0.0, 0.2, 101)
+    place, speed = 0.3 * np.sin(40.0 * time), 12.0 * np.cos(40.0 * time)
+    still = Motion("m", ("joint",), time, *(x[:, np.newaxis] for x in (place, speed, -1600.0 * place)))
+    gain, integral = 0.15 * whole / (400.0 * MOTOR.torque_constant * period), 0.03
+    servo = SampledCascade(25.0, gain, integral, peak, period, delay, notch=500.0, notch_zeros=0.2, notch_poles=0.8)
+    effects = (ReflectedRotor(3e-5, ratio), MotorCurrent(MOTOR), Encoder(), servo)
+    scene = Scene(Inertia(0.02), {"joint": effects, "scene": (CommandedMotion(still),)}, count * period)
+    run = simulate(scene, solver=FixedStep(period), interval=period)
+
+    warped = 2.0 / period * math.tan(0.5 * 500.0 * period)
+    shapes = ([1.0, 2.0 * share * warped, warped**2] for share in (0.2, 0.8))
+    top, bottom = bilinear(*shapes, fs=1.0 / period)
+    carried, gathered, waiting = np.zeros(2), 0.0, [0.0] * delay
+    q, v = run["joint.position"][0], run["joint.speed"][0]
+    before, limited = ratio * (q - period * v), 0
+    for k in range(count):
+        assert run["joint.position"][k] == pytest.approx(q, abs=1e-10), k
+        t = k * period
+        wanted = ratio * np.array([0.3 * math.sin(40.0 * t), 12.0 * math.cos(40.0 * t)])
+        error = wanted[1] + 25.0 * (wanted[0] - ratio * q) - (ratio * q - before) / period
+        before = ratio * q
+        (error,), carried = lfilter(top, bottom, [error], zi=carried)
+        grown = gain / integral * error
+        asked = gain * error + gathered + period * grown
+        current = float(np.clip(asked, -peak, peak))
+        gathered += period * grown * (current == asked or current * error < 0.0)
+        limited += current != asked
+        waiting = [*waiting, current]
+        push = ratio * MOTOR.torque_constant * waiting.pop(0) / whole
+        q, v = q + period * v + 0.5 * period**2 * push, v + period * push
+    assert math.isinf(peak) or 5 < limited < count - 5
 
 
 def test_fast_samples_tend_to_the_continuous_loop() -> None:
