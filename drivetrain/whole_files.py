@@ -12,6 +12,7 @@ import io
 import json
 import os
 import tempfile
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -32,17 +33,31 @@ def read_text(path: Path, *, older: bool = False) -> str:
     """
     try:
         book = path.parent if is_workbook(path.parent) else path  # or one of its sheets
-        if book.stat().st_size > LARGEST_TEXT:
-            problem = f"has {book.stat().st_size / 1e6:.0f} MB; at most {LARGEST_TEXT >> 20} MB are read"
-            raise InputError(Fault("the file", problem, hint="keep what the study needs", file=str(path)))
         if is_workbook(book):
             return plain(_sheet_text(book, "" if book is path else path.stem))
-        return plain(_decoded(path.read_bytes()) if older else path.read_text(encoding="utf-8-sig"))
+        content = read_bytes(path)
+        return plain(_decoded(content) if older else io.TextIOWrapper(io.BytesIO(content), "utf-8-sig").read())
     except InputError:
         raise
     except (OSError, ValueError) as error:
         problem = str(error.strerror) if isinstance(error, OSError) else f"must be UTF-8 text: {error}"
         raise InputError(Fault("the file", f"cannot be read: {problem}", file=str(path))) from None
+
+
+def read_bytes(path: Path, most: int = LARGEST_TEXT) -> bytes:
+    """The content of a file that a user names, which has so many bytes at most: a device has no size, and no end."""
+    with path.open("rb") as file:
+        size = os.fstat(file.fileno()).st_size
+        content = b"" if size > most else file.read(most + 1)
+    check_size(path, max(size, len(content)), most)
+    return content
+
+
+def check_size(path: Path, size: int, most: int = LARGEST_TEXT) -> None:
+    """Refuse a file of more bytes than anybody needs."""
+    if size > most:
+        problem = f"has {size / 1e6:.0f} MB or more; at most {most >> 20} MB are read"
+        raise InputError(Fault("the file", problem, hint="keep what the study needs", file=str(path)))
 
 
 def _decoded(raw: bytes) -> str:
@@ -104,8 +119,10 @@ def _opened(path: Path) -> Iterator[Any]:
         hint = "pip install drivetrain[excel], or save each sheet as CSV"
         raise InputError(Fault("the file", "needs openpyxl to be read", hint=hint, file=str(path))) from None
     try:
+        with zipfile.ZipFile(path) as packed:
+            check_size(path, sum(part.file_size for part in packed.infolist()))  # which unpack to no more than that
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-    except OSError:
+    except (OSError, InputError):
         raise
     except Exception as error:  # what the reader of a damaged file raises is of many kinds
         raise InputError(Fault("the file", f"cannot be read as a workbook: {error}", file=str(path))) from None

@@ -6,7 +6,9 @@ import os
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -16,6 +18,8 @@ from drivetrain.arm.files import expand_xacro
 from drivetrain.arm.files.shapes import link_shapes
 from drivetrain.catalog.read import read_catalog
 from drivetrain.cli import app
+from drivetrain.commands.chain import load_chosen
+from drivetrain.motion.read import read_motion
 from drivetrain.motion.recording import read_recording
 from drivetrain.spatial.mesh_inertia import read_mesh
 
@@ -193,12 +197,50 @@ def test_control_characters_of_a_catalogue_and_an_arm_never_reach_the_terminal(t
     assert "\x9b" not in str(caught.value)
 
 
-def test_a_text_file_beyond_all_use_is_refused(tmp_path: Path) -> None:
-    huge = tmp_path / "motors.csv"
-    with huge.open("wb") as file:
+@pytest.mark.parametrize(
+    ("name", "read", "words"),
+    [
+        ("motors.csv", lambda path: read_catalog(path.parent), "at most 256 MB"),
+        ("study.yaml", load_study, "at most 4 MB"),
+        ("arm.urdf", load_arm, "at most 32 MB"),
+        ("link.stl", read_mesh, "at most 256 MB"),
+        ("result.json", load_chosen, "at most 256 MB"),
+        ("motion.yaml", lambda path: read_motion(path, joint_names=["a"]), r"yaml: the file: has .* at most 256 MB"),
+    ],
+)  # fmt: skip
+def test_a_file_beyond_all_use_is_refused(tmp_path: Path, name: str, read: Any, words: str) -> None:
+    with (tmp_path / name).open("wb") as file:
         file.truncate(1 << 30)  # sparse: takes no room
+    begin = time.process_time()
+    with pytest.raises(InputError, match=words) as caught:
+        read(tmp_path / name)
+    assert len(caught.value.faults) == 1 and time.process_time() - begin < 1.0  # none of it was read
+
+
+def test_a_workbook_that_unpacks_to_more_is_refused(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "motors.xlsx", "w", zipfile.ZIP_DEFLATED) as book:
+        with book.open("xl/worksheets/sheet1.xml", "w") as sheet:
+            for _ in range(260):
+                sheet.write(bytes(1 << 20))
     with pytest.raises(InputError, match="at most 256 MB"):
-        read_catalog(tmp_path)
+        read_catalog(tmp_path / "motors.xlsx")
+
+
+def test_a_device_without_an_end_is_refused() -> None:
+    """Within 4 GB, of which the program takes a part: read to its end it would take all that the machine has."""
+    code = (
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30)); "
+        "from drivetrain.cli import main; sys.argv = ['drivetrain', 'check', '/dev/zero']; main()"
+    )
+    around = os.environ | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=around)
+    assert done.returncode == 2 and "at most 4 MB" in done.stderr, done.stderr
+
+
+def test_a_result_that_nests_without_end_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "result.json").write_text("[" * 100_000)
+    with pytest.raises(InputError, match="the result: cannot be read"):
+        load_chosen(tmp_path / "result.json")
 
 
 def drivetrain(*arguments: str, out: object = subprocess.PIPE, **environment: str) -> subprocess.CompletedProcess[str]:

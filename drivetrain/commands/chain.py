@@ -44,13 +44,16 @@ def load_joints(path: Path, wanted: list[str] | None, *others: str) -> tuple[Stu
 def _result(path: Path) -> dict[str, Any]:
     """The data of a result.json."""
     from drivetrain.errors import Fault, InputError
+    from drivetrain.whole_files import read_bytes
 
     hint = "write one with `drivetrain select STUDY`"
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(read_bytes(path))
     except FileNotFoundError:
         raise InputError(Fault("the result", "does not exist", str(path), hint)) from None
-    except (OSError, ValueError) as error:
+    except InputError:
+        raise
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(Fault("the result", f"cannot be read: {error}", str(path), hint)) from None
     try:
         drives = [one["drive"]["motor"] + one["drive"]["gear"] for one in data["joints"].values()]

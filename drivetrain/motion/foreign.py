@@ -48,8 +48,9 @@ Read = tuple[Sequence[str], Array, dict[str, Array]]
 def _trajectory(path: Path, joint_names: Sequence[str]) -> Read:
     """Of the first trajectory in the file."""
     loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    text = read_text(path)
     try:
-        message = next((one for one in map(_unwrapped, yaml.load_all(read_text(path), loader)) if one), None)
+        message = next((one for one in map(_unwrapped, yaml.load_all(text, loader)) if one), None)
     except (yaml.YAMLError, RecursionError, ValueError) as error:
         raise InputError(Fault("file", f"cannot be read: {str(error).splitlines()[0]}", file=str(path))) from None
     if message is None:

@@ -16,7 +16,7 @@ import numpy as np
 from drivetrain.arrays import Array, axes_of, checked_array, checked_number, frozen_array, read_only
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.inertia import RigidBody
-from drivetrain.whole_files import is_there
+from drivetrain.whole_files import check_size, is_there
 
 FLAT = 1e-9  # volume over area to the power 3/2: 0.09 of a ball, 1e-16 of a flat mesh, by rounding
 
@@ -170,6 +170,7 @@ def read_mesh(path: str | Path, *, scale: Any = 1.0) -> TriangleMesh:
         raise InputError(Fault("scale", "must not be zero", factors.tolist()))
     if not is_there(file):
         raise InputError(Fault(str(file), "no such file"))
+    check_size(file, file.stat().st_size)
     loaded = _loaded(file)
     faces = np.asarray(loaded.faces, dtype=np.int64)
     if factors.prod() < 0.0:

@@ -12,10 +12,12 @@ from typing import Any
 import yaml
 
 from drivetrain.errors import Fault, InputError, nearest, plain
+from drivetrain.whole_files import read_bytes
 
 Place = tuple[str | int, ...]  # keys and list positions from the top, such as ("joints", "elbow", "drive")
 
 _DEEPEST = 20
+_LARGEST = 4 << 20  # bytes
 _MOST_ENTRIES = 100_000  # counting each use of an anchor
 _LONGEST_TEXT = 20_000  # characters
 _MOST_SHOWN = 60  # characters of a name that is none
@@ -90,7 +92,7 @@ def compose_document(document: Document) -> tuple[str, yaml.MappingNode]:
 
 def _content(file: Path) -> bytes:
     try:
-        content = file.read_bytes()
+        content = read_bytes(file, _LARGEST)
         content.decode("utf-8")
     except FileNotFoundError:
         raise InputError(Fault("the study file", "does not exist", str(file), "drivetrain init writes one")) from None
@@ -98,6 +100,8 @@ def _content(file: Path) -> bytes:
         inside = sorted(one.name for one in file.glob("*.y*ml"))[:_MOST_NAMED]
         hint = f"it holds {', '.join(inside)}" if inside else "drivetrain init writes a study"
         raise InputError(Fault("the study file", "is a folder", str(file), hint)) from None
+    except InputError:
+        raise
     except (OSError, ValueError) as error:  # no right to read it, or no name that a file can have
         if not isinstance(error, UnicodeDecodeError):
             raise InputError(Fault("the study file", f"cannot be read: {error}", str(file))) from None

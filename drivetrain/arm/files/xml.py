@@ -18,7 +18,7 @@ import numpy as np
 from drivetrain.arrays import Array, within_reach
 from drivetrain.errors import Fault, Faults, InputError, plain
 from drivetrain.units import number_of
-from drivetrain.whole_files import is_there
+from drivetrain.whole_files import is_there, read_bytes
 
 EXPAND = Path(__file__).with_name("expand_xacro.py")
 LONGEST_WAIT = 60.0  # s, however busy the machine is: the process itself stops after 5 s of its own
@@ -27,6 +27,7 @@ REFUSALS = ("is not evaluated", "is not below", "is not allowed")
 TRUST = f"for a file you trust: drivetrain --trust-xacro, or {TRUSTED}=1 in the environment"
 PACKAGE = "package://"
 ROOTS = ("robot", "sdf", "mujoco")
+LARGEST = 1 << 25  # bytes, as of what xacro expands: elements take some twenty times that
 UNLIMITED = sys.float_info.max  # how files say "no limit" where a number must stand: most readers know no "inf"
 
 
@@ -37,7 +38,7 @@ def read_document(path: Path) -> ElementTree.Element:
     """
     if not is_there(path):
         raise InputError(Fault(str(path), "no such file"))
-    text = _expanded(path) if path.suffix == ".xacro" else path.read_bytes()
+    text = _expanded(path) if path.suffix == ".xacro" else read_bytes(path, LARGEST)
     builder = ElementTree.TreeBuilder()
     parser = expat.ParserCreate()
     parser.StartElementHandler = lambda tag, given: builder.start(
