@@ -90,5 +90,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """The rooms, and the names to begin with."""
     return sorted([*_ROOMS, *_BEGIN_WITH.split()])

@@ -123,7 +123,6 @@ def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
 
 
 def wrong_samples(n: int, named: dict[str, Any]) -> InputError:
-    """Every fault of samples that are known to be wrong."""
     faults = Faults()
     arrays = {name: faults.attempt(batch, value, n, name) for name, value in named.items()}
     if faults.found:

@@ -81,7 +81,6 @@ class Faults:
         self.file = file
 
     def add(self, place: str, problem: str, value: object = None, hint: str = "") -> None:
-        """Note one fault."""
         self.found.append(Fault(place, problem, value, hint, self.file))
 
     def attempt(self, check: Callable[..., _T], *values: Any, **named: Any) -> _T | None:
@@ -94,8 +93,14 @@ class Faults:
 
     def raise_any(self) -> None:
         """Raise what was found, if anything, each once."""
-        if self.found:
-            raise InputError({str(fault): fault for fault in self.found}.values())
+        raise_faults({str(fault): fault for fault in self.found}.values())
+
+
+def raise_faults(faults: Iterable[Fault]) -> None:
+    """Raise the faults as one error, if there are any."""
+    found = tuple(faults)
+    if found:
+        raise InputError(found)
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -132,8 +137,7 @@ def whole_names(place: str, what: str, wanted: Iterable[str], names: Iterable[st
     """Names as they are known, each as above; raises every one that none or several begin with or contain."""
     faults, known = list[Fault](), list(names)
     found = [whole_name(place, what, one, known, faults) for one in wanted]
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return found
 
 

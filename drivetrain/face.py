@@ -158,7 +158,6 @@ def _becomes_array(value: Any) -> bool:
 
 
 def _described(hint: Any) -> str:
-    """A kind in words."""
     inner = get_args(hint)
     if get_origin(hint) in (Union, types.UnionType):
         return " or ".join(dict.fromkeys(_described(one) for one in inner))

@@ -195,7 +195,6 @@ def _closure(module: Path) -> set[Path]:
 
 @cache
 def _imported(module: Path) -> set[Path]:
-    """Modules of the package that a module names in an import."""
     names: set[str] = set()
     for base, what, plain in _IMPORT.findall(module.read_text(encoding="utf-8")):
         names |= {base or plain, *(f"{base}.{name}" for name in re.findall(r"\w+", what))}

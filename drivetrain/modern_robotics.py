@@ -39,7 +39,7 @@ from drivetrain.dynamics.forward import articulated_body
 from drivetrain.dynamics.from_positions import torque_from_positions
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics, tip_torque, velocity_torque
 from drivetrain.dynamics.mass import mass_matrix
-from drivetrain.errors import Fault, Faults, InputError
+from drivetrain.errors import Fault, Faults, InputError, raise_faults
 from drivetrain.spatial.wrenches import bracket
 
 MOST_TURNS = 1e6  # steps of integration a row
@@ -204,13 +204,11 @@ def _scaled(chain: BookArm, named: dict[str, Any]) -> list[Array]:
     """Joint values for unit screws, (n,) or (N, n) each."""
     arrays = dict(zip(named, _all_values(named), strict=True))
     n = chain.arm.n
-    faults = [
+    raise_faults(
         Fault(name, f"must have shape ({n},) or (N, {n})", f"shape {array.shape}")
         for name, array in arrays.items()
         if array.ndim not in (1, 2) or array.shape[-1] != n
-    ]
-    if faults:
-        raise InputError(faults)
+    )
     return [array * chain.scale for array in arrays.values()]
 
 

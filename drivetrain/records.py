@@ -49,7 +49,6 @@ def record_type(described: type, whole: Any = np.float64) -> Any:
 
 
 def as_record(values: Any) -> Any:
-    """A description as a record."""
     return as_records([values])[0]
 
 

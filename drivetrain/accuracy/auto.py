@@ -71,7 +71,6 @@ def estimates(
 def _estimate(
     scene: Scene, choice: Choice, base: Decision, unresolved: Mapping[str, float], basis: Basis, engine: Engine
 ) -> Estimate:
-    """Of one effect."""
     try:
         less = without(scene, [choice])
         run = ran(plan(less), engine)

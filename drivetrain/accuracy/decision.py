@@ -66,7 +66,6 @@ def basis_of(scene: Scene, evaluation: Evaluation | None = None) -> Basis:
 
 
 def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
-    """What a recording decides."""
     first = 0.0 if basis.period is None else max(0.0, float(recording.time[-1]) - basis.period)
     last = np.flatnonzero(recording.time >= first - 1e-9)
     series = {name: one.values[last] for name, one in recording.series.items()}
@@ -231,5 +230,4 @@ def _held(check: Check, required: float | None, time: float | None, reserve: flo
 
 
 def moving(recording: Recording, joint: str) -> Array:
-    """Where a joint is commanded to move."""
     return ~np.asarray(resting(recording[f"{joint}.command_speed"]), dtype=bool)

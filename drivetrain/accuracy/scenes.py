@@ -58,7 +58,6 @@ AT_REST_IN = 1e4  # cycles that a node of unknown capacity outlasts: it stays at
 
 
 def choices(scene: Scene) -> tuple[Choice, ...]:
-    """The effects of a scene that may be left out."""
     found = [
         Choice(type(effect).__name__, joint)
         for joint, effects in scene.effects.items()
@@ -110,7 +109,6 @@ def _settled(scene: Scene) -> Scene:
 
 
 def left(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> tuple[Effect, ...]:
-    """What is left of a joint's effects."""
     kept: list[Effect] = []
     for effect in effects:
         stays: Effect | None = effect
@@ -189,7 +187,6 @@ def _sampled(effect: Effect, ratio: float, control: Control | None) -> tuple[Eff
 
 
 def _heat(study: Study, task: JointTask, joint: JointResult) -> tuple[Effect, ...]:
-    """Heat that starts where the repeated cycle starts."""
     winding, housing = joint.series.winding_temperature, joint.series.housing_temperature
     network = thermal_network(joint.drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
     if network is None or winding is None or housing is None or not np.isfinite(winding).all():

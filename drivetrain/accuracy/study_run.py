@@ -132,7 +132,6 @@ def engine_of(settings: Simulation) -> Engine:
 def _evaluation(
     what: Study | Evaluation | Selection, drives: Mapping[str, Drive] | Mapping[str, Given] | None
 ) -> Evaluation:
-    """Study and drives, judged."""
     if not isinstance(what, Study):
         if drives is not None:
             hint = "an evaluation and a selection have their drives"

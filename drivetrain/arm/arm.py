@@ -15,7 +15,7 @@ import numpy as np
 from drivetrain.arm.checks import checked_inertia, checked_pose, checked_screw, each, warn_of_inertias
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, axes_of, frozen_array, read_only, real_array
-from drivetrain.errors import Fault, Faults, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest, raise_faults
 from drivetrain.notebook import shown
 from drivetrain.spatial.poses import axis_point, pose
 
@@ -264,7 +264,6 @@ class Loops:
 
     @property
     def passive(self) -> tuple[int, ...]:
-        """Joints that follow."""
         return tuple(joint for joint in range(len(self.owner)) if joint not in self.driven)
 
     def path(self, body: int) -> tuple[int, ...]:
@@ -347,9 +346,7 @@ def _count(masses: Any, others: dict[str, Any], faults: Faults) -> int:
 
 def _masses(masses: Any, n: int) -> Array:
     values = frozen_array(masses, (n,), "masses")
-    negative = [Fault(f"masses[{i}]", "must not be negative [kg]", float(m)) for i, m in enumerate(values) if m < 0]
-    if negative:
-        raise InputError(negative)
+    raise_faults(Fault(f"masses[{i}]", "must not be negative [kg]", float(m)) for i, m in enumerate(values) if m < 0)
     return values
 
 

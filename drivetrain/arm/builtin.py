@@ -76,7 +76,6 @@ def _planar_arm(name: str, note: str, tip: str | None, gravity: Any, masses: lis
 
 
 def _ur5(tip: str | None, gravity: Any) -> Arm:
-    """The UR5 file as published, wrists and all."""
     arm, _ = arm_from_model(read_model(ROBOTS / "ur5.urdf"), tip=tip or "tool0", gravity=gravity)
     return _renamed(arm, "ur5", "the wrist inertias are kept as published; ur5-corrected has corrected ones")
 

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array
-from drivetrain.errors import Fault, Faults, InputError, PhysicsWarning
+from drivetrain.errors import Fault, Faults, InputError, PhysicsWarning, raise_faults
 from drivetrain.spatial.inertia import RigidBody, half_axes, triangle_excess
 from drivetrain.spatial.rotations import is_rotation, nearest_rotation
 
@@ -31,8 +31,7 @@ def checked_pose(value: Any, name: str) -> Array:
         faults.append(Fault(name, "its rotation must be orthogonal with determinant +1", matrix[:3, :3].tolist()))
     if np.abs(matrix[3] - [0.0, 0.0, 0.0, 1.0]).max() > TOLERANCE:
         faults.append(Fault(name, "its last row must be 0 0 0 1", matrix[3].tolist()))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     result = matrix.copy()
     result[3] = [0.0, 0.0, 0.0, 1.0]
     if not is_rotation(matrix[:3, :3], 1e-14):
@@ -75,7 +74,6 @@ def called(link: str) -> str:
 
 
 def triangle_warning(inertia: Array, link: str) -> str:
-    """What to say of an inertia that no body can have."""
     if triangle_excess(inertia) <= TRIANGLE_TOLERANCE:
         return ""
     moments = ", ".join(f"{moment:.6g}" for moment in np.linalg.eigvalsh(inertia))
@@ -84,7 +82,6 @@ def triangle_warning(inertia: Array, link: str) -> str:
 
 
 def warn_of_inertias(inertias: Array, links: Sequence[str]) -> list[str]:
-    """Warn of every link whose inertia no body can have."""
     found = [triangle_warning(tensor, link) for tensor, link in zip(inertias, links, strict=True)]
     texts = [warning for warning in found if warning]
     for text in texts:

@@ -12,7 +12,7 @@ from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.coupling import placed
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.arrays import Array, checked_number
-from drivetrain.errors import Fault, Faults, InputError
+from drivetrain.errors import Fault, Faults, raise_faults
 from drivetrain.spatial.beams import Beam
 from drivetrain.spatial.inertia import RigidBody, combined
 from drivetrain.spatial.poses import pose
@@ -133,8 +133,7 @@ def _check(arm: Arm, links: Mapping[int, BendingLink]) -> None:
                 problem = f"leaves {arm.link_names[link]} a negative moment of inertia beside the beam"
                 hint = "let the beam hold the whole mass of the link, or less of it"
                 faults.append(Fault(f"links[{link}].mass", problem, bending.mass, hint))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
 
 
 def _piece(bending: BendingLink, first: float, last: float) -> RigidBody:

@@ -13,7 +13,7 @@ import numpy as np
 
 from drivetrain.arm.arm import STANDARD_GRAVITY, Arm, refuse_loops
 from drivetrain.arrays import Array, checked_array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.spatial.inertia import parallel_axis
 from drivetrain.spatial.poses import inverse_pose
 
@@ -73,9 +73,7 @@ def arm_from_lists(poses: Any, inertias: Any, screws: Any, gravity: Any = STANDA
     bodies = [_body(matrix, f"Glist[{i}]") for i, matrix in enumerate(tensors)]
     turning, sliding = np.linalg.norm(axes[:, :3], axis=1), np.linalg.norm(axes[:, 3:], axis=1)
     scale = np.where(turning > 0.0, turning, sliding)
-    faults = [Fault(f"Slist[:, {i}]", "must not be zero") for i in np.flatnonzero(scale == 0.0)]
-    if faults:
-        raise InputError(faults)
+    raise_faults(Fault(f"Slist[:, {i}]", "must not be zero") for i in np.flatnonzero(scale == 0.0))
     scale[np.abs(scale - 1.0) < UNIT] = 1.0
     frames = [steps[0]]
     for step in steps[1:]:

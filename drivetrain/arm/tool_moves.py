@@ -13,7 +13,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arm.pose_solver import JointPath, PathLostError, follow, inverse_kinematics
 from drivetrain.arrays import Array, checked_array, checked_numbers
-from drivetrain.errors import Fault, Faults, InputError
+from drivetrain.errors import Fault, Faults, InputError, raise_faults
 from drivetrain.motion.motion import Motion
 from drivetrain.motion.point_to_point import MotionLimits, joined, joint_move, limit_rows, rest, sampled_law
 from drivetrain.motion.profiles import PROFILES, Law, PathLimits, Profile
@@ -246,13 +246,11 @@ def _over(limit: float | None, size: float) -> float:
 
 
 def _check_tool(tool: ToolLimits) -> None:
-    faults = [
+    raise_faults(
         Fault(f"tool {name.replace('_', ' ')}", "must be above 0", value)
         for name, value in vars(tool).items()
         if value is not None and not value > 0.0
-    ]
-    if faults:
-        raise InputError(faults)
+    )
 
 
 def _slower(

@@ -17,7 +17,7 @@ import yaml
 from drivetrain.catalog.formats import KINDS, Record
 from drivetrain.catalog.importers import Basis, basis_of, no_basis, read_basis, table_text
 from drivetrain.catalog.schema import CHOICE, MOTORS, NUMBER, TABLES, Column, by_name
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest, raise_faults
 from drivetrain.units import to_si
 from drivetrain.whole_files import read_text, write_files
 
@@ -135,8 +135,7 @@ class ExportMap:
             faults.append(Fault("decimal", "must be . or ,", self.decimal))
         if not isinstance(self.transposed, bool):
             faults.append(Fault("transposed", "must be true or false", self.transposed))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
         object.__setattr__(self, "columns", headings)
 
 
@@ -162,7 +161,6 @@ class Imported:
 
 
 def read_map(path: Path) -> ExportMap:
-    """A map from its YAML file."""
     try:
         data = yaml.safe_load(read_text(path))
     except yaml.YAMLError as error:
@@ -170,9 +168,7 @@ def read_map(path: Path) -> ExportMap:
     known = tuple(ExportMap.__dataclass_fields__)
     if not isinstance(data, dict):
         raise InputError(Fault("map", "must be a mapping", hint=", ".join(known), file=str(path)))
-    faults = [Fault(str(name), "is unknown", hint=nearest(str(name), known)) for name in data if name not in known]
-    if faults:
-        raise InputError(faults)
+    raise_faults(Fault(str(name), "is unknown", hint=nearest(str(name), known)) for name in data if name not in known)
     return ExportMap(**data)
 
 
@@ -190,14 +186,15 @@ def import_export(
         given, grid = replace(given, transposed=True), [list(column) for column in zip_longest(*grid, fillvalue="")]
     places = _places(given, grid, path)
     top = max((row for row, _, _ in places.values()), default=0)
-    bases, faults, refused, records = read_basis(basis), list[Fault](), list[Fault](), list[Record]()
+    bases, faults, refused, records = read_basis(basis), Faults(str(path)), list[Fault](), list[Record]()
     columns = by_name(TABLES[name])
     for line, cells in enumerate(grid[top + 1 :], top + 2):
         if not any(cells[at].strip() for _, at, _ in places.values() if at < len(cells)):
             continue
         record = {column: str(text) for column, text in given.fixed.items()}
         for column, (_, at, heading) in places.items():
-            text = _cell(cells[at] if at < len(cells) else "", columns[column], given, heading, faults, path, line)
+            text = cells[at] if at < len(cells) else ""
+            text = faults.attempt(_cell, text, columns[column], given, heading, line) or ""
             record |= {column: text} if text else {}
         record.setdefault("key", record.get("part_number", ""))
         record["key"] = "_".join(record["key"].split())
@@ -206,10 +203,9 @@ def import_export(
             refused.append(no_basis(path, line, record))
         else:
             records.append(record)
-    if not records and not refused and not faults:
-        faults.append(Fault("the file", "holds no part below its headings", file=str(path)))
-    if faults:
-        raise InputError(faults)
+    if not records and not refused and not faults.found:
+        faults.add("the file", "holds no part below its headings")
+    faults.raise_any()
     if records:
         write_files(out, {name: table_text(records, TABLES[name])})
     taken = {at for _, at, _ in places.values()}
@@ -231,7 +227,6 @@ def _plain(heading: str) -> str:
 
 
 def _spelled(heading: str) -> tuple[str, ...]:
-    """A heading, and what it is without the unit at its end."""
     match = _UNIT.fullmatch(heading)
     return (_plain(heading),) if match is None else (_plain(heading), _plain(match[1]))
 
@@ -269,9 +264,7 @@ def _places(given: ExportMap, grid: Sequence[Sequence[str]], path: Path) -> dict
     return best
 
 
-def _cell(
-    text: str, column: Column, given: ExportMap, heading: str, faults: list[Fault], path: Path, line: int
-) -> str:  # fmt: skip
+def _cell(text: str, column: Column, given: ExportMap, heading: str, line: int) -> str:
     """A cell as ours: a number in SI, a word that our tables know."""
     text = " ".join(text.split())
     if text.casefold() in SILENT:
@@ -286,8 +279,7 @@ def _cell(
     place = f"{'column' if given.transposed else 'row'} {line}, {heading}"
     if match is None or number is None:
         hint = "decimal: ',' in the map" if given.decimal == "." and "," in text else ""
-        faults.append(Fault(place, "must be a number", text, hint, str(path)))
-        return ""
+        raise InputError(Fault(place, "must be a number", text, hint))
     own, ends = match[2].strip(), _UNIT.fullmatch(heading)
     units = [stated.unit, own, *(ends.groups()[1:] if ends else ())]
     if column.name == "ratio":
@@ -295,15 +287,10 @@ def _cell(
     unit = next((one for one in units if one), "")
     if column.unit not in ("", "1") and not unit:
         hint = f"columns: {{{column.name}: {{heading: {heading}, unit: {column.unit}}}}}"
-        faults.append(Fault(place, "says no unit", text, hint, str(path)))
-        return ""
-    try:
-        value = number * stated.times
-        value = float(to_si(value, unit, place, unit=column.unit, file=str(path))) if column.unit else value
-        return f"{value:.12g}"
-    except InputError as error:
-        faults.extend(error.faults)
-        return ""
+        raise InputError(Fault(place, "says no unit", text, hint))
+    value = number * stated.times
+    value = float(to_si(value, unit, place, unit=column.unit)) if column.unit else value
+    return f"{value:.12g}"
 
 
 def _number(text: str, decimal: str) -> float | None:

@@ -47,7 +47,6 @@ def error(column: str, problem: str, predicted: float | None = None) -> Finding:
 
 
 def warning(column: str, problem: str, predicted: float | None = None) -> Finding:
-    """A finding that is unusual."""
     return Finding(column, Severity.WARNING, problem, predicted)
 
 

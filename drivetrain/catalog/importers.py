@@ -28,7 +28,7 @@ from drivetrain.catalog.schema import (
     Column,
 )
 from drivetrain.catalog.table import csv_lines
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.whole_files import write_files
 
 Record = dict[str, str]
@@ -105,8 +105,7 @@ def read_basis(basis: Basis) -> dict[str, tuple[str, str]]:
             faults.append(Fault(place, "must say what resistance is measured between", text, example))
         else:
             bases[name.casefold()] = (current, winding)
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return bases
 
 

@@ -27,7 +27,6 @@ def check_brake(cells: Mapping[str, Cell]) -> list[Finding]:
 
 
 def check_amplifier(cells: Mapping[str, Cell]) -> list[Finding]:
-    """The same of one amplifier."""
     values = _numbers(cells)
     found = list(
         in_order(values, (error, "continuous_current", "peak_current", ""), (error, "min_voltage", "max_voltage", ""))
@@ -40,7 +39,6 @@ def check_amplifier(cells: Mapping[str, Cell]) -> list[Finding]:
 
 
 def check_price(cells: Mapping[str, Cell]) -> list[Finding]:
-    """The same of one price."""
     found = list(in_order(_numbers(cells), (error, "price", "price_to", "")))
     if not re.fullmatch("[A-Z]{3}", str(cells.get("currency") or "")):
         found.append(error("currency", "must be three letters such as EUR or USD"))
@@ -54,7 +52,6 @@ def _numbers(cells: Mapping[str, Cell]) -> dict[str, float]:
 
 
 def _coil(values: Mapping[str, float]) -> Iterator[Finding]:
-    """Power against voltage and current."""
     if all(name in values for name in ("voltage", "current", "power")):
         predicted = values["voltage"] * values["current"]
         difference = values["power"] / predicted - 1.0

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from drivetrain.drive.ranges import POSITIVE, range_faults
-from drivetrain.errors import InputError
+from drivetrain.errors import raise_faults
 
 PRICE_KINDS = ("listed", "estimate")
 _OPTIONAL = ("price_to", "rated_torque", "peak_torque", "ratio")
@@ -48,14 +48,14 @@ class Price:
     source: str = ""
 
     def __post_init__(self) -> None:
-        faults = range_faults(
-            f"price of {self.name}",
-            self,
-            {"price": POSITIVE, **dict.fromkeys(_OPTIONAL, POSITIVE)},
-            required=("price",),
+        raise_faults(
+            range_faults(
+                f"price of {self.name}",
+                self,
+                {"price": POSITIVE, **dict.fromkeys(_OPTIONAL, POSITIVE)},
+                required=("price",),
+            )
         )
-        if faults:
-            raise InputError(faults)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from drivetrain.drive.amplifier import AmplifierSheet
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.units import Factor, Names
 from drivetrain.whole_files import is_there, shipped
 
@@ -100,8 +100,7 @@ def read_catalog(*folders: str | Path) -> Catalog:
     motors, gears, brakes, amplifiers = (_merge(tables[name], kind, faults, notes) for name, kind in kinds)
     pairs = _read_pairs(tables[PAIRS], motors, gears, faults)
     prices = [price for table in tables[PRICES] for price in _sheets(table, Price, faults)]
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return Catalog(motors, gears, pairs, (*notes, CONFIRM), brakes, amplifiers, tuple(prices))
 
 
@@ -246,8 +245,6 @@ class _Around:
 
 def _refuse_strangers(what: str, keys: Iterable[str], known: Collection[str]) -> None:
     """Raises for keys that the catalogue does not have."""
-    faults = [
+    raise_faults(
         Fault(f"{what} key", "is not in the catalogue", key, nearest(key, known)) for key in keys if key not in known
-    ]
-    if faults:
-        raise InputError(faults)
+    )

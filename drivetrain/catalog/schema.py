@@ -260,5 +260,4 @@ TABLES = {
 
 
 def by_name(columns: Iterable[Column]) -> dict[str, Column]:
-    """The columns by their names."""
     return {column.name: column for column in columns}

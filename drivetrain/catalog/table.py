@@ -30,12 +30,10 @@ class Row:
     cells: Mapping[str, Cell]  # value by column name, numbers in SI; None when empty or faulty
 
     def number(self, name: str) -> float | None:
-        """The number in a column."""
         value = self.cells.get(name)
         return value if isinstance(value, float) else None
 
     def text(self, name: str) -> str:
-        """The text in a column."""
         value = self.cells.get(name)
         return value if isinstance(value, str) else ""
 
@@ -172,7 +170,6 @@ def _wanted(column: Column) -> str:
 
 
 def _width_faults(width: int, body: Iterable[tuple[int, list[str]]]) -> list[CellFault]:
-    """Rows with more cells than the header."""
     return [
         CellFault(line, "", f"has {len(cells)} cells, the header has {width}")
         for line, cells in body

@@ -42,7 +42,6 @@ def load_joints(path: Path, wanted: list[str] | None, *others: str) -> tuple[Stu
 
 
 def _result(path: Path) -> dict[str, Any]:
-    """The data of a result.json."""
     from drivetrain.errors import Fault, InputError
     from drivetrain.whole_files import read_bytes
 
@@ -98,7 +97,6 @@ def _unstaged(study: Study, gear: str) -> str:
 
 
 def write_chosen(selection: Selection, target: Path) -> None:
-    """Write the study with the chosen drives named, or say why not."""
     from drivetrain.study.written import with_drives
     from drivetrain.whole_files import write_files
 

@@ -177,7 +177,6 @@ def _start(arm: Arm, text: str) -> Array:
 
 
 def _deliver(recording: Recording, folder: Path) -> None:
-    """Write the recording and its picture, and say what is in them."""
     from drivetrain.report.charts.plotting import figure_of, house_style, svg_text
     from drivetrain.report.charts.run_charts import recording_charts
     from drivetrain.whole_files import write_files
@@ -264,7 +263,6 @@ def _run_study(path: Path, request: Request, misplaced: list[Callable[[], None]]
 
 
 def _given(text: str | None, scene: Plan) -> str | dict[str, float]:
-    """How a run begins: in equilibrium, or with states by name."""
     from drivetrain.errors import Faults, nearest
     from drivetrain.simulation.run import EQUILIBRIUM
     from drivetrain.units import quantity

@@ -175,7 +175,6 @@ def select(
 
 
 def _selected(study: Study) -> Selection:
-    """The search, with its progress."""
     from drivetrain.sizing.search.search import select as search
 
     with working("searching the catalogues") as step:
@@ -231,7 +230,6 @@ def _spread(result: Evaluation | Selection) -> tuple[Evaluation | Selection, Spr
 
 
 def _summarise(study: Study, *, errors: bool) -> None:
-    """What was read, in a few lines."""
     from drivetrain.report.pages.views import passed_over
 
     cycle = study.cycle

@@ -26,12 +26,10 @@ def warm(
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context
 
-    from drivetrain.errors import Fault, InputError, nearest
+    from drivetrain.errors import Fault, nearest, raise_faults
     from drivetrain.report.terminal import console, progress
 
-    faults = [Fault("--only", "is no job", name, nearest(name, JOBS)) for name in only or () if name not in JOBS]
-    if faults:
-        raise InputError(faults)
+    raise_faults(Fault("--only", "is no job", name, nearest(name, JOBS)) for name in only or () if name not in JOBS)
     names = [name for name in JOBS if not only or name in only]
     with (
         progress(console(errors=True), "compiling") as step,

@@ -24,7 +24,7 @@ from drivetrain.arrays import Array, finite_samples, real_array
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrices
-from drivetrain.errors import LARGEST, Fault, InputError
+from drivetrain.errors import LARGEST, Fault, InputError, raise_faults
 from drivetrain.spatial.beams import Beam, beam_compliance
 from drivetrain.spatial.poses import inverse_pose
 from drivetrain.spatial.wrenches import like
@@ -171,14 +171,11 @@ def carried_to(levers: Array) -> Array:
 
 
 def check_beams(arm: Arm, beams: Mapping[int, Beam]) -> None:
-    """That every beam belongs to a link of the arm."""
-    faults = [
+    raise_faults(
         Fault(f"beams[{link}]", f"is no link of the arm: 0 to {arm.n - 1}", link)
         for link in beams
         if not 0 <= link < arm.n
-    ]
-    if faults:
-        raise InputError(faults)
+    )
 
 
 def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bool_]]:
@@ -211,8 +208,7 @@ def _demand_inertia(arm: Arm, sprung: NDArray[np.bool_]) -> None:
         if has_spring and rotor is not None and (rotor.axial_inertia <= 0.0 or arm.level is RotorLevel.NONE):
             hint = "make the joint rigid (infinite stiffness), or ask for the locked frequencies"
             faults.append(Fault(f"rotor of {name}", "must have inertia to swing against its link", hint=hint))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
 
 
 def _frequencies(masses: Array, twists: Array, springs: Array) -> Array:

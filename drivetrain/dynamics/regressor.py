@@ -118,7 +118,6 @@ def link_parameter_frames(arm: Arm) -> Array:
 
 
 def _fill(arm: Arm, rotors: list[int], motion: list[Array], result: Array) -> None:
-    """The columns of all bodies."""
     q, qd, qdd = motion
     moved = displacements(arm, q)
     screws = np.swapaxes(screw_columns(moved[:, :-1], arm.screws), 1, 2)  # (N, n, 6)

@@ -32,7 +32,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.ranges import Range
 from drivetrain.effects.fields import kind_faults, range_faults
 from drivetrain.effects.laws import Law
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, raise_faults
 
 
 class Role(StrEnum):
@@ -193,8 +193,7 @@ def _checked(own: Callable[[Any], None] | None) -> Callable[[Any], None]:
     def checks(self: Any) -> None:
         faults = kind_faults(self)
         faults += range_faults(self) + ([] if faults else self.faults())
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
         if own is not None:
             own(self)
 

@@ -34,17 +34,14 @@ def positive(unit: str) -> Range:
 
 
 def positive_or_infinite(unit: str) -> Range:
-    """Above 0."""
     return OrInfinite(f"must be positive [{unit}]", low=0.0)
 
 
 def not_negative(unit: str) -> Range:
-    """0 or more, and finite."""
     return Range(f"must not be negative [{unit}]", low=0.0, low_included=True)
 
 
 def finite(unit: str) -> Range:
-    """Any number."""
     return Range(f"must be a finite number [{unit}]")
 
 
@@ -87,7 +84,6 @@ _WORDS: dict[Any, str] = {float: "a number", int: "a whole number", str: "a text
 
 
 def _wanted(hint: Any) -> str:
-    """A kind in words."""
     if _is_union(hint):
         return " or ".join(_wanted(part) for part in get_args(hint))
     if get_origin(hint) is Literal:

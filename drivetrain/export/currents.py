@@ -16,7 +16,7 @@ import pandas as pd
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import CurrentBasis, from_dc, to_dc
-from drivetrain.errors import Fault, Faults, InputError, by_whole_name, nearest
+from drivetrain.errors import Fault, Faults, InputError, by_whole_name, nearest, raise_faults
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.judge.missing import unknown_torques
 from drivetrain.sizing.results import Evaluation, JointResult
@@ -83,8 +83,7 @@ def current_scales(
     for name, value in given.items():
         if value is not None and not 0.0 < value < math.inf:
             faults.append(Fault(f"full_scale.{name}", "must be positive", value))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     found, unknown = {}, Faults()
     for name, joint in evaluation.joints.items():
         used = basis or str(joint.amplifier.current_basis)

@@ -187,5 +187,4 @@ def _coulomb(law: Friction) -> float:
 
 
 def _viscous(law: Friction) -> float:
-    """The same."""
     return 0.5 * (law.viscous + (law.viscous if law.viscous_negative is None else law.viscous_negative))

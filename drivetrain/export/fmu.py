@@ -112,7 +112,6 @@ class Axis:
     speed: float
 
     def text(self) -> str:
-        """As JSON."""
         return json.dumps(asdict(self), indent=1) + "\n"
 
     def parameters(self) -> dict[str, tuple[float, str, str]]:

@@ -59,6 +59,5 @@ def lost(name: str) -> tuple[str, ...]:
 
 
 def losses_table() -> str:
-    """The table of the documentation."""
     rows = [f"| `{name}` | {'; '.join(what)} |" for name, what in LOSSES.items()]
     return "\n".join(["| format | what it loses |", "|---|---|", *rows])

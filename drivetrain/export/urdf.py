@@ -75,7 +75,6 @@ def urdf_text(arm: Arm, *, data: UrdfJointData = NO_DATA, base: str | None = Non
 
 
 def _written(arm: Arm, data: UrdfJointData, base: str | None, tip: str | None) -> tuple[str, tuple[str, ...]]:
-    """The text, and the notes in it."""
     refuse_loops(arm)
     faults = Faults()
     for joint in np.flatnonzero(arm.pitches):
@@ -154,7 +153,6 @@ def _points(arm: Arm) -> Array:
 
 
 def _chain(root: Element, arm: Arm, bodies: WrittenBodies, columns: dict[str, Array | None], ends: list[str]) -> None:
-    """Links and joints from the base to the tip, then the transmissions."""
     frames = [pose(home[:3, :3], point) for home, point in zip(arm.home, _points(arm), strict=True)]
     ElementTree.SubElement(root, "link", name=ends[0])
     parents, before = (ends[0], *arm.link_names[:-1]), np.eye(4)
@@ -219,7 +217,6 @@ def add_link(root: Element, name: str, body: RigidBody, pose_link_home: Array) -
 
 
 def add_joint(root: Element, name: str, kind: str, ends: tuple[str, str]) -> Element:
-    """Add a joint."""
     joint = ElementTree.SubElement(root, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent", link=ends[0])
     ElementTree.SubElement(joint, "child", link=ends[1])

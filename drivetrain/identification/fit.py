@@ -331,7 +331,6 @@ def _smooth(law: Friction, slow: float) -> Friction:
 def _columns(
     prior: _Prior, motion: list[Array], model: _Model, links: Sequence[str] | None, load_friction: bool
 ) -> _Columns:
-    """What is sought, and what of it was known."""
     arm, n, turns = prior.arm, prior.arm.n, shaft_turns(prior.arm)
     unknown = [name for name in links or () if name not in arm.link_names]
     if unknown:
@@ -472,7 +471,6 @@ def _parameter_table(
 
 
 def _error_table(problem: Problem, spread: Array, measured: Array, arm: Arm) -> pd.DataFrame:
-    """By joint, on the parts held out."""
     import pandas as pd
 
     given = np.concatenate([fold.wanted for fold in problem.folds]) * spread
@@ -493,7 +491,6 @@ def _error_table(problem: Problem, spread: Array, measured: Array, arm: Arm) -> 
 def _contributions(
     columns: _Columns, found: Array, measured: Array, model: _Model, known: Array, arm: Arm
 ) -> pd.DataFrame:
-    """RMS torque of each cause, by joint."""
     import pandas as pd
 
     links = 10 * len(columns.links)

@@ -78,7 +78,6 @@ def _stated(law: Friction) -> dict[str, Any]:
 
 
 def identification_page(found: Identification) -> str:
-    """The report of an identification: errors on data held out, contributions, base parameters, all parameters."""
     import io
 
     from matplotlib.figure import Figure

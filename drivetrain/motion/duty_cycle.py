@@ -17,7 +17,7 @@ from annotated_types import Ge
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array, read_only
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.units import Duration, Name
 
@@ -174,9 +174,7 @@ def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: S
         InputError: Steps that are neither motion nor dwell, other joints, gaps of position between steps or between
             the end and the start, motions mixed with load tables, or no time at all; all of them listed.
     """
-    faults = _step_faults(steps)
-    if faults:
-        raise InputError(faults)
+    raise_faults(_step_faults(steps))
     blocks, which = _blocks(steps)
     if not blocks:
         raise InputError(Fault("cycle", "takes no time"))
@@ -368,9 +366,7 @@ def build_mix(cycles: Sequence[Cycle], shares: Sequence[float], *, names: Sequen
             them listed.
     """
     called = [f"part {i + 1}" for i in range(len(cycles))] if names is None else [str(name) for name in names]
-    faults = _faults(cycles, list(shares), called)
-    if faults:
-        raise InputError(faults)
+    raise_faults(_faults(cycles, list(shares), called))
     if len(cycles) == 1:
         return cycles[0]
     ends = np.cumsum([0.0, *(cycle.duration for cycle in cycles)])

@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 
 from drivetrain.arrays import Array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.motion.table import LARGEST, Column, Table
 from drivetrain.whole_files import read_text
 
@@ -46,7 +46,6 @@ Read = tuple[Sequence[str], Array, dict[str, Array]]
 
 
 def _trajectory(path: Path, joint_names: Sequence[str]) -> Read:
-    """Of the first trajectory in the file."""
     loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     text = read_text(path)
     try:
@@ -62,8 +61,7 @@ def _trajectory(path: Path, joint_names: Sequence[str]) -> Read:
         faults = []
     if not isinstance(points, list) or len(points) < 2:
         faults.append(Fault("points", "must be a list of two or more", None, "", str(path)))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     time = np.array([_since(point, k, faults, str(path)) for k, point in enumerate(points)])
     given = {
         name: word for name, word in SERIES.items() if any(isinstance(p, dict) and p.get(word) for p in points)
@@ -77,7 +75,6 @@ def _trajectory(path: Path, joint_names: Sequence[str]) -> Read:
 
 
 def _unwrapped(document: Any) -> Any:
-    """The message in a document; None where there is none."""
     for _ in range(len(WRAPPERS) + 1):
         if not isinstance(document, dict):
             return None
@@ -114,12 +111,10 @@ def _row(point: Any, word: str, k: int, n: int, faults: list[Fault], file: str) 
 def _raise_all(faults: list[Fault]) -> None:
     if len(faults) > SHOWN:
         faults[SHOWN:] = [Fault("points", f"{len(faults) - SHOWN} more like this", None, "", faults[0].file)]
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
 
 
 def _matlab(path: Path, joint_names: Sequence[str]) -> Read:
-    """Of a .mat file up to version 7."""
     from scipy.io import loadmat
 
     try:

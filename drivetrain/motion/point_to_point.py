@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array, checked_number, real_array
-from drivetrain.errors import LARGEST, Fault, Faults, InputError
+from drivetrain.errors import LARGEST, Fault, Faults, InputError, raise_faults
 from drivetrain.motion.motion import Motion
 from drivetrain.motion.profiles import Law, PathLimits, Profile
 
@@ -87,8 +87,7 @@ def waypoint_motion(
             faults += [Fault(here, fault.problem, fault.value, fault.hint) for fault in error.faults]
             continue
         blocks += [block, rest(end, 0.0, float(waits[index + 1]))]
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return joined(name, joint_names, blocks, f"{len(points)} waypoints, {type(profile).__name__} profile")
 
 
@@ -110,8 +109,7 @@ def limit_rows(limits: MotionLimits, n: int, place: str) -> Array:
         else:
             problem = f"must be above zero, one number or {n}; infinite where free"
             faults.append(Fault(f"{place}: {what} limit", problem, given))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return rows
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from drivetrain.arrays import Array, checked_number
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 
 # s = 10 u^3 - 15 u^4 + 6 u^5: largest values of its derivatives over u in [0, 1].
 QUINTIC_SPEED = 15.0 / 8.0  # at the middle
@@ -102,8 +102,7 @@ def _check_shares(shares: dict[str, float]) -> None:
             inside = False
         if not inside:
             faults.append(Fault("profile", f"{name} must be above 0 and at most 0.5", share))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
 
 
 @dataclass(frozen=True)

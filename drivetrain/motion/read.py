@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.motion.checks import (
     Series,
     jump_faults,
@@ -92,8 +92,7 @@ def read_motion(
         notes += spike_warnings(time, rows[2], joint, found.found["position", joint].column.unit)
         blocks.append(rows)
         ways.append(how)
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     notes += _unit_notes(found.found, joints)
     title = name or Path(table.file).stem
     head = f"{title}: {len(time)} samples{_origin(table)}, {time[-1] - time[0]:.4g} s"
@@ -144,8 +143,7 @@ def read_load_table(
         wrong, warnings = rate_mismatch(time, speeds, rates, STILL * float(np.ptp(speed)))
         faults += wrong
         notes += warnings
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     if given:
         acceleration = np.stack([found.found["acceleration", joint].values for joint in joints], axis=1)
         return LoadTable(title, joints, time, torque, speed, acceleration, (*notes, "acceleration as given"))
@@ -161,9 +159,7 @@ def _checked_time(table: Table, found: Assigned, faults: list[Fault], *, pairs: 
     """The time column [s]; raises what stands in the way of all further checks."""
     if faults or found.time is None:
         raise InputError(faults)
-    wrong = time_faults(_series(found.time, table), pairs=pairs)
-    if wrong:
-        raise InputError(wrong)
+    raise_faults(time_faults(_series(found.time, table), pairs=pairs))
     return found.time.values
 
 

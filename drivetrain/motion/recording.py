@@ -207,7 +207,6 @@ def _mat(file: Path) -> Mapping[str, Any]:
 
 
 def _bag(file: Path, joints: tuple[str, ...]) -> Mapping[str, Any]:
-    """Of the joint states in a ROS bag."""
     time, measured = joint_states(file, joints)
     if not len(time):
         raise InputError(Fault("file", f"holds no JointState of {', '.join(joints)}", file.name))

@@ -32,7 +32,6 @@ def job_data(study: Study, job: str, **data: Any) -> dict[str, Any]:
 
 
 def drives_data(drives: Mapping[str, tuple[str, str]]) -> dict[str, dict[str, str]]:
-    """Motor and gear by joint."""
     return {joint: {"motor": motor, "gear": gear} for joint, (motor, gear) in drives.items()}
 
 

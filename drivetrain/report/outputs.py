@@ -91,7 +91,6 @@ def result_json(
 
 
 def result_data(result: Evaluation | Selection, *, folder: Path | None = None) -> dict[str, Any]:
-    """An evaluation or a selection as plain data."""
     evaluation, selection = both(result)
     study = evaluation.study
     data = job_data(study, "size" if selection is None else "select") | {
@@ -156,7 +155,6 @@ def _amperes(check: Check) -> dict[str, Any] | None:
 
 
 def _joint(joint: JointResult, mounting: float | None) -> dict[str, Any]:
-    """One joint: its drive and every check."""
     return {
         "verdict": str(joint.verdict),
         "drive": {"motor": joint.motor, "gear": joint.gear}
@@ -174,7 +172,6 @@ def _joint(joint: JointResult, mounting: float | None) -> dict[str, Any]:
 
 
 def _set(one: DriveSet) -> dict[str, Any]:
-    """One of the best sets."""
     return {
         "objective": one.objective,
         "criteria": dict(sorted(one.criteria.items())),
@@ -183,7 +180,6 @@ def _set(one: DriveSet) -> dict[str, Any]:
 
 
 def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[str, Any]:
-    """What only a selection knows."""
     rejected: dict[str, dict[str, int]] = {joint: {} for joint in selection.evaluation.joints}
     for (joint, check), count in sorted(by_check.items(), key=lambda item: (-item[1], item[0])):
         rejected.setdefault(joint, {})[check] = count

@@ -27,7 +27,6 @@ def shown_unit(largest: float | None, unit: str) -> str:
 
 
 def convert(values: Any, unit: str, shown: str) -> Array:
-    """SI values in the unit shown."""
     return np.asarray(values, dtype=np.float64) if unit == shown else from_si(values, unit, shown)
 
 
@@ -40,7 +39,6 @@ def scaled(values: Array, unit: str, *others: float | None) -> tuple[Array, str]
 
 
 def printed_unit(unit: str) -> str:
-    """A unit as it is printed."""
     return _PRINTED.get(unit, unit).replace("ohm", "Ω").replace("^2", "²").replace(" ", "\u00a0")
 
 

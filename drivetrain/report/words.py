@@ -130,7 +130,6 @@ def identity(record: Motor | Gear | Brake | None) -> str:
 
 
 def both(result: Evaluation | Selection) -> tuple[Evaluation, Selection | None]:
-    """The evaluation of a result, and the selection if it is one."""
     return (result.evaluation, result) if isinstance(result, Selection) else (result, None)
 
 
@@ -183,7 +182,6 @@ def heat_model(motor: Motor, mounting: float | None) -> str:
 
 
 def joint_sentence(joint: JointResult) -> str:
-    """What limits a joint."""
     return f"{NOTHING[0].lower()}{NOTHING[1:-1]}" if joint.binding is None else check_sentence(joint.binding)
 
 
@@ -209,7 +207,6 @@ def overall_sentence(evaluation: Evaluation) -> str:
 
 
 def headline(evaluation: Evaluation, selection: Selection | None) -> str:
-    """The verdict in plain words."""
     if selection is not None and not selection.drives:
         unknown = selection.verdict is Verdict.NOT_CHECKED
         found = "is proven to meet all limits: data are missing" if unknown else "meets all limits"

@@ -42,7 +42,6 @@ class Decision:
 
     @property
     def verdict(self) -> Verdict:
-        """Of all checks, see ``verdict_of``."""
         return verdict_of(check for checks in self.checks.values() for check in checks)
 
 
@@ -157,7 +156,6 @@ class AutoChoice:
 
     @property
     def dropped(self) -> tuple[Judged, ...]:
-        """Effects that are left out."""
         return tuple(one for one in self.effects if not one.kept)
 
 

@@ -11,7 +11,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy
 from drivetrain.dynamics.forward import articulated_body, unchecked_accelerations
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.simulation.recording import Event, Recording, Series, energy_event
 from drivetrain.solvers.integrate import Rates, Solution, integrate
 from drivetrain.solvers.solver import DormandPrince853, Solver, check_positive
@@ -72,19 +72,15 @@ def simulate_passive(
 
 def checked_start(arm: Arm, q0: Any, qd0: Any) -> Array:
     """Positions and speeds in one vector, checked."""
-    faults: list[Fault] = []
-    parts: list[Array] = []
-    for name, value in (("q0", q0), ("qd0", qd0)):
-        try:
-            parts.append(checked_array(value, (arm.n,), name))
-        except InputError as error:
-            faults.extend(error.faults)
-    if not faults and np.abs(parts[1]).max() > FASTEST:
-        worst = int(np.argmax(np.abs(parts[1])))
-        faults.append(Fault(f"qd0[{worst}]", f"is no speed of an arm, above {FASTEST:g}", float(parts[1][worst])))
-    if faults:
-        raise InputError(faults)
-    return np.concatenate(parts)
+    faults = Faults()
+    position = faults.attempt(checked_array, q0, (arm.n,), "q0")
+    speed = faults.attempt(checked_array, qd0, (arm.n,), "qd0")
+    faults.raise_any()
+    assert position is not None and speed is not None
+    worst = int(np.argmax(np.abs(speed)))
+    if abs(speed[worst]) > FASTEST:
+        raise InputError(Fault(f"qd0[{worst}]", f"is no speed of an arm, above {FASTEST:g}", float(speed[worst])))
+    return np.concatenate([position, speed])
 
 
 def recorded_times(duration: float, interval: float) -> Array:

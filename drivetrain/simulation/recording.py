@@ -233,7 +233,6 @@ class Recording:
         return self.series[name]
 
     def _header(self) -> str:
-        """All but the numbers, as JSON."""
         header: dict[str, Any] = {
             "format": FORMAT,
             "series": [[name, series.unit] for name, series in self.series.items()],

@@ -70,7 +70,6 @@ def simulate(
 
 
 def engine_of(solver: Engine | Solver | None) -> Engine:
-    """The engine that is meant."""
     engine = FixedStep() if solver is None else AdaptiveStep(solver) if isinstance(solver, Solver) else solver
     if not isinstance(engine, Engine):
         raise InputError(Fault("solver", "must be an engine, such as FixedStep(0.001)", solver))
@@ -78,7 +77,6 @@ def engine_of(solver: Engine | Solver | None) -> Engine:
 
 
 def _given(start: object, resume: Recording | None) -> Mapping[str, float]:
-    """The states that are given."""
     if isinstance(start, str) and start == EQUILIBRIUM:
         return {}
     if not isinstance(start, Mapping):

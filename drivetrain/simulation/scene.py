@@ -9,7 +9,7 @@ from typing import Any
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
 from drivetrain.effects.effect import Effect
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.solvers.solver import check_positive
 
 WHOLE = "scene"  # the name under which effects of the whole scene stand
@@ -34,16 +34,12 @@ class Inertia:
     name: str = "joint"
 
     def __post_init__(self) -> None:
-        faults: list[Fault] = []
+        faults = Faults()
         for name in ("inertia", "weight", "phase"):
-            try:
-                checked_array(getattr(self, name), (), name)
-            except InputError as error:
-                faults.extend(error.faults)
-        if not faults and self.inertia < 0.0:
-            faults.append(Fault("inertia", "must not be negative [kg m^2 or kg]", self.inertia))
-        if faults:
-            raise InputError(faults)
+            faults.attempt(checked_array, getattr(self, name), (), name)
+        if not faults.found and self.inertia < 0.0:
+            faults.add("inertia", "must not be negative [kg m^2 or kg]", self.inertia)
+        faults.raise_any()
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,30 +66,24 @@ class Scene:
     def __post_init__(self) -> None:
         _check_kinds(self.body, self.effects)
         check_positive("duration", self.duration, "s")
-        faults = []
+        faults = Faults()
         kept: dict[str, tuple[Effect, ...]] = {}
         for name, effects in self.effects.items():
             listed = (effects,) if isinstance(effects, Effect) else tuple(effects)
             kept[name] = listed
             if name != WHOLE and name not in self.joints:
-                hint = nearest(name, [*self.joints, WHOLE])
-                faults.append(Fault(f"effects[{name!r}]", "no joint of that name", name, hint))
+                faults.add(f"effects[{name!r}]", "no joint of that name", name, nearest(name, [*self.joints, WHOLE]))
             wanted = "scene" if name == WHOLE else "joint"
             for effect in listed:
                 if not isinstance(effect, Effect):
-                    faults.append(Fault(f"effects[{name!r}]", "must be an effect, made with its numbers", effect))
+                    faults.add(f"effects[{name!r}]", "must be an effect, made with its numbers", effect)
                 elif effect.scope != wanted:
                     problem = f"is an effect of a {effect.scope}, not of a {wanted}"
-                    faults.append(Fault(f"effects[{name!r}]", problem, type(effect).__name__))
-        n = len(self.joints)
+                    faults.add(f"effects[{name!r}]", problem, type(effect).__name__)
         for name in ("position", "speed"):
-            if getattr(self, name) is not None:
-                try:
-                    object.__setattr__(self, name, checked_array(getattr(self, name), (n,), name))
-                except InputError as error:
-                    faults.extend(error.faults)
-        if faults:
-            raise InputError(faults)
+            if (given := getattr(self, name)) is not None:
+                object.__setattr__(self, name, faults.attempt(checked_array, given, (len(self.joints),), name))
+        faults.raise_any()
         object.__setattr__(self, "effects", kept)
 
     @property
@@ -111,21 +101,18 @@ class Scene:
 
 def _check_kinds(body: object, effects: object) -> None:
     """A body, and effects by name: what is neither has nothing that could be looked at further."""
-    faults = []
+    faults = Faults()
     if not isinstance(body, Arm | Inertia):
-        faults.append(Fault("body", "must be an arm or an Inertia", body, "dt.load_arm reads an arm from its name"))
+        faults.add("body", "must be an arm or an Inertia", body, "dt.load_arm reads an arm from its name")
     if not isinstance(effects, Mapping):
         hint = "such as {'joint_1': (effect, effect), 'scene': (effect,)}"
-        faults.append(Fault("effects", "must be effects by the name of their joint", effects, hint))
+        faults.add("effects", "must be effects by the name of their joint", effects, hint)
     else:
         hint = "such as dt.DryFriction(...): an object, neither its name nor its class"
-        faults += [
-            Fault(f"effects[{name!r}]", "must be an effect, or several", one, hint)
-            for name, one in effects.items()
-            if isinstance(one, str) or not isinstance(one, Effect | Iterable)
-        ]
-    if faults:
-        raise InputError(faults)
+        for name, one in effects.items():
+            if isinstance(one, str) or not isinstance(one, Effect | Iterable):
+                faults.add(f"effects[{name!r}]", "must be an effect, or several", one, hint)
+    faults.raise_any()
 
 
 def joint_scene(

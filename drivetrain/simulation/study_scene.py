@@ -34,7 +34,7 @@ from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.effects.motor.winding_heat import WindingHeat
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle
 from drivetrain.motion.motion import Motion
 from drivetrain.records import as_record, known
@@ -69,10 +69,7 @@ def axis_faults(study: Study) -> list[Fault]:
 
 
 def axis_body(study: Study) -> Inertia:
-    """The load as one inertia."""
-    faults = axis_faults(study)
-    if faults:
-        raise InputError(faults)
+    raise_faults(axis_faults(study))
     task = study.joints[0]
     return Inertia(float(task.load_inertia or 0.0), name=task.name)
 
@@ -83,7 +80,6 @@ def axis_rotor(drive: Drive) -> ReflectedRotor:
 
 
 def axis_inertia(study: Study, drive: Drive) -> float:
-    """What the axis accelerates."""
     return float(study.joints[0].load_inertia or 0.0) + drive.gear.ratio**2 * drive_inertia(drive)
 
 
@@ -149,8 +145,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
         if task.amplifiers:
             some = ", ".join(one.key for one in task.amplifiers)
             faults.append(Fault(f"joints.{task.name}.amplifier", "is still to be chosen", some, hint))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     start = study.cycle.position[0]
     body = axis_body(study) if study.arm is None else loaded_arm(study, drives, -1)
     if isinstance(body, Inertia):
@@ -225,7 +220,6 @@ def _carried(study: Study, repetitions: int) -> tuple[Effect, ...]:
 
 
 def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, options: SceneOptions) -> tuple[Effect, ...]:
-    """The effects of one joint."""
     constant = torque_constant(drive.motor, drive.motor.reference_temperature)
     loop = PositionLoop(inertia * options.bandwidth**2, 2.0 * inertia * options.bandwidth, constant)
     effects: list[Effect] = [loop, *drive_effects(task, drive, surroundings(study), options)]
@@ -251,7 +245,6 @@ class Surroundings:
 
 
 def surroundings(study: Study) -> Surroundings:
-    """Those of a study."""
     cold = float(study.drag_temperature(study.ambient))
     return Surroundings(study.supply.voltage, study.ambient, cold, study.gear_temperature is None)
 
@@ -287,7 +280,6 @@ def _drag(drive: Drive, around: Surroundings) -> list[Effect]:
 
 
 def _friction(law: Friction, side: Side) -> list[Effect]:
-    """Dry and viscous part, where there is any."""
     effects: list[Effect] = []
     if not law.tanh_speed and (law.coulomb or law.coulomb_negative or law.static):
         effects.append(DryFriction(law, side))

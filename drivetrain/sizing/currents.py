@@ -14,7 +14,7 @@ from drivetrain.drive.drive import drive_inertia, loss_speed, resting, shaft_fri
 from drivetrain.drive.friction import friction_torque
 from drivetrain.drive.gear import complete, drag_torque, mesh_of, mesh_slope, mesh_torque
 from drivetrain.drive.motor import winding_resistance
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, raise_faults
 from drivetrain.records import as_record
 from drivetrain.sizing.demand.demand import at_rest
 from drivetrain.sizing.demand.load_basis import all_numbers, counterbalance_torques, load_basis
@@ -64,8 +64,7 @@ def current_commands(
     faults = [] if hold in (0, 1) else [Fault("hold", "must be 0 or 1", hold)]
     if rate is not None and not 0.0 < rate < np.inf:
         faults.append(Fault("rate", "must be positive [Hz]", rate))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     evaluation = evaluate(evaluation) if isinstance(evaluation, Study) else evaluation
     evaluation = every_drive(evaluation) if isinstance(evaluation, Selection) else evaluation
     loads = _load_parts(evaluation)

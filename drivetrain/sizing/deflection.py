@@ -184,7 +184,6 @@ def joint_stiffness(evaluation: Evaluation) -> Array:
 
 
 def _drives(evaluation: Evaluation) -> dict[str, Drive]:
-    """By joint name."""
     return {name: joint.drive for name, joint in evaluation.joints.items()}
 
 

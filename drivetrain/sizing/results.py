@@ -107,7 +107,6 @@ class JointResult:
 
     @property
     def verdict(self) -> Verdict:
-        """Of its checks, see ``verdict_of``."""
         return verdict_of(self.checks)
 
     @property

@@ -33,7 +33,6 @@ def compiled(function: Callable[..., None]) -> Any:
 
 
 def address_of(function: Any, place: str, *, needed: bool = False) -> int:
-    """Where a compiled function lies."""
     if function is None and not needed:
         return 0
     address = getattr(function, "address", function)

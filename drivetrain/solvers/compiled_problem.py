@@ -82,7 +82,6 @@ class CompiledProblem:
             raise InputError(Fault("problem.names", f"must have {self.size} entries", self.names))
 
     def name(self, index: int) -> str:
-        """What to call a state."""
         return f"state {self.names[index]!r}" if self.names else f"state {index}"
 
     def addresses(self) -> dict[str, int]:

@@ -32,7 +32,6 @@ def _events_at(run: Any, t: float, point: Array, values: Array) -> None:
 
 @law
 def _events_here(run: Any, states: Any, point: Array, values: Array) -> None:
-    """The values of all events here and now."""
     load(states, point)
     _events_at(run, run.clock.time, point, values)
 

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.solvers import tableaux
 from drivetrain.solvers.tableaux import Tableau
 
@@ -229,21 +229,14 @@ def check_positive(place: str, value: float, unit: str) -> None:
 
 def wanted_and_start(times: Any, start: Any) -> tuple[Array, Array]:
     """The wanted instants, which must rise [s], (N,), N >= 2, and a copy of the start, (m,); all faults at once."""
-    faults: list[Fault] = []
-    wanted = state = np.empty(0)
-    try:
-        wanted = checked_array(times, (None,), "times")
-        if len(wanted) < 2 or not (np.diff(wanted) > 0.0).all():
-            faults.append(Fault("times", "must be at least two instants that rise [s]", wanted[:5].tolist()))
-    except InputError as error:
-        faults.extend(error.faults)
-    try:
-        state = checked_array(start, (None,), "start").copy()
-    except InputError as error:
-        faults.extend(error.faults)
-    if faults:
-        raise InputError(faults)
-    return wanted, state
+    faults = Faults()
+    wanted = faults.attempt(checked_array, times, (None,), "times")
+    if wanted is not None and (len(wanted) < 2 or not (np.diff(wanted) > 0.0).all()):
+        faults.add("times", "must be at least two instants that rise [s]", wanted[:5].tolist())
+    state = faults.attempt(checked_array, start, (None,), "start")
+    faults.raise_any()
+    assert wanted is not None and state is not None
+    return wanted, state.copy()
 
 
 def inner_points(breakpoints: Sequence[float], first: float, last: float) -> list[float]:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg import cho_solve
 
 from drivetrain.arrays import Array, batch, checked_array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.spatial.poses import exp_pose
 from drivetrain.spatial.rotations import is_rotation
 from drivetrain.spatial.wrenches import bracket, dual_bracket, like, same_batches
@@ -92,9 +92,7 @@ def _symmetric(inertia: Any) -> Array:
 def _factor(matrix: Array) -> tuple[Array, Array]:
     """Cholesky's factor of the matrix scaled to a unit diagonal, and the scale: kg and kg m^2 may be decades apart."""
     diagonal = np.diag(matrix)
-    faults = [Fault(f"inertia[{i}][{i}]", "must be positive", float(d)) for i, d in enumerate(diagonal) if d <= 0.0]
-    if faults:
-        raise InputError(faults)
+    raise_faults(Fault(f"inertia[{i}][{i}]", "must be positive", float(d)) for i, d in enumerate(diagonal) if d <= 0.0)
     scale = 1.0 / np.sqrt(diagonal)
     try:
         factor = np.asarray(np.linalg.cholesky(matrix * np.outer(scale, scale)), dtype=np.float64)
@@ -143,8 +141,7 @@ def free_motion(inertia: Any, pose_s_b: Any, twist: Any, time: Any, *, wrench: W
     start = checked_array(pose_s_b, (4, 4), "pose_s_b")
     if not is_rotation(start[:3, :3]):
         faults.append(Fault("pose_s_b", "its rotation must be orthogonal with determinant +1", start.tolist()))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     first = checked_array(twist, (6,), "twist")
     rate = _rate_law(inertia, wrench)
     poses, twists = np.empty((len(times), 4, 4)), np.empty((len(times), 6))
@@ -163,7 +160,6 @@ def space_momentum(inertia: Any, motion: FreeMotion) -> Array:
 
 
 def _rate_law(inertia: Any, wrench: Wrench | None) -> Wrench:
-    """The rate of the twist as a function of time, pose and twist."""
     # The accelerations of unit wrenches at rest are the columns of the inverse, which is needed four times a step.
     inverse = body_acceleration(inertia, np.zeros((6, 6)), np.eye(6))
     matrix = np.asarray(inertia, dtype=np.float64)
@@ -178,7 +174,6 @@ def _rate_law(inertia: Any, wrench: Wrench | None) -> Wrench:
 
 
 def _step(rate: Wrench, time: float, step: float, pose: Array, twist: Array) -> tuple[Array, Array]:
-    """Pose and twist one step later."""
     shifts, rates = [np.zeros(6)], [np.zeros(6)]
     for share in (0.0, 0.5, 0.5, 1.0):
         shift, v = share * step * shifts[-1], twist + share * step * rates[-1]

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array, axes_of, checked_array, checked_number, frozen_array, read_only
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.whole_files import check_size, is_there
 
@@ -120,8 +120,7 @@ def _check_closed(faces: np.ndarray, name: str) -> None:
     if disputed:
         problem = f"is not consistently wound: {disputed} edges of {len(uses)} are run the same way by both triangles"
         faults.append(Fault(name, problem, None, "order corners counterclockwise as seen from outside"))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
 
 
 def _check_outwards(faces: np.ndarray, vertices: Array, volumes: Array, corners: Array, name: str) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array, batch, checked_array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, raise_faults
 from drivetrain.spatial.rotations import skew
 
 
@@ -51,13 +51,11 @@ def same_batches(width: int, named: dict[str, Any]) -> list[Array]:
     """Samples or batches of one shape, each as a batch (N, width); N = 1 for one sample."""
     arrays = [batch(value, width, name) for name, value in named.items()]
     lead, first = next(iter(named.items()))
-    faults = [
+    raise_faults(
         Fault(name, f"must have the shape of {lead}, {np.shape(first)}", f"shape {np.shape(value)}")
         for name, value in named.items()
         if np.shape(value) != np.shape(first)
-    ]
-    if faults:
-        raise InputError(faults)
+    )
     return arrays
 
 

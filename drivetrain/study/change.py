@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.model import Payload, Study, refuse_moving_base
 
@@ -39,8 +39,7 @@ class TaskChange:
                 faults.append(Fault(name, "a factor must be positive", value))
         if not math.isfinite(self.ambient):
             faults.append(Fault("ambient", "a difference of temperature must be finite [K]", self.ambient))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
 
 
 def changed(study: Study, change: TaskChange) -> Study:

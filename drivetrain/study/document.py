@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from drivetrain.errors import Fault, InputError, nearest, plain
+from drivetrain.errors import Fault, InputError, nearest, plain, raise_faults
 from drivetrain.whole_files import read_bytes
 
 Place = tuple[str | int, ...]  # keys and list positions from the top, such as ("joints", "elbow", "drive")
@@ -78,8 +78,7 @@ def parsed_document(file: Path, content: bytes) -> Document:
     lines: dict[Place, int] = {}
     faults: list[Fault] = []
     data = _data(node, (), file, lines, faults)
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return Document(file, content, data, lines)
 
 

@@ -33,7 +33,6 @@ class Form(BaseModel):
     assumed_limits: ClassVar[dict[str, Any]] = {}  # for what a file must state and this one does not
 
     def made(self, **more: Any) -> Any:
-        """What the entry stands for, as ``made``."""
         names = type(self).model_fields.keys() & {one.name for one in fields(self.stands_for)}
         return self.stands_for(**{name: made(getattr(self, name)) for name in names} | more)
 

@@ -196,7 +196,6 @@ def _free_name(motion: Any, taken: Mapping[str, Any]) -> str:
 
 
 def _samples(motion: Any, data: Mapping[str, Any], place: str) -> dict[str, str]:
-    """A motion as the lines of a motion file."""
     if isinstance(motion, str | Path):
         return {"file": str(motion)}
     if isinstance(motion, pd.DataFrame):

@@ -116,7 +116,6 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
 
 
 def named_files(form: StudyForm, document: Document) -> list[Path]:
-    """The files and folders a study names."""
     places = [place for place in file_places(document.data) if place[0] != "catalogs"]
     named = [document.folder / entry_at(document.data, place) for place in places]
     return [*named, *catalog_folders(form, document.folder)]
@@ -176,7 +175,6 @@ def resolve_simulation(form: StudyForm, joints: Sequence[str], ledger: Ledger) -
 
 
 def _named(entries: Mapping[str, T], joints: Sequence[str], what: str, ledger: Ledger) -> dict[str, T]:
-    """The entry of each joint that has one, over the default one."""
     known = [*joints, DEFAULT]
     for name in entries if joints else ():
         if name not in known:

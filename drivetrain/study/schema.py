@@ -289,7 +289,6 @@ class AxisForm(form_of(LoopLink, without=("slides", "driven", "lower", "upper", 
     inertia: InertiaForm | None = Field(default=None, description="about the centre of mass, in axes of the base")
 
     def made(self, **more: Any) -> LoopLink:
-        """The link."""
         link: LoopLink = super().made(slides=self.kind == "prismatic", **more)
         return link
 

@@ -93,7 +93,6 @@ def file_places(data: Mapping[str, Any]) -> Iterator[Place]:
 
 
 def entry_at(data: Any, place: Place) -> Any:
-    """What stands at a place."""
     return reduce(getitem, place, data)
 
 

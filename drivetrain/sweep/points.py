@@ -104,7 +104,6 @@ class Sweep:
         return -(-len(self) // self.points_per_shard)
 
     def points(self, shard: int) -> Iterator[Point]:
-        """The points of one file."""
         first = shard * self.points_per_shard
         last = min(first + self.points_per_shard, len(self))
         for index, chosen in enumerate(itertools.islice(itertools.product(*self.values), first, last), first):
@@ -159,7 +158,6 @@ def study_of(sweep: Sweep, point: Point) -> Study:
 
 
 def task_of(study: Study, point: Point) -> Study:
-    """The study of one point with its task changed."""
     return changed(study, point.change)
 
 

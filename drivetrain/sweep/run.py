@@ -136,7 +136,6 @@ def _spread(
 
 
 def _shard(sweep: Sweep, shard: int, work: Work) -> tuple[int, list[Row]]:
-    """What a worker does."""
     return shard, rows_of(sweep, work)
 
 

@@ -30,7 +30,6 @@ _DIGEST = b"drivetrain.sweep"
 
 
 def rows_of(sweep: Sweep, work: Sequence[tuple[Point, Study | str]]) -> list[Row]:
-    """The rows of some points."""
     return [_row(sweep, point, study) for point, study in work]
 
 
@@ -46,7 +45,6 @@ def _row(sweep: Sweep, point: Point, study: Study | str) -> Row:
 
 
 def _answer(run: str, study: Study) -> Row:
-    """What a selection or an evaluation found."""
     if run == SELECT:
         selection = select(study, advise=False)
         evaluation, drives, proof = selection.evaluation, dict(selection.drives), selection.proof

@@ -77,7 +77,6 @@ def _column(header: str) -> str:
 
 
 def _rows(path: Path, convention: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Header, and the rows with their line numbers."""
     suffix = path.suffix.lower()
     if suffix not in (".json", ".m", ".py"):
         return _csv(path)
@@ -195,7 +194,6 @@ def _python_steps(text: str) -> Iterator[Step]:
 
 
 def _matlab_steps(text: str) -> Iterator[Step]:
-    """The same of a script."""
     lines = [re.sub(r"('[^'\n]*')|%.*", r"\1", line) for line in text.splitlines()]
     statement, first = "", 1
     for number, line in enumerate(lines, 1):
@@ -277,7 +275,6 @@ def _made_link(name: str, call: ast.Call, names: dict[str, Any]) -> dict[str, An
 
 
 def _cells(link: dict[str, Any]) -> Link:
-    """The cells of a link, each with its unit."""
     slides = float(link.get("sigma", 0)) == 1.0
     own = "m" if slides else "rad"
     units = {"theta": "rad", "d": "m", "a": "m", "alpha": "rad", "offset": own, "m": "kg"}

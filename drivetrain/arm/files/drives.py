@@ -144,7 +144,6 @@ def _drive(
 
 
 def _drake(reader: Reader, element: ElementTree.Element, joint: str) -> dict[str, float]:
-    """The values of the drake tags that are children of an element."""
     found = {}
     for tag in (ROTOR_INERTIA, GEAR_RATIO):
         child = next((child for child in element if child.tag == tag), None)  # find() reads a colon otherwise

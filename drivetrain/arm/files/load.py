@@ -68,7 +68,6 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
 
 
 def _in_package(address: str) -> Path:
-    """The file of a ROS package."""
     found = package_file(address)
     if found is None:
         name = address.removeprefix(PACKAGE).partition("/")[0]

@@ -107,7 +107,6 @@ def _defaults(
     above: dict[str, dict[str, str]],
     found: dict[str, dict[str, dict[str, str]]],
 ) -> None:
-    """Of a class and those below it, by tag."""
     own = {tag: dict(values) for tag, values in above.items()}
     for child in element:
         if child.tag != "default":
@@ -181,7 +180,6 @@ def _joint(
 
 
 def _inertial(reading: _Reading, element: ElementTree.Element, frame: Array, place: str) -> RigidBody | None:
-    """Of a body, in the frame of its link."""
     found = element.find("inertial")
     reader = reading.reader
     if found is None:

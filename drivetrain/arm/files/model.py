@@ -92,7 +92,6 @@ def read_model(path: Path) -> UrdfModel:
 
 
 def _by_name(reader: Reader, root: ElementTree.Element, tag: str) -> dict[str, ElementTree.Element]:
-    """The elements of one tag by their names, which must differ."""
     found: dict[str, ElementTree.Element] = {}
     for i, element in enumerate(root.findall(tag)):
         name = reader.text(element, "name", f"{tag} number {i + 1}")
@@ -167,7 +166,6 @@ def _joint(reader: Reader, name: str, element: ElementTree.Element) -> UrdfJoint
 
 
 def _end(reader: Reader, element: ElementTree.Element, tag: str, place: str) -> str:
-    """The link at one end of a joint."""
     end = element.find(tag)
     if end is None:
         reader.faults.add(place, f"needs <{tag}>")

@@ -106,7 +106,6 @@ def _text(element: ElementTree.Element, tag: str) -> str:
 
 
 def _numbers(reader: Reader, text: str, place: str, default: list[float]) -> Array:
-    """Numbers that stand as the text of an element."""
     held = ElementTree.Element("value", {"text": text} if text else {})
     return reader.numbers(held, "text", place, default)
 

@@ -90,7 +90,6 @@ def _roots(path: Path) -> list[Path]:
 
 
 def _stated(variable: str) -> list[Path]:
-    """The folders that a variable of the environment lists."""
     return [Path(one) for one in os.environ.get(variable, "").split(os.pathsep) if one]
 
 
@@ -123,7 +122,6 @@ class Reader:
         self.ignored: Counter[str] = Counter()
 
     def text(self, element: ElementTree.Element, attribute: str, place: str) -> str:
-        """A required attribute."""
         value = element.get(attribute, "").strip()
         if not value:
             self.faults.add(place, f'<{element.tag}> needs the attribute "{attribute}"')

@@ -17,7 +17,7 @@ from drivetrain.arm.kinematics import tip_jacobian
 from drivetrain.arrays import Array, batch, checked_array, finite_samples
 from drivetrain.dynamics.core.factor import factorise
 from drivetrain.dynamics.mass import mass_matrix, solve_lower
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 
 BASE_AXES = np.eye(3)
 STUCK = 1e-12  # of the largest: a square root of a mobility below this is rounding, not motion
@@ -177,8 +177,7 @@ def outline(ellipsoid: Ellipsoid, *, longest: float = np.inf, points: int = 181)
         faults.append(Fault("longest", "must be given for an ellipsoid with an infinite semi-axis", longest))
     if points < 4:
         faults.append(Fault("points", "must be at least 4", points))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     angle = np.linspace(0.0, 2.0 * np.pi, points)
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
     return np.asarray((circle * lengths[..., None, :]) @ np.swapaxes(ellipsoid.directions, -1, -2))

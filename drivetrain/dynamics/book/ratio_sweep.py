@@ -15,7 +15,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, axes_of, checked_array, finite_samples
 from drivetrain.dynamics.mass import mass_matrix
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +40,7 @@ def with_ratio(arm: Arm, ratio: float) -> Arm:
     faults = [] if size > 0.0 else [Fault("ratio", "must be positive", size)]
     if all(rotor is None for rotor in arm.rotors):
         faults.append(Fault("arm", "has no rotors whose ratio could change", arm.name, "see with_rotors"))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     turned = (None if r is None else replace(r, ratio=float(np.copysign(size, r.ratio))) for r in arm.rotors)
     return replace(arm, rotors=tuple(turned))
 

@@ -215,7 +215,6 @@ def _trigonometry(arm: Arm, q: Sequence[Symbol]) -> Trigonometry:
 
 
 def _energies(arm: Arm, algebra: Trigonometry) -> tuple[Polynomials, Any]:
-    """The mass matrix and the potential."""
     n = arm.n
     mass, potential = _constant(algebra, np.zeros((n, n))), algebra.number(0.0)
     slopes = np.vectorize(algebra.slope, otypes=[object], excluded=[1])

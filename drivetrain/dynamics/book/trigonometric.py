@@ -65,7 +65,6 @@ class Trigonometry:
         return self.generators[first], self.generators[first + 1]
 
     def slope(self, value: PolyElement, variable: int) -> PolyElement:
-        """The derivative by one of the variables."""
         result = value.diff(self.position(variable))
         for angle, factors in enumerate(self.factors):
             if factors[variable]:

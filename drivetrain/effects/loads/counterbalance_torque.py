@@ -26,7 +26,6 @@ class Own:
 
 @law
 def _torque(own: Any, table: Any, angle: float) -> float:
-    """Of the levers, and of the table."""
     return lever_torque(own.balance, angle) + table_value(table, angle)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from drivetrain.arrays import Array, checked_array
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, raise_faults
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +56,7 @@ class PayloadChange(Effect):
         for k, body in enumerate(self.bodies):
             if not 0.0 <= body.mass < np.inf:
                 faults.append(Fault(f"bodies[{k}].mass", "must not be negative [kg]", body.mass))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
         object.__setattr__(self, "time", time)
 
     def ports(self, place: Place) -> Ports:

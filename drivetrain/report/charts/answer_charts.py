@@ -40,7 +40,6 @@ _NUMBER = re.compile(r"\s*([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)\s*(.*)$")
 
 
 def drives_text(drives: dict[str, tuple[str, str]]) -> str:
-    """Motor and gear of every joint, a line each."""
     return "\n".join(f"{joint}: {motor} + {gear or 'no gear'}" for joint, (motor, gear) in drives.items())
 
 

@@ -114,7 +114,6 @@ def gear_limits(gear: Gear) -> list[tuple[str, float, str]]:
 
 
 def _unit(joints: list[JointResult], field: str, unit: str) -> str:
-    """In which all joints show a series."""
     known = [getattr(joint.series, field) for joint in joints if getattr(joint.series, field) is not None]
     return scaled(np.concatenate(known), unit)[1] if known else unit
 
@@ -122,7 +121,6 @@ def _unit(joints: list[JointResult], field: str, unit: str) -> str:
 def _joint(
     joint: JointResult, task: JointTask, study: Study, kept: NDArray[np.intp], units: dict[str, str]
 ) -> dict[str, Any]:
-    """One joint: series, regions, limits, and what the slider of its ratio needs."""
     series, drive = joint.series, joint.drive
     slides = task.travel_per_turn is not None
 

@@ -85,7 +85,6 @@ def png_bytes(figure: Figure, dpi: float = 150) -> bytes:
 
 
 def draw(chart: Chart, axes: Axes) -> Axes:
-    """A chart in axes."""
     for mark in chart.marks:
         _draw(mark, axes)
     axes.set_xlabel(chart.x)
@@ -113,7 +112,6 @@ def draw(chart: Chart, axes: Axes) -> Axes:
 
 
 def figure_of(charts: Sequence[Chart]) -> Figure:
-    """Charts below each other."""
     with house_style("charts"):
         heights = [chart.height / 96.0 for chart in charts]
         figure = Figure(figsize=(7.6, sum(heights)), layout="constrained")
@@ -124,7 +122,6 @@ def figure_of(charts: Sequence[Chart]) -> Figure:
 
 
 def _draw(mark: Mark, axes: Axes) -> None:
-    """One mark."""
     colour, x, y, to = NAMED.get(mark.colour, mark.colour), *(np.asarray(v, float) for v in (mark.x, mark.y, mark.to))
     style: dict[str, Any] = {"color": colour, "alpha": mark.alpha}
     line = style | {"linewidth": mark.size, "linestyle": "--" if mark.dash else "-"}

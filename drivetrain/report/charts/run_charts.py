@@ -73,7 +73,6 @@ def bode_charts(joint: str, design: LoopDesign, light: LoopDesign | None = None)
 
 
 def step_chart(loops: JointLoops) -> Chart:
-    """The motor's angle after a step of its command, with the heaviest and the lightest load."""
     kind: Literal["step", "line"] = "step" if loops.timing.period > 0.0 else "line"
     curves = [(loops.step, "heaviest load", ORANGE, False)]
     if loops.light is not loops.design:
@@ -173,7 +172,6 @@ def _lines(
 
 def _over_time(recording: Recording, label: str, y: str, marks: list[Mark], height: int = 230,
                rows: Sequence[str] = (), y_range: Sequence[float] = ()) -> Chart:  # fmt: skip
-    """A chart on the run's clock."""
     if recording.stopped_by is not None:
         marks = [*marks, Mark("rule", x=[recording.stopped_by.time], label="stopped", colour=VERMILLION)]
     ends = (float(recording.time[0]), float(recording.time[-1]))
@@ -263,7 +261,6 @@ def _shares(change: Change, tip: float) -> tuple[float, ...]:
 
 
 def effects_charts(found: EffectCosts) -> tuple[Chart, Chart]:
-    """What each effect changes when it is left out, and what it costs to keep."""
     rows, tip = [row.label for row in found.rows], found.full.tip_deviation
     changes = np.array([worst(row, tip) for row in found.rows]).reshape(len(rows), len(SHOWN))
     height, marks = 0.8 / len(SHOWN), [Mark("rule", x=[1.0], colour="ink", dash=True, label="1 %")]
@@ -288,7 +285,6 @@ def effects_charts(found: EffectCosts) -> tuple[Chart, Chart]:
 
 
 def solver_charts(found: SolverCosts) -> tuple[Chart, Chart]:
-    """Error in the decision quantities over processor time and over evaluations."""
     floor, charts = max(2.0 * found.settled, 1e-12), []
     works = (
         ("seconds", "processor time of a run [s]"),
@@ -314,7 +310,6 @@ def solver_charts(found: SolverCosts) -> tuple[Chart, Chart]:
 
 
 def roads_charts(found: RoadsCompared) -> tuple[Chart, ...]:
-    """The current of every joint by both roads."""
     return tuple(
         Chart(f"{joint}: current by sizing and by simulation", "time [s]", "current [A]",
               [Mark("line", road.time, road.forward, label="simulated", colour=SKY, size=3),

@@ -39,7 +39,6 @@ class AccuracyFound:
 
 
 def accuracy_report(found: AccuracyFound) -> str:
-    """The page."""
     end = end_of(found.evaluation.study)
     sections = [
         _effects(found.effects, end), _auto(found.auto, end), _solvers(found.solvers), _roads(found.roads),
@@ -178,7 +177,6 @@ def _roads(found: RoadsCompared) -> Section:
 
 
 def accuracy_lines(found: AccuracyFound) -> list[str]:
-    """What was found, for the terminal."""
     effects, auto, tip = found.effects, found.auto, found.effects.full.tip_deviation
     shown = (*SHOWN[:4], end_of(found.evaluation.study).name)
     lines = [f"full scene: {effects.full.verdict}, {with_unit(effects.seconds, 's')} a run"]
@@ -209,7 +207,6 @@ def accuracy_lines(found: AccuracyFound) -> list[str]:
 
 
 def accuracy_json(found: AccuracyFound) -> str:
-    """All of it as JSON text, in SI."""
     effects, auto, solvers = found.effects, found.auto, found.solvers
     proof = found.auto.proof
     data = {

@@ -48,7 +48,6 @@ def _unique(notes: list[str]) -> tuple[str, ...]:
 
 
 def _task(study: Study) -> Group:
-    """The arm and the cycle."""
     cycle = study.cycle
     lines = []
     if study.arm is None:
@@ -69,7 +68,6 @@ def _task(study: Study) -> Group:
 
 
 def _surroundings(study: Study) -> Group:
-    """Air, supply and amplifiers."""
     supply = study.supply
     lines = [
         ("ambient", f"{study.ambient:g} °C"),
@@ -94,7 +92,6 @@ def _limit(value: float | None, unit: str) -> str:
 
 
 def _amplifiers(joints: tuple[JointTask, ...]) -> list[tuple[str, str]]:
-    """Joints with the same amplifier in one line."""
     groups: dict[object, list[str]] = {}
     for task in joints:
         groups.setdefault(task.amplifier, []).append(task.name)
@@ -115,7 +112,6 @@ def _amplifiers(joints: tuple[JointTask, ...]) -> list[tuple[str, str]]:
 
 
 def _heat(evaluation: Evaluation) -> Group:
-    """Reference temperatures of the sheets, and mountings that replace them."""
     motors = [joint.drive.motor for joint in evaluation.joints.values()]
     references = sorted({motor.reference_temperature for motor in motors})
     coefficients = sorted({motor.magnet_coefficient for motor in motors})
@@ -224,7 +220,6 @@ def _or_unknown(value: float | None, unit: str) -> str:
 
 
 def _friction(study: Study) -> Group:
-    """Friction that the study states for each joint."""
     lines = []
     for task in study.joints:
         for where, friction in (("at the output", task.friction), ("at the motor shaft", task.motor_friction)):

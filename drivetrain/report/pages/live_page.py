@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from drivetrain.drive.matching import scaled_gear
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.report.pages.report_page import report_content, report_text
 from drivetrain.report.pages.sheet import page_text
 from drivetrain.report.quantities import number
@@ -51,7 +51,6 @@ class LivePage:
         self._kept: tuple[Any, WorkFamily] | None = None
 
     def page(self) -> str:
-        """The whole page."""
         evaluation, _ = both(self.first)
         tasks = {task.name: task for task in self.study.joints}
         catalog, lists, joints = self.study.catalog, dict[Any, int](), []
@@ -93,8 +92,7 @@ class LivePage:
                 faults.append(Fault(name, "is no joint of the study", value, nearest(name, names)))
             elif not 1.0 / LARGEST <= value <= LARGEST:
                 faults.append(Fault(f"ratio of {name}", f"must be from {1.0 / LARGEST:g} to {LARGEST:g}", value))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
         changes = [(self.controls[name], value) for name, value in values.items()]
         changes = [(one, value) for one, value in changes if value != one.now]
         if not anew:

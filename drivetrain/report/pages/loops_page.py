@@ -22,7 +22,6 @@ PER_RPM = TURN / 60.0  # rad/s
 
 
 def loops_report(study: Study, found: StudyLoops) -> str:
-    """The loops as a page."""
     sections = [_section(one) for one in found.joints]
     sections += [
         Section(name, anchor(name), "not laid out", "unchecked", (f"Not laid out: {why}.",))
@@ -32,7 +31,6 @@ def loops_report(study: Study, found: StudyLoops) -> str:
 
 
 def loops_sentence(one: JointLoops) -> str:
-    """One joint in a sentence."""
     design = one.design
     if not one.stable:
         return f"no gains settle: {_limited(one)}"
@@ -44,7 +42,6 @@ def loops_sentence(one: JointLoops) -> str:
 
 
 def loops_json(study: Study, found: StudyLoops) -> str:
-    """The loops as JSON text, in SI."""
     joints, stable = {one.joint: _data(one) for one in found.joints}, all(one.stable for one in found.joints)
     return json_text(
         job_data(study, "loops", stable=stable and not found.missing, joints=joints, missing=found.missing)
@@ -110,7 +107,6 @@ def _notes(one: JointLoops) -> tuple[str, ...]:
 
 
 def _gains(one: JointLoops, design: LoopDesign, title: str) -> SheetTable:
-    """In SI and as amplifiers want them."""
     constant = one.axis.torque_constant
     rms = float(from_dc(design.speed_gain, "rms"))
     rows = [

@@ -23,7 +23,6 @@ WORK = {
 
 
 def proof_section(selection: Selection) -> Section:
-    """The proof of a selection."""
     proven = selection.state is None or selection.proof.startswith("optimal")
     word, css = ("proven", "pass") if proven else ("not proven", "marginal")
     facts = (*_worth(selection), *_choice(selection), *_rules(selection), *_limit(selection))
@@ -32,7 +31,6 @@ def proof_section(selection: Selection) -> Section:
 
 
 def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
-    """What is proven, in words."""
     worth = WORDS[selection.study.objective]
     if selection.drives and proven:
         first = f"No other allowed set of drives that passes every check has {worth}."
@@ -68,7 +66,6 @@ def _sets(selection: Selection) -> tuple[SheetTable, ...]:
 
 
 def _worth(selection: Selection) -> list[tuple[str, str]]:
-    """Best, bound and gap."""
     unit = objective_tail(selection.study)
     best, bound = selection.objective, selection.bound
     facts = []
@@ -84,7 +81,6 @@ def _worth(selection: Selection) -> list[tuple[str, str]]:
 
 
 def _choice(selection: Selection) -> list[tuple[str, str]]:
-    """How much there was to choose from."""
     counts = [max(len(task.pairs), 1) for task in selection.study.joints]
     low, high = min(counts), max(counts)
     each = f"{low}" if low == high else f"{low} to {high}"

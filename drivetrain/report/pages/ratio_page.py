@@ -40,7 +40,6 @@ def ratio_report(studies: Sequence[RatioStudy]) -> str:
 
 
 def ratio_rows(found: RatioStudy) -> list[tuple[str | Chip, ...]]:
-    """A row for every window of one joint; without any one row too."""
     nothing = RatioWindow(math.nan, math.nan, found.best.binding, found.best.binding)
     return [
         (
@@ -79,7 +78,6 @@ def _span(window: RatioWindow) -> str:
 
 
 def _overview(studies: Sequence[RatioStudy]) -> Section:
-    """One table of all joints."""
     headings = ("joint", "motor", "gear varied", "its ratio", "every check holds from", "to", "ended below by",
                 "ended above by", "least utilisation at", "utilisation there")  # fmt: skip
     rows = tuple(row for found in studies for row in ratio_rows(found))
@@ -111,7 +109,6 @@ def _joint(found: RatioStudy) -> Section:
 
 
 def _formulas(forms: ClosedForms, rated: float | None) -> list[tuple[str, str]]:
-    """The closed forms as texts."""
     rows = [
         ("matched inertia, √(I/J)", number(forms.matching)),
         ("least RMS motor torque", number(forms.least_rms)),
@@ -133,7 +130,6 @@ def _formulas(forms: ClosedForms, rated: float | None) -> list[tuple[str, str]]:
 
 
 def _small_percent(share: float) -> str:
-    """A share that is small as a rule."""
     return f"{number(100.0 * share, 2)}\u00a0%" if share >= 1e-4 else "below 0.01\u00a0%"
 
 
@@ -195,7 +191,6 @@ NO_USE = 1e6  # a ratio by formula beyond this says only that the load turns not
 
 
 def free_ratio_report(found: FreeRatios) -> str:
-    """The best ratios as a page."""
     caption = (
         "The goal of the whole arm over the ratio of one joint, the others at their best. Shaded: ratios that speed "
         "and voltage allow. Dots: gears of the catalogue in the place of the continuous one, with their own sheet."
@@ -209,7 +204,6 @@ def free_ratio_report(found: FreeRatios) -> str:
 
 
 def free_ratio_sentence(found: FreeRatios) -> str:
-    """The answer in words."""
     value = _value(found, found.value)
     text = f"With the best ratios the {WORDS[found.goal]} of the arm is {value}"
     more = found.alone / found.value - 1.0 if found.value else math.nan
@@ -222,7 +216,6 @@ def free_ratio_sentence(found: FreeRatios) -> str:
 
 
 def free_ratio_lines(found: FreeRatios) -> list[str]:
-    """The ratios for the terminal."""
     lines = []
     for one in found.joints:
         holding = [gear for gear in one.gears if gear.verdict not in ("FAIL", "NOT CHECKED")]

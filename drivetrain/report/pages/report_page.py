@@ -178,7 +178,6 @@ def _moments(evaluation: Evaluation) -> dict[str, str]:
 
 
 def _supply(study: Study, share: float) -> str:
-    """A voltage of the switch."""
     share_text = "" if share == 1.0 else f" ({percent(share)} of the study's)"
     return f"{with_unit(share * study.supply.voltage, 'V')}{share_text}"
 

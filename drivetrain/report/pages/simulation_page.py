@@ -32,12 +32,10 @@ class SimulationFound:
 
 
 def simulation_report(found: SimulationFound) -> str:
-    """The page."""
     return sheet(found.evaluation.study, "What happens when it runs", [_run(found), _plan(found)])
 
 
 def simulation_lines(found: SimulationFound) -> list[str]:
-    """The run, for the terminal."""
     recording, made = found.recording, found.decision
     work = ", ".join(f"{count} {name}" for name, count in recording.counters.items())
     lines = [f"{found.effects}; {recording.about.get('solver', '')}: {work}"]

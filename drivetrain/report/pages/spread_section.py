@@ -75,7 +75,6 @@ def _grouped(count: int) -> str:
 
 
 def law_lines(study: Study) -> list[str]:
-    """What scatters, by which law."""
     lines = []
     for name in study.tolerances.given:
         one = getattr(study.tolerances, name)

@@ -29,7 +29,6 @@ EQUAL = 1e-9  # sums in another order
 
 
 def front_report(found: Front) -> str:
-    """The front as a page."""
     return sheet(found.study, "Pareto front of whole sets of drives", [front_section(found)])
 
 
@@ -70,7 +69,6 @@ def front_sentence(found: Front) -> str:
 
 
 def unit_of(name: str) -> str:
-    """The unit of a criterion, as it is printed."""
     return printed_unit({"mass": "kg", "energy": "J", "utilisation": "%", "price": ""}[name])
 
 
@@ -91,7 +89,6 @@ def front_lines(found: Front) -> list[str]:
 
 
 def front_json(found: Front) -> str:
-    """The front as JSON text, in SI."""
     return json_text(job_data(found.study, "front") | front_data(found))
 
 
@@ -121,7 +118,6 @@ def _known(point: DriveSet, name: str) -> bool:
 
 
 def criterion_text(name: str, value: float) -> str:
-    """A criterion in SI with its unit."""
     if name == "utilisation":
         return percent(value)
     return DASH if math.isnan(value) else f"{number(value, 4)}\u00a0{unit_of(name)}".rstrip("\u00a0")
@@ -185,7 +181,6 @@ def _work(found: Front) -> str:
 
 
 def curve_report(found: OptimumCurve) -> str:
-    """The curve as a page."""
     return sheet(found.study, f"Best drives over the {NAMES[found.vary]}", [curve_section(found)])
 
 
@@ -245,7 +240,6 @@ def curve_sentence(found: OptimumCurve) -> str:
 
 
 def curve_lines(found: OptimumCurve) -> list[str]:
-    """The pieces for the terminal."""
     unit = printed_unit(found.unit)
     lines = []
     for index, piece in enumerate(found.pieces):
@@ -317,7 +311,6 @@ def _chances(found: OptimumCurve) -> tuple[SheetTable, ...]:
 
 
 def trade_off_extra(found: TradeOffsFound, selection: Selection) -> Extra:
-    """Sections and data for the report of a selection."""
     sections: list[Section] = []
     data: dict[str, object] = {}
     if found.front is not None:

@@ -101,7 +101,6 @@ def anchor(text: str) -> str:
 
 
 def check_row(joint: str, check: Check, rows: tuple[str, ...] = ()) -> CheckRow:
-    """A check as texts."""
     shown = common_unit(check)
 
     def text(value: float | None) -> str:
@@ -217,7 +216,6 @@ def _cell(value: object) -> str:
 
 
 def _described(column: Column) -> tuple[str, str]:
-    """A column's unit and meaning."""
     return ("°C" if column.unit in ("degC", "C") else "" if column.unit == "1" else column.unit), column.meaning
 
 

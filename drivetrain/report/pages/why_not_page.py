@@ -18,12 +18,10 @@ STANDING_CSS = {
 
 
 def why_not_report(found: WhyNot) -> str:
-    """The answer as a page."""
     return sheet(found.study, "Why not this part?", [_section(found, one) for one in found.answers])
 
 
 def why_not_lines(found: WhyNot, answer: PairAnswer) -> list[str]:
-    """The answer for one joint in sentences."""
     lines = [_standing(found, answer)]
     lines += [f"May not be chosen: {words}." for words in answer.passed_over]
     if answer.lacking:
@@ -86,7 +84,6 @@ def _standing(found: WhyNot, answer: PairAnswer) -> str:
 
 
 def _best(found: WhyNot, answer: PairAnswer, best: Selection) -> str:
-    """What the best set with the part is worth."""
     part = "it" if answer.partners == 1 else "one of its pairs"
     if not best.feasible:
         return f"No set of drives with {part} at {answer.joint} was found: {best.proof}."

@@ -252,7 +252,6 @@ def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
 
 @part
 def show_energies(run: Run) -> None:
-    """Kinetic and potential energy at an instant."""
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     c = len(coordinates)
     kinetic, potential = 0.0, 0.0

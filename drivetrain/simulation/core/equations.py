@@ -177,7 +177,6 @@ def solve(run: Run, t: float, h: float, theta: float) -> int:
 
 @part
 def _show_rates(run: Run) -> None:
-    """Rates of the coordinates at an instant."""
     coordinates = coordinates_of(run)
     for i in range(len(coordinates)):
         coordinates[i].position_rate, coordinates[i].speed_rate = coordinates[i].speed, coordinates[i].change

@@ -156,7 +156,6 @@ MOVE = 1.4901161193847656e-08  # of its size: how far a state is moved, the root
 
 @part
 def _rates_at(run: Run, t: float, moved: Any, to: Any) -> None:
-    """Rates at a state; NaN where there is no answer."""
     states, memory = states_of(run), memory_of(run)
     put_states(run, moved)
     rates_at(run, t)

@@ -49,7 +49,6 @@ def _whole_of(run: Run) -> Any:
 
 @part
 def _chains_of(run: Run) -> Any:
-    """The chains."""
     return carray(run[AT.chains], count_of(run, AT.chains), CHAIN)
 
 

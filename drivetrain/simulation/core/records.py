@@ -311,13 +311,11 @@ def count_of(run: Run, which: int) -> int:
 
 @part
 def memory_of(run: Run) -> Any:
-    """All numbers of a run."""
     return carray(run[AT.numbers], world_of(run).size, np.float64)
 
 
 @part
 def numbers_of(run: Run, which: int) -> Any:
-    """A section of numbers."""
     return carray(run[which], count_of(run, which), np.float64)
 
 
@@ -393,7 +391,6 @@ def _put_change(log: Any, at: int, t: float, coordinate: int, before: int, after
 
 @part
 def call_law(run: Run, call: Any, t: float, h: float) -> None:
-    """Call a law for all its records."""
     own = memory_of(run).ctypes.data + 8 * call.own
     call_address(call.law, (t, h, own, call.count, run))
 

@@ -160,7 +160,6 @@ def _account(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
 
 
 def _record(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
-    """A row of the recording."""
     _solve(run, t, x)
     account_at(run, t)
     put_row(run, t, result)
@@ -300,7 +299,6 @@ def _tuned(solver: Solver, plan: Plan) -> Solver:
 
 
 def _instants(plan: Plan, options: RunOptions, first: float) -> Array:
-    """Wanted instants from the first on."""
     end = plan.scene.duration
     wanted = np.append(options.interval * np.arange(int(np.floor(end / options.interval * (1.0 - 1e-12))) + 1), end)
     later = wanted[wanted > first + 1e-9 * options.interval]

@@ -24,7 +24,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor, terminal_voltage, torque_constant
 from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Effect
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, raise_faults
 from drivetrain.simulation.core import equations
 from drivetrain.simulation.engines.engine import Engine, Outcome, RunOptions
 from drivetrain.simulation.passive import recorded_times
@@ -106,8 +106,7 @@ def _refuse(plan: Plan) -> None:
     hint = "simulate forward (FixedStep): whether the command can be followed is what contact decides"
     faults += [Fault(who, "touches what it moves against: the inverse engine does not know by how much", hint=hint)
                for who in touching]  # fmt: skip
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
 
 
 def _passive(plan: Plan) -> dict[str, tuple[Effect, ...]]:
@@ -247,11 +246,9 @@ class Inverse(Engine):
         """What the command takes at the wanted instants."""
         times = recorded_times(plan.scene.duration, options.interval)
         demand, events = with_springs(plan, demanded(plan, times))
-        faults = [
+        raise_faults(
             fault for joint, name in enumerate(plan.scene.joints) for fault in self._limits(plan, demand, joint, name)
-        ]
-        if faults:
-            raise InputError(faults)
+        )
         counters = {"instants": len(times), "steps": 0}
         return Outcome(np.empty((0, 0)), counters, events, series=_series(plan, demand), times=times)
 
@@ -272,7 +269,6 @@ class Inverse(Engine):
 
 
 def _series(plan: Plan, demand: Demand) -> dict[str, Series]:
-    """The demand by name."""
     series = {}
     columns: tuple[tuple[str, str, Any], ...] = (
         ("position", "rad", demand.position), ("speed", "rad/s", demand.speed),

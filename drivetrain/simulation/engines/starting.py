@@ -25,7 +25,6 @@ STILL = 1e-6  # rad/s^2 or m/s^2, below which what friction holds only seems to 
 
 
 def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
-    """The numbers of a run at its start."""
     memory = plan.memory
     numbers = memory.numbers.copy()
     at, states = memory.view(numbers, "coordinates"), memory.view(numbers, "states")

@@ -21,7 +21,7 @@ from drivetrain.dynamics.core.packed import followers, link_frames, packed
 from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.effects.effect import Effect, Place, Shape
 from drivetrain.effects.loads.payload_change import PayloadChange
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.simulation.core import records as r
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
@@ -126,13 +126,11 @@ def ratios_of(scene: Scene) -> tuple[float, ...]:
         if len(ratios) > 1:
             faults.append(Fault(f"effects[{name!r}]", "state different ratios", sorted(str(ratio) for ratio in ratios)))
         result.append(next(iter(ratios)) if ratios else 1.0)
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return tuple(float(ratio or 1.0) for ratio in result)
 
 
 def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
-    """Rotors and springs put into the mechanics."""
     shapes, faults = [], []
     for index, name in enumerate(scene.joints):
         place = Place(index, name, scene.joints, tuple(ratios), scene.turning, 0, coupling_of(scene))
@@ -145,8 +143,7 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
         shapes.append(shape)
         faults += more
     faults += _behind_couplings(scene, shapes)
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     loads = [effect.carried() for effect in scene.effects.get(WHOLE, ()) if isinstance(effect, PayloadChange)]
     if len(loads) > 1 or (loads and not isinstance(scene.body, Arm)):
         raise InputError(Fault("effects['scene']", "must hold one PayloadChange at most, and that of an arm"))
@@ -158,7 +155,6 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
 
 
 def coupling_of(scene: Scene) -> tuple[tuple[float, ...], ...]:
-    """How the motors of a scene are coupled."""
     coupling = scene.body.coupling if isinstance(scene.body, Arm) else None
     return () if coupling is None else tuple(tuple(float(one) for one in row) for row in coupling)
 
@@ -175,7 +171,6 @@ def _behind_couplings(scene: Scene, shapes: Sequence[Shape]) -> list[Fault]:
 
 
 def _joint_shape(name: str, effects: Sequence[Effect], place: Place) -> tuple[Shape, list[Fault]]:
-    """All shapes of a joint in one, and what contradicts."""
     shapes = [effect.shape(place) for effect in effects]
     rotors = [shape for shape in shapes if shape.rotor_inertia is not None]
     springs = [shape for shape in shapes if shape.flexible]
@@ -272,13 +267,11 @@ def _coupled(arm: Arm, free: tuple[int, ...], ratios: Array) -> Coupled | None:
 def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     """The chains of an arm with closed loops, one after another; coordinates are its driven joints."""
     refuse_loops(arm, closed=True)
-    faults = [
+    raise_faults(
         Fault(f"effects[{name!r}]", "has a spring before a rotor that is reflected", None, "let it be a FullRotor")
         for name, shape in zip(arm.joint_names, shapes, strict=True)
         if shape.flexible and shape.rotor_inertia is not None and not shape.full
-    ]
-    if faults:
-        raise InputError(faults)
+    )
     motors, arm = _motors(shapes), _mounted(arm, shapes, ratios)
     assert arm.linkage is not None
     loops, c = arm.linkage.loops, arm.n + sum(shape.flexible for shape in shapes)

@@ -120,7 +120,6 @@ class _Placed:
 def lay_out(
     groups: Sequence[Group], accounts: Sequence[Group], body: Mechanics, known: Directory, joints: Sequence[str]
 ) -> Memory:
-    """Everything in its place."""
     instances = [one for group in groups for one in group.instances]
     block, n = _Block(), body.n
     block.put(np.zeros(1, WORLD), True, "world")
@@ -200,7 +199,6 @@ def _connectors(block: _Block, joints: Sequence[str]) -> dict[str, int]:
 
 
 def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) -> _Placed:
-    """Records of all effects, their tables, and where their signals and states lie in them."""
     places, states, owns, tables = _connectors(block, joints), {}, {}, 0
     for group in groups:
         described = group.kind.described()
@@ -370,7 +368,6 @@ def recorded_signals(places: Mapping[str, int], known: Directory) -> list[str]:
 
 
 def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) -> None:
-    """Sizes, first numbers and addresses."""
     numbers, sections = made.numbers, made.sections
     world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
     world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c

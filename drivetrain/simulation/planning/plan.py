@@ -22,7 +22,7 @@ from drivetrain.effects.signals import (
     POTENTIAL_ENERGY,
     SURFACE_SPEED,
 )
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.simulation.core import equations
 from drivetrain.simulation.planning.mechanics import Mechanics, coupling_of, mechanics, ratios_of
 from drivetrain.simulation.planning.memory import Memory, lay_out, recorded_signals
@@ -210,8 +210,7 @@ def check_meshes(
             problem = f"has a mesh friction of {loss:.4g}; from 1 + J ratio^2 / I = {limit:.4g} on it jams as it turns"
             hint = "give the joint a spring (FlexibleJoint), or the rotor more inertia"
             faults.append(Fault(f"effects[{scene.joints[joint]!r}]", problem, loss, hint))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
 
 
 def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Array]:
@@ -248,13 +247,11 @@ def check_inertias(body: Mechanics, whole: Array, scene: Scene) -> None:
 
 def _check_periods(instances: Sequence[Instance], scene: Scene) -> None:
     """That nothing is sampled more often than anyone could wait for."""
-    faults = [
+    raise_faults(
         Fault(f"{one.title}", f"samples more than {MOST_SAMPLES:g} times in {scene.duration:g} s", one.effect.period)
         for one in instances
         if one.effect.period is not None and scene.duration > MOST_SAMPLES * one.effect.period
-    ]
-    if faults:
-        raise InputError(faults)
+    )
 
 
 def _at_joint(whole: Place, index: int) -> Place:
@@ -269,8 +266,7 @@ def _check_shafts(instances: Sequence[Instance]) -> None:
         if one.place.coupled and own and getattr(one.effect, "side", "joint") != "shaft":
             hint = "state its friction at the shaft behind the gear (side='shaft') or at the motor"
             faults.append(Fault(one.title, "rubs at a joint whose motor is coupled to others", None, hint))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
 
 
 def _check_meshes_alone(instances: Sequence[Instance]) -> None:
@@ -280,26 +276,22 @@ def _check_meshes_alone(instances: Sequence[Instance]) -> None:
         if any(signal.name == MESH_DRIVING.name for signal in one.ports.contributes):
             kinds.setdefault(one.place.name, []).append(type(one.effect).__name__)
     hint = "state one gear with the efficiency of both, the product"
-    faults = [
+    raise_faults(
         Fault(f"effects[{joint!r}]", f"has {len(listed)} mesh losses ({', '.join(listed)})", None, hint)
         for joint, listed in kinds.items()
         if len(listed) > 1
-    ]
-    if faults:
-        raise InputError(faults)
+    )
 
 
 def _check_belts(instances: Sequence[Instance], body: Mechanics) -> None:
     """That friction in the motor and in the mesh is not made to follow a belt: of a rigid joint all slides one way."""
     belts = {one.place.joint for one in instances if SURFACE_SPEED in one.ports.contributes} - set(body.springs)
     hint = "give the joint a spring (FlexibleJoint), which lets motor and joint slide each its own way"
-    faults = [
+    raise_faults(
         Fault(one.title, "rubs behind the gear of a rigid joint on a moving belt", None, hint)
         for one in instances
         if one.place.joint in belts and {MOTOR_HOLD_FORWARD, MESH_DRIVING} & set(one.ports.contributes)
-    ]
-    if faults:
-        raise InputError(faults)
+    )
 
 
 def _state_units(instances: Sequence[Instance], memory: Memory, scene: Scene) -> dict[str, str]:

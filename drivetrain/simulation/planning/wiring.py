@@ -8,7 +8,7 @@ from itertools import groupby, pairwise
 
 from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,6 @@ def full_name(name: str, place: Place) -> str:
 
 
 def instance(effect: Effect, place: Place) -> Instance:
-    """An effect at a place."""
     ports = effect.ports(place)
 
     def names(signals: Iterable[Signal]) -> tuple[str, ...]:
@@ -99,7 +98,6 @@ MOTOR_SIDE = {
 
 
 def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bool]) -> Directory:
-    """Every signal with its unit and who sets it."""
     known, faults = Directory(), list[Fault]()
     every = [
         *((signal, False) for signal in (*named.BEFORE, *named.AFTER)),
@@ -141,13 +139,11 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
                 problem = f"needs {name} with another default than others: give it by an effect"
                 faults.append(Fault(one.title, problem, signal.default))
             known.units.setdefault(name, signal.unit)
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return known
 
 
 def _enter(one: Instance, known: Directory, faults: list[Fault]) -> None:
-    """The signals that an effect sets and adds to."""
     slides = one.place.joint >= 0 and not one.place.turning[one.place.joint]
     set_there = [
         *zip(((s.name, s.unit) for s in one.ports.states), one.states, strict=True),

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from drivetrain.drive.drive import Drive
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair
@@ -282,7 +282,6 @@ class _Row:
         return point
 
     def evaluated(self, drives: Drives, value: float) -> Evaluation:
-        """A set at a value."""
         key = tuple(drives.items())
         if key not in self.sets:
             self.sets[key] = named_drives(self.study, drives)
@@ -486,6 +485,5 @@ def _checked(study: Study, vary: Vary, payload: str | None, span: tuple[float, f
     faults += unknown_terms(study)
     if points < 2:
         faults.append(Fault("points", "must be two or more", points))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return name

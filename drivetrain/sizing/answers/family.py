@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.candidates import Domain, Domains, Mask, candidates
@@ -236,8 +236,7 @@ def _members(studies: Sequence[Study], common: str) -> list[Study]:
             faults.append(Fault(f"studies[{i}]", f"must have the joints {', '.join(names)}", ", ".join(own)))
         elif drives := [a.name for a, b in zip(one.joints, first.joints, strict=True) if a.drive != b.drive]:
             faults.append(Fault(f"studies[{i}]", "gives another drive than the first", ", ".join(drives)))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     members = list(studies)
     if common == "drives":
         offered = [_common([one.joints[j] for one in studies]) for j in range(len(names))]
@@ -254,8 +253,7 @@ def _members(studies: Sequence[Study], common: str) -> list[Study]:
             differ = sorted(key for key in used & {*rows} if key in own and own[key] != rows[key])
             if differ:
                 faults.append(Fault(f"studies[{i}]", f"holds other {table} under the keys of the first", differ[:5]))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return members
 
 

@@ -23,7 +23,7 @@ from drivetrain.drive.gear import Gear, average_torque, torque_exponent
 from drivetrain.drive.matching import GearFamily, fitted_family, ideal_family, ratio_of_least_rms
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import continuous_current
-from drivetrain.errors import Fault, InputError, by_whole_name, nearest
+from drivetrain.errors import Fault, InputError, by_whole_name, nearest, raise_faults
 from drivetrain.sizing.answers.ratio import partners, rms_torque, terms_of
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.judge.evaluate import Pair
@@ -60,7 +60,6 @@ class Goal(StrEnum):
 
     @property
     def unit(self) -> str:
-        """Of its value."""
         return {"heat": "W", "current": "1", "energy": "J", "mass": "kg"}[self.value]
 
 
@@ -169,7 +168,6 @@ def free_ratios(
 
 
 def goal_of(goal: Goal | str) -> Goal:
-    """A goal by its name."""
     known = [one.value for one in Goal]
     if str(goal) not in known:
         raise InputError(Fault("goal", "is none that ratios can be chosen for", str(goal), nearest(str(goal), known)))
@@ -253,15 +251,13 @@ class _Design:
 
 
 def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: Mapping[str, Pair]) -> _Design:
-    """Motors, families and the drives of the other joints."""
     names = [task.name for task in study.joints]
     faults: list[Fault] = []
     wanted = by_whole_name("free", "joint of the study", wanted, names, faults)
     if not wanted:
         hint = "give a joint `free_ratio: {ratio: [30, 160]}`"
         faults.append(Fault("joints", "none of them has a free ratio", hint=hint))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     pairs = _pairs(study, wanted, drives)
     filled_parts, motors, families = FilledParts(study), dict[int, str](), dict[int, GearFamily]()
     known: dict[tuple[float, float, str | None], GearFamily] = {}
@@ -273,8 +269,7 @@ def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: M
         elif task.name in wanted:
             free = wanted[task.name]
             families[index] = known.setdefault((free.low, free.high, free.series), _family(study, free))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     fixed = {i: filled_parts.drive(t, *pairs[t.name]) for i, t in enumerate(study.joints) if i not in families}
     design = _Design(workload(study), filled_parts, motors, families, fixed, goal)
     _check_known(design)
@@ -321,8 +316,7 @@ def _check_known(design: _Design) -> None:
             problem = f"the {design.goal} cannot be computed: {lacks} is unknown"
             hint = "complete the row, or state assumptions in the study"
             faults.append(Fault(f"joints.{task.name}", problem, hint=hint))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
 
 
 def _settled(design: _Design) -> tuple[dict[int, float], int]:

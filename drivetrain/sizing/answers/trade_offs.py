@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Faults
 from drivetrain.sizing.answers.curve import OptimumCurve, Progress, check_curve, optimum_curve
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.search.front import Front, check_criteria, pareto_front
@@ -48,23 +48,16 @@ def trade_offs(study: Study, *, progress: Progress | None = None) -> TradeOffsFo
 
 def check_trade_offs(study: Study) -> None:
     """Refuse a front or a curve that cannot be found, before anything is searched, with every fault at once."""
-    faults: list[Fault] = []
+    faults = Faults()
     wanted = study.trade_offs
     if wanted.front:
-        try:
-            check_criteria(study, wanted.front)
-        except InputError as error:
-            faults += error.faults
+        faults.attempt(check_criteria, study, wanted.front)
     for one in wanted.curves:
         vary = Vary(one.vary)
         # Without a payload there is no usual range of one: any shows what is wrong.
         own = (0.0, 1.0) if vary is Vary.PAYLOAD and not vary.now(study) else usual_span(study, vary)
-        try:
-            check_curve(study, vary, one.span or own)
-        except InputError as error:
-            faults += [fault for fault in error.faults if fault not in faults]
-    if faults:
-        raise InputError(faults)
+        faults.attempt(check_curve, study, vary, one.span or own)
+    faults.raise_any()
 
 
 def usual_span(study: Study, vary: Vary) -> tuple[float, float]:

@@ -16,7 +16,7 @@ import numpy as np
 from drivetrain.catalog.read import compatible_pairs
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.errors import Fault, InputError, nearest, whole_name
+from drivetrain.errors import Fault, nearest, raise_faults, whole_name
 from drivetrain.sizing.answers.ratio import NearGear, near_gears, partners
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import NO_GEAR, Pair
@@ -216,8 +216,7 @@ def _named(study: Study, joint: str | None, motor: str | None, gear: str | None)
     wheel = "" if gear in NO_GEAR and gear is not None else gear
     if wheel:
         wheel = _key("gear", wheel, study.catalog.gears, faults)
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return joint, key, wheel
 
 
@@ -238,7 +237,6 @@ def _key(what: str, name: str, rows: Mapping[str, Motor] | Mapping[str, Gear], f
 
 
 def _answer(question: _Question, joint: int, cost: bool) -> PairAnswer:
-    """One joint."""
     study, task = question.study, question.study.joints[joint]
     pairs, chosen = _pairs(question, task), question.chosen.get(task.name)
     if not pairs:
@@ -352,7 +350,6 @@ def _smallest(number: Number, joint: int, vary: Vary, furthest: str, held: str =
 
 
 def _ratio(setup: Setup, joint: int) -> SmallestChange:
-    """The nearer edge of a larger and of a smaller ratio."""
     number = ratio_number(setup, joint)
     if not setup.joint(joint).gear:
         return SmallestChange("gear ratio", "", number.now, reason="a direct drive has no ratio to change")

@@ -70,7 +70,6 @@ def resolve_payloads(form: StudyForm, ledger: Ledger) -> dict[str, Payload]:
 
 
 def _load(form: StudyForm, ledger: Ledger) -> Arm | None:
-    """A built-in arm, or one from a URDF or xacro file."""
     source = form.arm.source if form.arm is not None and form.arm.source is not None else ""
     named_file = Path(source).suffix.lower() in SUFFIXES
     if source not in builtin_names() and not named_file:
@@ -87,7 +86,6 @@ def _load(form: StudyForm, ledger: Ledger) -> Arm | None:
 
 
 def _from_screws(form: StudyForm, values: dict[str, Any], ledger: Ledger) -> Arm | None:
-    """An arm whose numbers stand in the study."""
     place: Place = ("arm", "from_screws")
     if form.tip is not None:
         ledger.fault(("tip",), "goes with a URDF file: here the tip is a frame among the arm's numbers", form.tip)
@@ -116,7 +114,6 @@ def _refuse_without_arm(form: StudyForm, ledger: Ledger) -> None:
 
 
 def _note_inertia(name: str, tensor: Array, ledger: Ledger) -> None:
-    """A note when no body has such principal moments."""
     small, middle, large = np.linalg.eigvalsh(tensor)
     if small < 0.0 or large > (small + middle) * (1.0 + 1e-9):
         ledger.note([f"Payload {name}: no body has principal moments {small:.3g}, {middle:.3g}, {large:.3g} kg m^2."])

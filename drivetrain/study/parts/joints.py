@@ -297,7 +297,6 @@ def _counterbalances(around: Surroundings, index: int, form: JointForm, place: P
 
 
 def _chain(form: JointForm, ledger: Ledger, place: Place) -> Chain | None:
-    """The stages of a joint as one."""
     stages: list[Stage] = []
     for k, entry in enumerate(form.stages):
         with ledger.gather((*place, k)):

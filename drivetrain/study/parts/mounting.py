@@ -19,7 +19,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.drive import Drive, drive_inertia, times_as_large
 from drivetrain.drive.motor import whole_mass
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.model import DriveMass, JointTask, Mount, Study
 
@@ -129,8 +129,7 @@ def emptied(study: Study) -> Arm:
             except InputError as error:
                 place = f"joints.{task.name}.contained"
                 faults += [replace(fault, place=f"{place}: {fault.place}") for fault in error.faults]
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return arm
 
 

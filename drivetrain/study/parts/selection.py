@@ -123,7 +123,6 @@ class TradeOffs:
 
 
 def read_criterion(name: object, place: str = "front") -> str:
-    """A criterion of a front."""
     if name not in CRITERIA:
         raise InputError(Fault(place, "is none that sets can be compared by", name, nearest(str(name), CRITERIA)))
     return str(name)

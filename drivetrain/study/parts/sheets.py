@@ -33,7 +33,6 @@ SHEETS: dict[str, type[Any]] = {"motors": Motor, "gears": Gear, "brakes": Brake}
 
 
 def catalog_folders(form: StudyForm, folder: Path) -> list[Path]:
-    """The catalogue folders a study names."""
     return [shipped("catalogs") if name == SHIPPED_CATALOG else folder / name for name in form.catalogs]
 
 
