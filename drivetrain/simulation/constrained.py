@@ -181,7 +181,7 @@ def _rates(arm: Arm, constraints: tuple[Constraint, ...], torque: TorqueLaw | No
     """Of positions, speeds, and the work of the torques."""
     n, model = arm.n, packed(arm)
     nothing = np.zeros((1, n))
-    held = _held(constraints)
+    holonomic = np.concatenate([np.full(one.count, one.holonomic) for one in constraints])
 
     def rates(t: float, y: Array) -> Array:
         q, qd = y[:n].reshape(1, n).copy(), y[n : 2 * n].reshape(1, n).copy()
@@ -190,7 +190,7 @@ def _rates(arm: Arm, constraints: tuple[Constraint, ...], torque: TorqueLaw | No
         try:
             rows = stacked_rows(arm, constraints, q, qd)
             force = tau - run(model, (q, qd, nothing))
-            acceleration, _, _ = least_change(arm, q, rows.jacobian, force, how.drift(rows, qd, held))
+            acceleration, _, _ = least_change(arm, q, rows.jacobian, force, how.drift(rows, qd, holonomic))
         except InputError:
             if np.abs(y).max() <= BEYOND:
                 raise
@@ -213,11 +213,6 @@ def _correction(arm: Arm, constraints: tuple[Constraint, ...], how: Stabilisatio
         return None if put_back is None else np.concatenate([put_back[0][0], put_back[1][0], y[2 * n :]])
 
     return correct
-
-
-def _held(constraints: tuple[Constraint, ...]) -> np.ndarray:
-    """Whether each row holds a position."""
-    return np.concatenate([np.full(one.count, one.holonomic) for one in constraints])
 
 
 def _with_constraints(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -196,26 +195,18 @@ def _most_changed(plan: Plan, rows: Array, finer: Array) -> str:
     return f"{worst} by {100.0 * shares[worst]:.2g} %" if worst and shares[worst] > ALLOWED else ""
 
 
-def _rms(values: Array) -> float:
-    return math.sqrt(float(np.mean(values**2)))
-
-
-def _way(here: Array, there: Array) -> float:
-    """The largest distance, of the way."""
-    return float(np.abs(there - here).max() / np.ptp(there))
-
-
-def _peak(here: Array, there: Array) -> float:
-    return abs(float(np.abs(here).max() / np.abs(there).max()) - 1.0)
-
-
-def _mean(here: Array, there: Array) -> float:
-    return abs(_rms(here) / _rms(there) - 1.0)
+def _rms(here: Array, there: Array) -> float:
+    return abs(float(np.linalg.norm(here) / np.linalg.norm(there)) - 1.0)
 
 
 LOOKED: dict[str, dict[str, Callable[[Array, Array], float]]] = {
-    "position": {"on its way": _way}, "current": {"at its peak": _peak, "RMS": _mean}, "mesh_torque": {"RMS": _mean},
-}  # fmt: skip
+    "position": {"on its way": lambda here, there: float(np.abs(there - here).max() / np.ptp(there))},
+    "current": {
+        "at its peak": lambda here, there: abs(float(np.abs(here).max() / np.abs(there).max()) - 1.0),
+        "RMS": _rms,
+    },
+    "mesh_torque": {"RMS": _rms},
+}
 
 
 def _limits(plan: Plan, rows: Array) -> tuple[Event, ...]:

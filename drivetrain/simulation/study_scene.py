@@ -34,7 +34,7 @@ from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.effects.motor.winding_heat import WindingHeat
-from drivetrain.errors import Fault, InputError, raise_faults
+from drivetrain.errors import Fault, Faults, InputError, raise_faults
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle
 from drivetrain.motion.motion import Motion
 from drivetrain.records import as_record, known
@@ -51,36 +51,16 @@ def refuse_unsimulated(study: Study) -> None:
     study, _ = two_as_one(study, {})
     if study.arm is not None:
         refuse_loops(study.arm, closed=True)
-    elif faults := axis_faults(study):
-        raise InputError(faults)
-
-
-def axis_faults(study: Study) -> list[Fault]:
-    """What keeps a study without an arm from being simulated."""
-    faults = []
+        return
+    faults = Faults(study.path or "")
     if len(study.joints) > 1:
         hint = "axes that no arm couples can be studied one at a time"
-        faults.append(Fault("joints", "without an arm one joint can be simulated", len(study.joints), hint))
+        faults.add("joints", "without an arm one joint can be simulated", len(study.joints), hint)
     for task in study.joints:
         if task.load_inertia is None:
             hint = "such as 15 kg m^2: what the gear turns, whose acceleration is already in the table's torque"
-            faults.append(Fault(f"joints.{task.name}.load_inertia", "is needed to simulate a load table", hint=hint))
-    return [Fault(one.place, one.problem, one.value, one.hint, study.path or "") for one in faults]
-
-
-def axis_body(study: Study) -> Inertia:
-    raise_faults(axis_faults(study))
-    task = study.joints[0]
-    return Inertia(float(task.load_inertia or 0.0), name=task.name)
-
-
-def axis_rotor(drive: Drive) -> ReflectedRotor:
-    """Motor and gear input, behind the gear; nothing carries their stator about."""
-    return ReflectedRotor(drive_inertia(drive), drive.gear.ratio)
-
-
-def axis_inertia(study: Study, drive: Drive) -> float:
-    return float(study.joints[0].load_inertia or 0.0) + drive.gear.ratio**2 * drive_inertia(drive)
+            faults.add(f"joints.{task.name}.load_inertia", "is needed to simulate a load table", hint=hint)
+    faults.raise_any()
 
 
 def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
@@ -147,18 +127,22 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
             faults.append(Fault(f"joints.{task.name}.amplifier", "is still to be chosen", some, hint))
     raise_faults(faults)
     start = study.cycle.position[0]
-    body = axis_body(study) if study.arm is None else loaded_arm(study, drives, -1)
-    if isinstance(body, Inertia):
-        moved = [axis_inertia(study, drives[body.name])]
+    body: Arm | Inertia
+    if study.arm is None:
+        task, drive = study.joints[0], drives[study.joints[0].name]
+        body = Inertia(float(task.load_inertia or 0.0), name=task.name)
+        # Behind the gear; nothing carries the stator about.
+        rotor = ReflectedRotor(drive_inertia(drive), drive.gear.ratio)
+        moved = [body.inertia + rotor.ratio**2 * rotor.inertia]
     else:
+        body = loaded_arm(study, drives, -1)
         moved = _moved(body, start)
     effects: dict[str, tuple[Effect, ...]] = {
         task.name: _joint(study, task, drives[task.name], moved[i], options) for i, task in enumerate(study.joints)
     }
     if isinstance(body, Inertia):
         motion, load = axis_motion(study, options.repetitions)
-        own = (*effects[body.name], axis_rotor(drives[body.name]), load)
-        effects |= {body.name: own, WHOLE: (CommandedMotion(motion),)}
+        effects |= {body.name: (*effects[body.name], rotor, load), WHOLE: (CommandedMotion(motion),)}
     else:
         effects[WHOLE] = (CommandedMotion(study.cycle, options.repetitions), *_carried(study, options.repetitions))
     for added in study.simulation.add:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -67,7 +68,7 @@ def integrate_compiled(
     if len(state) != problem.size:
         raise InputError(Fault("start", f"must have {problem.size} entries, one a state", f"{len(state)} entries"))
     tableau, atol, settings = solver.compiled_settings(problem.size)
-    kept = _fresh(problem, wanted, state) if resume is None else _copied(resume)
+    kept = _fresh(problem, wanted, state) if resume is None else copy.deepcopy(resume)
     kept.states["atol"] = atol
     settings |= {"may_jump": problem.may_jump, "differences": problem.differences, "most_steps": most_steps}
     data = {"numbers": kept.numbers.ctypes.data, "words": kept.words.ctypes.data}
@@ -102,11 +103,6 @@ def _fresh(problem: CompiledProblem, wanted: Array, x: Array) -> Checkpoint:
     events = np.zeros(len(problem.events.names) if problem.events else 0, dtype=r.EVENT)
     rows = np.zeros((len(wanted), hooks.width if hooks.tell else n))
     return Checkpoint(run, states, events, np.zeros((n + 1, n)), problem.numbers.copy(), problem.words.copy(), rows)
-
-
-def _copied(kept: Checkpoint) -> Checkpoint:
-    """A checkpoint of its own arrays, so that one can be gone on from twice."""
-    return Checkpoint(*(getattr(kept, one.name).copy() for one in fields(kept)))
 
 
 def _solution(problem: CompiledProblem, kept: Checkpoint, wanted: Array, code: int) -> CompiledSolution:

@@ -274,20 +274,15 @@ def _problem(plan: Plan, numbers: Array) -> CompiledProblem:
     guarded = tuple(one.title for one in plan.instances if one.ports.guard)
     watched = (*plan.coordinates, *guarded)
     changes = Events(right_side(_values), right_side(_handler), watched)
-    switches = changes if guarded or _any_dry(plan) else None
+    adders = plan.signals.adders
+    dry = any(adders[name] for name in adders if "_hold_" in name or "_slide_" in name or ".mesh_dri" in name)
     hooks = Hooks(right_side(_account), right_side(_record), 1 + len(plan.layout.columns), right_side(_opens))
     names = tuple(plan.memory.states)[: plan.memory.moving]
-    groups = plan.memory.view(numbers, "sections")["count"][AT.groups]
+    groups = int(plan.memory.view(numbers, "sections")["count"][AT.groups])
     return CompiledProblem(
         right_side(rates), len(names), words=parts_of(numbers), jacobian=right_side(jacobian.jacobian),
-        events=switches, hooks=hooks, names=names, may_jump=True, differences=1 + int(groups),
+        events=changes if guarded or dry else None, hooks=hooks, names=names, may_jump=True, differences=1 + groups,
     )  # fmt: skip
-
-
-def _any_dry(plan: Plan) -> bool:
-    """Whether any effect has dry friction or mesh loss."""
-    adders = plan.signals.adders
-    return any(adders[name] for name in adders if "_hold_" in name or "_slide_" in name or ".mesh_dri" in name)
 
 
 def _tuned(solver: Solver, plan: Plan) -> Solver:

@@ -146,18 +146,14 @@ def _holding(known: Mapping[str, float], plan: Plan, joint: str, motor: Motor) -
 def _behind(plan: Plan, known: Mapping[str, float], at: Any) -> Array:
     """How far links stay behind their command: the twist of their springs, and what loops without integrators need."""
     behind = np.zeros(plan.body.n)
-    for i in plan.body.springs:
-        behind[i] = at["position"][plan.body.motors[i]] if _looped(plan, i) else 0.0
+    looped = {one.place.joint for one in plan.instances if hasattr(one.effect, "sag")}  # the motor, not the link
+    for i in looped & set(plan.body.springs):
+        behind[i] = at["position"][plan.body.motors[i]]
     for one in plan.instances:
         sag = getattr(one.effect, "sag", None)
         if sag is not None and one.place.joint >= 0 and not one.place.coupled:
             behind[one.place.joint] += sag(one.place, known) / one.place.ratio
     return behind
-
-
-def _looped(plan: Plan, joint: int) -> bool:
-    """Whether a loop keeps the motor, not the link, where it is commanded."""
-    return any(one.place.joint == joint and hasattr(one.effect, "sag") for one in plan.instances)
 
 
 def start_words(plan: Plan, row: Mapping[str, float], given: Mapping[str, float]) -> str:

@@ -371,7 +371,9 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     numbers, sections = made.numbers, made.sections
     world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
     world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c
-    engine["arm"], engine["uses_tip"] = body.kind, _uses_tip(instances)
+    of_tip = {signal.name for signal in (*named.TIP_GIVEN, *named.TIP_TAKEN)}
+    engine["uses_tip"] = any(of_tip.intersection((*one.needs, *one.contributes)) for one in instances)
+    engine["arm"] = body.kind
     engine["coupled"], engine["looped"] = body.coupled is not None, body.loops is not None
     engine["direct"], engine["last"] = body.coupled is None and body.loops is None, body.last
     engine["bodies"] = len(made.view(numbers, "body_bias"))
@@ -387,9 +389,3 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
         if name in sections:
             first, dtype, size = sections[name]
             listed[k] = first, size, 8 * size // dtype.itemsize
-
-
-def _uses_tip(instances: Sequence[Instance]) -> bool:
-    """Whether any effect looks at the tip or acts on it."""
-    names = {signal.name for signal in (*named.TIP_GIVEN, *named.TIP_TAKEN)}
-    return any(name in names for one in instances for name in (*one.needs, *one.contributes))

@@ -167,7 +167,7 @@ def plan(scene: Scene) -> Plan:
     ratios = ratios_of(scene)
     body = mechanics(scene, ratios)
     whole = Place(-1, WHOLE, scene.joints, ratios, scene.turning, body.c, coupling_of(scene))
-    places = {WHOLE: whole} | {name: _at_joint(whole, i) for i, name in enumerate(scene.joints)}
+    places = {WHOLE: whole} | {name: replace(whole, joint=i, name=name) for i, name in enumerate(scene.joints)}
     found = [instance(effect, places[name]) for name, effects in scene.effects.items() for effect in effects]
     instances = ranked(found)
     _check_shafts(instances)
@@ -176,6 +176,7 @@ def plan(scene: Scene) -> Plan:
     known = directory(instances, whole, [i in body.springs for i in range(body.n)])
     groups, accounts = ordered(instances), ordered(instances, told=True)
     memory = lay_out(groups, accounts, body, known, scene.joints)
+    scales = [(one.title, scale) for one in instances for scale in one.effect.time_scales(one.place)]
     inertia = _inertia(memory, body, scene)
     check_inertias(body, inertia[0], scene)
     check_meshes(instances, body, inertia, scene)
@@ -183,7 +184,7 @@ def plan(scene: Scene) -> Plan:
     return Plan(
         scene, body, tuple(groups), known, memory,
         _state_units(instances, memory, scene), _breakpoints(instances, scene),
-        _time_scales(instances), _left_out(scene, instances),
+        tuple(sorted(scales, key=lambda pair: (pair[1].seconds, pair[0]))), _left_out(scene, instances),
     )  # fmt: skip
 
 
@@ -254,10 +255,6 @@ def _check_periods(instances: Sequence[Instance], scene: Scene) -> None:
     )
 
 
-def _at_joint(whole: Place, index: int) -> Place:
-    return replace(whole, joint=index, name=whole.joints[index])
-
-
 def _check_shafts(instances: Sequence[Instance]) -> None:
     """That what rubs where motors are coupled rubs at the shafts: a joint there has no coordinate of its own."""
     faults = []
@@ -311,11 +308,6 @@ def _breakpoints(instances: Sequence[Instance], scene: Scene) -> Array:
     if bad:
         raise InputError(Fault("breakpoints", "must be instants [s]", bad[0]))
     return np.array(sorted(t for t in instants if 0.0 < t <= scene.duration))
-
-
-def _time_scales(instances: Sequence[Instance]) -> tuple[tuple[str, TimeScale], ...]:
-    scales = [(one.title, scale) for one in instances for scale in one.effect.time_scales(one.place)]
-    return tuple(sorted(scales, key=lambda pair: (pair[1].seconds, pair[0])))
 
 
 def _scale_rows(scales: Sequence[tuple[str, TimeScale]]) -> list[tuple[str, str]]:
