@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from math import inf
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -85,9 +85,8 @@ def _ur5_corrected(tip: str | None, gravity: Any) -> Arm:
     model = read_model(ROBOTS / "ur5.urdf")
     links = dict(model.links)
     for name in ("wrist_1_link", "wrist_2_link", "wrist_3_link"):
-        body = links[name].body
-        if body is not None:
-            links[name] = replace(links[name], body=cylinder(body.mass, 0.06, 0.12))
+        if (body := links[name]) is not None:
+            links[name] = cylinder(body.mass, 0.06, 0.12)
     arm, _ = arm_from_model(replace(model, links=links), tip=tip or "tool0", gravity=gravity)
     return _renamed(arm, "ur5-corrected", "wrist links as cylinders of 0.06 m radius where the published file has 0.6")
 
@@ -98,31 +97,23 @@ def _panda(tip: str | None, gravity: Any) -> Arm:
     return arm
 
 
-def _from_table(file: str) -> Callable[[str | None, Any], Arm]:
-    def build(tip: str | None, gravity: Any) -> Arm:
-        return _table_arm(file, tip, gravity)
-
-    return build
-
-
-def _table_arm(file: str, tip: str | None, gravity: Any) -> Arm:
+def _table_arm(name: str, tip: str | None, gravity: Any) -> Arm:
     """An arm from one of our Denavit-Hartenberg tables, with its rotors."""
-    data = json.loads((ROBOTS / file).read_text(encoding="utf-8"))
-    _refuse_tip(data["name"], tip)
-    rows = [
-        DHRow(
-            row["a"], row["alpha"], row["d"], row["theta"], mass=row["mass"], com=row["com"], inertia=_tensor(row),
-            lower=row.get("lower", -inf), upper=row.get("upper", inf),
-        )
-        for row in data["rows"]
-    ]  # fmt: skip
+    data = json.loads((ROBOTS / f"{name}.json").read_text(encoding="utf-8"))
+    _refuse_tip(name, tip)
+    rows = []
+    for row in data["rows"]:
+        xx, yy, zz, xy, yz, xz = row["inertia"]
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        given = {key: row[key] for key in ("a", "alpha", "d", "theta", "mass", "com", "lower", "upper") if key in row}
+        rows.append(DHRow(**given, inertia=tensor))
     arm = arm_from_dh(
         rows,
         convention=DHConvention(data["convention"]),
         base=pose_from_xyz_rpy([0.0, 0.0, 0.0], data["base_rpy"]),
         gravity=STANDARD_GRAVITY if gravity is None else gravity,
         joint_names=data["joint_names"],
-        name=data["name"],
+        name=name,
         notes=[*data["notes"], "source: " + data["source"]],
         check_inertias=False,  # told below, in the notes
     )
@@ -132,11 +123,6 @@ def _table_arm(file: str, tip: str | None, gravity: Any) -> Arm:
     arm = with_rotors(arm, rotors, coupling=data.get("coupling"))
     warnings = [triangle_warning(tensor, link) for tensor, link in zip(arm.inertias, arm.link_names, strict=True)]
     return replace(arm, notes=(*arm.notes, *filter(None, warnings)))
-
-
-def _tensor(row: dict[str, Any]) -> Array:
-    xx, yy, zz, xy, yz, xz = row["inertia"]
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _refuse_tip(name: str, tip: str | None) -> None:
@@ -154,7 +140,5 @@ _BUILDERS: dict[str, Callable[[str | None, Any], Arm]] = {
     "ur5": _ur5,
     "ur5-corrected": _ur5_corrected,
     "panda": _panda,
-    "puma560": _from_table("puma560.json"),
-    "kr300": _from_table("kr300.json"),
-    "wam": _from_table("wam.json"),
+    **{name: partial(_table_arm, name) for name in ("puma560", "kr300", "wam")},
 }

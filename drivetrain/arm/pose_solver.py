@@ -23,7 +23,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.kinematics import tip_jacobian_rate, tip_pose_and_jacobian
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError
-from drivetrain.spatial.rotations import log_rotation
+from drivetrain.spatial.rotations import axial, log_rotation
 from drivetrain.spatial.tool_path import PathSamples
 
 REACHED = 1e-11  # [m over the arm's size, rad]
@@ -133,15 +133,9 @@ def _missing(arm: Arm, wanted: Array, q: Array, size: float) -> tuple[Array, Arr
     there, jacobian = tip_pose_and_jacobian(arm, q)
     jacobian[:, 3:] /= size
     turns = wanted[:, :3, :3] @ np.swapaxes(there[:, :3, :3], 1, 2)
-    angular = log_rotation(turns[0])[None] if len(q) == 1 else _axial(turns)
+    # Of several the sine of the angle will do: it is the angle where that is small.
+    angular = log_rotation(turns[0])[None] if len(q) == 1 else 0.5 * axial(turns)
     return np.hstack([angular, (wanted[:, :3, 3] - there[:, :3, 3]) / size]), jacobian
-
-
-def _axial(turns: Array) -> Array:
-    """Axis times sine of rotations, which is axis times angle where that is small, (N, 3)."""
-    return 0.5 * np.stack(
-        [turns[:, (i + 2) % 3, (i + 1) % 3] - turns[:, (i + 1) % 3, (i + 2) % 3] for i in range(3)], 1
-    )
 
 
 def follow(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -95,30 +95,13 @@ def simulate(
         misplaced = _not_of(
             "an arm without drives; the study says where it starts", {"--from": begin != "0 rad", "--tip": tip}
         )
-        request = Request(
-            duration, None if solver is None else solver.value, step, effects, tolerance, resume, out, verify, start
-        )
-        return _run_study(Path(what), request, misplaced)
+        changes = {"effects": effects, "solver": solver and solver.value, "step": step, "tolerance": tolerance}
+        return _run_study(Path(what), misplaced, changes, duration, resume, out, start, verify=verify)
     for_studies = {
         "--effects": effects, "--tolerance": tolerance, "--resume": resume, "--verify": verify, "--start": start,
     }  # fmt: skip
     _run_arm(what, _not_of("studies", for_studies), (duration, begin, step, tip), solver or Method.ADAPTIVE, out)
     return True
-
-
-@dataclass(frozen=True)
-class Request:
-    """What the command line says beside the study; None: what the study says."""
-
-    duration: str | None = None
-    solver: str | None = None
-    step: str | None = None
-    effects: str | None = None
-    tolerance: str | None = None
-    resume: Path | None = None
-    out: Path | None = None
-    verify: bool = False
-    start: str | None = None
 
 
 def _not_of(whose: str, given: Mapping[str, object]) -> list[Callable[[], None]]:
@@ -195,7 +178,10 @@ def _deliver(recording: Recording, folder: Path) -> None:
     say(f"picture: {folder / 'recording.svg'}")
 
 
-def _run_study(path: Path, request: Request, misplaced: list[Callable[[], None]]) -> bool:
+def _run_study(
+    path: Path, misplaced: list[Callable[[], None]], changes: Mapping[str, str | None],
+    duration: str | None, resume: Path | None, out: Path | None, start: str | None, *, verify: bool,
+) -> bool:  # fmt: skip
     """Run a study's cycle with its drives, and write what happens; whether every check holds on what was simulated."""
     from drivetrain.accuracy.costs import interval_of
     from drivetrain.accuracy.decision import basis_of, decision
@@ -219,36 +205,29 @@ def _run_study(path: Path, request: Request, misplaced: list[Callable[[], None]]
         return loaded
 
     seconds, _, loaded, options, *_ = inputs(
-        lambda: positive(request.duration, "s", "--duration"),
-        lambda: earlier.append(None if request.resume is None else load_recording(request.resume)),
+        lambda: positive(duration, "s", "--duration"),
+        lambda: earlier.append(None if resume is None else load_recording(resume)),
         load,
-        lambda: _options(said[0], request),
-        lambda: whole_run(request.verify, earlier[0] if earlier else None),
-        lambda: refuse(
-            request.start is not None and request.resume is not None, "--start", "goes with a run from its start"
-        ),
+        lambda: _options(said[0], changes),
+        lambda: whole_run(verify, earlier[0] if earlier else None),
+        lambda: refuse(start is not None and resume is not None, "--start", "goes with a run from its start"),
         *misplaced,
-        out=request.out,
+        out=out,
     )
     result = chosen(loaded, runs=True)
     with working("choosing effects") as step:
         built = study_scene(result, options, progress=step)
     ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))
     say(next(iter(str(ready).splitlines())))
-    given = _given(request.start, ready)
+    given = _given(start, ready)
     interval, engine = interval_of(ready.scene.duration), engine_of(options)
     with _share("simulating") as share:
         recording = simulate(
-            ready.scene,
-            solver=engine,
-            interval=interval,
-            resume=earlier[0],
-            progress=share,
-            start=given,
-            checked=not request.verify,
-        )
+            ready.scene, solver=engine, interval=interval, resume=earlier[0], progress=share, start=given,
+            checked=not verify,
+        )  # fmt: skip
     basis = basis_of(built.full, result)
-    if request.verify:
+    if verify:
         with _share("once more, finer") as share:
             recording = verified(recording, ready.scene, engine, basis, interval=interval, progress=share, start=given)
     whole = options.solver != "inverse" and recording.stopped_by is None
@@ -257,8 +236,8 @@ def _run_study(path: Path, request: Request, misplaced: list[Callable[[], None]]
     with working("drawing"):
         page = simulation_report(found)
     lines(simulation_lines(found))
-    write_page(loaded, request.out, {"simulation.html": page})
-    _save(recording, request.out or report_folder(loaded.name))
+    write_page(loaded, out, {"simulation.html": page})
+    _save(recording, out or report_folder(loaded.name))
     return recording.stopped_by is None and (decided is None or decided.verdict is not Verdict.FAIL)
 
 
@@ -291,27 +270,27 @@ def _share(text: str) -> Iterator[Callable[[float], None]]:
         yield lambda share: step(round(100.0 * share), 100, text)
 
 
-def _options(study: Simulation, request: Request) -> Simulation:
-    """What the study says of its simulation, with what the command line says over it."""
+def _options(study: Simulation, given: Mapping[str, str | None]) -> Simulation:
+    """What the study says of its simulation, with what the command line says over it; None: as the study says."""
     from drivetrain.errors import Faults, nearest
     from drivetrain.study.parts.simulation import KNOWN_EFFECTS
 
     faults = Faults()
     changes: dict[str, Any] = {}
-    if request.effects is not None:
-        names = tuple(name.strip() for name in request.effects.split(",") if name.strip())
+    if (effects := given["effects"]) is not None:
+        names = tuple(name.strip() for name in effects.split(",") if name.strip())
         words = ("auto", "all", "none")
         for name in names:
             if name not in KNOWN_EFFECTS and not (name in words and len(names) == 1):
                 hint = nearest(name, [*KNOWN_EFFECTS, *words]) or ", ".join(KNOWN_EFFECTS)
                 faults.add("--effects", "is no effect of a study", name, hint)
         changes["effects"] = () if names == ("none",) else names
-    if request.solver is not None:
-        if request.solver not in ("fixed", "adaptive", "inverse"):
-            faults.add("--solver", "is for arms; a study takes fixed, adaptive or inverse", request.solver)
-        changes["solver"] = request.solver
-    for name, text, unit in (("step", request.step, "s"), ("tolerance", request.tolerance, "")):
-        if text is not None:
+    if (solver := given["solver"]) is not None:
+        if solver not in ("fixed", "adaptive", "inverse"):
+            faults.add("--solver", "is for arms; a study takes fixed, adaptive or inverse", solver)
+        changes["solver"] = solver
+    for name, unit in (("step", "s"), ("tolerance", "")):
+        if (text := given[name]) is not None:
             changes[name] = faults.attempt(positive, text, unit, f"--{name}")
     faults.raise_any()
     return replace(study, **changes)

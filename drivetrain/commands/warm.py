@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from pathlib import Path
+import warnings
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
@@ -44,38 +43,23 @@ def warm(
 def _timed(name: str) -> float:
     """Run one job; how long it took [s]."""
     begin = time.perf_counter()
-    with _quiet():
+    with warnings.catch_warnings(action="ignore"):  # they belong to the user's own studies, not to these
         JOBS[name]()
     return time.perf_counter() - begin
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Warnings belong to the user's own studies, not to these."""
-    import warnings
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
-
-
-def _example(name: str) -> Path:
-    """The file of a shipped study."""
-    return shipped("examples") / name
 
 
 def _select() -> None:
     from drivetrain.sizing.search.search import select
     from drivetrain.study.read import load_study
 
-    select(load_study(_example("desktop_arm/study.yaml")))
+    select(load_study(shipped("examples/desktop_arm/study.yaml")))
 
 
 def _front() -> None:
     from drivetrain.sizing.search.front import pareto_front
     from drivetrain.study.read import load_study
 
-    pareto_front(load_study(_example("one_axis/study.yaml")), ("mass", "energy"))
+    pareto_front(load_study(shipped("examples/one_axis/study.yaml")), ("mass", "energy"))
 
 
 def _tolerances() -> None:
@@ -83,7 +67,7 @@ def _tolerances() -> None:
     from drivetrain.sizing.tolerance.monte_carlo import robustness
     from drivetrain.study.read import load_study
 
-    study = load_study(_example("ur5_pick_and_place/tradeoffs.yaml"))
+    study = load_study(shipped("examples/ur5_pick_and_place/tradeoffs.yaml"))
     robustness(evaluate(study, {joint.name: joint.pairs[0] for joint in study.joints}), samples=100)
 
 
@@ -92,7 +76,7 @@ def _simulate() -> None:
     from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
     from drivetrain.study.read import load_study
 
-    study = load_study(_example("desktop_arm/study.yaml"))
+    study = load_study(shipped("examples/desktop_arm/study.yaml"))
     simulate(study, duration=0.01)
     simulate(study, duration=0.01, solver=AdaptiveStep())
 

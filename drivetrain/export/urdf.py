@@ -80,7 +80,8 @@ def _written(arm: Arm, data: UrdfJointData, base: str | None, tip: str | None) -
     for joint in np.flatnonzero(arm.pitches):
         place = f"joint {arm.joint_names[joint]}"
         faults.add(place, "is helical: URDF has no such joint", f"{arm.pitches[joint]:.6g} m/rad")
-    columns = {name: faults.attempt(_column, getattr(data, name), arm.n, name) for name in vars(data)}
+    given = {name: values for name, values in vars(data).items() if values is not None}
+    columns = {name: faults.attempt(frozen_array, values, (arm.n,), name) for name, values in given.items()}
     ends = [_end_name(arm, base, "base_link", "base", faults), _end_name(arm, tip, "tool0", "tip", faults)]
     if ends[0] == ends[1]:
         faults.add("tip", "must have another name than the base", tip)
@@ -94,10 +95,6 @@ def _written(arm: Arm, data: UrdfJointData, base: str | None, tip: str | None) -
     _chain(root, arm, bodies, columns, ends)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n", notes
-
-
-def _column(values: Any, n: int, name: str) -> Array | None:
-    return None if values is None else frozen_array(values, (n,), name)
 
 
 def _end_name(arm: Arm, wanted: str | None, usual: str, end: str, faults: Faults) -> str:
@@ -159,12 +156,13 @@ def _chain(root: Element, arm: Arm, bodies: WrittenBodies, columns: dict[str, Ar
     for i, frame in enumerate(frames):
         joint = add_joint(root, arm.joint_names[i], _kind(arm, i), (parents[i], arm.link_names[i]))
         add_origin(joint, inverse_pose(before) @ frame)
-        add_axis(joint, frame[:3, :3].T @ arm.axes[i])
+        ElementTree.SubElement(joint, "axis", xyz=text(cleaned(frame[:3, :3].T @ arm.axes[i])))
         known = {name: float(column[i]) for name, column in columns.items() if column is not None}
         effort = known.pop("effort", np.inf)
         limits = {"lower": arm.lower[i], "upper": arm.upper[i], "effort": effort, "velocity": arm.speed_limits[i]}
         add_limits(joint, limits)
-        add_dynamics(joint, known)
+        if known:  # damping [N m s/rad or N s/m] and friction [N m or N]
+            ElementTree.SubElement(joint, "dynamics", {name: text(value) for name, value in known.items()})
         add_link(root, arm.link_names[i], bodies.links[i], inverse_pose(frame) @ arm.home[i])
         before = frame
     flange = add_joint(root, _free(f"{ends[1]}_fixed", arm.joint_names), "fixed", (arm.link_names[-1], ends[1]))
@@ -229,11 +227,6 @@ def add_origin(parent: Element, place: Array) -> None:
     ElementTree.SubElement(parent, "origin", xyz=text(cleaned(place[:3, 3])), rpy=text(rpy))
 
 
-def add_axis(joint: Element, direction: Array) -> None:
-    """Say along which way a joint turns or slides, in its frame."""
-    ElementTree.SubElement(joint, "axis", xyz=text(cleaned(direction)))
-
-
 def add_limits(joint: Element, limits: Mapping[str, float]) -> None:
     """Say how far a joint goes; the largest number there is stands for no limit, where URDF wants a number.
 
@@ -245,12 +238,6 @@ def add_limits(joint: Element, limits: Mapping[str, float]) -> None:
         return
     written = {name: text(np.clip(value, -UNLIMITED, UNLIMITED)) for name, value in known.items()}
     ElementTree.SubElement(joint, "limit", written)
-
-
-def add_dynamics(joint: Element, dynamics: Mapping[str, float]) -> None:
-    """Say what friction a joint has, ``damping`` [N m s/rad or N s/m] and ``friction`` [N m or N], if that is known."""
-    if dynamics:
-        ElementTree.SubElement(joint, "dynamics", {name: text(value) for name, value in dynamics.items()})
 
 
 def add_transmission(root: Element, joint: str, tags: RotorTags) -> None:

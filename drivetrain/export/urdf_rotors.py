@@ -114,14 +114,21 @@ def written_bodies(arm: Arm) -> WrittenBodies:
     for joint, rotor in enumerate(arm.rotors):
         if rotor is not None and arm.level is RotorLevel.FULL:
             _check_full(arm, joint, rotor, faults, lost=joint in lost)
-        tag = None if rotor is None or joint in lost else _tags(arm, joint, rotor, float(couplings.factors[joint]))
+        tag = None
+        if rotor is not None and joint not in lost:
+            ratio = rotor.ratio * (_turn(arm, joint, rotor) or 1) * float(couplings.factors[joint])
+            tag = RotorTags(ratio, None if arm.level is RotorLevel.NONE else rotor.axial_inertia)
         tags.append(tag)
         if rotor is not None and _move_into_links(arm, joint, rotor, added, tag=tag):
             moved.append(arm.joint_names[joint])
     faults.raise_any()
     links = tuple(_with_added(arm, i, parts, faults) for i, parts in enumerate(added))
     faults.raise_any()
-    notes = [] if not any(tags) else [_level_note(arm.level)] * (arm.level is not RotorLevel.FULL)
+    notes = []
+    if any(tags) and arm.level is not RotorLevel.FULL:
+        note = f"rotors are counted at level {arm.level.value}, which URDF cannot say: set it after reading"
+        kept = "" if arm.level is RotorLevel.REFLECTED else "; rotor inertias left out, ratios kept"
+        notes.append(note + kept)
     if moved:
         notes.append("mass and cross inertia of rotors, written as part of the links that carry them: joint "
                      + ", ".join(moved))  # fmt: skip
@@ -130,11 +137,6 @@ def written_bodies(arm: Arm) -> WrittenBodies:
         notes.append(f"motors of {names} are coupled in a way that URDF has no words for: ratios and the inertia of "
                      "their spin left out")  # fmt: skip
     return WrittenBodies(links, tuple(tags), couplings.pairs, tuple(notes))
-
-
-def _level_note(level: RotorLevel) -> str:
-    lost = "" if level is RotorLevel.REFLECTED else "; rotor inertias left out, ratios kept"
-    return f"rotors are counted at level {level.value}, which URDF cannot say: set it after reading{lost}"
 
 
 def _turn(arm: Arm, joint: int, rotor: MountedRotor) -> int:
@@ -165,11 +167,6 @@ def _check_full(arm: Arm, joint: int, rotor: MountedRotor, faults: Faults, *, lo
         faults.add(place, f"is carried by {carrier}: in URDF the link before the joint carries it", None, WHOLE)
     elif joint > 0 and not _turn(arm, joint, rotor):
         faults.add(place, "is not parallel to the joint's axis, as URDF takes it to be", None, WHOLE)
-
-
-def _tags(arm: Arm, joint: int, rotor: MountedRotor, factor: float) -> RotorTags:
-    ratio = rotor.ratio * (_turn(arm, joint, rotor) or 1) * factor
-    return RotorTags(ratio, None if arm.level is RotorLevel.NONE else rotor.axial_inertia)
 
 
 def _move_into_links(

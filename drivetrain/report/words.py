@@ -361,12 +361,9 @@ def set_lines(selection: Selection) -> list[str]:
 def _row(rank: int, one: DriveSet, best: DriveSet) -> SetRow:
     """One set against the first."""
     changed = [joint for joint, pair in one.drives.items() if best.drives.get(joint) != pair]
-    parts = tuple(f"{joint}: {_pair(one.drives[joint])}" for joint in changed)
+    pairs = [(joint, *one.drives[joint]) for joint in changed]
+    parts = tuple(f"{joint}: {motor} + {gear}" if gear else f"{joint}: {motor}, direct" for joint, motor, gear in pairs)
     known = one.criteria
     mass, price, energy = (number(known.get(name), 4) for name in ("mass", "price", "energy"))
     used = percent(known.get("utilisation"))
     return SetRow(rank, number(one.objective, 4), mass, price, energy, used, parts)
-
-
-def _pair(keys: tuple[str, str]) -> str:
-    return f"{keys[0]} + {keys[1]}" if keys[1] else f"{keys[0]}, direct"

@@ -73,21 +73,21 @@ def quaternion(rotation: Any) -> tuple[float, Array]:
     trace = float(np.trace(r))
     largest = int(np.argmax([r[0, 0], r[1, 1], r[2, 2], trace]))
     if largest == 3:
-        real, imaginary = 1.0 + trace, _axial(r)
+        real, imaginary = 1.0 + trace, axial(r)
     else:
         i, j, k = largest, (largest + 1) % 3, (largest + 2) % 3
         imaginary = np.empty(3)
         imaginary[i] = 1.0 + r[i, i] - r[j, j] - r[k, k]
         imaginary[j] = r[j, i] + r[i, j]
         imaginary[k] = r[k, i] + r[i, k]
-        real = float(_axial(r)[i])
+        real = float(axial(r)[i])
     size = hypot(real, *imaginary) * (-1.0 if real < 0.0 else 1.0)
     return real / size, imaginary / size
 
 
-def _axial(r: Array) -> Array:
-    """Twice the vector of the skew part."""
-    return np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+def axial(r: Array) -> Array:
+    """Twice the vector of the skew part, which of a rotation is the axis times the sine, (..., 3)."""
+    return np.stack([r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]], axis=-1)
 
 
 def rotation_from_rpy(rpy: Any) -> Array:

@@ -121,7 +121,7 @@ def _doubts(model: UrdfModel, chain: Chain) -> list[str]:
     """What is hard to believe of the links that move."""
     found = []
     for name in (rider for riders in chain.riders for rider in riders):
-        body = model.links[name].body
+        body = model.links[name]
         points = [np.zeros(3), *(j.origin[:3, 3] for j in model.joints.values() if j.parent == name)]
         found += [] if body is None else implausible(name, body, points)
     return found
@@ -241,7 +241,7 @@ def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], child
     waiting = [(base, np.eye(4), -1, False)]
     while waiting:
         link, frame, carrier, behind = waiting.pop(0)
-        body, links[link] = model.links[link].body, (path[carrier].child if carrier >= 0 else "", frame)
+        body, links[link] = model.links[link], (path[carrier].child if carrier >= 0 else "", frame)
         if behind and body is not None and body.mass:
             beyond[link] = body.mass
         if carrier >= 0 and body is not None:

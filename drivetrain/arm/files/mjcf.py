@@ -10,9 +10,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from drivetrain.arm.checks import checked_inertia
 from drivetrain.arm.files.drives import UrdfCoupling, UrdfDrive
-from drivetrain.arm.files.model import UrdfJoint, UrdfLink, UrdfModel, check_names
+from drivetrain.arm.files.model import UrdfJoint, UrdfModel, check_names, checked_body
 from drivetrain.arm.files.xml import Reader, read_document
 from drivetrain.arrays import Array
 from drivetrain.spatial.inertia import RigidBody
@@ -34,7 +33,7 @@ class _Reading:
     euler: str
     autolimits: bool
     defaults: dict[str, dict[str, dict[str, str]]]
-    links: dict[str, UrdfLink] = field(default_factory=dict)
+    links: dict[str, RigidBody | None] = field(default_factory=dict)
     joints: dict[str, UrdfJoint] = field(default_factory=dict)
     drives: dict[str, UrdfDrive] = field(default_factory=dict)
     couplings: list[UrdfCoupling] = field(default_factory=list)
@@ -71,7 +70,7 @@ def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
         _defaults(one, "main", {}, defaults)
     limits = compiler.get("autolimits", "true") == "true"
     reading = _Reading(reader, turn, sequence, limits, defaults)
-    reading.links[BASE] = UrdfLink(BASE, None)
+    reading.links[BASE] = None
     for world in root.findall("worldbody"):
         for body in world.findall("body"):
             _body(reading, body, BASE, np.eye(4), "main")
@@ -136,9 +135,9 @@ def _body(reading: _Reading, element: ElementTree.Element, parent: str, above: A
             reading.reader.faults.add(place, "the name of a body must not be used twice")
             return
         frame = _joint(reading, written, parent, link, frame, inherited)
-        reading.links[link] = UrdfLink(link, None)
+        reading.links[link] = None
         parent = link
-    reading.links[name] = UrdfLink(name, _inertial(reading, element, frame, place))
+    reading.links[name] = _inertial(reading, element, frame, place)
     for child in element.findall("body"):
         _body(reading, child, name, frame, inherited)
 
@@ -186,17 +185,13 @@ def _inertial(reading: _Reading, element: ElementTree.Element, frame: Array, pla
         if element.find("geom") is not None:
             reader.faults.add(place, "has no <inertial>, and what its geoms weigh is not computed", hint=SAVED)
         return None
-    mass, tensor = reader.number(found, "mass", place), np.zeros((3, 3))
-    if mass < 0.0:
-        reader.faults.add(place, "its mass must not be negative [kg]", mass)
+    mass = reader.number(found, "mass", place)
     if "fullinertia" in found.attrib:
         xx, yy, zz, xy, xz, yz = reader.numbers(found, "fullinertia", place, [0.0] * 6)
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     else:
         tensor = np.diag(reader.numbers(found, "diaginertia", place, [0.0] * 3))
-    checked = reader.faults.attempt(checked_inertia, tensor, f"{place}, <inertial>")
-    own = RigidBody(max(mass, 0.0), np.zeros(3), tensor if checked is None else checked)
-    return own.seen_from(frame @ _pose(reading, found, place))
+    return checked_body(reader, place, mass, tensor, "<inertial>").seen_from(frame @ _pose(reading, found, place))
 
 
 def _pose(reading: _Reading, element: ElementTree.Element, place: str) -> Array:

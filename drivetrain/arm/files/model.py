@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -21,15 +22,7 @@ REVOLUTE, PRISMATIC = ("revolute", "continuous"), ("prismatic",)
 MOVABLE = (*REVOLUTE, *PRISMATIC)
 REFUSED = ("floating", "planar")
 KINDS = (*MOVABLE, "fixed", *REFUSED)
-
-
-@dataclass(frozen=True, eq=False)
-class UrdfLink:
-    """One link as written."""
-
-    name: str  # of the link
-    # its mass [kg], centre of mass [m] and inertia [kg m^2] in the link's frame; None: no ``inertial``
-    body: RigidBody | None
+SIX = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # what a file tells of a symmetric tensor
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +55,8 @@ class UrdfModel:
 
     name: str  # of the robot
     file: str  # path of the file
-    links: dict[str, UrdfLink]  # by name, as in the file
+    # by name, as in the file: mass [kg], centre [m] and inertia [kg m^2] in the link's frame; None: no ``inertial``
+    links: dict[str, RigidBody | None]
     joints: dict[str, UrdfJoint]  # by name, as in the file
     drives: dict[str, UrdfDrive]  # what the file says of each movable joint's friction and drive, by joint name
     couplings: tuple[UrdfCoupling, ...]  # pairs of joints whose motors work together
@@ -80,7 +74,7 @@ def read_model(path: Path) -> UrdfModel:
     joints = _by_name(reader, root, "joint")
     if not links:
         reader.faults.add("robot", "has no <link>")
-    model_links = {name: _link(reader, name, element) for name, element in links.items()}
+    model_links = {name: _body(reader, name, element) for name, element in links.items()}
     model_joints = {name: _joint(reader, name, element) for name, element in joints.items()}
     check_names(reader, model_links, model_joints)
     drives, couplings, drive_notes = read_drives(
@@ -102,11 +96,11 @@ def _by_name(reader: Reader, root: ElementTree.Element, tag: str) -> dict[str, E
     return found
 
 
-def _link(reader: Reader, name: str, element: ElementTree.Element) -> UrdfLink:
+def _body(reader: Reader, name: str, element: ElementTree.Element) -> RigidBody | None:
     reader.count_ignored(element, ("inertial",), ("name",))
     inertial = element.find("inertial")
     if inertial is None:
-        return UrdfLink(name, None)
+        return None
     place = f"link {name}"
     reader.count_ignored(inertial, ("origin", "mass", "inertia"))
     origin = _origin(reader, inertial, place)
@@ -115,18 +109,19 @@ def _link(reader: Reader, name: str, element: ElementTree.Element) -> UrdfLink:
         if child is None:
             reader.faults.add(place, f"<inertial> needs <{tag}>")
     mass = 0.0 if mass_element is None else reader.number(mass_element, "value", place)
+    tensor = np.zeros((3, 3))
+    if inertia_element is not None:
+        for i, j in SIX:
+            tensor[i, j] = tensor[j, i] = reader.number(inertia_element, f"i{'xyz'[i]}{'xyz'[j]}", place)
+    return checked_body(reader, place, mass, tensor, "<inertia>").seen_from(origin)
+
+
+def checked_body(reader: Reader, place: str, mass: float, tensor: Array, tag: str) -> RigidBody:
+    """A body at its own centre of mass; what no body can have is a fault."""
     if mass < 0.0:
         reader.faults.add(place, "its mass must not be negative [kg]", mass)
-    tensor = np.zeros((3, 3)) if inertia_element is None else _tensor(reader, inertia_element, place)
-    return UrdfLink(name, RigidBody(mass, np.zeros(3), tensor).seen_from(origin))
-
-
-def _tensor(reader: Reader, element: ElementTree.Element, place: str) -> Array:
-    tensor = np.zeros((3, 3))
-    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
-        tensor[i, j] = tensor[j, i] = reader.number(element, f"i{'xyz'[i]}{'xyz'[j]}", place)
-    checked = reader.faults.attempt(checked_inertia, tensor, f"{place}, <inertia>")
-    return tensor if checked is None else checked
+    checked = reader.faults.attempt(checked_inertia, tensor, f"{place}, {tag}")
+    return RigidBody(max(mass, 0.0), np.zeros(3), tensor if checked is None else checked)
 
 
 def _origin(reader: Reader, element: ElementTree.Element, place: str) -> Array:
@@ -205,7 +200,7 @@ def _limits(reader: Reader, element: ElementTree.Element, kind: str, place: str)
     return lower, upper, speed, ""
 
 
-def check_names(reader: Reader, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint]) -> None:
+def check_names(reader: Reader, links: Collection[str], joints: dict[str, UrdfJoint]) -> None:
     """Joints name links that are there, and no link hangs on two joints."""
     holder: dict[str, str] = {}
     for joint in joints.values():

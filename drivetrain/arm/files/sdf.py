@@ -8,9 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from drivetrain.arm.checks import checked_inertia
 from drivetrain.arm.files.drives import UrdfDrive
-from drivetrain.arm.files.model import UrdfJoint, UrdfLink, UrdfModel, check_names
+from drivetrain.arm.files.model import SIX, UrdfJoint, UrdfModel, check_names, checked_body
 from drivetrain.arm.files.xml import UNLIMITED, Reader, read_document
 from drivetrain.arrays import Array
 from drivetrain.errors import nearest
@@ -54,14 +53,14 @@ def read_sdf(path: Path) -> UrdfModel:
     for name, element in elements.items():
         joints[name], drives[name] = _joint(reader, places, own, name, element)
     links = {_name(reader, one): one for one in model.findall("link")}
-    found = {name: _link(reader, places, own, name, one) for name, one in links.items()}
+    found: dict[str, RigidBody | None] = {name: _body(reader, places, own, name, one) for name, one in links.items()}
     roots = [name for name in found if not any(joint.child == name for joint in joints.values())]
     stand = inverse_pose(places.of(WORLD)) @ places.of(roots[0]) if len(roots) == 1 else np.eye(4)
     if not np.allclose(stand[:3, :3], np.eye(3), atol=1e-9):  # nothing holds it to the world; weight falls along that
         held = UrdfJoint("world_fixed", "fixed", WORLD, roots[0], stand, np.eye(3)[2], 0.0, 0.0, math.inf, "", "")
         joints[held.name], drives[held.name] = held, UrdfDrive()
     if any(joint.parent == WORLD for joint in joints.values()):
-        found = {WORLD: UrdfLink(WORLD, None), **found}
+        found = {WORLD: None, **found}
     check_names(reader, found, joints)
     reader.faults.raise_any()
     drives = {name: drives[name] for name, joint in joints.items() if joint.movable}
@@ -129,20 +128,17 @@ def _pose(reader: Reader, written: ElementTree.Element | None, place: str) -> Ar
     return pose_from_xyz_rpy(numbers[:3], numbers[3:] * turn)
 
 
-def _link(reader: Reader, places: _Places, own: dict[str, Array], name: str, element: ElementTree.Element) -> UrdfLink:
+def _body(reader: Reader, places: _Places, own: dict[str, Array], name: str, element: ElementTree.Element) -> RigidBody:
     inertial, place = element.find("inertial"), f"link {name}"
     inertial = ElementTree.Element("inertial") if inertial is None else inertial  # 1 kg then
     mass = _number(reader, inertial, "mass", place, 1.0)
-    if mass < 0.0:
-        reader.faults.add(place, "its mass must not be negative [kg]", mass)
     tensor, written = np.zeros((3, 3)), inertial.find("inertia")
-    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+    for i, j in SIX:
         usual = 1.0 if i == j else 0.0
         tensor[i, j] = tensor[j, i] = _number(reader, written, f"i{'xyz'[i]}{'xyz'[j]}", place, usual)
-    checked = reader.faults.attempt(checked_inertia, tensor, f"{place}, <inertia>")
-    body = RigidBody(max(mass, 0.0), np.zeros(3), tensor if checked is None else checked)
+    body = checked_body(reader, place, mass, tensor, "<inertia>")
     here = inverse_pose(own.get(name, places.of(name))) @ places.of(name)
-    return UrdfLink(name, body.seen_from(here @ _pose(reader, inertial.find("pose"), place)))
+    return body.seen_from(here @ _pose(reader, inertial.find("pose"), place))
 
 
 def _joint(

@@ -24,6 +24,7 @@ from drivetrain.study.parts.verdicts import Verdict
 
 OBJECTIVES = {"mass": "mass of all drives [kg]", "price": "price of all drives", "energy": "energy a cycle [J]"}
 AXES = OBJECTIVES | {"utilisation": "highest utilisation [%]"}
+SHORT_AXES = {"energy": "energy [J]", "mass": "mass [kg]", "utilisation": "utilisation [%]"}
 NAMES = {
     Vary.PAYLOAD: "payload", Vary.CYCLE_TIME: "length of the cycle", Vary.VOLTAGE: "supply voltage",
     Vary.AMBIENT: "air temperature",
@@ -51,7 +52,7 @@ def front_charts(found: Front, chosen: DriveSet | None = None) -> tuple[Chart, .
     span = float(np.ptp(shades)) or 1.0
     colours = [INSTANTS[round(23 * (value - float(shades.min())) / span)] for value in shades]
     tips = [
-        f"set {index}: " + ", ".join(f"{_short_axis(name)} {number(value, 4)}" for name, value in _shown(point))
+        f"set {index}: " + ", ".join(f"{SHORT_AXES.get(name, name)} {number(value, 4)}" for name, value in _shown(point))
         + f"\n{drives_text(point.drives)}"
         for index, point in enumerate(found.points, 1)
     ]  # fmt: skip
@@ -90,10 +91,6 @@ def _shown(point: DriveSet) -> list[tuple[str, float]]:
         for name in AXES
         if not math.isnan(point.criteria.get(name, math.nan))
     ]
-
-
-def _short_axis(name: str) -> str:
-    return {"energy": "energy [J]", "mass": "mass [kg]", "utilisation": "utilisation [%]"}.get(name, name)
 
 
 def knee(found: Front) -> int | None:

@@ -92,11 +92,12 @@ def _section(one: JointLoops) -> Section:
 
 def _notes(one: JointLoops) -> tuple[str, ...]:
     timing = one.timing
+    late = f"{timing.delay} sample{'' if timing.delay == 1 else 's'} later"
     servo = (
         "continuous loops, since the study states no control for this joint: samples and delay make them slower "
         "(simulation: {control: {" + one.joint + ": {rate: 1 kHz, delay: 1}}})"
         if timing.period == 0.0
-        else f"loops sampled at {number(1e-3 / timing.period)} kHz, given out {_samples(timing.delay)} later and held"
+        else f"loops sampled at {number(1e-3 / timing.period)} kHz, given out {late} and held"
     )
     return (
         servo,
@@ -163,10 +164,6 @@ def _poles(one: JointLoops) -> SheetTable:
     return SheetTable(("with the", "natural frequency", "damping", "fades in"), tuple(rows), "Closed poles", (1, 2, 3))
 
 
-def _samples(count: int) -> str:
-    return f"{count} sample{'' if count == 1 else 's'}"
-
-
 def _phases(margins: Margins) -> str:
     parts = [f"{number(math.degrees(lag))}° at {number(at / TURN)} Hz" for at, lag in margins.phase]
     return ", ".join(parts) or "no crossing"
@@ -222,7 +219,8 @@ def _data(one: JointLoops) -> dict[str, Any]:
             "load_inertia": [one.lightest, axis.load_inertia], "stiffness": axis.stiffness,
             "spring_damping": axis.spring_damping,
         },
-        "with_notch": None if faster is None else _filtered(faster),
+        "with_notch": None if faster is None
+        else {"notch": vars(faster.notch), "gains": _cascade(faster), **_judged(faster)},
         "lightest_load": _judged(one.light),
         "heaviest_load": _judged(design),
     }  # fmt: skip
@@ -230,10 +228,6 @@ def _data(one: JointLoops) -> dict[str, Any]:
 
 def _cascade(design: LoopDesign) -> dict[str, float]:
     return {name: getattr(design, name) for name in ("position_gain", "speed_gain", "integral_time")}
-
-
-def _filtered(design: LoopDesign) -> dict[str, Any]:
-    return {"notch": vars(design.notch), "gains": _cascade(design), **_judged(design)}
 
 
 def _judged(design: LoopDesign) -> dict[str, Any]:

@@ -25,7 +25,9 @@ WORK = {
 def proof_section(selection: Selection) -> Section:
     proven = selection.state is None or selection.proof.startswith("optimal")
     word, css = ("proven", "pass") if proven else ("not proven", "marginal")
-    facts = (*_worth(selection), *_choice(selection), *_rules(selection), *_limit(selection))
+    reached = "not needed" if selection.state is None else "reached"
+    limit = ("time limit of the search", f"{selection.study.wanted.time_limit:g}\u00a0s, {reached}")
+    facts = (*_worth(selection), *_choice(selection), *_rules(selection), limit)
     return Section("The optimum and its proof", "proof", word, css, _lead(selection, proven), facts=facts,
                    tables=_sets(selection))  # fmt: skip
 
@@ -85,7 +87,8 @@ def _choice(selection: Selection) -> list[tuple[str, str]]:
     low, high = min(counts), max(counts)
     each = f"{low}" if low == high else f"{low} to {high}"
     digits = sum(math.log10(count) for count in counts)
-    sets = f"{math.prod(counts)}" if digits < 6.0 else f"{10.0 ** (digits % 1.0):.1f} × 10{_raised(int(digits))}"
+    power = str(int(digits)).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    sets = f"{math.prod(counts)}" if digits < 6.0 else f"{10.0 ** (digits % 1.0):.1f} × 10{power}"
     return [("to choose from", f"{each} pairs of motor and gear a joint, {sets} sets of drives")]
 
 
@@ -110,12 +113,6 @@ def _rules(selection: Selection) -> list[tuple[str, str]]:
     return facts
 
 
-def _limit(selection: Selection) -> list[tuple[str, str]]:
-    """Whether the time was enough."""
-    reached = "not needed" if selection.state is None else "reached"
-    return [("time limit of the search", f"{selection.study.wanted.time_limit:g}\u00a0s, {reached}")]
-
-
 def search_table(selection: Selection) -> SheetTable | None:
     """How the search went; None where it had nothing to do."""
     rows = tuple(
@@ -123,8 +120,3 @@ def search_table(selection: Selection) -> SheetTable | None:
         for name in WORK if selection.counters.get(name)
     )  # fmt: skip
     return SheetTable(("work", "count"), rows, numeric=(1,)) if rows else None
-
-
-def _raised(power: int) -> str:
-    """A power of ten in raised digits."""
-    return str(power).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -95,7 +95,10 @@ def _joint(found: RatioStudy) -> Section:
     gears = tuple(
         (one.key, number(one.ratio), chip(one.verdict), percent(one.utilisation), one.binding) for one in found.gears
     )
-    reaction = tuple((joint, _small_percent(share)) for joint, share in found.reaction.items())
+    reaction = tuple(
+        (joint, f"{number(100.0 * share, 2)}\u00a0%" if share >= 1e-4 else "below 0.01\u00a0%")
+        for joint, share in found.reaction.items()
+    )
     headings = ("gear", "ratio", "verdict", "utilisation", "of")
     felt = "What the joints before feel of it: change of their torque over the window, over their own peak"
     tables = (
@@ -127,10 +130,6 @@ def _formulas(forms: ClosedForms, rated: float | None) -> list[tuple[str, str]]:
             ("best ratio by α and β", number(match.best)),
         ]
     return rows
-
-
-def _small_percent(share: float) -> str:
-    return f"{number(100.0 * share, 2)}\u00a0%" if share >= 1e-4 else "below 0.01\u00a0%"
 
 
 def ratio_json(studies: Sequence[RatioStudy]) -> str:
@@ -204,7 +203,7 @@ def free_ratio_report(found: FreeRatios) -> str:
 
 
 def free_ratio_sentence(found: FreeRatios) -> str:
-    value = _value(found, found.value)
+    value = number(found.value) if found.goal.unit == "1" else with_unit(found.value, found.goal.unit)
     text = f"With the best ratios the {WORDS[found.goal]} of the arm is {value}"
     more = found.alone / found.value - 1.0 if found.value else math.nan
     if math.isfinite(more):
@@ -226,10 +225,6 @@ def free_ratio_lines(found: FreeRatios) -> list[str]:
         span = f"{number(one.low)} to {number(one.high)}"
         lines.append(f"{one.joint}: ratio {number(one.best)}, allowed {span}, {one.verdict}; {beside}")
     return lines
-
-
-def _value(found: FreeRatios, value: float) -> str:
-    return number(value) if found.goal.unit == "1" else with_unit(value, found.goal.unit)
 
 
 def _loss(share: float) -> str:

@@ -48,7 +48,11 @@ def front_section(found: Front, chosen: DriveSet | None = None) -> Section:
         figures = captioned(front_charts(found, chosen), caption)
     word, css = ("complete", "pass") if found.complete else ("not complete", "marginal")
     tables = _front_tables(found, chosen) if found.points else ()
-    notes = (*(f"{name} is left out: {why}" for name, why in found.left_out.items()), *found.notes, _work(found))
+    work = [f"{number(count) if count >= 1000 else count} {name}" for name, count in found.counters.items()]
+    notes = (
+        *(f"{name} is left out: {why}" for name, why in found.left_out.items()), *found.notes,
+        f"work done: {', '.join(work)}",
+    )  # fmt: skip
     title = f"The front: {_and(found.names)}" if len(found.names) > 1 else f"The least {_and(found.names)}"
     return Section(title, "front", word, css, (front_sentence(found),), figures, tables, notes)
 
@@ -174,12 +178,6 @@ def _drives_table(study: Study, first: str, title: str, sets: Iterable[dict[str,
     return SheetTable((first, *names), tuple(rows), title, (0,))
 
 
-def _work(found: Front) -> str:
-    return "work done: " + ", ".join(
-        f"{number(count) if count >= 1000 else count} {name}" for name, count in found.counters.items()
-    )
-
-
 def curve_report(found: OptimumCurve) -> str:
     return sheet(found.study, f"Best drives over the {NAMES[found.vary]}", [curve_section(found)])
 
@@ -248,8 +246,12 @@ def curve_lines(found: OptimumCurve) -> list[str]:
             lines.append(f"{span}: no set fits")
             continue
         before = found.pieces[index - 1].drives if index else {}
-        changed = ", ".join(_changed(before, piece.drives)) or "as before"
-        lines.append(f"{span}: {_worth(found, piece)}; {changed}")
+        worth = f"{_between([point.objective for point in piece.points])}{objective_tail(found.study)}"
+        changed = [
+            f"{name}: {motor} + {gear or 'no gear'}"
+            for name, (motor, gear) in piece.drives.items() if before.get(name) != (motor, gear)
+        ]  # fmt: skip
+        lines.append(f"{span}: {worth}; {', '.join(changed) or 'as before'}")
     return lines
 
 
@@ -259,23 +261,11 @@ def _ends(piece: CurvePiece) -> tuple[str, str]:
     return next((ends for ends in found if ends[0] != ends[1]), found[0])
 
 
-def _worth(found: OptimumCurve, piece: CurvePiece) -> str:
-    """The objective over a piece, with its unit."""
-    return f"{_between([point.objective for point in piece.points])}{objective_tail(found.study)}"
-
-
 def _between(values: list[float]) -> str:
     """The range of some numbers; one number where both ends read the same."""
     known = [value for value in values if math.isfinite(value)]
     low, high = (number(min(known)), number(max(known))) if known else (DASH, DASH)
     return low if low == high else f"{low} to {high}"
-
-
-def _changed(before: dict[str, Pair], now: dict[str, Pair]) -> list[str]:
-    """The drives that are not those of the piece before."""
-    return [
-        f"{name}: {motor} + {gear or 'no gear'}" for name, (motor, gear) in now.items() if before.get(name) != now[name]
-    ]
 
 
 def _pieces(found: OptimumCurve) -> SheetTable:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 import pandas as pd
 
-from drivetrain.catalog.schema import BRAKE_COLUMNS, GEAR_COLUMNS, MOTOR_COLUMNS, Column
+from drivetrain.catalog.schema import BRAKE_COLUMNS, GEAR_COLUMNS, MOTOR_COLUMNS
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
@@ -184,7 +184,8 @@ def part(record: Motor | Gear | Brake) -> Part:
         if value is None:
             missing.append(spoken)
         else:
-            known.append((spoken, _cell(value), *_described(columns[name])))
+            unit = {"degC": "°C", "C": "°C", "1": ""}.get(columns[name].unit, columns[name].unit)
+            known.append((spoken, _cell(value), unit, columns[name].meaning))
     return Part(
         identity(record) or record.key or "direct drive", record.key, record.source, tuple(known), ", ".join(missing)
     )
@@ -213,10 +214,6 @@ def _cell(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return f"{value:.6g}" if isinstance(value, int | float) else str(value)
-
-
-def _described(column: Column) -> tuple[str, str]:
-    return ("°C" if column.unit in ("degC", "C") else "" if column.unit == "1" else column.unit), column.meaning
 
 
 def rejected_counts(
