@@ -52,7 +52,7 @@ def front_charts(found: Front, chosen: DriveSet | None = None) -> tuple[Chart, .
     span = float(np.ptp(shades)) or 1.0
     colours = [INSTANTS[round(23 * (value - float(shades.min())) / span)] for value in shades]
     tips = [
-        f"set {index}: " + ", ".join(f"{SHORT_AXES.get(name, name)} {number(value, 4)}" for name, value in _shown(point))
+        f"set {index}: " + ", ".join(f"{SHORT_AXES.get(one, one)} {number(value, 4)}" for one, value in _shown(point))
         + f"\n{drives_text(point.drives)}"
         for index, point in enumerate(found.points, 1)
     ]  # fmt: skip

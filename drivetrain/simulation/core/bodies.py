@@ -88,7 +88,8 @@ def _move_arm(run: Run, t: float) -> None:
             places[r], speeds[r] = coordinates[r].place, coordinates[r].guess
     mass_and_bias(links, rotors_of(run), places, speeds, bodies_of(run), mass, felt, bias, felt_bias)
     if engine.coupled:
-        _gather(run, spread, mass, felt, bias, felt_bias)
+        clear_bodies(run)
+        add_bodies(run, 0, spread, mass, felt, bias, felt_bias)
         return
     for i in range(c):
         coordinates[i].bias, coordinates[i].felt_bias = bias[i], felt_bias[i]
@@ -97,9 +98,23 @@ def _move_arm(run: Run, t: float) -> None:
 
 
 @part
-def _gather(run: Run, spread: Any, mass: Any, felt: Any, bias: Any, felt_bias: Any) -> None:
-    """Mass matrix and bias along the coordinates, from those of the bodies, where motors are coupled."""
-    coordinates, pairs, e, c = coordinates_of(run), pairs_of(run), len(mass), world_of(run).coordinates
+def clear_bodies(run: Run) -> None:
+    """Nothing moves with the coordinates yet but reflected rotors at shafts."""
+    coordinates, pairs = coordinates_of(run), pairs_of(run)
+    for i in range(len(coordinates)):
+        coordinates[i].bias = coordinates[i].felt_bias = 0.0
+        for k in range(len(coordinates)):
+            pairs[i, k].mass = pairs[i, k].felt = coordinates[i].own if k == i else 0.0
+
+
+@part
+def add_bodies(run: Run, first: int, spread: Any, mass: Any, felt: Any, bias: Any, felt_bias: Any) -> None:
+    """Mass matrix and bias of bodies, of which ``first`` is the first, that move as ``spread`` times the coordinates.
+
+    With G for ``spread``: G^T M G and G^T b; a motor feels the row of what it turns.
+    """
+    coordinates, pairs = coordinates_of(run), pairs_of(run)
+    e, c = spread.shape
     between = rows_of(run, AT.between, e, c)
     for r in range(e):
         for k in range(c):
@@ -107,21 +122,16 @@ def _gather(run: Run, spread: Any, mass: Any, felt: Any, bias: Any, felt_bias: A
             for j in range(e):
                 between[r, k] += mass[r, j] * spread[j, k]
     for i in range(c):
-        one = coordinates[i]
-        one.bias, one.felt_bias = 0.0, 0.0
+        one, row = coordinates[i], coordinates[i].felt - first
         for r in range(e):
             one.bias += spread[r, i] * bias[r]
-        if one.felt >= 0:
-            one.felt_bias = one.factor * felt_bias[one.felt]
-        for k in range(c):
-            whole, own = 0.0, 0.0
-            for r in range(e):
-                whole += spread[r, i] * between[r, k]
-                if one.felt >= 0:
-                    own += felt[one.felt, r] * spread[r, k]
-            pairs[i, k].mass, pairs[i, k].felt = whole, one.factor * own
-        pairs[i, i].mass += one.own
-        pairs[i, i].felt += one.own
+            for k in range(c):
+                pairs[i, k].mass += spread[r, i] * between[r, k]
+        if 0 <= row < e:
+            one.felt_bias += spread[row, i] * felt_bias[row]
+            for k in range(c):
+                for j in range(e):
+                    pairs[i, k].felt += spread[row, i] * felt[row, j] * spread[j, k]
 
 
 @part

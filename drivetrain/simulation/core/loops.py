@@ -19,7 +19,15 @@ from drivetrain.dynamics.core.factor import backward, scalar_product
 from drivetrain.dynamics.core.frames import LINK as MOVED
 from drivetrain.dynamics.core.frames import move_links
 from drivetrain.dynamics.core.vectors import cross, dot, plus, turned, vector
-from drivetrain.simulation.core.bodies import bodies_of, carry, links_of, rotors_of, show_bodies
+from drivetrain.simulation.core.bodies import (
+    add_bodies,
+    bodies_of,
+    carry,
+    clear_bodies,
+    links_of,
+    rotors_of,
+    show_bodies,
+)
 from drivetrain.simulation.core.records import (
     AT,
     CHAIN,
@@ -30,7 +38,6 @@ from drivetrain.simulation.core.records import (
     count_of,
     engine_of,
     numbers_of,
-    pairs_of,
     part,
     rows_of,
     words_of,
@@ -208,8 +215,8 @@ def _spread(run: Run) -> None:
 @part
 def _add_chain(run: Run, chain: Any, spread: Any) -> float:
     """Mass matrix and bias of a chain join those of the coordinates; its potential energy."""
-    coordinates, pairs, size = coordinates_of(run), pairs_of(run), chain.rows
-    first, last, entry = chain.row, chain.row + size, chain.entry
+    size, entry = chain.rows, chain.entry
+    first, last = chain.row, chain.row + size
     links = links_of(run)[chain.link : chain.link + size + chain.rotors]
     rotors = rotors_of(run)[chain.rotor : chain.rotor + chain.rotors]
     bodies = bodies_of(run)[chain.body : chain.body + chain.joints + chain.rotors + 1]
@@ -217,28 +224,13 @@ def _add_chain(run: Run, chain: Any, spread: Any) -> float:
     bias, felt_bias = numbers_of(run, AT.body_bias)[first:last], numbers_of(run, AT.body_felt_bias)[first:last]
     mass = numbers_of(run, AT.body_mass)[entry : entry + size * size].reshape((size, size))
     felt = numbers_of(run, AT.body_felt)[entry : entry + size * size].reshape((size, size))
-    rates, between = numbers_of(run, AT.body_rates)[first:last], rows_of(run, AT.between, len(spread), len(coordinates))
+    rates = numbers_of(run, AT.body_rates)[first:last]
     mass_and_bias(links, rotors, places, speeds, bodies, mass, felt, bias, felt_bias)
     for r in range(size):
         for j in range(size):
             bias[r] += mass[r, j] * rates[j]
             felt_bias[r] += felt[r, j] * rates[j]
-        for k in range(len(coordinates)):
-            between[r, k] = 0.0
-            for j in range(size):
-                between[r, k] += mass[r, j] * spread[first + j, k]
-    for i in range(len(coordinates)):
-        one, own = coordinates[i], coordinates[i].felt - first
-        for r in range(size):
-            one.bias += spread[first + r, i] * bias[r]
-            for k in range(len(coordinates)):
-                pairs[i, k].mass += spread[first + r, i] * between[r, k]
-        if 0 <= own < size:
-            one.felt_bias = felt_bias[own]
-            for k in range(len(coordinates)):
-                pairs[i, k].felt = 0.0
-                for j in range(size):
-                    pairs[i, k].felt += felt[own, j] * spread[first + j, k]
+    add_bodies(run, first, spread[first:last], mass, felt, bias, felt_bias)
     upwards = vector(bodies[len(bodies) - 1].dv)
     energy = dot(upwards, vector(bodies[0].first))
     for r in range(len(rotors)):
@@ -249,17 +241,14 @@ def _add_chain(run: Run, chain: Any, spread: Any) -> float:
 
 def loop_bodies(t: Any, h: Any, run: Any) -> None:
     """Mass matrix and bias of an arm with loops, as ``bodies`` of an open one."""
-    engine, coordinates, pairs, chains = engine_of(run), coordinates_of(run), pairs_of(run), _chains_of(run)
+    engine, chains = engine_of(run), _chains_of(run)
     engine.open = 0 if _follow(run) else 1
     if engine.open:
         return
     carry(run, t)
     _spread(run)
     spread = rows_of(run, AT.spread, count_of(run, AT.row_joints), world_of(run).coordinates)
-    for i in range(len(coordinates)):
-        coordinates[i].bias = 0.0
-        for k in range(len(coordinates)):
-            pairs[i, k].mass = 0.0
+    clear_bodies(run)
     engine.potential = 0.0
     for c in range(len(chains)):
         engine.potential += _add_chain(run, chains[c], spread)

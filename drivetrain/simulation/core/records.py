@@ -73,10 +73,9 @@ class Coordinate:
     weight: float
     phase: float
     rotor: float
-    # where motors are coupled: the body's coordinate whose turning the motor feels (-1: none), by how much, inertia of
+    # where motors are coupled or loops closed: the body whose turning the motor feels (-1: none), and the inertia of
     # reflected rotors at the shaft [kg m^2 or kg]
     felt: int
-    factor: float
     own: float
     dry: Dry
     # between which rates of its spring the answer lies

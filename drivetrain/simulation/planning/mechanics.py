@@ -44,7 +44,6 @@ class Coupled:
     spread: Array
     # body's coordinate whose turning the motor of each coordinate feels; -1: it turns nothing, (c,)
     felt: NDArray[np.int64]
-    factors: Array  # by how much, (c,)
     own: Array  # inertia of reflected rotors at their shafts [kg m^2 or kg], (c,)
 
 
@@ -213,9 +212,9 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
     bound, model, frames = _coupled(arm, free, ratios), packed(arm, free), link_frames(arm)
     c, links, rotors = arm.n + len(free), model.links.copy(), model.rotors.copy()
-    felt, factors, apart, e = np.arange(c), np.ones(c), np.zeros(c), c
+    felt, spread, apart, e = np.arange(c), np.eye(c), np.zeros(c), c
     if bound is not None:
-        felt, factors, apart, e = bound.felt, bound.factors, bound.own, len(bound.spread)
+        felt, spread, apart, e = bound.felt, bound.spread, bound.own, len(bound.spread)
         # Stand-ins come in the order of joints there; here those of rotors on their own come first.
         listed = sorted({*followers(arm), *free})
         order = [*range(arm.n), *(arm.n + listed.index(i) for i in (*free, *(i for i in listed if i not in free)))]
@@ -232,7 +231,7 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
             else:
                 links["rotor_inertia"][at] += inertia
         feels = felt[at]
-        reflected[i] = apart[at] + (links["rotor_inertia"][feels] * factors[at] ** 2 if feels >= 0 else 0.0)
+        reflected[i] = apart[at] + (links["rotor_inertia"][feels] * spread[feels, at] ** 2 if feels >= 0 else 0.0)
     kept = ~np.isin(rotors["joint"], motors[uncoupled])
     links, rotors = np.concatenate([links[:e], links[e:][kept]]), rotors[kept]
     bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
@@ -257,11 +256,10 @@ def _coupled(arm: Arm, free: tuple[int, ...], ratios: Array) -> Coupled | None:
     spread[: arm.n, : arm.n] = turns
     felt = np.arange(c, dtype=np.int64)
     felt[[i for i in shafts if (arm.coupling[i] != np.eye(arm.n)[i]).any()]] = -1
-    factors = np.ones(c)
     for k, i in enumerate(follows):
-        spread[c + k, i] = factors[i] = ratios[i]
+        spread[c + k, i] = ratios[i]
         felt[i] = c + k
-    return Coupled(shafts, arm.coupling, np.asarray(turns, dtype=np.float64), spread, felt, factors, np.zeros(c))
+    return Coupled(shafts, arm.coupling, np.asarray(turns, dtype=np.float64), spread, felt, np.zeros(c))
 
 
 def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:

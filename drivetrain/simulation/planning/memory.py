@@ -170,7 +170,7 @@ def _put_mechanics(block: _Block, body: Mechanics) -> None:
     size = len(spread) or c
     if bound is not None:
         coordinates["coupled"][list(bound.shafts)] = 1
-        coordinates["felt"], coordinates["factor"], coordinates["own"] = bound.felt, bound.factors, bound.own
+        coordinates["felt"], coordinates["own"] = bound.felt, bound.own
     block.put(coordinates, changing_numbers(r.Coordinate), "coordinates")
     block.put(np.zeros((c, c), r.PAIR), False, "pairs")
     block.put(np.zeros((c, c)), True, "mass")
