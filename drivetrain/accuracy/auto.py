@@ -156,24 +156,22 @@ def choose_effects(
         restored.append(back)
         dropped.remove(back)
     report(1, 1, "done")
-    judged = tuple(_judged(one, one.choice not in dropped, scene, costs) for one in found)
-    return AutoChoice(kept, tolerance, tip_tolerance, judged, proof, tuple(restored))
-
-
-def _judged(estimate: Estimate, kept: bool, scene: Scene, costs: Mapping[str, float]) -> Judged:
-    choice, own = estimate.choice, added([estimate.bound], scene.joints)
-    worst = joined(max, own.values())
-    return Judged(choice, LABELS[choice.kind], worst, estimate.valid, estimate.why, kept, costs.get(choice.kind, 1.0))
+    judged = []
+    for one in found:
+        kind, worst = one.choice.kind, joined(max, added([one.bound], scene.joints).values())
+        cost, stays = costs.get(kind, 1.0), one.choice not in dropped
+        judged.append(Judged(one.choice, LABELS[kind], worst, one.valid, one.why, stays, cost))
+    return AutoChoice(kept, tolerance, tip_tolerance, tuple(judged), proof, tuple(restored))
 
 
 def cheapest(
     found: Sequence[Estimate], limits: Limits, joints: tuple[str, ...], costs: Mapping[str, float]
 ) -> tuple[Choice, ...]:
     """The effects that may go together and save most."""
-    fit = [one for one in found if one.valid and _used([one], limits, joints) <= 1.0]
+    fit = [one for one in found if one.valid and _uses(one, limits, joints).max() <= 1.0]
     if not fit:
         return ()
-    uses = np.array([_uses([one], limits, joints) for one in fit]).T
+    uses = np.array([_uses(one, limits, joints) for one in fit]).T
     saved = np.array([costs.get(one.choice.kind, 1.0) for one in fit])
     best = milp(
         -saved, integrality=np.ones(len(fit)), bounds=Bounds(0.0, 1.0), options={"mip_rel_gap": 0.0},
@@ -182,18 +180,13 @@ def cheapest(
     return tuple(one.choice for one, gone in zip(fit, best.x, strict=True) if gone > 0.5)
 
 
-def _uses(some: Sequence[Estimate], limits: Limits, joints: tuple[str, ...]) -> Array:
-    """Shares of the tolerance that estimates use up together: of every quantity of every joint, and of the tip."""
-    sums = added([one.changes for one in some], joints)
-    shares = [share / limits.share for change in sums.values() for share in change.shares]
-    tip = max((change.tip for change in sums.values()), default=0.0)
+def _uses(one: Estimate, limits: Limits, joints: tuple[str, ...]) -> Array:
+    """Shares of the tolerance that an estimate uses up: of every quantity of every joint, and of the tip."""
+    changes = added([one.changes], joints).values()
+    shares = [share / limits.share for change in changes for share in change.shares]
+    tip = max((change.tip for change in changes), default=0.0)
     of_tip = tip / limits.tip if limits.tip > 0.0 else (math.inf if tip > 0.0 else 0.0)
     return np.nan_to_num(np.array([*shares, of_tip]), nan=0.0, posinf=math.inf)
-
-
-def _used(some: Sequence[Estimate], limits: Limits, joints: tuple[str, ...]) -> float:
-    """The largest of those shares."""
-    return float(_uses(some, limits, joints).max())
 
 
 def _largest(left: Sequence[Estimate], dropped: Collection[Choice], limits: Limits, proof: Proof) -> Choice:
@@ -202,7 +195,7 @@ def _largest(left: Sequence[Estimate], dropped: Collection[Choice], limits: Limi
     worst = max(proof.measured, key=lambda name: proof.measured[name].largest(limits.tip))
     candidates = [one for one in left if one.choice in dropped]
     near = [one for one in candidates if worst in one.changes] or candidates
-    return max(near, key=lambda one: _used([one], limits, joints)).choice
+    return max(near, key=lambda one: float(_uses(one, limits, joints).max())).choice
 
 
 def proved(
@@ -218,7 +211,9 @@ def proved(
         fine, audit = _pair(plans, scenes, basis, step)
         measured = change(fine[0], fine[1])
         before = change(coarse[0], coarse[1])
-        numerical = {name: joined(_apart, (measured[name], before[name])) for name in measured}
+        numerical = {
+            name: joined(lambda two: abs(two[0] - two[1]), (measured[name], before[name])) for name in measured
+        }
         largest = max(one.largest(scale) for one in measured.values())
         noise = max(one.largest(scale) for one in numerical.values())
         good = noise <= NUMERICAL * max(largest, tolerance)
@@ -252,10 +247,6 @@ def audited(recording: Recording) -> float:
     )  # fmt: skip
     wrong = float(np.ptp(recording["energy_error"]))
     return wrong / passed if passed > 0.0 else 0.0
-
-
-def _apart(values: tuple[float, ...]) -> float:
-    return abs(values[0] - values[1])
 
 
 def _said(within: bool, good: bool, audit: float, noise: float) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from drivetrain.accuracy.decision import basis_of, mean_weights, moving, rms
 from drivetrain.accuracy.scenes import choices, full_scene, without
 from drivetrain.arrays import Array
-from drivetrain.simulation.cost_results import Choice, JointCurrents, RoadsCompared
+from drivetrain.simulation.cost_results import JointCurrents, RoadsCompared
 from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
@@ -20,18 +20,13 @@ UNKNOWN_TO_SIZING = ("FlexibleJoint", "CurrentLoop", "Backlash", "Cogging")
 SMALL = 0.01  # share of the RMS current below which a difference needs no words
 
 
-def same_effects(scene: Scene) -> list[Choice]:
-    """What a full scene has and sizing does not know."""
-    return [one for one in choices(scene) if one.kind in UNKNOWN_TO_SIZING]
-
-
 def inverse_against_forward(
     evaluation: Evaluation, *, scene: Scene | None = None, engine: Engine | None = None
 ) -> RoadsCompared:
     """Both roads' currents, joint by joint."""
     full = full_scene(evaluation) if scene is None else scene
     engine = FixedStep(5e-4) if engine is None else engine
-    same = without(full, same_effects(full))
+    same = without(full, [one for one in choices(full) if one.kind in UNKNOWN_TO_SIZING])
     recording = simulate(same, solver=engine, interval=1e-3, checked=False)
     when = recording.time, mean_weights(recording.time, basis_of(full, evaluation).use(recording.time))
     joints = {
