@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 
-from drivetrain.accuracy.costs import Progress, ran, seconds, silent
+from drivetrain.accuracy.costs import Progress, run_to_end, seconds, silent
 from drivetrain.accuracy.decision import Basis, change, decision, tip_travel
 from drivetrain.accuracy.scenes import LABELS, choices, without
 from drivetrain.arrays import Array
@@ -60,7 +60,7 @@ def estimates(
 ) -> tuple[Estimate, ...]:
     """The estimate of every effect that may be left out."""
     engine, full, listed = FixedStep(step), without(scene, ()), choices(scene)
-    whole, found = ran(plan(full), engine), []
+    whole, found = run_to_end(plan(full), engine), []
     base, unresolved = decision(whole, full, basis), _unresolved_peaks(whole, full, basis)
     for done, choice in enumerate(listed):
         (progress or silent)(done, len(listed), "estimating")
@@ -73,7 +73,7 @@ def _estimate(
 ) -> Estimate:
     try:
         less = without(scene, [choice])
-        run = ran(plan(less), engine)
+        run = run_to_end(plan(less), engine)
         found = change(decision(run, less, basis), base)
     except InputError as error:
         return Estimate(choice, {}, False, f"without it: {error.faults[0].problem}")
@@ -139,7 +139,7 @@ def choose_effects(
     report = progress or silent
     found = estimates(scene, basis, step, report)
     if tip_tolerance is None:
-        tip_tolerance = tolerance * tip_travel(scene, ran(plan(without(scene, ())), FixedStep(step)))
+        tip_tolerance = tolerance * tip_travel(scene, run_to_end(plan(without(scene, ())), FixedStep(step)))
     limits = Limits(tolerance, tip_tolerance)
     dropped = set(cheapest(found, limits, scene.joints, costs))
     restored: list[Choice] = []
@@ -232,7 +232,7 @@ def _pair(
     plans: tuple[Plan, Plan], scenes: tuple[Scene, Scene], basis: Basis, step: float
 ) -> tuple[tuple[Decision, Decision], float]:
     """Decisions of both scenes, and the worse audit."""
-    runs = [ran(ready, FixedStep(step)) for ready in plans]
+    runs = [run_to_end(ready, FixedStep(step)) for ready in plans]
     found = [decision(run, own, basis) for run, own in zip(runs, scenes, strict=True)]
     return (found[0], found[1]), max(audited(run) for run in runs)
 

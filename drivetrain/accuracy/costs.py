@@ -50,7 +50,7 @@ def interval_of(duration: float) -> float:
     return max(min(USUAL_INTERVAL, duration / 500.0), duration / MOST_ROWS)
 
 
-def ran(ready: Plan, engine: Engine) -> Recording:
+def run_to_end(ready: Plan, engine: Engine) -> Recording:
     """A run that must reach its end; why it did not is an error."""
     duration = ready.scene.duration
     every = interval_of(duration)
@@ -92,13 +92,13 @@ def effects_cost(
         groups.setdefault(choice.kind, []).append(choice)
     full = without(scene, ())
     plans = [plan(full), plan(without(scene, choices(scene)))]
-    recording = ran(plans[0], engine)
+    recording = run_to_end(plans[0], engine)
     base, rows = decision(recording, full, basis), []
     for done, (kind, members) in enumerate(groups.items()):
         report(done, len(groups) + 1, f"without {LABELS[kind]}")
         less = without(scene, members)
         plans.append(plan(less))
-        one = ran(plans[-1], engine)
+        one = run_to_end(plans[-1], engine)
         found, share = decision(one, less, basis), work(recording.counters) / max(work(one.counters), 1)
         rows.append((LABELS[kind], tuple(m.joint for m in members), change(found, base), found.verdict, share))
     report(len(groups), len(groups) + 1, "timing")
@@ -152,7 +152,7 @@ def _references(
     found = []
     for done, engine in enumerate(engines):
         report(done, total, "reference")
-        recording = ran(ready, engine)
+        recording = run_to_end(ready, engine)
         found.append((decision(recording, scene, basis), tip_travel(scene, recording)))
     return found
 

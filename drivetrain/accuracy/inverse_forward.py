@@ -9,7 +9,7 @@ import numpy as np
 from drivetrain.accuracy.decision import basis_of, mean_weights, moving, rms
 from drivetrain.accuracy.scenes import choices, full_scene, without
 from drivetrain.arrays import Array
-from drivetrain.simulation.cost_results import JointCurrents, RoadsCompared
+from drivetrain.simulation.cost_results import CurrentsCompared, JointCurrents
 from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
@@ -22,7 +22,7 @@ SMALL = 0.01  # share of the RMS current below which a difference needs no words
 
 def inverse_against_forward(
     evaluation: Evaluation, *, scene: Scene | None = None, engine: Engine | None = None
-) -> RoadsCompared:
+) -> CurrentsCompared:
     """Both roads' currents, joint by joint."""
     full = full_scene(evaluation) if scene is None else scene
     engine = FixedStep(5e-4) if engine is None else engine
@@ -33,7 +33,7 @@ def inverse_against_forward(
         name: _compared(evaluation, name, when, recording[f"{name}.current"], moving(recording, name))
         for name in full.joints
     }
-    return RoadsCompared(joints, recording)
+    return CurrentsCompared(joints, recording)
 
 
 def _compared(

@@ -76,7 +76,7 @@ def without(scene: Scene, dropped: Collection[Choice]) -> Scene:
     body = scene.body
     if isinstance(body, Arm) and Choice("FullRotor", WHOLE) in gone:
         body = at_level(body, RotorLevel.REFLECTED)
-    effects = {joint: left(joint, own, gone) for joint, own in scene.effects.items()}
+    effects = {joint: remaining(joint, own, gone) for joint, own in scene.effects.items()}
     ratios = dict(zip(scene.joints, ratios_of(scene), strict=True))
     less = replace(scene, body=body, effects=effects)
     for joint, now in zip(scene.joints, ratios_of(less), strict=True):
@@ -108,7 +108,7 @@ def _settled(scene: Scene) -> Scene:
     return replace(scene, position=position, speed=demand.speed[0])
 
 
-def left(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> tuple[Effect, ...]:
+def remaining(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> tuple[Effect, ...]:
     kept: list[Effect] = []
     for effect in effects:
         stays: Effect | None = effect
@@ -147,7 +147,7 @@ def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Sce
         effects[WHOLE] = (*effects[WHOLE], StiffSupply(volts.pop()))
     else:
         gone = [Choice(kind, task.name) for task in study.joints for kind in ("SampledCurrentLoop", "CurrentLoop")]
-        effects |= {name: left(name, effects[name], gone) for name in built.joints}
+        effects |= {name: remaining(name, effects[name], gone) for name in built.joints}
     return replace(built, effects=effects)
 
 

@@ -9,7 +9,7 @@ from drivetrain.accuracy.auto import COARSE, choose_effects
 from drivetrain.accuracy.costs import interval_of
 from drivetrain.accuracy.decision import basis_of
 from drivetrain.accuracy.scenes import full_scene, wanted_scene, without
-from drivetrain.accuracy.verify import verified, whole_run
+from drivetrain.accuracy.verify import refuse_resumed, verified
 from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import run
@@ -88,7 +88,7 @@ def simulate(
         ready, basis = built.scene, basis_of(built.full, evaluation)
         usual = interval_of(built.scene.duration if duration is None else duration) if interval is None else interval
         engine = engine_of(settings) if solver is None else run.engine_of(solver)
-    whole_run(verify, resume)
+    refuse_resumed(verify, resume)
     recording = run.simulate(
         ready, solver=engine, duration=duration, interval=usual, resume=resume, progress=progress,
         start=start, checked=not verify,

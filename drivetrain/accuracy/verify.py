@@ -69,7 +69,7 @@ def _changed(
     return (Event(float(recording.time[-1]), "verify", detail),)
 
 
-def whole_run(verify: bool, resume: Recording | None) -> None:
+def refuse_resumed(verify: bool, resume: Recording | None) -> None:
     """That what is to be verified is a whole run."""
     if verify and resume is not None:
         raise InputError(Fault("verify", "needs a run from its start: the finer one cannot go on from another's end"))

@@ -57,8 +57,8 @@ def accuracy(
         )  # fmt: skip
     with working("comparing solvers") as step:
         solvers = solver_cost(without(full, ()), basis, progress=step)
-        roads = inverse_against_forward(result, scene=full, engine=FixedStep(options.step))
-    found = AccuracyFound(result, effects, auto, solvers, roads, options.current_bandwidth)
+        currents = inverse_against_forward(result, scene=full, engine=FixedStep(options.step))
+    found = AccuracyFound(result, effects, auto, solvers, currents, options.current_bandwidth)
     with working("drawing"):
         files = {"accuracy.html": accuracy_report(found), "accuracy.json": accuracy_json(found)}
     lines(accuracy_lines(found))

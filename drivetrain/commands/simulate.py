@@ -186,7 +186,7 @@ def _run_study(
     from drivetrain.accuracy.costs import interval_of
     from drivetrain.accuracy.decision import basis_of, decision
     from drivetrain.accuracy.study_run import engine_of, study_scene
-    from drivetrain.accuracy.verify import verified, whole_run
+    from drivetrain.accuracy.verify import refuse_resumed, verified
     from drivetrain.report.pages.simulation_page import SimulationFound, simulation_lines, simulation_report
     from drivetrain.simulation.planning.plan import plan
     from drivetrain.simulation.recording import load_recording
@@ -209,7 +209,7 @@ def _run_study(
         lambda: earlier.append(None if resume is None else load_recording(resume)),
         load,
         lambda: _options(said[0], changes),
-        lambda: whole_run(verify, earlier[0] if earlier else None),
+        lambda: refuse_resumed(verify, earlier[0] if earlier else None),
         lambda: refuse(start is not None and resume is not None, "--start", "goes with a run from its start"),
         *misplaced,
         out=out,

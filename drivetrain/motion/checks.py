@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault
-from drivetrain.motion.duty_cycle import Cycle, told_unit
+from drivetrain.motion.duty_cycle import Cycle, shown_unit
 from drivetrain.motion.motion import Motion
 from drivetrain.motion.smoothing import UNIFORM, is_uniform
 from drivetrain.units import factor, from_si
@@ -162,7 +162,7 @@ def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -
     return [], [f"warning: column {rates.name} {problem}" + (f"; {hint}" if hint else "")]
 
 
-def unit_doubts(column: str, unit: str, position: Array, joint: str) -> list[str]:
+def unit_warnings(column: str, unit: str, position: Array, joint: str) -> list[str]:
     """Warnings about radians that look like degrees."""
     largest = float(np.abs(position).max())
     if unit.casefold().startswith("rad") and largest > TURNS_BELIEVED:
@@ -171,7 +171,7 @@ def unit_doubts(column: str, unit: str, position: Array, joint: str) -> list[str
     return []
 
 
-def small_angle_doubts(columns: list[str], positions: list[Array]) -> list[str]:
+def small_angle_warnings(columns: list[str], positions: list[Array]) -> list[str]:
     """Warnings about a file in degrees in which nothing moves by more than 6.3 degrees."""
     largest = max((float(np.abs(from_si(position, "rad", "deg")).max()) for position in positions), default=0.0)
     if 0.0 < largest <= SMALL_IN_DEGREES:
@@ -179,7 +179,7 @@ def small_angle_doubts(columns: list[str], positions: list[Array]) -> list[str]:
     return []
 
 
-def speed_doubts(column: str, speed: Array, joint: str) -> list[str]:
+def speed_warnings(column: str, speed: Array, joint: str) -> list[str]:
     """Warnings about joint speeds that look like degrees a second or rpm."""
     largest = float(np.abs(speed).max())
     if largest <= SPEED_BELIEVED:
@@ -237,13 +237,13 @@ def limit_notes(
     for side, beyond, limit in sides:
         for joint in np.flatnonzero(beyond.max(axis=0) > ROUNDING):
             worst = int(beyond[:, joint].argmax())
-            unit, factor = told_unit(slides, int(joint))
+            unit, factor = shown_unit(slides, int(joint))
             value, bound = factor * float(motion.position[worst, joint]), factor * float(limit[joint])
             problem = f"goes {side} {bound:.6g} at t = {motion.time[worst]:.4g} s [{unit}]"
             faults.append(Fault(f"{name}, joint {motion.joint_names[joint]}", problem, value))
     speed = np.abs(motion.velocity)
     for joint in np.flatnonzero(speed.max(axis=0) > np.asarray(speed_limits) * (1.0 + ROUNDING)):
-        worst, (unit, factor) = int(speed[:, joint].argmax()), told_unit(slides, int(joint))
+        worst, (unit, factor) = int(speed[:, joint].argmax()), shown_unit(slides, int(joint))
         rate = unit.replace(" or", "/s or") + "/s"
         warnings.append(
             f"warning: {name}: joint {motion.joint_names[joint]} reaches {factor * speed[worst, joint]:.4g} at "

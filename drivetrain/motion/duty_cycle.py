@@ -295,7 +295,7 @@ def _meetings(blocks: list[_Block]) -> list[tuple[str, _Block, _Block, bool]]:
     return [*pairs, (f"end ({blocks[-1].label}) to start ({blocks[0].label})", blocks[-1], blocks[0], True)]
 
 
-def told_unit(slides: Sequence[bool] | None, joint: int) -> tuple[str, float]:
+def shown_unit(slides: Sequence[bool] | None, joint: int) -> tuple[str, float]:
     """The unit in which a joint is reported, and its factor to SI."""
     if slides is None:
         return "rad or m", 1.0
@@ -310,7 +310,7 @@ def _gaps(
     notes: dict[str, None] = {}
     for where, before, after, closing in _meetings(blocks):
         for i, (joint, end, start) in enumerate(zip(joint_names, before.position[-1], after.position[0], strict=True)):
-            gap, (unit, times) = float(start - end), told_unit(slides, i)
+            gap, (unit, times) = float(start - end), shown_unit(slides, i)
             text = f"{joint} stands at {times * end:.6g} and goes on from {times * start:.6g} [{unit}]"
             if abs(gap) <= GAP_SEEN:
                 continue
@@ -332,7 +332,7 @@ def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...], slides: Seq
     for where, before, after, _ in _meetings(blocks):
         step = after.velocity[0] - before.velocity[-1]
         for index in np.flatnonzero(np.abs(step) > SPEED_STEP_SEEN * peak):
-            unit, times = told_unit(slides, int(index))
+            unit, times = shown_unit(slides, int(index))
             text = (
                 f"speed of {joint_names[index]} steps by {times * step[index]:.4g} [{unit.replace(' or', '/s or')}/s]"
             )

@@ -15,11 +15,11 @@ from drivetrain.motion.checks import (
     jump_faults,
     rate_mismatch,
     sampling_notes,
-    small_angle_doubts,
-    speed_doubts,
+    small_angle_warnings,
+    speed_warnings,
     spike_warnings,
     time_faults,
-    unit_doubts,
+    unit_warnings,
 )
 from drivetrain.motion.foreign import foreign_table
 from drivetrain.motion.motion import LoadTable, Motion
@@ -269,13 +269,13 @@ def _unit_notes(found: dict[tuple[str, str], Found], joints: tuple[str, ...]) ->
     for joint in joints:
         position, velocity = found["position", joint], found.get(("velocity", joint))
         if position.unit == "rad":
-            notes += unit_doubts(position.column.header, position.column.unit, position.values, joint)
+            notes += unit_warnings(position.column.header, position.column.unit, position.values, joint)
             if factor(position.column.unit) == factor("deg"):
                 in_degrees.append(position)
         if velocity is not None and velocity.unit == "rad/s":
-            notes += speed_doubts(velocity.column.header, velocity.values, joint)
+            notes += speed_warnings(velocity.column.header, velocity.values, joint)
     headers = [position.column.header for position in in_degrees]
-    return notes + small_angle_doubts(headers, [position.values for position in in_degrees])
+    return notes + small_angle_warnings(headers, [position.values for position in in_degrees])
 
 
 def _grouped(joints: tuple[str, ...], ways: list[str]) -> list[str]:

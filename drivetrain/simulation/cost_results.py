@@ -200,7 +200,7 @@ class JointCurrents:
 
 
 @dataclass(frozen=True, eq=False)
-class RoadsCompared:
+class CurrentsCompared:
     """Sizing against simulation with the same effects."""
 
     joints: Mapping[str, JointCurrents]  # by name

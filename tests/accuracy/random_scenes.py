@@ -9,7 +9,7 @@ import numpy as np
 
 import drivetrain as dt
 from drivetrain.accuracy.auto import Estimate, estimates
-from drivetrain.accuracy.costs import ran
+from drivetrain.accuracy.costs import run_to_end
 from drivetrain.accuracy.decision import Basis, basis_of, change, decision
 from drivetrain.accuracy.scenes import without
 from drivetrain.drive.friction import Friction
@@ -112,7 +112,7 @@ def pair(seed: int) -> Scene:
 def warmed(scene: Scene) -> Scene:
     """Heat that starts in the periodic state, as that of studies does."""
     full, basis = without(scene, ()), basis_of(scene)
-    found, effects = decision(ran(plan(full), FixedStep(1e-3)), full, basis), dict(scene.effects)
+    found, effects = decision(run_to_end(plan(full), FixedStep(1e-3)), full, basis), dict(scene.effects)
     for name, told in found.joints.items():
         effects[name] = tuple(_warm(e, told.rise) if isinstance(e, WindingHeat) else e for e in effects[name])
     return replace(scene, effects=effects)
@@ -130,10 +130,10 @@ Row = tuple[Estimate, str, str, float, float]
 def estimated_and_measured(scene: Scene, basis: Basis, step: float = FINE) -> list[Row]:
     """Of every effect at every joint: what it is, joint, quantity, estimate, and what finer runs measure."""
     full, rows = without(scene, ()), []
-    base = decision(ran(plan(full), FixedStep(step)), full, basis)
+    base = decision(run_to_end(plan(full), FixedStep(step)), full, basis)
     for told in estimates(scene, basis):
         less = without(scene, [told.choice])
-        found = change(decision(ran(plan(less), FixedStep(step)), less, basis), base)
+        found = change(decision(run_to_end(plan(less), FixedStep(step)), less, basis), base)
         for joint, guess in told.bound.items():
             pairs = zip(QUANTITIES, (*guess.shares, guess.tip), (*found[joint].shares, found[joint].tip), strict=True)
             rows += [(told, joint, what, one, abs(other)) for what, one, other in pairs if not math.isnan(other)]
@@ -143,7 +143,7 @@ def estimated_and_measured(scene: Scene, basis: Basis, step: float = FINE) -> li
 def follows(scene: Scene) -> bool:
     """Whether every joint stays near its command: a loop that swings up without end decides nothing."""
     full = without(scene, ())
-    joints = decision(ran(plan(full), FixedStep(1e-3)), full, basis_of(scene)).joints
+    joints = decision(run_to_end(plan(full), FixedStep(1e-3)), full, basis_of(scene)).joints
     return all(one.deviation < 0.1 for one in joints.values())
 
 

@@ -12,7 +12,7 @@ import pytest
 import drivetrain as dt
 from drivetrain.accuracy import auto
 from drivetrain.accuracy.auto import Estimate, Limits, added, audited, cheapest, choose_effects
-from drivetrain.accuracy.costs import effects_cost, ran, solver_cost
+from drivetrain.accuracy.costs import effects_cost, run_to_end, solver_cost
 from drivetrain.accuracy.decision import basis_of, change, decision, tip_travel
 from drivetrain.accuracy.inverse_forward import inverse_against_forward
 from drivetrain.accuracy.scenes import choices, full_scene, wanted_scene, without
@@ -144,14 +144,14 @@ def test_solvers_come_nearer_the_more_they_work(evaluation: Evaluation, full: Sc
 
 def test_leaving_everything_out_and_naming_nothing_are_one(full: Scene) -> None:
     bare, none = without(full, choices(full)), wanted_scene(full, [])
-    one, other = ran(plan(bare), STEP), ran(plan(none), STEP)
+    one, other = run_to_end(plan(bare), STEP), run_to_end(plan(none), STEP)
     np.testing.assert_array_equal(one["joint_1.current"], other["joint_1.current"])
     assert not any(isinstance(e, FlexibleJoint) for effects in bare.effects.values() for e in effects)
 
 
 def test_decision_agrees_with_sizing_and_tells_changes(evaluation: Evaluation, full: Scene) -> None:
     scene = without(full, ())
-    run = ran(plan(scene), STEP)
+    run = run_to_end(plan(scene), STEP)
     found = decision(run, scene, basis_of(full, evaluation))
     for name, joint in found.joints.items():
         assert joint.peak_current == pytest.approx(np.abs(run[f"{name}.current"]).max(), rel=1e-12)

@@ -10,7 +10,7 @@ import pytest
 from random_scenes import estimated_and_measured, pair, ratio, single
 
 from drivetrain.accuracy.auto import _unresolved_peaks, estimates
-from drivetrain.accuracy.costs import ran
+from drivetrain.accuracy.costs import run_to_end
 from drivetrain.accuracy.decision import basis_of
 from drivetrain.accuracy.scenes import choices, without
 from drivetrain.effects.loads.tip_contact import TipContact
@@ -59,5 +59,5 @@ def test_what_a_step_does_not_resolve_of_a_peak() -> None:
 
 def test_decisions_of_fixed_steps_see_every_node() -> None:
     scene = single(101)
-    assert len(ran(plan(without(scene, ())), FixedStep(1e-4)).time) > 0.99 * scene.duration / 1e-4
+    assert len(run_to_end(plan(without(scene, ())), FixedStep(1e-4)).time) > 0.99 * scene.duration / 1e-4
     assert scene.duration / 1e-4 > 20_000

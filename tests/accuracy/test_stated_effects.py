@@ -11,7 +11,7 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.accuracy.auto import choose_effects, estimates
-from drivetrain.accuracy.costs import ran
+from drivetrain.accuracy.costs import run_to_end
 from drivetrain.accuracy.decision import basis_of
 from drivetrain.accuracy.scenes import LABELS, choices, full_scene, wanted_scene, without
 from drivetrain.effects.control.cascade import CascadeLoop, PositionLoop, SampledCascade
@@ -95,7 +95,7 @@ def test_sampled_gains_are_those_of_the_continuous_loop(full: Scene, evaluation:
     plain = full_scene(evaluation, type(evaluation.study.simulation)())
     stated = {"SampledCascade", "SampledCurrentLoop", "Encoder", "Cogging"}
     less = without(full, [one for one in choices(full) if one.kind in stated])
-    one, other = (ran(plan(scene), FixedStep(5e-4)) for scene in (less, without(plain, ())))
+    one, other = (run_to_end(plan(scene), FixedStep(5e-4)) for scene in (less, without(plain, ())))
     assert of_kind(less, "joint_1", CascadeLoop) and of_kind(less, "joint_1", CurrentLoop)
     for name in full.joints:
         np.testing.assert_allclose(one[f"{name}.position"], other[f"{name}.position"], atol=1e-9)

@@ -13,7 +13,14 @@ from drivetrain.arrays import Array
 from drivetrain.drive.loops.loop_design import LoopDesign
 from drivetrain.report.charts.chart import BLUE, GREEN, JOINT_COLOURS, ORANGE, SKY, VERMILLION, Chart, Mark, captioned
 from drivetrain.report.quantities import convert, number, printed_unit, scaled, with_unit
-from drivetrain.simulation.cost_results import AutoChoice, Change, EffectCost, EffectCosts, RoadsCompared, SolverCosts
+from drivetrain.simulation.cost_results import (
+    AutoChoice,
+    Change,
+    CurrentsCompared,
+    EffectCost,
+    EffectCosts,
+    SolverCosts,
+)
 from drivetrain.simulation.recording import Recording
 from drivetrain.sizing.answers.loops import JointLoops
 
@@ -309,7 +316,7 @@ def solver_charts(found: SolverCosts) -> tuple[Chart, Chart]:
     return charts[0], charts[1]
 
 
-def roads_charts(found: RoadsCompared) -> tuple[Chart, ...]:
+def current_charts(found: CurrentsCompared) -> tuple[Chart, ...]:
     return tuple(
         Chart(f"{joint}: current by sizing and by simulation", "time [s]", "current [A]",
               [Mark("line", road.time, road.forward, label="simulated", colour=SKY, size=3),

@@ -10,8 +10,8 @@ from drivetrain.report.charts.chart import captioned
 from drivetrain.report.charts.run_charts import (
     SHOWN,
     auto_charts,
+    current_charts,
     effects_charts,
-    roads_charts,
     setting_text,
     solver_charts,
     worst,
@@ -22,7 +22,7 @@ from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS, chip
 from drivetrain.report.quantities import DASH, number, with_unit
 from drivetrain.report.words import End, end_of
-from drivetrain.simulation.cost_results import AutoChoice, Change, EffectCosts, RoadsCompared, SolverCosts
+from drivetrain.simulation.cost_results import AutoChoice, Change, CurrentsCompared, EffectCosts, SolverCosts
 from drivetrain.sizing.results import Evaluation
 
 
@@ -34,14 +34,14 @@ class AccuracyFound:
     effects: EffectCosts
     auto: AutoChoice
     solvers: SolverCosts
-    roads: RoadsCompared
+    currents: CurrentsCompared
     current_bandwidth: float  # of the current loops [rad/s], for the Bode plots
 
 
 def accuracy_report(found: AccuracyFound) -> str:
     end = end_of(found.evaluation.study)
     sections = [
-        _effects(found.effects, end), _auto(found.auto, end), _solvers(found.solvers), _roads(found.roads),
+        _effects(found.effects, end), _auto(found.auto, end), _solvers(found.solvers), _currents(found.currents),
         bode_section(found.evaluation, found.current_bandwidth),
     ]  # fmt: skip
     return sheet(found.evaluation.study, "What accuracy costs in time", sections)
@@ -160,7 +160,7 @@ def _error(error: float, settled: float) -> str:
     return f"below {number(2.0 * settled, 2)}" if error <= 2.0 * settled else number(error, 2)
 
 
-def _roads(found: RoadsCompared) -> Section:
+def _currents(found: CurrentsCompared) -> Section:
     rows = tuple(
         (
             joint, with_unit(road.peaks[0], "A"), with_unit(road.peaks[1], "A"), with_unit(road.rms[0], "A"),
@@ -171,7 +171,7 @@ def _roads(found: RoadsCompared) -> Section:
     headings = ("joint", "peak, sizing", "peak, simulated", "RMS, sizing", "RMS, simulated", "apart in motion",
                 "apart at rest", "why")  # fmt: skip
     lead = "The currents that sizing computes, and those of a simulation with the same effects and nothing else."
-    figures = captioned(roads_charts(found), "Currents by both roads.")
+    figures = captioned(current_charts(found), "Currents by both roads.")
     return Section("Inverse against forward", "roads", lead=(lead,), figures=figures,
                    tables=(SheetTable(headings, rows, "", (1, 2, 3, 4, 5, 6)),))  # fmt: skip
 
@@ -199,7 +199,7 @@ def accuracy_lines(found: AccuracyFound) -> list[str]:
             f"cheapest solver within 1 %: {best.family} at {setting_text(best.family, best.setting)}, "
             f"{with_unit(best.seconds, 's')}"
         )
-    for joint, road in found.roads.joints.items():
+    for joint, road in found.currents.joints.items():
         lines.append(
             f"  {joint}: RMS current {with_unit(road.rms[0], 'A')} by sizing, {with_unit(road.rms[1], 'A')} simulated"
         )
@@ -241,7 +241,7 @@ def accuracy_json(found: AccuracyFound) -> str:
         "inverse_forward": {
             joint: {"peaks": list(road.peaks), "rms": list(road.rms), "apart_moving": road.apart_moving,
                     "apart_resting": road.apart_resting, "note": road.note}
-            for joint, road in found.roads.joints.items()
+            for joint, road in found.currents.joints.items()
         },
     }  # fmt: skip
     return json_text(job_data(found.evaluation.study, "accuracy") | data)
