@@ -87,7 +87,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
         name=form.name or document.path.stem,
         description=form.description.strip(),
         path=str(document.path),
-        digest=study_digest(document, named_files(form, document)),
+        digest=study_digest(form, document),
         arm=arm,
         drive_mass=None if form.drive_mass is None else DriveMass(form.drive_mass),
         payloads=tuple(payloads[name] for name in cycle.payload_names),
@@ -113,12 +113,6 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     )
     object.__setattr__(study, "document", document)  # no field of __init__, so that a changed study has none
     return study
-
-
-def named_files(form: StudyForm, document: Document) -> list[Path]:
-    places = [place for place in file_places(document.data) if place[0] != "catalogs"]
-    named = [document.folder / entry_at(document.data, place) for place in places]
-    return [*named, *catalog_folders(form, document.folder)]
 
 
 def resolve_wanted(form: StudyForm, names: Sequence[str], ledger: Ledger) -> SelectionOptions:
@@ -179,13 +173,12 @@ def _named(entries: Mapping[str, T], joints: Sequence[str], what: str, ledger: L
     for name in entries if joints else ():
         if name not in known:
             ledger.fault(("simulation", what, name), "names a joint that is not there", name, nearest(name, known))
-    found = {name: _over_default(entries, name if name in entries else DEFAULT) for name in joints}
-    return {name: one for name, one in found.items() if one is not None}
-
-
-def _over_default(entries: Mapping[str, T], name: str) -> T | None:
-    own, base = entries.get(name), entries.get(DEFAULT)
-    return own if own is None or base is None else over(own, base)
+    base, found = entries.get(DEFAULT), dict[str, T]()
+    for name in joints:
+        own = entries.get(name, base)
+        if own is not None:
+            found[name] = own if base is None else over(own, base)
+    return found
 
 
 def _check_rates(name: str, entries: Mapping[str, Control], bandwidth: float, ledger: Ledger) -> None:
@@ -231,16 +224,18 @@ def _added(entries: Sequence[Any], joints: Sequence[str], ledger: Ledger) -> tup
     return tuple(found)
 
 
-def study_digest(document: Document, files: Iterable[Path]) -> str:
+def study_digest(form: StudyForm, document: Document) -> str:
     """SHA-256 over the study file and the files it names, their paths left out."""
+    places = [place for place in file_places(document.data) if place[0] != "catalogs"]
+    files = [document.folder / entry_at(document.data, place) for place in places]
+    for folder in catalog_folders(form, document.folder):
+        files += sorted(folder.glob("*.csv")) if folder.is_dir() else [folder]
     digest = hashlib.sha256()
-    for content in (document.content, ASSUMPTIONS.read_bytes(), *_contents(files)):
+    for content in (
+        document.content,
+        ASSUMPTIONS.read_bytes(),
+        *(file.read_bytes() for file in files if file.is_file()),
+    ):
         digest.update(len(content).to_bytes(8, "big"))  # so that bytes cannot move from one file to the next unseen
         digest.update(content)
     return digest.hexdigest()
-
-
-def _contents(files: Iterable[Path]) -> Iterable[bytes]:
-    for path in files:
-        members = sorted(path.glob("*.csv")) if path.is_dir() else [path]
-        yield from (member.read_bytes() for member in members if member.is_file())

@@ -38,10 +38,12 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # told again, with the rest, when the study is read
         loaded = load_arm(arm, tip=tip)
+    if file is not None and not file.is_absolute():
+        file = Path(os.path.relpath(file, folder or Path()))  # as the study names it
     slides = loaded.slides
     start, end = (_row(loaded, slides, side) for side in (-0.5, 0.5))
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
-        arm=arm if file is None else scalar(_from(folder, file)),
+        arm=arm if file is None else scalar(file.as_posix()),
         tip=""
         if tip is None
         else f"\ntip: {scalar(tip)} # the file has several chains: which link carries the payload",
@@ -87,8 +89,3 @@ def _speed(limit: float, slide: bool) -> str:
 def _together(each: list[str]) -> str:
     """One limit for all joints, or one each where they differ."""
     return each[0] if len(set(each)) == 1 else f"[{', '.join(each)}]"
-
-
-def _from(folder: Path | None, file: Path) -> str:
-    """A file as a study in a folder names it."""
-    return file.as_posix() if file.is_absolute() else Path(os.path.relpath(file, folder or Path())).as_posix()

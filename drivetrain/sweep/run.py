@@ -62,7 +62,9 @@ def run_sweep(
     todo = [shard for shard in range(sweep.shards) if shard not in done]
     report = progress or (lambda *_: None)
     report(len(done), sweep.shards, "shards")
-    run = _serial(shards, todo) if workers == 0 and scheduler is None else _spread(shards, todo, workers, scheduler)
+    run: Iterator[tuple[int, list[Row]]] = ((shard, rows_of(sweep, shards.work(shard))) for shard in todo)
+    if workers != 0 or scheduler is not None:
+        run = _spread(shards, todo, workers, scheduler)
     for count, (shard, rows) in enumerate(run, len(done) + 1):
         write_shard(folder, shard, sweep, shards.digest(shard), rows)
         report(count, sweep.shards, "shards")
@@ -102,11 +104,6 @@ class _Shards:
             except InputError as error:
                 self._kept[key] = str(error)
         return self._kept[key]
-
-
-def _serial(shards: _Shards, todo: list[int]) -> Iterator[tuple[int, list[Row]]]:
-    for shard in todo:
-        yield shard, rows_of(shards.sweep, shards.work(shard))
 
 
 def _spread(

@@ -64,7 +64,10 @@ def resolve_payloads(form: StudyForm, ledger: Ledger) -> dict[str, Payload]:
         tensor = np.zeros((3, 3)) if body.inertia is None else body.inertia.made()
         if body.inertia is None:
             ledger.note([f"Payload {name} is a point mass: no inertia is given."])
-        _note_inertia(name, tensor, ledger)
+        small, middle, large = np.linalg.eigvalsh(tensor)
+        if small < 0.0 or large > (small + middle) * (1.0 + 1e-9):
+            moments = f"{small:.3g}, {middle:.3g}, {large:.3g} kg m^2"
+            ledger.note([f"Payload {name}: no body has principal moments {moments}."])
         payloads[name] = body.made(name=name, inertia=tensor)
     return payloads
 
@@ -111,12 +114,6 @@ def _refuse_without_arm(form: StudyForm, ledger: Ledger) -> None:
             ledger.fault((name,), "goes with an arm, but the study has none", getattr(form, name))
     if form.payloads:
         ledger.fault(("payloads",), "go with an arm: load tables already hold the load")
-
-
-def _note_inertia(name: str, tensor: Array, ledger: Ledger) -> None:
-    small, middle, large = np.linalg.eigvalsh(tensor)
-    if small < 0.0 or large > (small + middle) * (1.0 + 1e-9):
-        ledger.note([f"Payload {name}: no body has principal moments {small:.3g}, {middle:.3g}, {large:.3g} kg m^2."])
 
 
 def resolve_closures(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | None:

@@ -212,16 +212,12 @@ def _both(task: JointTask, preload: float) -> tuple[JointTask, JointTask]:
     )  # fmt: skip
     own = tuple(replace(_balance(one, 0.5), mass=0.0) for one in task.counterbalances)
     own = tuple(one for one in own if one.stiffness or one.gas_force or one.torque or one.torques)
-    first, second = (
-        replace(half, name=name, preload=sign * preload, counterbalances=own + _pushing(-sign * preload, task))
-        for name, sign in zip(sharing, (1.0, -1.0), strict=True)
-    )
-    return first, replace(second, contained=None)  # what the links hold is taken out once
-
-
-def _pushing(torque: float, task: JointTask) -> tuple[Counterbalance, ...]:
-    """A torque on the joint's link that always is there, in the joint's own coordinate."""
-    return (Counterbalance(torque=torque / (task.travel_per_turn or 1.0)),) if torque else ()
+    halves = []
+    for name, push in zip(sharing, (preload, -preload), strict=True):
+        # The other motor pushes against this one, in the joint's own coordinate.
+        other = (Counterbalance(torque=-push / (task.travel_per_turn or 1.0)),) if push else ()
+        halves.append(replace(half, name=name, preload=push, counterbalances=own + other))
+    return halves[0], replace(halves[1], contained=None)  # what the links hold is taken out once
 
 
 def _balance(one: Counterbalance, times: float) -> Counterbalance:
