@@ -172,13 +172,19 @@ def gravity_torque(arm: Arm, q: Any) -> Array:
 
     Reference: Modern Robotics, equation 8.80.
     """
-    (positions,) = finite_samples(arm.n, {"q": q})
-    rest = np.zeros(positions.shape)
-    torque = run(packed(arm), (positions, rest, rest))
-    return torque if np.ndim(q) == 2 else torque[0]
+    return _torque(arm, {"q": q})
 
 
 WEIGHTLESS = np.zeros(3)
+
+
+def _torque(arm: Arm, given: dict[str, Any], *, gravity: Array | None = None, tip_wrench: Any = None) -> Array:
+    """The torques of a motion that is at rest, or at constant speed, where it is not given."""
+    motion, model = finite_samples(arm.n, given), packed(arm)
+    rest = np.zeros(motion[0].shape)
+    tip = tip_samples(model, tip_wrench, len(rest))
+    torque = run(model, (*motion, rest, rest)[:3], gravity=gravity, tip=tip)
+    return torque if np.ndim(given["q"]) == 2 else torque[0]
 
 
 def bias_torque(arm: Arm, q: Any, qd: Any, *, tip_wrench: Any = None) -> Array:
@@ -198,11 +204,7 @@ def bias_torque(arm: Arm, q: Any, qd: Any, *, tip_wrench: Any = None) -> Array:
 
     Reference: Modern Robotics, exercise 8.11.
     """
-    positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
-    model = packed(arm)
-    tip = tip_samples(model, tip_wrench, len(positions))
-    torque = run(model, (positions, speeds, np.zeros(positions.shape)), tip=tip)
-    return torque if np.ndim(q) == 2 else torque[0]
+    return _torque(arm, {"q": q, "qd": qd}, tip_wrench=tip_wrench)
 
 
 def velocity_torque(arm: Arm, q: Any, qd: Any) -> Array:
@@ -220,9 +222,7 @@ def velocity_torque(arm: Arm, q: Any, qd: Any) -> Array:
 
     Reference: Modern Robotics, equation 8.79.
     """
-    positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
-    torque = run(packed(arm), (positions, speeds, np.zeros(positions.shape)), gravity=WEIGHTLESS)
-    return torque if np.ndim(q) == 2 else torque[0]
+    return _torque(arm, {"q": q, "qd": qd}, gravity=WEIGHTLESS)
 
 
 def tip_torque(arm: Arm, q: Any, tip_wrench: Any) -> Array:
@@ -242,8 +242,4 @@ def tip_torque(arm: Arm, q: Any, tip_wrench: Any) -> Array:
 
     Reference: Modern Robotics, equation 8.77, last term.
     """
-    (positions,) = finite_samples(arm.n, {"q": q})
-    model, rest = packed(arm), np.zeros(positions.shape)
-    tip = tip_samples(model, tip_wrench, len(positions))
-    torque = run(model, (positions, rest, rest), gravity=WEIGHTLESS, tip=tip)
-    return torque if np.ndim(q) == 2 else torque[0]
+    return _torque(arm, {"q": q}, gravity=WEIGHTLESS, tip_wrench=tip_wrench)
