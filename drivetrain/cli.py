@@ -78,7 +78,6 @@ def main() -> None:
 
 
 def _show_version(wanted: bool) -> None:
-    """Before any command is looked for."""
     if wanted:
         typer.echo(f"drivetrain {__version__}")
         raise typer.Exit(FITS)

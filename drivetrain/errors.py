@@ -52,7 +52,6 @@ class Fault:
 
     @property
     def shown(self) -> str:
-        """What was found, cut where it is long."""
         return _cut(repr(self.value))
 
 

@@ -70,7 +70,6 @@ def guarded(found: Any, room: str) -> Any:
 
 
 def _guard_method(kind: type, name: str, method: Any) -> None:
-    """Put a guard before a method, once."""
     function = method.__func__ if isinstance(method, classmethod | staticmethod) else method
     if isinstance(function, types.FunctionType) and not hasattr(function, "__wrapped__"):
         call = _guard(function)

@@ -58,7 +58,6 @@ class Estimate:
 def estimates(
     scene: Scene, basis: Basis, step: float = COARSE, progress: Progress | None = None
 ) -> tuple[Estimate, ...]:
-    """The estimate of every effect that may be left out."""
     engine, full, listed = FixedStep(step), without(scene, ()), choices(scene)
     whole, found = run_to_end(plan(full), engine), []
     base, unresolved = decision(whole, full, basis), _unresolved_peaks(whole, full, basis)
@@ -231,7 +230,6 @@ def proved(
 def _pair(
     plans: tuple[Plan, Plan], scenes: tuple[Scene, Scene], basis: Basis, step: float
 ) -> tuple[tuple[Decision, Decision], float]:
-    """Decisions of both scenes, and the worse audit."""
     runs = [run_to_end(ready, FixedStep(step)) for ready in plans]
     found = [decision(run, own, basis) for run, own in zip(runs, scenes, strict=True)]
     return (found[0], found[1]), max(audited(run) for run in runs)

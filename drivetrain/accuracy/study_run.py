@@ -123,7 +123,6 @@ def study_scene(
 
 
 def engine_of(settings: Simulation) -> Engine:
-    """The engine that a study names."""
     if settings.solver == "adaptive":
         return AdaptiveStep(Rodas5P(rtol=settings.precision))
     return Inverse() if settings.solver == "inverse" else FixedStep(settings.step)

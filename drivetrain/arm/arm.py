@@ -351,7 +351,6 @@ def _masses(masses: Any, n: int) -> Array:
 
 
 def _limits(n: int, lower: Any, upper: Any, speed: Any, faults: Faults) -> tuple[Array, Array, Array]:
-    """Position and speed limits; infinite ones are allowed."""
     low = _limit(n, lower, -np.inf, "lower", faults)
     high = _limit(n, upper, np.inf, "upper", faults)
     fast = _limit(n, speed, np.inf, "speed_limits", faults)

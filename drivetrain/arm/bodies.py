@@ -184,7 +184,6 @@ def _check_remainder(arm: Arm, link: int, mass: float, tensor: Array) -> None:
 
 
 def _replaced(values: Array, index: int, value: Any) -> Array:
-    """A read-only copy with one entry changed."""
     copy = values.copy()
     copy[index] = value
     return np.asarray(read_only(copy))

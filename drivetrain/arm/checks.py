@@ -63,7 +63,6 @@ def checked_inertia(value: Any, name: str) -> Array:
 
 
 def each(values: Sequence[Any], check: Callable[[Any, str], Array], name: str, faults: Faults) -> Array:
-    """Every entry of a list, checked one by one."""
     checked = [faults.attempt(check, value, f"{name}[{i}]") for i, value in enumerate(values)]
     return np.array([value for value in checked if value is not None])
 

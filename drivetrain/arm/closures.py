@@ -182,7 +182,6 @@ def with_second_motors(arm: Arm, joints: Collection[int]) -> Arm:
 
 
 def second_motor(joint: str) -> str:
-    """Name of the second motor on the axis of a joint."""
     return f"{joint}_motor_2"
 
 

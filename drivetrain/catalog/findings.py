@@ -42,7 +42,6 @@ class Finding:
 
 
 def error(column: str, problem: str, predicted: float | None = None) -> Finding:
-    """A finding that cannot be right."""
     return Finding(column, Severity.ERROR, problem, predicted)
 
 

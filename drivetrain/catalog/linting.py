@@ -130,7 +130,6 @@ def _tables(folder: Path) -> dict[str, Table]:
 
 
 def _table_faults(table: Table) -> Iterator[LintFault]:
-    """What the reader refuses."""
     keys = {row.line: row.text("key") or row.text("motor_key") for row in table.rows}
     for fault in table.faults:
         yield LintFault(

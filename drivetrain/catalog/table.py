@@ -69,7 +69,6 @@ class Table:
         return self.fault(CellFault(row.line, self.headers.get(name, name), problem, value, hint))
 
     def as_printed(self, name: str, value: float, columns: Sequence[Column]) -> float:
-        """An SI value in the unit of its column's header."""
         unit = by_name(columns)[name].unit
         return float(from_si(value, unit, self.units.get(name, ""))) if unit else value
 
@@ -244,7 +243,6 @@ def _number_problems(
 
 
 def _shown(value: float | None, header: _Header) -> str:
-    """A limit in the header's unit."""
     if value is None:
         return ""
     return f"{float(from_si(value, header.column.unit, header.unit)) if header.column.unit else value:.4g}"

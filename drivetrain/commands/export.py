@@ -109,7 +109,6 @@ def currents(
 
 
 def _full_scales(texts: list[str], result: Evaluation, unit: str) -> dict[str, float]:
-    """By joint name, what is said of all first."""
     pairs = [text.rpartition("=")[::2] for text in sorted(texts, key=lambda text: "=" in text)]
     names = [name for name, _ in pairs]
     values = inputs(*(partial(positive, value, unit, f"--full-scale {name}".strip()) for name, value in pairs))

@@ -149,7 +149,6 @@ def say(text: str, *, errors: bool = False) -> None:
 
 
 def lines(texts: Iterable[str]) -> None:
-    """Lines on standard output."""
     for text in texts:
         say(text)
 

@@ -253,7 +253,6 @@ class AxisRun:
         return self._outputs(outcome.rows[-1])
 
     def now(self, inputs: Mapping[str, float]) -> dict[str, float]:
-        """The outputs where nothing has run yet."""
         return self._outputs(self._to(inputs, self._engine.step).rows[0])
 
     def _to(self, inputs: Mapping[str, float], end: float) -> Outcome:

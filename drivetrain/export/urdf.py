@@ -130,7 +130,6 @@ def _notes(arm: Arm) -> list[str]:
 
 
 def _comments(arm: Arm, notes: Iterable[str]) -> list[Any]:
-    """Where the file is from, and what it does not hold."""
     lines = [f"arm {arm.name}, written by drivetrain {__version__}", *(f"not as in URDF: {note}" for note in notes)]
     if any(rotor is not None for rotor in arm.rotors) and arm.level is not RotorLevel.NONE:
         lines.append("the inertia of a rotor about its axis stands in its own tag and not in a link")

@@ -66,7 +66,6 @@ def _study_text(found: Identification, folder: Path) -> str:
 
 
 def _stated(law: Friction) -> dict[str, Any]:
-    """A friction law as a study file has it."""
     units = {"viscous": " N m s/rad", "coulomb": " N m", "static": " N m"}
     units |= dict.fromkeys(("stribeck_speed", "tanh_speed"), " rad/s")
     given = {field.name: getattr(law, field.name) for field in fields(law)}

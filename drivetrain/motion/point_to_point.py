@@ -158,7 +158,6 @@ def joint_move(
 
 
 def sampled_law(law: Law, sample_time: float) -> Array:
-    """Its samples, as of ``Law.sampled``, if they are not too many."""
     if not law.duration / sample_time <= MOST_SAMPLES:
         problem = f"takes {law.duration:.3g} s, more than {MOST_SAMPLES:g} samples"
         raise InputError(Fault("", problem, None, "check distances, limits and sample time"))

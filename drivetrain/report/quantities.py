@@ -78,7 +78,6 @@ def percent(share: float | None) -> str:
 
 
 def axis_name(direction: Array) -> str:
-    """What to call a direction in a picture."""
     for name, axis in zip("xyz", np.eye(3), strict=True):
         if np.abs(direction - axis).max() < 1e-9:
             return name

@@ -26,7 +26,6 @@ SHARES = {
 
 
 def rejected_text(rejected: pd.DataFrame) -> str:
-    """Rejected candidates as CSV text."""
     columns = [rejected[name].tolist() if name in _NUMBERS else _quoted(rejected[name]) for name in COLUMNS]
     parts = [",".join(COLUMNS) + "\n"]
     for first in range(0, len(rejected), _AT_ONCE):
@@ -37,7 +36,6 @@ def rejected_text(rejected: pd.DataFrame) -> str:
 
 
 def _quoted(names: pd.Series) -> list[str]:
-    """Names as cells of a CSV file."""
     texts = [_cell(str(name)) for name in names.cat.categories]
     return np.array([*texts, ""], dtype=object)[names.cat.codes.to_numpy()].tolist()
 

@@ -65,7 +65,6 @@ def lint_table(found: Sequence[LintFault]) -> Table:
 
 
 def _value(value: object) -> str:
-    """A printed or predicted value."""
     return "" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
 
 

@@ -353,13 +353,11 @@ def set_rows(selection: Selection) -> list[SetRow]:
 
 
 def set_lines(selection: Selection) -> list[str]:
-    """The sets after the best one, for the terminal."""
     unit = objective_tail(selection.study, " ")
     return [f"set {row.rank}: {row.objective}{unit}; {'; '.join(row.changes)}" for row in set_rows(selection)[1:]]
 
 
 def _row(rank: int, one: DriveSet, best: DriveSet) -> SetRow:
-    """One set against the first."""
     changed = [joint for joint, pair in one.drives.items() if best.drives.get(joint) != pair]
     pairs = [(joint, *one.drives[joint]) for joint in changed]
     parts = tuple(f"{joint}: {motor} + {gear}" if gear else f"{joint}: {motor}, direct" for joint, motor, gear in pairs)

@@ -264,7 +264,6 @@ class StiffnessWish:
 
     @property
     def stated(self) -> bool:
-        """Whether anything is."""
         return (self.first_resonance, self.tip_deviation, self.lost_motion) != (None, None, None)
 
 

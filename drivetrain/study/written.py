@@ -68,7 +68,6 @@ def scalar(text: str) -> str:
 
 
 def _with_units(value: Any) -> Any:
-    """Numbers from Python with the units in which they were read."""
     if isinstance(value, SI):
         number = int(value) if value.is_integer() and abs(value) < 1e15 else float(value)
         return number if value.unit is None or value.unit in PURE else f"{number!r} {value.unit}"
@@ -141,7 +140,6 @@ def with_drives(path: str | Path, target: Path, drives: Mapping[str, Mapping[str
 
 
 def _paths(root: yaml.MappingNode, old: Path, new: Path) -> Iterator[Edit]:
-    """Names of files, started from another folder."""
     if old.resolve() == new.resolve():
         return
     data = yaml.SafeLoader("").construct_document(root)

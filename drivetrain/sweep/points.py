@@ -100,7 +100,6 @@ class Sweep:
 
     @property
     def shards(self) -> int:
-        """Number of files."""
         return -(-len(self) // self.points_per_shard)
 
     def points(self, shard: int) -> Iterator[Point]:

@@ -72,7 +72,6 @@ def _binding(evaluation: Evaluation) -> tuple[str, str]:
 
 
 def shard_path(out: Path, shard: int) -> Path:
-    """Where the file of a shard lies."""
     return out / FOLDER / f"{shard:05d}.parquet"
 
 

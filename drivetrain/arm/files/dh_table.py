@@ -71,7 +71,6 @@ def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
 
 
 def _column(header: str) -> str:
-    """The name of a column without its unit, as it is known here."""
     name = split_header(header)[0].casefold()
     return TOOLBOX.get(name, name)
 

@@ -86,7 +86,6 @@ def mesh_path(name: str, file: Path) -> Path | None:
 
 
 def box(size: Array) -> Triangles:
-    """A box about its middle."""
     x, y, z = 0.5 * np.asarray(size)
     return _stacked([(x * CORNERS.real + 1j * y * CORNERS.imag, side) for side in (-z, z)])
 

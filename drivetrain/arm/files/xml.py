@@ -145,7 +145,6 @@ class Reader:
         return values
 
     def number(self, element: ElementTree.Element, attribute: str, place: str) -> float:
-        """A required attribute that holds one number."""
         if not self.text(element, attribute, place):
             return 0.0
         return float(self.numbers(element, attribute, place, [0.0])[0])

@@ -150,7 +150,6 @@ def colour_of(found: OptimumCurve, piece: CurvePiece) -> str:
 
 
 def _end_marks(found: OptimumCurve) -> list[Mark]:
-    """What ends the range in which anything fits."""
     return [
         Mark("rule", x=[before.high], colour=VERMILLION,
              label=f"no set fits: {before.high_ends_by if before.drives else after.low_ends_by}")

@@ -83,7 +83,6 @@ def kept_samples(evaluation: Evaluation) -> NDArray[np.intp]:
 
 
 def clock(cycle: Cycle) -> str:
-    """What the axis of time counts."""
     return "time in the cycle [s]" if len(cycle.parts) == 1 else "time, one period of each part after another [s]"
 
 

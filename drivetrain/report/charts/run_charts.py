@@ -142,7 +142,6 @@ def run_charts(
 
 
 def _limits_text(what: str, unit: str, curves: Mapping[str, Array], limits: Mapping[str, Mapping[str, float]]) -> str:
-    """How much of each limit was used."""
     parts = [
         f"{joint} {100.0 * float(np.abs(values).max()) / limits[joint][what]:.0f}\u00a0% of "
         f"{with_unit(limits[joint][what], unit)}"

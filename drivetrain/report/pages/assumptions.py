@@ -43,7 +43,6 @@ def assumption_groups(evaluation: Evaluation, *, briefly: bool = False) -> list[
 
 
 def _unique(notes: list[str]) -> tuple[str, ...]:
-    """Each note once, in order."""
     return tuple(dict.fromkeys(notes))
 
 

@@ -86,7 +86,6 @@ def report_content(
 
 
 def report_text(content: dict[str, Any], data: dict[str, Any], pictures: Pictures, live: str = "") -> str:
-    """The page, perhaps with the controls of one that answers."""
     script = Markup((TEMPLATES / "page.js").read_text(encoding="utf-8"))
     answers = Markup((TEMPLATES / "live.js").read_text(encoding="utf-8")) if live else ""
     return page_text(

@@ -75,7 +75,6 @@ def with_markup(section: Section, pictures: Pictures | None = None) -> dict[str,
 
 
 def page_text(template: str, **content: Any) -> str:
-    """A page, or a part of one, from its template and what stands on it."""
     style = Markup((TEMPLATES / "style.css").read_text(encoding="utf-8"))
     return _environment().get_template(template).render(version=__version__, style=style, **content) + "\n"
 

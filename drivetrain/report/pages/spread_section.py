@@ -97,7 +97,6 @@ def chance_rows(odds: Robustness) -> list[ChanceRow]:
 
 
 def spread_lines(found: Spread) -> list[str]:
-    """What the terminal tells."""
     lines = [chance_sentence(found.robustness)]
     weak = [row for row in chance_rows(found.robustness) if row.check not in ("", "all checks")][:3]
     lines += [f"{row.place}: {row.check} holds in {row.probability}" for row in weak]

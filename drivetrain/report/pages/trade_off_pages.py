@@ -330,6 +330,5 @@ def _beaten(front: Front, chosen: DriveSet) -> tuple[str, ...]:
 
 
 def trade_off_lines(found: TradeOffsFound) -> list[str]:
-    """What the terminal tells."""
     front = [] if found.front is None else [f"front: {front_sentence(found.front)}"]
     return front + [f"over the {curve.vary.replace('_', ' ')}: {curve_sentence(curve)}" for curve in found.curves]

@@ -91,7 +91,6 @@ class Part:
 
 
 def chip(verdict: Verdict) -> Chip:
-    """A verdict as a coloured word."""
     return Chip(str(verdict), CSS[verdict])
 
 
@@ -192,7 +191,6 @@ def part(record: Motor | Gear | Brake) -> Part:
 
 
 def used_rows(joint: JointResult, study: Study) -> list[Part]:
-    """The catalogue rows of a joint's drive, as the catalogue gives them."""
     brake = joint.drive.motor.brake
     motor = study.catalog.motors.get(joint.motor.removesuffix(f"+{brake.key}"), joint.drive.motor)
     gear = study.catalog.gears.get(joint.gear, joint.drive.gear)

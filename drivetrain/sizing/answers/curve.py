@@ -421,7 +421,6 @@ def _ended_by(row: _Row, drives: Drives, value: float, direction: int) -> str:
 
 
 def _drawn(row: _Row, drives: Drives, low: float, high: float) -> tuple[CurvePoint, ...]:
-    """The set at some values of its piece."""
     values = [float(value) for value in np.linspace(low, high, DRAWN)] if drives else []
     found = [(value, row.evaluated(drives, value)) for value in values]
     return tuple(CurvePoint(value, drives, one.objective, one.criteria, "") for value, one in found)

@@ -353,7 +353,6 @@ class _Line:
         self._after = {i: design.share(self.now, i) for i in range(joint + 1, len(design.study.joints))}
 
     def goal(self, ratio: float) -> float:
-        """What is not known is worst."""
         value = self.design.total(self.setup(ratio), self._after)
         return math.inf if math.isnan(value) else value
 

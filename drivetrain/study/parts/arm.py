@@ -108,7 +108,6 @@ def _from_screws(form: StudyForm, values: dict[str, Any], ledger: Ledger) -> Arm
 
 
 def _refuse_without_arm(form: StudyForm, ledger: Ledger) -> None:
-    """What only an arm gives a meaning to."""
     for name in ("tip", "gravity", "drive_mass", "external_axes"):
         if getattr(form, name) is not None:
             ledger.fault((name,), "goes with an arm, but the study has none", getattr(form, name))

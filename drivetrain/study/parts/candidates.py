@@ -216,7 +216,6 @@ def _broken(what: str, key: str, row: Motor | Gear, rules: Form, columns: tuple[
 
 
 def _shown(value: object, unit: str) -> str:
-    """A value of a row in words."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float | int):

@@ -221,7 +221,6 @@ def _both(task: JointTask, preload: float) -> tuple[JointTask, JointTask]:
 
 
 def _balance(one: Counterbalance, times: float) -> Counterbalance:
-    """A counterbalance so many times as strong."""
     return replace(times_as_large(one, times), torques=tuple(times * torque for torque in one.torques))
 
 

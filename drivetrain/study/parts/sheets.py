@@ -90,7 +90,6 @@ def _with_offers(rows: Mapping[str, Any], offers: Mapping[str, Offer]) -> dict[s
 
 
 def _own(forms: Mapping[str, Form], kind: type[Any], part: str, ledger: Ledger) -> dict[str, Any]:
-    """The sheets written into the study."""
     known = {item.name for item in fields(kind)}
     sheets: dict[str, Any] = {}
     for key, form in forms.items():

@@ -88,7 +88,6 @@ def shared_place(check: Check) -> str:
 
 
 def lacking(checks: Iterable[Check]) -> tuple[Check, ...]:
-    """The essential checks that could not be made."""
     return tuple(check for check in checks if check.essential and check.verdict is Verdict.NOT_CHECKED)
 
 
