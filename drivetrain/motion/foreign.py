@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 
 from drivetrain.arrays import Array
-from drivetrain.errors import Fault, InputError, raise_faults
+from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.motion.table import LARGEST, Column, Table
 from drivetrain.whole_files import read_text
 
@@ -56,18 +56,19 @@ def _trajectory(path: Path, joint_names: Sequence[str]) -> Read:
         hint = "as `ros2 topic echo` writes it"
         raise InputError(Fault("file", "holds no JointTrajectory: joint_names and points", None, hint, str(path)))
     joints, points = message["joint_names"], message["points"]
-    faults = [Fault("joint_names", "must be names, each once", None, "", str(path))]
-    if isinstance(joints, list) and all(isinstance(one, str) for one in joints) and len({*joints}) == len(joints) > 0:
-        faults = []
+    faults = Faults(str(path))
+    named = isinstance(joints, list) and all(isinstance(one, str) for one in joints)
+    if not (named and len({*joints}) == len(joints) > 0):
+        faults.add("joint_names", "must be names, each once")
     if not isinstance(points, list) or len(points) < 2:
-        faults.append(Fault("points", "must be a list of two or more", None, "", str(path)))
-    raise_faults(faults)
-    time = np.array([_since(point, k, faults, str(path)) for k, point in enumerate(points)])
+        faults.add("points", "must be a list of two or more")
+    faults.raise_any()
+    time = np.array([_since(point, k, faults) for k, point in enumerate(points)])
     given = {
         name: word for name, word in SERIES.items() if any(isinstance(p, dict) and p.get(word) for p in points)
     } | {"q": SERIES["q"]}  # fmt: skip
     series = {
-        name: np.array([_row(point, word, k, len(joints), faults, str(path)) for k, point in enumerate(points)])
+        name: np.array([_row(point, word, k, len(joints), faults) for k, point in enumerate(points)])
         for name, word in given.items()
     }
     _raise_all(faults)
@@ -84,18 +85,18 @@ def _unwrapped(document: Any) -> Any:
     return None
 
 
-def _since(point: Any, k: int, faults: list[Fault], file: str) -> float:
+def _since(point: Any, k: int, faults: Faults) -> float:
     """Time of a point [s]; of ROS 2 (sec, nanosec) or ROS 1 (secs, nsecs)."""
     since = point.get("time_from_start") if isinstance(point, dict) else None
     if isinstance(since, dict):
         parts: list[Any] = [since.get(two, since.get(one, 0)) for two, one in (("sec", "secs"), ("nanosec", "nsecs"))]
         if all(isinstance(one, int | float) and abs(one) < LARGEST for one in parts):
             return float(parts[0]) + 1e-9 * float(parts[1])
-    faults.append(Fault(f"points[{k}].time_from_start", "must be {sec: ..., nanosec: ...}", None, "", file))
+    faults.add(f"points[{k}].time_from_start", "must be {sec: ..., nanosec: ...}")
     return math.nan
 
 
-def _row(point: Any, word: str, k: int, n: int, faults: list[Fault], file: str) -> Array:
+def _row(point: Any, word: str, k: int, n: int, faults: Faults) -> Array:
     row = point.get(word) if isinstance(point, dict) else None
     if isinstance(row, list) and len(row) == n:
         try:
@@ -104,14 +105,16 @@ def _row(point: Any, word: str, k: int, n: int, faults: list[Fault], file: str) 
                 return found
         except (TypeError, ValueError, OverflowError):
             pass
-    faults.append(Fault(f"points[{k}].{word}", f"must be {n} finite numbers, one a joint", None, "", file))
+    faults.add(f"points[{k}].{word}", f"must be {n} finite numbers, one a joint")
     return np.full(n, math.nan)
 
 
-def _raise_all(faults: list[Fault]) -> None:
-    if len(faults) > SHOWN:
-        faults[SHOWN:] = [Fault("points", f"{len(faults) - SHOWN} more like this", None, "", faults[0].file)]
-    raise_faults(faults)
+def _raise_all(faults: Faults) -> None:
+    more = len(faults.found) - SHOWN
+    if more > 0:
+        del faults.found[SHOWN:]
+        faults.add("points", f"{more} more like this")
+    faults.raise_any()
 
 
 def _matlab(path: Path, joint_names: Sequence[str]) -> Read:
@@ -127,32 +130,30 @@ def _matlab(path: Path, joint_names: Sequence[str]) -> Read:
     except Exception as error:  # what the reader of a damaged file raises is of many kinds
         raise InputError(Fault("file", f"is no .mat file that can be read: {error}", file=str(path))) from None
     found = {what: next((held[one] for one in names if one in held), None) for what, names in IN_MATLAB.items()}
-    faults = [
-        Fault(f"variable {what}", "is missing", None, f"one of {', '.join(IN_MATLAB[what])}", str(path))
-        for what in ("time", "q")
-        if found[what] is None
-    ]
-    n, series = len(joint_names), dict[str, Array]()
-    _raise_all(faults)
-    time = _real(found["time"], "time", faults, str(path)).ravel()
+    faults, n, series = Faults(str(path)), len(joint_names), dict[str, Array]()
+    for what in ("time", "q"):
+        if found[what] is None:
+            faults.add(f"variable {what}", "is missing", None, f"one of {', '.join(IN_MATLAB[what])}")
+    faults.raise_any()
+    time = _real(found["time"], "time", faults).ravel()
     for name in (name for name in SERIES if found[name] is not None):
-        rows = _real(found[name], name, faults, str(path))
+        rows = _real(found[name], name, faults)
         rows = rows.T if rows.shape == (n, len(time)) and rows.shape != (len(time), n) else rows
         if rows.shape != (len(time), n):
             problem = f"must be ({len(time)}, {n}): a row a time, a column a joint of the arm"
-            faults.append(Fault(f"variable {name}", problem, f"shape {rows.shape}", "", str(path)))
+            faults.add(f"variable {name}", problem, f"shape {rows.shape}")
         series[name] = rows
     if len(time) < 2:
-        faults.append(Fault("variable time", "must hold two or more", len(time), "", str(path)))
-    _raise_all(faults)
+        faults.add("variable time", "must hold two or more", len(time))
+    faults.raise_any()
     return joint_names, time, series
 
 
-def _real(values: Any, name: str, faults: list[Fault], file: str) -> Array:
+def _real(values: Any, name: str, faults: Faults) -> Array:
     array = np.asarray(values)
     if array.dtype.kind in "iufb" and np.isfinite(array).all() and (np.abs(array) < LARGEST).all():
         return array.astype(np.float64)
-    faults.append(Fault(f"variable {name}", "must be finite real numbers", None, "", file))
+    faults.add(f"variable {name}", "must be finite real numbers")
     return np.zeros(array.shape)
 
 

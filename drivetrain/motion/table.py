@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.units import number_of, split_header, to_si
 from drivetrain.whole_files import read_text
 
@@ -53,24 +54,23 @@ def read_table(source: str | Path | StringIO) -> Table:
         file, text = str(source), read_text(Path(source))
     lines = _lines(text, file)
     header_line, headers = lines[0]
-    faults = [
-        Fault(f"row {header_line}", "two columns have this header", header, "", file)
-        for header in dict.fromkeys(headers)
-        if headers.count(header) > 1
-    ]
+    faults = Faults(file)
+    for header in dict.fromkeys(headers):
+        if headers.count(header) > 1:
+            faults.add(f"row {header_line}", "two columns have this header", header)
     cells = []
     rows = []
     for line, row in lines[1:]:
         if len(row) != len(headers):
-            faults.append(Fault(f"row {line}", f"must have {len(headers)} cells like the header", len(row), "", file))
+            faults.add(f"row {line}", f"must have {len(headers)} cells like the header", len(row))
             continue
         cells.append(row)
         rows.append(line)
     columns = []
     for index, header in enumerate(headers):
-        values = _numbers([row[index] for row in cells], rows, header, file, faults)
+        values = _numbers([row[index] for row in cells], rows, header, faults)
         columns.append(Column(header, *split_header(header), values))
-    return Table(file, tuple(columns), tuple(rows), tuple(faults))
+    return Table(file, tuple(columns), tuple(rows), tuple(faults.found))
 
 
 def _lines(text: str, file: str) -> list[tuple[int, list[str]]]:
@@ -97,7 +97,7 @@ def _cells(line: str, separator: str, place: str, file: str) -> list[str]:
         raise InputError(Fault(place, f"cannot be read: {error}", None, "", file)) from None
 
 
-def _numbers(cells: list[str], rows: list[int], header: str, file: str, faults: list[Fault]) -> Array:
+def _numbers(cells: list[str], rows: list[int], header: str, faults: Faults) -> Array:
     """The column as floats; adds a fault for every cell that is none, up to a few."""
     try:
         values = np.array(cells, dtype=np.float64)
@@ -106,12 +106,11 @@ def _numbers(cells: list[str], rows: list[int], header: str, file: str, faults: 
     bad = np.flatnonzero(~(np.abs(values) <= LARGEST))  # NaN too
     values[bad] = math.nan
     for index in bad[:FAULTS_A_COLUMN]:
-        place = f"row {rows[index]}, column {header}"
         large = math.isfinite(number_of(cells[index]))
         problem = "is too large to calculate with" if large else "must be a finite number"
-        faults.append(Fault(place, problem, cells[index], "", file))
+        faults.add(f"row {rows[index]}, column {header}", problem, cells[index])
     if len(bad) > FAULTS_A_COLUMN:
-        faults.append(Fault(f"column {header}", f"{len(bad) - FAULTS_A_COLUMN} more cells like this", None, "", file))
+        faults.add(f"column {header}", f"{len(bad) - FAULTS_A_COLUMN} more cells like this")
     return values
 
 
@@ -154,28 +153,26 @@ def assigned_columns(table: Table, joint_names: tuple[str, ...], kinds: tuple[Ki
     not count. A column that is none of these but nearly one of them is a fault, any other is noted and passed over.
     """
     names = spellings(joint_names, kinds)
-    faults: list[Fault] = []
-    notes: list[str] = []
+    faults, notes = Faults(table.file), list[str]()
     time: Found | None = None
     found: dict[tuple[str, str], Found] = {}
     for column in table.columns:
         key = column.name.casefold()
         kind, joint = names.get(key, (None, ""))
         if key in TIME and time is not None:
-            faults.append(Fault(f"column {column.header}", "a second time", None, "", table.file))
+            faults.add(f"column {column.header}", "a second time")
         elif key in TIME:
-            time = _converted(column, ("s",), table.file, faults)
+            time = _converted(column, ("s",), faults)
         elif kind is None:
-            _unknown(column, [*names, *TIME], table.file, faults, notes)
+            _unknown(column, [*names, *TIME], faults, notes)
         elif (kind.name, joint) in found:
-            faults.append(Fault(f"column {column.header}", f"a second {kind.name} of {joint}", None, "", table.file))
+            faults.add(f"column {column.header}", f"a second {kind.name} of {joint}")
         else:
-            converted = _converted(column, kind.units, table.file, faults)
+            converted = _converted(column, kind.units, faults)
             if converted is not None:
                 found[kind.name, joint] = converted
-    present = {names[column.name.casefold()] for column in table.columns if column.name.casefold() in names}
-    faults += _missing(table, joint_names, kinds, {(kind.name, joint) for kind, joint in present})
-    return Assigned(time, found, faults, notes)
+    _note_missing(table, joint_names, kinds, names, faults)
+    return Assigned(time, found, faults.found, notes)
 
 
 def spellings(joint_names: tuple[str, ...], kinds: tuple[Kind, ...]) -> dict[str, tuple[Kind, str]]:
@@ -196,43 +193,39 @@ def spellings(joint_names: tuple[str, ...], kinds: tuple[Kind, ...]) -> dict[str
     return names
 
 
-def _converted(column: Column, units: tuple[str, ...], file: str, faults: list[Fault]) -> Found | None:
+def _converted(column: Column, units: tuple[str, ...], faults: Faults) -> Found | None:
     """The column in the first of the units that fits; else adds a fault."""
     place = f"column {column.header}"
     if not column.unit:
         example = " or ".join(f"{column.name} [{unit}]" for unit in units)
-        faults.append(Fault(place, f"needs a unit in its header, such as {example}", None, "", file))
+        faults.add(place, f"needs a unit in its header, such as {example}")
         return None
-    problem: InputError | None = None
     for unit in units:
-        try:
-            return Found(column, to_si(column.values, column.unit, place, unit=unit, file=file), unit)
-        except InputError as error:
-            problem = problem or error
-    if problem is not None:
-        faults.extend(problem.faults)
+        with suppress(InputError):
+            return Found(column, to_si(column.values, column.unit, place, unit=unit), unit)
+    faults.attempt(to_si, column.values, column.unit, place, unit=units[0])
     return None
 
 
-def _unknown(column: Column, known: Iterable[str], file: str, faults: list[Fault], notes: list[str]) -> None:
+def _unknown(column: Column, known: Iterable[str], faults: Faults, notes: list[str]) -> None:
     hint = nearest(column.name.casefold(), known)
     if hint.startswith("did you mean"):
-        faults.append(Fault(f"column {column.header}", "is no column known here", column.name, hint, file))
+        faults.add(f"column {column.header}", "is no column known here", column.name, hint)
     else:
         notes.append(f"column {column.header} is not used")
 
 
-def _missing(
-    table: Table, joint_names: tuple[str, ...], kinds: tuple[Kind, ...], present: set[tuple[str, str]]
-) -> list[Fault]:
-    faults = []
+def _note_missing(
+    table: Table, joint_names: tuple[str, ...], kinds: tuple[Kind, ...], names: dict[str, tuple[Kind, str]],
+    faults: Faults,
+) -> None:  # fmt: skip
     written = [column.name for column in table.columns]
+    present = [names[name.casefold()] for name in written if name.casefold() in names]
     if not any(name.casefold() in TIME for name in written):
-        faults.append(Fault("columns", "there is no column time [s]", None, nearest("time", written), table.file))
+        faults.add("columns", "there is no column time [s]", None, nearest("time", written))
     for kind in kinds:
         for joint in joint_names if kind.needed else ():
-            if (kind.name, joint) not in present:
+            if (kind, joint) not in present:
                 wanted = f"{kind.prefixes[0]}_{joint}"
                 problem = f"the {kind.name} of joint {joint} is missing: no column {wanted} [{kind.units[0]}]"
-                faults.append(Fault("columns", problem, None, nearest(wanted, written), table.file))
-    return faults
+                faults.add("columns", problem, None, nearest(wanted, written))
