@@ -176,11 +176,20 @@ def chain_arms(arm: Arm) -> list[Arm]:
 
 def main_chain(arm: Arm, q: Array) -> tuple[Arm, Array]:
     """An arm's own chain and the positions of all its joints, (N, n); the arm itself where no loop closes."""
+    chain, positions, _ = chain_motions(arm, q)[0]
+    return chain, positions
+
+
+def chain_motions(arm: Arm, q: Array) -> list[tuple[Arm, Array, list[int]]]:
+    """Each chain from the base on, positions of its joints, (N, n), and which driven joints these are, else -1."""
     if arm.linkage is None:
-        return arm, q
-    rest = np.zeros_like(q)
-    whole = whole_motion(arm.linkage, q, rest, rest)
-    return arm.linkage.chains[0], whole.position[:, list(arm.linkage.loops.paths[0])]
+        return [(arm, q, list(range(arm.n)))]
+    rest, loops = np.zeros_like(q), arm.linkage.loops
+    position, driven = whole_motion(arm.linkage, q, rest, rest).position, list(loops.driven)
+    return [
+        (chain, position[:, list(path)], [driven.index(joint) if joint in driven else -1 for joint in path])
+        for chain, path in zip(arm.linkage.chains, loops.paths, strict=True)
+    ]
 
 
 def closed_loads(arm: Arm, motion: list[Array], tip_wrench: Any, loads: Any) -> tuple[Array, ...]:

@@ -19,6 +19,7 @@ from drivetrain.dynamics.closed import whole_motion
 from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.errors import InputError
 from drivetrain.export.mjcf import write_mjcf
+from drivetrain.report.charts.motion_data import TURNED, kept_samples, motion_data
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.parts import FilledParts
@@ -58,6 +59,29 @@ def test_loads_are_those_of_the_loaded_arm(study):
             size = np.abs(loads.gear).max()
             np.testing.assert_allclose(demand.gear_torque[at], loads.gear[:, joint], rtol=1e-9, atol=1e-9 * size)
             np.testing.assert_allclose(demand.carrier_acceleration[at], loads.carrier_acceleration[:, joint], atol=1e-9)
+
+
+def test_the_page_draws_each_drive_at_its_joint(study):
+    """The crank rides on the turret beside the lower arm's joint, the flange's drive hangs at the wrist."""
+    pair = ("servo_5", "cycloid_2500")
+    found = evaluate(study, pair)
+    told = motion_data(found)["arm"]
+    moved = np.array(told["moved"]).reshape(-1, told["links"], 3, 4) / np.array([TURNED] * 3 + [1.0])
+    at = kept_samples(found)[told["samples"]]
+    spots = [moved[:, one["link"]] @ [*one["point"], 1.0] for one in told["drives"]]
+    turn, lower = study.cycle.position[at, 0], study.cycle.position[at, 1]
+    for spot, side in ((spots[1], 0.0), (spots[3], 150.0)):  # both axes ride on the turret
+        where = [
+            260.0 * np.cos(turn) - side * np.sin(turn),
+            260.0 * np.sin(turn) + side * np.cos(turn),
+            740.0 + 0 * turn,
+        ]
+        assert spot == pytest.approx(np.transpose(where), abs=1.5)
+    wrist = np.hypot(*spots[2][:, :2].T)
+    whole = whole_motion(study.arm.linkage, study.cycle.position[at], *np.zeros((2, len(at), 4))).position
+    forearm = lower + whole[:, 2]  # from the upright and from the level
+    assert wrist == pytest.approx(260.0 + 945.0 * np.sin(lower) + 1025.0 * np.cos(forearm) + 220.0, abs=2.0)
+    assert [abs(one["axis"][1]) for one in told["drives"]] == [0.0, 1.0, 0.0, 1.0]
 
 
 def test_motions_from_python_are_those_of_the_driven_joints(study):

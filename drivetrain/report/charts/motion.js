@@ -267,11 +267,11 @@ page.setup(function () {
     const arm = motion.arm;
     if (arm) page.later(byId("arm"), drawArm);
     function drawArm(element) {
-      const turn = byId("turn"), tilt = byId("tilt"), count = arm.samples.length, n = arm.axes.length;
+      const turn = byId("turn"), tilt = byId("tilt"), count = arm.samples.length, n = arm.points.length - 2;
       // Where link i (-1: the base) has brought a point, or with w = 0 a direction, at pose k.
       const moved = (k, i, v, w = 1) => {
         if (i < 0) return v;
-        const m = arm.moved, at = 12 * (k * n + i);
+        const m = arm.moved, at = 12 * (k * arm.links + i);
         return [0, 4, 8].map((r) => (m[at + r] * v[0] + m[at + r + 1] * v[1] + m[at + r + 2] * v[2]) / 1e4 + w * m[at + r + 3]);
       };
       const place = (k, i) => moved(k, Math.min(i - 1, n - 1), arm.points[i]);
@@ -333,9 +333,10 @@ page.setup(function () {
         sources.links.data = bodies(k);
         sources.shadow.data = put(now.map(([x, y]) => flat([x, y, 0])));
         sources.tip.data = put([flat(now[n + 1])]);
-        const ends = joints.map((_, i) => { const d = moved(k, i, arm.axes[i], 0); return [-1, 1].map((s) => flat(now[i + 1].map((v, j) => v + s * 0.11 * reach * d[j]))); });
+        const spots = arm.drives.map(({ link, point }) => moved(k, link, point));
+        const ends = arm.drives.map(({ link, axis }, i) => { const d = moved(k, link, axis, 0); return [-1, 1].map((s) => flat(spots[i].map((v, j) => v + s * 0.11 * reach * d[j]))); });
         sources.axes.data = { ...many(ends), c: joints.map((joint) => joint.c) };
-        sources.drives.data = { ...put(now.slice(1, -1).map(flat)), size: joints.map((joint) => 8 + 18 * Math.cbrt(joint.mass / heaviest)), c: joints.map((joint) => joint.c), name: joints.map((joint) => joint.name), mass: joints.map((joint) => joint.mass) };
+        sources.drives.data = { ...put(spots.map(flat)), size: joints.map((joint) => 8 + 18 * Math.cbrt(joint.mass / heaviest)), c: joints.map((joint) => joint.c), name: joints.map((joint) => joint.name), mass: joints.map((joint) => joint.mass) };
       };
       for (const one of [turn, tilt]) one.oninput = turned;
       let from = null;

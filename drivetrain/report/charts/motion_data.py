@@ -16,7 +16,7 @@ from drivetrain.drive.drive import drive_inertia
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import continuous_current, continuous_region, operating_region
-from drivetrain.dynamics.closed import main_chain
+from drivetrain.dynamics.closed import chain_motions
 from drivetrain.motion.duty_cycle import Cycle, sample_weights
 from drivetrain.report.charts.chart import rounded
 from drivetrain.report.quantities import convert, percent, printed_unit, scaled
@@ -200,14 +200,24 @@ def _ratio(
 
 
 def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | None:
-    """Joints, axes, tip and shapes of the links [mm] at zero, and how each link moved over the cycle; None: no arm."""
+    """Joints, tip, drives and shapes of the links [mm] at zero, and how each link moved over the cycle; None: no arm.
+
+    The links that move are those of the arm's own chain, then of those beside it each that has a drive.
+    """
     study = evaluation.study
     arm = study.arm
     if arm is None:
         return None
     at = kept[np.unique(np.linspace(0, len(kept) - 1, POSES).astype(int))]
-    arm, positions = main_chain(arm, study.cycle.position[at])
-    moved = link_poses(arm, positions) @ np.linalg.inv(arm.home)
+    named, chains = {name: k for k, name in enumerate(arm.joint_names)}, chain_motions(arm, study.cycle.position[at])
+    motions = [link_poses(chain, positions) @ np.linalg.inv(chain.home) for chain, positions, _ in chains]
+    arm, moved, drives = chains[0][0], motions[0], list[dict[str, Any]]()
+    for name in evaluation.joints:
+        i, link = next((i, own.index(named[name])) for i, (_, _, own) in enumerate(chains) if named[name] in own)
+        chain = chains[i][0]
+        point, axis = np.round(1e3 * chain.joint_points[link], 1).tolist(), np.round(chain.axes[link], 3).tolist()
+        drives.append({"link": moved.shape[1] if i else link, "point": point, "axis": axis})
+        moved = np.concatenate([moved, motions[i][:, link : link + 1]], axis=1) if i else moved
     moved[..., :3, 3] *= 1e3
     moved[..., :3, :3] *= TURNED
     points = np.vstack([np.zeros(3), arm.joint_points, arm.tip[:3, 3]])
@@ -215,7 +225,8 @@ def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | Non
         "samples": np.searchsorted(kept, at).tolist(),
         "moved": np.round(moved[..., :3, :]).astype(int).ravel().tolist(),
         "points": np.round(1e3 * points, 1).tolist(),
-        "axes": np.round(arm.axes, 3).tolist(),
+        "links": moved.shape[1],
+        "drives": drives,
         "shapes": [
             {"link": link, "corners": np.round(1e3 * corners).astype(int).tolist(), "faces": faces.tolist()}
             for link, (corners, faces) in _shapes(arm, points)
