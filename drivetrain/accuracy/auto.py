@@ -26,7 +26,7 @@ from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.solvers.solver import check_positive
 
-COARSE = 2.5e-4  # s, at which peaks of most scenes are told to a few hundredths of a percent
+COARSE = 2.5e-4  # s, at which peaks of most scenes are accurate to a few hundredths of a percent
 COSTS = {
     "FlexibleJoint": 6.0, "Backlash": 6.0, "MeshLoss": 3.0, "LuGreFriction": 3.0, "CurrentLoop": 2.0,
     "SampledCurrentLoop": 8.0, "SampledCascade": 2.0, "Encoder": 0.5,

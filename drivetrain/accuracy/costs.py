@@ -34,7 +34,7 @@ EXPLICIT: tuple[tuple[str, float, Engine], ...] = (
     ("explicit RK4", 5e-5, AdaptiveStep(RungeKutta4(5e-5))),
     ("explicit DP5(4)", 1e-4, AdaptiveStep(DormandPrince54(1e-4, 1e-6))),
 )
-"""What others use, at settings at which it may run; where it cannot, the reason is told."""
+"""What others use, at settings at which it may run; where it cannot, the reason is given."""
 LONGEST = 20.0  # s of wall time that one run may take
 LONG = 1.0  # s of processor time after which a run is not repeated
 
@@ -42,7 +42,7 @@ Progress = Callable[[int, int, str], None]
 
 
 def silent(_done: int, _total: int, _text: str) -> None:
-    """Progress that nobody is told."""
+    """Progress that is not shown."""
 
 
 def interval_of(duration: float) -> float:

@@ -80,7 +80,7 @@ def without(scene: Scene, dropped: Collection[Choice]) -> Scene:
     ratios = dict(zip(scene.joints, ratios_of(scene), strict=True))
     less = replace(scene, body=body, effects=effects)
     for joint, now in zip(scene.joints, ratios_of(less), strict=True):
-        if now != ratios[joint]:  # the effect that told the ratio is gone, the gear is not
+        if now != ratios[joint]:  # the effect that gave the ratio is gone, the gear is not
             effects[joint] = (*effects[joint], ReflectedRotor(0.0, ratios[joint]))
     return fed_forward(replace(less, effects=effects))
 

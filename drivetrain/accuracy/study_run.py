@@ -57,26 +57,27 @@ def simulate(
         scene: A scene or its plan. Or a study: with the drives that it gives, or else those that ``select`` chooses,
             the effects and the engine of its ``simulation`` section. Or what ``evaluate`` or ``select`` found.
         drives: Of a study, by joint name: drives, or keys of (motor, gear).
-        solver: The engine; None: what the study says, or fixed implicit steps of a millisecond. A solver that runs
+        solver: The engine; None: as the study states, or fixed implicit steps of a millisecond. A solver that runs
             compiled, such as Rodas5P(rtol=1e-6), stands for the adaptive engine with it.
         duration: Replaces that of the scene [s].
         interval: Between two recorded instants [s]; None: 10 ms of a scene; 1 ms of a study, longer for a long cycle.
         resume: A recording of the same scene that ended earlier or was stopped: go on from its end.
-        progress: Told the share done after every few thousand steps; False from it stops the run.
+        progress: Called with the share done after every few thousand steps; False from it stops the run.
         verify: Run once more at half the step or a tenth of the tolerance: ``verified`` of the recording holds both
-            values of all that it decides, and an event tells what changes by more than 1 %.
+            values of all that it decides, and an event reports what changes by more than 1 %.
         start: ``equilibrium``: springs, currents, integrators and loops hold the load, so that nothing moves that is
-            not commanded to; ``about["start"]`` tells how. Or states that are given instead, by name [their own units].
+            not commanded to; ``about["start"]`` describes it. Or states that are given instead, by name [their own
+            units].
 
     Returns:
         ``<joint>.position`` and all other states and signals, energies of all powers, ``stored_energy`` and
-        ``energy_error`` where they can be told; counters, events, and what it takes to go on.
+        ``energy_error`` where they can be computed; counters, events, and what it takes to go on.
 
     Raises:
         InputError: A scene that contradicts itself, a study that no drives fit or that cannot be simulated, or an
             earlier recording of another scene.
     """
-    if not isinstance(scene, Study | Evaluation | Selection):  # what is no scene either is told by the runner
+    if not isinstance(scene, Study | Evaluation | Selection):  # the runner reports what is no scene either
         if drives is not None:
             raise InputError(Fault("drives", "go with a study", hint="a scene holds its drives as effects"))
         usual = run.DEFAULT_INTERVAL if interval is None else interval

@@ -148,7 +148,7 @@ def c_texts(commander: Commander, *, name: str = "commander", header: str = "com
     head = [
         f"Currents of {study.name}, by drivetrain {__version__}; study SHA-256 {study.digest or 'none'}",
         f"call {name}_step at {commander.rate:.9g} Hz; payload: {commander.payload or 'none'}",
-        "q, qd, qdd: wanted [rad or m, and per s, s^2]; measured_q, measured_qd: as the encoders tell",
+        "q, qd, qdd: wanted [rad or m, and per s, s^2]; measured_q, measured_qd: as measured by the encoders",
         "current: DC-equivalent amperes; 0 is returned, or 1 where an input is not finite: nothing has changed then",
         f"joints: {', '.join(commander.joints)}",
     ]

@@ -1,4 +1,4 @@
-"""``Commander``: called once in every tick of a controller, it tells the currents to command."""
+"""``Commander``: called once in every tick of a controller, it computes the currents to command."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ TURNS_AT, UNMIXED_AT, SHARES_AT, AXES_AT, TARGETS_AT = range(9, 14)
 
 
 def _tick(run: Any) -> None:
-    """One tick, on memory of which the addresses are told."""
+    """One tick, on memory given by addresses."""
     sizes = carray(run[SIZES], 7, np.int64)
     n, wide, chains, carried = sizes[0], sizes[1], sizes[2], sizes[3]
     targets = carray(run[TARGETS_AT], (len(TARGETS), n), np.float64)
@@ -166,7 +166,7 @@ class Commander:
 
         Args:
             q, qd, qdd: Wanted positions, speeds, accelerations [rad or m, and per s, s^2], (n,).
-            measured_q, measured_qd: What the encoders tell [rad or m, and per s], (n,); None: as wanted.
+            measured_q, measured_qd: As measured by the encoders [rad or m, and per s], (n,); None: as wanted.
             base: Of an arm whose base moves, its position, velocity and acceleration along x, y, z of the ground and in
                 yaw, pitch and roll [m, rad, and per s, s^2], (3, 6), as ``base`` of a study states them.
 
@@ -200,12 +200,12 @@ class Commander:
 
     @property
     def winding_temperature(self) -> Array:
-        """As the ticks so far made it [C], (n,); ambient where the sheet says too little."""
+        """As the ticks so far made it [C], (n,); ambient if the data sheet does not suffice."""
         return np.asarray(self.axes["heat"]["winding_temperature"]).copy()
 
     @property
     def overload(self) -> Array:
-        """Share of the amplifiers' I2t that is used up [-], (n,); 0 where it is not told."""
+        """Share of the amplifiers' I2t that is used up [-], (n,); 0 if it is unknown."""
         room = [(overload_room(one["amplifier"]) if one["overloads"] else 0.0) or math.inf for one in self.axes]
         return np.asarray(self.axes["overload"] / np.array(room))
 
@@ -232,8 +232,10 @@ class Commander:
         names, faults = (*("q", "qd", "qdd", "measured_q", "measured_qd"), "base"), []
         for name, value, shape in zip(names, given, shapes, strict=True):
             if name == "base" and (value is None) != (not self._base.size):
-                told = "stands still in this study" if self._base.size == 0 else "moves: its motion, (3, 6), is needed"
-                faults.append(Fault(name, told))
+                problem = (
+                    "stands still in this study" if self._base.size == 0 else "moves: its motion, (3, 6), is needed"
+                )
+                faults.append(Fault(name, problem))
             if value is None or (name == "base" and not self._base.size):
                 continue
             try:
@@ -286,7 +288,7 @@ def _axis(study: Study, task: JointTask, joint: JointResult, step: float, bandwi
     peaks = [one for one in (amplifier.peak_current, motor.peak_current) if one is not None]
     network = thermal_network(motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
     heats = network is not None and network.winding_capacity is not None and motor.max_winding_temperature is not None
-    # Where nobody knows how it warms, it stays as warm as the air.
+    # A winding without thermal data stays at ambient temperature.
     nodes = network if heats and network is not None else ThermalNetwork(1.0, 1.0, 1.0, 1.0, study.ambient)
     heat = WindingHeat(nodes, gear_heat=task.gear_heat).own(None)  # type: ignore[arg-type]
     heat.winding_temperature = heat.housing_temperature = study.ambient

@@ -53,7 +53,7 @@ class Axis:
     gear_temperature: float  # at which its drag is taken [C]
     volts: float  # largest at the terminals [V]
     most: float  # largest current, at any speed [A]
-    # 1 where winding temperature, and overload of the amplifier, can be told, else 0
+    # 1 where winding temperature, and overload of the amplifier, can be computed, else 0
     heats: float
     overloads: float
     fade: float  # below the winding's limit, in which the current fades to nothing [K]
@@ -74,7 +74,7 @@ class Axis:
 class Chains(NamedTuple):
     """The chains of the arm, one after another, and memory of their recursions."""
 
-    # as ``dynamics/core/packed.py`` tells
+    # see ``dynamics/core/packed.py``
     links: Any
     rotors: Any
     # memory
@@ -98,7 +98,7 @@ def command(arm: Chains, axes: Any, targets: Any, size: Any) -> None:
 
     Args:
         targets: Rows of ``TARGETS`` [rad or m, and per s, s^2], (5, n).
-        size: Sum of squares of the positions, which tells how to take their sines.
+        size: Sum of squares of the positions, which decides how their sines are computed.
     """
     n, carried = len(axes), len(arm.base[0])
     position, speed, acceleration, at, moving = targets[0], targets[1], targets[2], targets[3], targets[4]

@@ -111,7 +111,7 @@ class Joint:
     mesh: Mesh
     pin: Pin
     heat: HeatPort
-    # what the joint, or its shaft where motors are coupled, is told to do
+    # what the joint, or its shaft where motors are coupled, is commanded to do
     command: Motion
     shaft_command: Motion
     bias_torque: float = 0.0  # what gravity and speeds ask of the joint [N m]
@@ -148,7 +148,7 @@ class World:
     payload_energy: float  # that payloads have brought or taken [J]
     payloads_passed: int  # how many of them are counted in it [-]
     tries: int  # how often this step has been solved before [-]
-    again: int  # set by an effect that must tell something else for this step
+    again: int  # set by an effect that must provide another value for this step
     longest: float  # set by an effect: the step that it can follow [s]
     tip: Tip
 

@@ -1,10 +1,10 @@
-"""What an effect is: a small description that says what it reads and writes, and compiled laws on records.
+"""What an effect is: a small description of what it reads and writes, and compiled laws on records.
 
 An effect belongs to one joint or to the whole scene. Its file holds a frozen dataclass (what the user states), a
 dataclass ``Own`` (what the effect keeps: constants of its law, states with their rates, memory, outputs) and its laws,
 made by ``laws.joint_law``, ``table_law`` or ``scene_law``. Laws read and write ``own`` and the connectors of
-``connectors.py``; ``ports`` says which signals (``signals.py``) these are, so that the plan of a scene can check them
-and put all effects in an order that serves each. Nothing else knows that an effect exists.
+``connectors.py``; ``ports`` names these signals (``signals.py``), so that the plan of a scene can check them
+and put all effects in an order that serves each. Nothing else depends on an effect.
 
 ``compute`` has two modes. At an instant (h = 0) states and connectors are those of ``t``, rates are derivatives.
 In a fixed step (h > 0) ``t`` and the connectors are those of the middle of the step, own states those of its beginning;
@@ -12,7 +12,7 @@ rates are what the states change by over the whole step, divided by h, what it p
 faster than the step solves its own equation there; any other just adds half a step of its rates.
 
 ``account`` is called after motion and forces are known, puts out powers, and fills rates of states that are ``late``;
-it may find that a step was too long, or that what had been told before does not fit, and ask for it once more.
+it may find that a step was too long, or that a value provided before does not fit, and ask for the step once more.
 ``accept`` is called when a fixed step is taken for good, and may change what is kept. ``sample`` is called at the
 instants of the effect's period, and only changes memory.
 """
@@ -66,12 +66,12 @@ class State:
 
 @dataclass(frozen=True)
 class Signal:
-    """A number that effects and mechanics tell one another.
+    """A number that effects and mechanics exchange.
 
     Attributes:
         name: Of the joint's own signal; ``scene.`` before it: of the scene's; ``joint:name``: of another joint's.
         unit: SI.
-        default: Of a need: what holds when nobody provides it; None: somebody must.
+        default: Of a need: the value if no effect provides it; None: one must.
         path: Where it lies in the joint's connectors, such as ``motor.torque``; of an output that is no connector, the
             field of the effect's own record; empty: as its name.
         role: Of an output that is a power or a stored energy: what it is in the balance.
@@ -147,7 +147,7 @@ class Place:
 
 
 def ratio_of(place: Place, gear: Gear) -> float | None:
-    """The ratio that a gear tells of its joint: that of a sliding one is its travel's, too."""
+    """The ratio that a gear provides for its joint; of a sliding joint it includes the travel."""
     return gear.ratio if place.turning[place.joint] else None
 
 
@@ -169,7 +169,7 @@ class Shape:
     """What an effect adds to the mechanics themselves.
 
     Attributes:
-        ratio: Motor angle over joint coordinate [- or rad/m]; None: says nothing of it.
+        ratio: Motor angle over joint coordinate [- or rad/m]; None: not defined.
         rotor_inertia: About the motor's axis [kg m^2]; None: brings no rotor.
         full: Whether that rotor is a body on its carrier, or only reflected to its joint.
         flexible: Whether the rotor moves on its own, behind a spring.

@@ -46,7 +46,7 @@ def finite(unit: str) -> Range:
 
 
 def kind_faults(effect: Any) -> list[Fault]:
-    """Fields that are of another kind than their annotation says."""
+    """Fields of another kind than their annotation."""
     name, hints = type(effect).__name__, _hints(effect.__class__)
     return [
         Fault(f"{name}.{field.name}", f"must be {_wanted(hints[field.name])}", getattr(effect, field.name))

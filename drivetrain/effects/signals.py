@@ -55,12 +55,14 @@ MOTOR_SLIDE_FORWARD = Signal("motor_slide_forward", "N m", path="motor.slide_for
 MOTOR_SLIDE_BACKWARD = Signal("motor_slide_backward", "N m", path="motor.slide_backward")
 MESH_DRIVING = Signal("mesh_driving", "-", path="mesh.driving")  # loss over transmitted torque, power to the load
 MESH_DRIVEN = Signal("mesh_driven", "-", path="mesh.driven")  # the same, power from the load; 1 or more locks
-SURFACE_SPEED = Signal("surface_speed", "rad/s", path="load.surface_speed")  # of what the joint rubs on
+SURFACE_SPEED = Signal(
+    "surface_speed", "rad/s", path="load.surface_speed"
+)  # of the surface against which the joint slides
 MOTOR_SURFACE_SPEED = Signal(
     "motor_surface_speed", "rad/s", default=0.0, path="motor.surface_speed"
 )  # that of a motor's bearings: they rest
 
-# Told by the mechanics once motion and forces are known.
+# Provided by the mechanics once motion and forces are known.
 ACCELERATION = Signal("acceleration", "rad/s^2", path="load.acceleration")
 MOTOR_ACCELERATION = Signal("motor_acceleration", "rad/s^2", path="motor.acceleration")
 JOINT_FRICTION = Signal("joint_friction", "N m", path="load.friction")  # taken from the link by dry friction
@@ -70,7 +72,9 @@ MESH_LOSS = Signal("mesh_loss", "N m", path="mesh.loss")  # lost in it, at the o
 JOINT_FRICTION_POWER = Signal("joint_friction_power", "W", path="load.friction_power")
 MOTOR_FRICTION_POWER = Signal("motor_friction_power", "W", path="motor.friction_power")
 MESH_POWER = Signal("mesh_power", "W", path="mesh.power")
-MOTOR_VISCOUS_POWER = Signal("motor_viscous_power", "W", path="heat.viscous_power")  # told by viscous friction there
+MOTOR_VISCOUS_POWER = Signal(
+    "motor_viscous_power", "W", path="heat.viscous_power"
+)  # provided by viscous friction there
 
 # Between effects.
 COMMAND_POSITION = Signal("command_position", "rad", path="command.position")
@@ -100,7 +104,8 @@ COPPER_LOSS = Signal("copper_loss", "W", path="heat.copper_loss", role=Role.LOSS
 ELECTRICAL_POWER = Signal("electrical_power", "W", path="pin.power", role=Role.SOURCE)
 MAGNETIC_ENERGY = Signal("magnetic_energy", "J", path="pin.magnetic_energy", role=Role.STORE)
 
-# Told to effects at the start of a run only [A]: what holds the load at rest, and what is fed forward beside the loops.
+# Provided to effects at the start of a run only [A]: what holds the load at rest, and what is fed forward beside the
+# loops.
 HOLDING_CURRENT = "holding_current"
 FED_CURRENT = "fed_current"
 
@@ -121,7 +126,7 @@ SHAFT_GIVEN = (SHAFT_POSITION, SHAFT_SPEED)
 SHAFT_TAKEN = (SHAFT_TORQUE, SHAFT_DAMPING, SHAFT_STIFFNESS)
 SHAFT_COMMANDS = (SHAFT_COMMAND_POSITION, SHAFT_COMMAND_SPEED, SHAFT_COMMAND_ACCELERATION)
 
-# Of the whole mechanics, told at instants only.
+# Of the whole mechanics, provided at instants only.
 KINETIC_ENERGY = Signal("scene.kinetic_energy", "J", path="kinetic_energy")
 POTENTIAL_ENERGY = Signal("scene.potential_energy", "J", path="potential_energy")
 PAYLOAD_ENERGY = Signal("scene.payload_energy", "J", path="payload_energy")  # that payloads have brought so far
@@ -142,7 +147,7 @@ TIP_TAKEN = (
 
 
 def commanded(place: Place) -> tuple[Signal, Signal, Signal]:
-    """What a motor's loop is told to follow: the joint's command, or its shaft's where motors are coupled."""
+    """What a motor's loop follows: the joint's command, or its shaft's where motors are coupled."""
     return SHAFT_COMMANDS if place.coupled else (COMMAND_POSITION, COMMAND_SPEED, COMMAND_ACCELERATION)
 
 
@@ -166,7 +171,7 @@ def read(place: Place, signals: Mapping[str, float], signal: Signal, otherwise: 
 
 
 def temperatures(motor: Motor) -> tuple[Signal, Signal]:
-    """Those that the law of a motor reads; where no effect tells them, those of its sheet."""
+    """Those that the law of a motor reads; if no effect provides them, those of its data sheet."""
     rest = motor.reference_temperature
     return replace(WINDING_TEMPERATURE, default=rest), replace(HOUSING_TEMPERATURE, default=rest)
 

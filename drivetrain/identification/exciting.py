@@ -12,7 +12,7 @@ from drivetrain.identification.least_squares import base_parameters
 from drivetrain.motion.motion import Motion
 
 ROOM = 0.9  # share of the limits that is used
-UNLIMITED = {"position": np.pi, "speed": 2.0}  # rad and rad/s where the arm tells no limit of a turning joint
+UNLIMITED = {"position": np.pi, "speed": 2.0}  # rad and rad/s if the arm states no limit of a turning joint
 LOOKED_AT = 150  # samples that a candidate is judged by
 
 

@@ -2,10 +2,10 @@
 
 What the given arm and friction do not explain of the measured torques is put down to their deviations, by weighted
 least squares with a prior at what was given; how strong the prior is, cross-validation decides. Every part of the
-recording is held out once, so that the errors told are those on data that took no part.
+recording is held out once, so that the errors reported are those on data that took no part.
 
 Reference: J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE Control
-    Systems Magazine 27 (2007) 58-71; base parameters and consistency as told beside them.
+    Systems Magazine 27 (2007) 58-71; base parameters and consistency as described there.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ class Identification:
         friction: At each joint, (n,).
         study: The study given, with arm and friction in place: it can be evaluated; None where an arm was given.
         parameters: By name: ``prior``, ``identified``, ``deviation`` (standard, by data and prior), ``share`` (of the
-            prior's uncertainty that is left: near 1 where the recording says nothing). A DataFrame.
-        base: Combinations that torques can tell apart: ``value``, ``deviation`` (standard, by the data alone) and
+            prior's uncertainty that is left: near 1 where the recording holds no information). A DataFrame.
+        base: Combinations that torques can distinguish: ``value``, ``deviation`` (standard, by the data alone) and
             ``combination`` in words. A DataFrame.
         errors: By joint, on data held out: RMS torque ``measured``, RMS error of the model ``given`` and
             ``identified`` [N m or N], ``correlation``; a DataFrame.
@@ -69,7 +69,7 @@ class Identification:
         torque_constant: Of each motor, where torque and current were both measured [N m/A], (n,); else None.
         time: Of the samples used [s], (N,).
         measured, modelled: Torque at the joints, by the model identified from all data [N m or N], (N, n).
-        notes: What was done, and what cannot be told apart.
+        notes: What was done, and what cannot be distinguished.
     """
 
     arm: Arm
@@ -133,12 +133,12 @@ def identify(
 
     Args:
         study: A study with an arm, whose drives and friction are the prior; or the arm alone. Counterbalances of a
-            study, and where it gives all drives their rotors, gear losses and motor friction, stay as it says; rotors
+            study, and where it gives all drives their rotors, gear losses and motor friction, stay as stated; rotors
             of an arm are identified, about their axes.
         recording: Positions and, at the joints or motors, torques or currents. Without speeds and accelerations they
             are found as ``torque_from_positions`` does.
         friction: At the joints, as a prior; None: the study's, and none for an arm.
-        known_torque: Of what neither the arm nor the study tells, at the joints [N m or N], (N, n): taken off the
+        known_torque: Of what is neither in the arm nor in the study, at the joints [N m or N], (N, n): taken off the
             measured torques.
         torque_constant: Of the motors [N m/A], one or (n,), read where only currents were measured; None: of the
             study's drives.
@@ -294,7 +294,7 @@ def _joint_torque(recording: MeasuredMotion, prior: _Prior, torque_constant: Any
 
 
 def _model(prior: _Prior, motion: list[Array]) -> _Model:
-    """What the prior tells of a motion, losses by the direction of power; near rest they change over smoothly."""
+    """What the prior predicts for a motion, losses by the direction of power; near rest they change over smoothly."""
     arm, travel, study = prior.arm, prior.travel, prior.study
     balance = np.zeros(motion[0].shape)
     for i, task in enumerate(study.joints if study is not None else ()):
@@ -324,7 +324,7 @@ def _model(prior: _Prior, motion: list[Array]) -> _Model:
 
 
 def _smooth(law: Friction, slow: float) -> Friction:
-    """The law as a motion tells it that is known up to noise: without breakaway, and rising over a range of speed."""
+    """The law for a motion that is known up to noise: without breakaway, and rising over a range of speed."""
     return replace(law, static=None, stribeck_speed=None, tanh_speed=max(law.tanh_speed or 0.0, slow))
 
 
@@ -464,8 +464,8 @@ def _parameter_table(
     before = np.diag(hessian) - np.diag(gram)  # the prior's weight
     size = np.sqrt(np.diag(covariance))
     scaled = combined / problem.scale / size[:, None]
-    told = scaled.T @ np.linalg.solve(covariance / np.outer(size, size), scaled)
-    after = np.diag(np.linalg.inv(told + np.diag(before)))
+    information = scaled.T @ np.linalg.solve(covariance / np.outer(size, size), scaled)
+    after = np.diag(np.linalg.inv(information + np.diag(before)))
     values = {"prior": columns.prior, "identified": found, "deviation": np.sqrt(after) / problem.scale}
     return pd.DataFrame({**values, "share": np.sqrt(after * before)}, index=columns.names)
 

@@ -156,7 +156,7 @@ def problem_of(rows: Array, wanted: Array, friction: np.ndarray, folds: int, gap
 
 
 class BaseParameters(NamedTuple):
-    """The combinations of parameters that torques can tell apart."""
+    """The combinations of parameters that torques can distinguish."""
 
     leading: np.ndarray  # column that each combination is named after, (r,)
     combined: Array  # factors of all parameters in it, (r, p)

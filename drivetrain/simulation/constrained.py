@@ -113,7 +113,7 @@ class Drifting(Stabilisation):
 
 DEFAULT_SOLVER = RungeKutta4(1e-3)
 PROJECTION = Projection()
-MOVED = 1e-9  # rad or m; a start that had to be corrected by more is told
+MOVED = 1e-9  # rad or m; a larger correction of the start is reported
 
 
 def simulate_constrained(
@@ -194,7 +194,7 @@ def _rates(arm: Arm, constraints: tuple[Constraint, ...], torque: TorqueLaw | No
         except InputError:
             if np.abs(y).max() <= BEYOND:
                 raise
-            return result  # it was no state of an arm before; the solver will tell
+            return result  # it was no state of an arm before; the solver will report it
         result[:n], result[n : 2 * n] = qd[0], acceleration[0]
         result[2 * n] = tau[0] @ qd[0]
         return result

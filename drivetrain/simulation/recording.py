@@ -37,7 +37,7 @@ class TableSeries(Mapping[str, Series]):
     """
 
     def __init__(self, table: Array, columns: Mapping[str, tuple[int, str]], more: Mapping[str, Series]) -> None:
-        """Take a table over; nobody is to change it any more."""
+        """Take a table over; it must not be changed any more."""
         self._table, self._columns, self._made = table, columns, dict(more)
         self._names = (*columns, *more)
         for one in more.values():
@@ -300,7 +300,7 @@ def load_recording(path: Path | str) -> Recording:
 
 
 def _restored(header: dict[str, Any], arrays: dict[str, Any]) -> Recording:
-    """The recording that its file tells of."""
+    """The recording of a file."""
     named = enumerate(header["series"])
     return Recording(
         arrays["time"],

@@ -45,7 +45,7 @@ def simulate(
     start: str | Mapping[str, float] = EQUILIBRIUM,
     checked: bool = True,
 ) -> Recording:
-    """What happens when a scene runs; checked, a fixed step that sees too little of it says so."""
+    """What happens when a scene runs; a fixed step that is too long for it is reported."""
     if not isinstance(scene, Scene | Plan):
         raise InputError(Fault("scene", "must be a scene or its plan", type(scene).__name__))
     engine = engine_of(solver)

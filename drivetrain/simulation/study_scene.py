@@ -46,7 +46,7 @@ from drivetrain.study.parts.mounting import TWO_AS_ONE, loaded_arm, two_as_one
 
 
 def refuse_unsimulated(study: Study) -> None:
-    """Raises InputError for what no engine knows: a moving base, a preload, half an axis."""
+    """Raises InputError for what no engine supports: a moving base, a preload, half an axis."""
     refuse_moving_base(study, "a simulation")
     study, _ = two_as_one(study, {})
     if study.arm is not None:
@@ -66,7 +66,7 @@ def refuse_unsimulated(study: Study) -> None:
 def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
     """What is commanded, and what the load does beside being accelerated.
 
-    A table tells what the drive must give, T = J a + load; so the link feels J a - T from outside. A cycle that does
+    A table gives what the drive must provide, T = J a + load; so the link feels J a - T from outside. A cycle that does
     not come back to where it began (a conveyor) goes on from there.
     """
     cycle, task = study.cycle, study.joints[0]
@@ -113,7 +113,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
         The scene.
 
     Raises:
-        InputError: Neither an arm nor one axis whose load's inertia is told, a joint without a drive or with several
+        InputError: Neither an arm nor one axis with a stated load inertia, a joint without a drive or with several
             amplifiers to choose from.
     """
     refuse_unsimulated(study)
@@ -293,7 +293,7 @@ def at_joint(law: Friction, travel: float) -> Friction:
 
 
 def with_feed_forward(scene: Scene) -> Scene:
-    """A scene whose motors are told, beside their loops, the currents that the command takes.
+    """A scene whose motors are fed forward the currents of the command.
 
     Args:
         scene: With a command for every joint, and a motor.

@@ -23,7 +23,7 @@ FINEST = 1e-6  # rad or m: a bend of the bristles, over the relative tolerance t
 
 
 def warnings(plan: Plan, engine: Engine, rows: Array) -> tuple[Event, ...]:
-    """Events of a run that ended well and yet tells little."""
+    """Events of a run that ended without error but is of little use."""
     step = float(getattr(engine, "step", 0.0))
     return (*_heat(plan, rows), *_long_step(plan, step), *_bristles(plan, engine.tolerance, step))
 

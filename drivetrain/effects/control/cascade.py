@@ -39,7 +39,7 @@ class Gains:
 
 @law
 def speed_error(gains: Any, wanted: Any, place: float, speed: float) -> float:
-    """Wanted less true speed of a motor that the loop knows at a place [rad] and a speed [rad/s]."""
+    """Wanted less true speed of a motor as measured at a position [rad] and a speed [rad/s]."""
     return gains.ratio * wanted.speed + gains.position * (gains.ratio * wanted.position - place) - speed
 
 

@@ -1,4 +1,4 @@
-"""Computed torque: the controller knows the arm, and asks for the torque that its own equations of motion tell.
+"""Computed torque: the controller has a model of the arm and commands the torque of its equations of motion.
 
 Continuous, and as a digital controller runs it: at samples, on measured angles, with a delay.
 """
@@ -33,7 +33,7 @@ class Own:
 
 @law
 def _pull(own: Any, wanted: Any, position: float, speed: float) -> float:
-    """The acceleration that a joint is told to have: the commanded one, and what its error asks for."""
+    """The commanded acceleration of a joint: the commanded one, and what its error asks for."""
     return wanted.acceleration + own.stiffness * (wanted.position - position) + own.damping * (wanted.speed - speed)
 
 

@@ -1,6 +1,7 @@
 """Dry friction with true sticking: Coulomb, static and Stribeck, at the joint or at the motor's shaft.
 
-It adds bounds, not a torque: at rest friction is whatever holds, and only all joints solved together tell what that
+It adds bounds, not a torque: at rest friction is whatever holds, and only the solution of all joints together gives
+    what that
 is. The curve is that of ``drive/friction.py``.
 """
 

@@ -1,4 +1,4 @@
-"""A belt under the joint: its dry friction rubs on what moves at a steady speed."""
+"""A belt under the joint: dry friction against a surface of constant speed."""
 
 from __future__ import annotations
 

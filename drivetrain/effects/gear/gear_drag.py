@@ -58,8 +58,8 @@ class GearDrag(Effect):
 
     Attributes:
         gear: Of which drag, seals and starting torque are taken; its mesh is ``MeshLoss``.
-        temperature: Of the gear where no housing tells it, or that it keeps [C].
-        follows: Whether the gear is as warm as the motor's housing, where an effect tells that.
+        temperature: Of the gear if no housing provides it, or constant [C].
+        follows: Whether the gear is as warm as the motor's housing, if an effect provides that.
     """
 
     gear: Gear
@@ -71,7 +71,7 @@ class GearDrag(Effect):
     account = _account
 
     def __post_init__(self) -> None:
-        mesh(self.gear)  # a loss that is unknown is told
+        mesh(self.gear)  # raises if the loss is unknown
 
     def ports(self, place: Place) -> Ports:
         warm = (replace(s.GEAR_TEMPERATURE, default=self.temperature),) if self.follows else ()

@@ -105,7 +105,7 @@ class GearSpring(Effect):
     limits = ranges(damping=not_negative("N m s/rad"))
 
     def __post_init__(self) -> None:
-        gear_spring(self.gear)  # a stiffness that is not told is
+        gear_spring(self.gear)  # raises if the stiffness is unknown
 
     @property
     def spring(self) -> Spring:

@@ -257,7 +257,7 @@ class SampledCurrentLoop(Effect):
     """Sampled controller of a ``Winding``'s current, within limits of current, slew rate and voltage.
 
     Attributes:
-        motor: Resistance, inductance and torque constant, cold, as the controller knows them.
+        motor: Resistance, inductance and torque constant, cold, as in the controller's model.
         bandwidth: That a continuous loop of these gains would have [rad/s]: kp = L w, ki = R w.
         every: Period [s].
         peak_current: To which commands are cut [A].

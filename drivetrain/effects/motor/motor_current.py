@@ -16,7 +16,7 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """What it keeps: what tells resistance and torque constant at temperatures, and the peak current [A]."""
+    """What it keeps: parameters of resistance and torque constant over temperature, and the peak current [A]."""
 
     motor: Terminals
     peak: float
@@ -62,8 +62,8 @@ class MotorCurrent(Effect):
 
     Attributes:
         motor: Resistance, torque constant and how they change with temperature.
-        peak_current: That the amplifier gives [A]; infinite: it knows no limit.
-        voltage: That it can put between the terminals where no effect tells [V]; infinite: it knows no limit.
+        peak_current: That the amplifier gives [A]; infinite: no limit.
+        voltage: Available between the terminals if no effect provides it [V]; infinite: no limit.
     """
 
     motor: Motor

@@ -74,7 +74,7 @@ class Own:
     bus_voltage: float = 0.0
     bus_voltage_rate: float = 0.0
     slope: float = 0.0  # of the voltage over the last fixed step [V/s]
-    trial: float = 0.0  # mean voltage that the drives are told of a step [V]
+    trial: float = 0.0  # mean voltage of a step that the drives use [V]
     # that of the try before, and by how much it was too low [V]
     last: float = 0.0
     off: float = 0.0
@@ -141,7 +141,7 @@ def _settle(t: Any, h: Any, own: Any, scene: Any) -> None:
     change, mean = abs(end - volts), 0.5 * (volts + end)
     if change > 0.0:
         world.longest = min(world.longest, MOST_CHANGE * h * max(volts, MOST_CHANGE * own.voltage) / change)
-    # The more voltage the drives are told, the more they take, and the less is left: what was told is bracketed.
+    # The higher the voltage that the drives use, the more they draw and the less is left: the solution is bracketed.
     if abs(mean - own.trial) <= AGREED * own.voltage:
         return
     world.again = 1

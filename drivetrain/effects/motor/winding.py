@@ -53,7 +53,7 @@ def _make(own: Any, resistance: float, h: float) -> None:
 def _now(own: Any, constant: float, speed: float) -> float:
     """The current at an instant.
 
-    The state follows a back-emf that is held over each step, half a step late; who looks at an instant is told what it
+    The state follows a back-emf that is held over each step, half a step late; at an instant the output is what it
     comes to where the back-emf goes on as the speed does. Before the first step it is the state.
     """
     return own.current + (own.end - 2.0 * own.mean) * constant * (speed - own.middle)
@@ -99,7 +99,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 
 def inductance_faults(effect: Any) -> list[Fault]:
-    """A motor whose sheet tells no inductance."""
+    """A motor whose data sheet gives no inductance."""
     if (effect.motor.inductance or 0.0) > 0.0:
         return []
     place, hint = f"{type(effect).__name__}.motor", "MotorCurrent is the motor without inductance"

@@ -212,7 +212,7 @@ def _chord(rotor: Any, rate: float, torque: float, expected: float) -> float:
         own, other = slow, fast
     again = abs(own.rate) < math.inf
     own.rate, own.expected, own.off = rate, expected, torque - expected
-    if not slow.rate < fast.rate:  # other springs have moved on: what was tried before says nothing any more
+    if not slow.rate < fast.rate:  # other springs have moved on: earlier trials no longer count
         other.rate = -math.inf if too_fast else math.inf
     if not abs(other.rate) < math.inf:
         return -1.0

@@ -151,7 +151,7 @@ def move_bodies(run: Run, t: float) -> None:
 
 @part
 def show_bodies(run: Run) -> None:
-    """Tell effects what mass matrix and bias are, and the tip where it looks."""
+    """Provide mass matrix and bias to effects, and the pose of the tip if it is used."""
     coordinates, pairs, joints, c = coordinates_of(run), pairs_of(run), joints_of(run), world_of(run).coordinates
     mass = rows_of(run, AT.mass, c, c)
     for i in range(c):  # for effects, as a plain matrix

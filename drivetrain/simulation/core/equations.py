@@ -355,7 +355,7 @@ def _along(
     address: int, times: Array, numbers: Array, nothing: Array, parts: Any, moved: Any, commanded: Any, wanted: Any,
     rows: Array,
 ) -> None:  # fmt: skip
-    """Fill a row an instant: a first look tells the command, a second all else with the motion on it."""
+    """Fill a row an instant: a first pass provides the command, a second everything else of that motion."""
     at = nothing.ctypes.data
     for k in range(len(times)):
         for _ in range(2):

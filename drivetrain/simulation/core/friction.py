@@ -137,7 +137,7 @@ def _correct_stuck(coordinates: Any, pairs: Any, h: float, i: int, load: float) 
 
 @part
 def _correct_sliding(one: Any, load: float) -> bool:
-    """Whether a sliding coordinate does not go on as its mode says; the mode is changed."""
+    """Whether a sliding coordinate leaves its mode; the mode is changed."""
     dry = one.dry
     one.margin = (one.relative + one.change) * dry.mode
     if one.margin < 0.0 and not dry.given:
@@ -152,7 +152,7 @@ def _correct_sliding(one: Any, load: float) -> bool:
 
 @part
 def _correct(coordinates: Any, pairs: Any, h: float, single: bool) -> int:
-    """Change the modes that the answer contradicts, and tell how many."""
+    """Change the modes that the answer contradicts; returns how many."""
     c, corrected = len(coordinates), 0
     for i in range(c):
         one = coordinates[i]

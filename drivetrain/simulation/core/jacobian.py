@@ -3,7 +3,7 @@
 Which rates hang on which states follows from what the effects of a plan say they read and write. Accelerations all hang
 together through the inertia, so in the Jacobian of an arm hardly a state can be moved together with another. The
 torques behind them do not: a current moves its own motor, a twist its own link and motor. So the rows of accelerations
-stand here for those of the torques: inertia times accelerations tells which came from which state, and the factors of
+stand here for those of the torques: inertia times accelerations gives which came from which state, and the factors of
 the inertia, left behind by the undisturbed rates, spread each over all accelerations again. Of what changes the inertia
 itself every state is moved alone. Friction keeps its modes while this is done.
 

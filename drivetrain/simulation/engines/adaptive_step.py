@@ -68,7 +68,7 @@ from drivetrain.solvers.solver import Adaptive, Rodas4, Rodas5P, Solver
 AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is at rest
 TOGETHER = 1e-9  # of its friction: what is closer to its bound when another lets go does so too
 QUIET = 3e-8  # [rad/s^2 or m/s^2]: less beyond its bound a mesh does not let go; more than what comes to rest needs
-PUSH = 1e-300  # [rad/s]: the speed that tells in which direction a coordinate was pushed off
+PUSH = 1e-300  # [rad/s]: a speed that marks in which direction a coordinate was pushed off
 
 
 @part
@@ -173,7 +173,7 @@ def _opens(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     _own_states(run, x)
 
 
-ROOM = 20_000  # events told; more are counted
+ROOM = 20_000  # events stored; more are counted
 CHUNK = 20_000  # steps between two looks at the progress
 USUAL = 1e-6  # the rtol to which the states' own tolerances belong
 
@@ -185,7 +185,7 @@ class AdaptiveStep(Engine):
     Attributes:
         solver: Rodas5P or Rodas4, or, to compare with, another solver that runs compiled. Where one of these two has no
             absolute tolerances of its own, those of the plan's states are taken, in proportion to its relative one.
-        most_steps: After so many a run stops and says how far it has come; resumed, it may take as many again.
+        most_steps: After so many a run stops and reports how far it has come; resumed, it may take as many again.
     """
 
     solver: Solver = field(default_factory=Rodas5P)
@@ -226,7 +226,7 @@ class AdaptiveStep(Engine):
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """What stays the same from chunk to chunk, and a run's numbers, which the problem knows by addresses."""
+    """What stays the same from chunk to chunk, and a run's numbers, which the problem refers to by addresses."""
 
     numbers: Array
     problem: CompiledProblem
@@ -237,7 +237,7 @@ class _Run:
     most_steps: int
 
     def looped(self, plan: Plan, options: RunOptions, resume: Checkpoint | None) -> Outcome:
-        """Integrate chunk by chunk, and tell how far it has come."""
+        """Integrate chunk by chunk, and report progress."""
         stopped, end = None, plan.scene.duration
         most_steps = self.most_steps + (0 if resume is None else int(resume.run["count"]["steps"][0]))
         while True:
@@ -353,7 +353,7 @@ def _outcome(done: CompiledSolution, plan: Plan, numbers: Array, stopped: Event 
 def _checkpoint(kept: dict[str, Array], plan: Plan, run: _Run) -> Checkpoint:
     """Where an earlier run was, in terms of this one."""
     size, own = plan.memory.moving, kept["run"].copy().view(at.RUN)
-    # Segments and rows count from here; the first row is where the earlier run ended, and is not told again.
+    # Segments and rows count from here; the first row is where the earlier run ended, and is not stored again.
     own["count"]["segment"], own["count"]["rows"] = 0, 1
     rows = np.zeros((len(run.times), run.problem.hooks.width if run.problem.hooks else size))
     states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size + 1, size)

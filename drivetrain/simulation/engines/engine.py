@@ -13,7 +13,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event, Series
 
-Progress = Callable[[float], bool | None]  # told the share done [-]; False stops the run
+Progress = Callable[[float], bool | None]  # called with the share done [-]; False stops the run
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +21,7 @@ class RunOptions:
     """What is wanted of a run."""
 
     interval: float  # between two recorded instants [s]
-    progress: Progress | None = None  # told how far the run has come; None: nobody
+    progress: Progress | None = None  # called with the progress of the run; None: not shown
     resume: dict[str, Any] | None = None  # what an earlier run kept, by name; None: from the start
     # states at the start that are given, by name [their own units]; all others are in equilibrium
     start: Mapping[str, float] = field(default_factory=dict)

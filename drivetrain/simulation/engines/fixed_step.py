@@ -59,7 +59,7 @@ from drivetrain.solvers.solver import check_positive
 DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS, APART = range(7)  # why the kernel came back
 SLACK = 1e-9  # of a step: what rounding may leave
 BEYOND = 1e60
-MOST_TRIES = 30  # of a step, for effects that must tell something else
+MOST_TRIES = 30  # of a step, for effects that must provide another value
 SHORTEST = 1.0 / 4096.0  # of a step, for effects that cannot follow a longer one
 MUCH_SHORTER = 0.8  # of a step: it is parted
 
@@ -172,8 +172,8 @@ def _next_node(run: Run, clock: Any, breaks: Any) -> float:
 def _solve(run: Run, t: float, h: float, theta: float) -> int:
     """Solve a step, and ask its powers; how many solutions it took, negative where there is none.
 
-    The first guess are the speeds of the middle, if the last accelerations go on. Effects that told something which
-    does not fit what came of it tell something else, until it does.
+    The first guess are the speeds of the middle, if the last accelerations go on. Effects whose provided value
+    does not fit the result provide another one, until it does.
     """
     coordinates, world, total = coordinates_of(run), world_of(run), 0
     for tries in range(MOST_TRIES):
@@ -289,7 +289,7 @@ def advance() -> Any:
 
 DOUBLES, ADDRESSES = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_void_p)
 NUMBERS = 2**22  # of the rows of a chunk, at most
-EVENTS = 4096  # a chunk; more are counted, not told
+EVENTS = 4096  # a chunk; more are counted, not stored
 MOST_STEPS = 1e11
 CHUNK = 20000  # steps between two looks at the progress
 

@@ -129,7 +129,7 @@ def _mechanical(one: Instance) -> bool:
 
 
 def _demands(passive: Plan, times: Array) -> dict[str, Array]:
-    """All that the passive effects and the mechanics tell along the command; commands are those of the coordinates."""
+    """All outputs of the passive effects and the mechanics along the command; commands are those of the coordinates."""
     joints, n, memory = passive.scene.joints, passive.body.n, passive.memory
     bound = () if passive.body.coupled is None else passive.body.coupled.shafts
     found: dict[str, Any] = {
@@ -149,7 +149,7 @@ def _demands(passive: Plan, times: Array) -> dict[str, Array]:
 
 
 def _coordinate(joint: str, name: str, bound: bool) -> str:
-    """Name of what a joint's coordinate is told or tells: its shaft's where motors are coupled."""
+    """Name of the signals of a joint's coordinate: its shaft's where motors are coupled."""
     if name in COMMANDED:
         return f"{joint}.shaft_{name}" if bound else f"{joint}.{name}"
     return f"{joint}.{name}" if bound or not name.startswith("shaft_") else ""

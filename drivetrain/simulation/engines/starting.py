@@ -79,7 +79,9 @@ def _put_given(plan: Plan, numbers: Array, given: Mapping[str, float]) -> None:
 
 
 class _Known(Mapping[str, float]):
-    """Signals by name, looked up one by one: of hundreds an effect asks for three. And what only a start tells."""
+    """Signals by name, looked up one by one: of hundreds an effect asks for three. And signals that exist only at
+    the start.
+    """
 
     def __init__(self, places: Mapping[str, int], values: Array) -> None:
         self._places, self._values = places, values

@@ -57,7 +57,7 @@ class ClosedLoops:
     ends: Any
     joints: NDArray[np.int64]  # of the whole linkage, by row; -1 less the coordinate of a rotor on its own
     screws: Array  # of the joints by row, (e, 6)
-    spread: Array  # rows a unit of each coordinate, where these alone tell it, (e, c)
+    spread: Array  # rows a unit of each coordinate, where these alone determine it, (e, c)
     felt: NDArray[np.int64]  # row whose turning the motor of each coordinate feels, (c,)
 
     def put(self, put: Callable[[Any, bool, str], Any]) -> None:

@@ -96,7 +96,7 @@ class _Block:
 
 @cache
 def changing_numbers(described: type) -> list[bool]:
-    """Which numbers of a dataclass's record change: those with a default; a dataclass in it tells of its own."""
+    """Which numbers of a dataclass's record change: those with a default; a dataclass in it is treated alike."""
     hints, record, found = get_type_hints(described), record_type(described, INTEGERS), []
     for field in (one for one in fields(described) if one.name in record.names):
         inner = record[field.name]
@@ -321,8 +321,8 @@ def _sampled(groups: Sequence[Group]) -> Iterable[tuple[Group, float]]:
 def _repeated(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Group]:
     """Effects between gear and link or at the tip, where any of them has pieces within a step; else none.
 
-    They are asked again with what the step has come to, so they alone may set what they set, and nobody else may need
-    it.
+    They are asked again with what the step has come to, so they alone may set what they set, and no other effect may
+    need it.
     """
     if not any(one.effect.piecewise() for one in instances):
         return []
@@ -345,7 +345,7 @@ def _columns(
 
 
 def recorded_signals(places: Mapping[str, int], known: Directory) -> list[str]:
-    """Names worth recording: no sums that nobody contributes to, no constants that nobody provides.
+    """Names worth recording: no sums without contributions, no constants without a provider.
 
     First what the mechanics show, then what effects provide, what the mechanics take, what effects take.
     """

@@ -159,8 +159,8 @@ def plan(scene: Scene) -> Plan:
         The plan.
 
     Raises:
-        InputError: Signals that nobody gives or two set, loops, mechanics that contradict themselves, joints without
-            inertia, meshes that jam, samples too fast to wait for.
+        InputError: Signals that no effect provides or two set, loops, mechanics that contradict themselves, joints
+            without inertia, meshes that jam, samples too fast to wait for.
     """
     if not isinstance(scene, Scene):
         raise InputError(Fault("scene", "must be a scene", type(scene).__name__, "scene_of makes one of a study"))
@@ -174,7 +174,7 @@ def plan(scene: Scene) -> Plan:
     _check_meshes_alone(instances)
     _check_belts(instances, body)
     known = directory(instances, whole, [i in body.springs for i in range(body.n)])
-    groups, accounts = ordered(instances), ordered(instances, told=True)
+    groups, accounts = ordered(instances), ordered(instances, outputs=True)
     memory = lay_out(groups, accounts, body, known, scene.joints)
     scales = [(one.title, scale) for one in instances for scale in one.effect.time_scales(one.place)]
     inertia = _inertia(memory, body, scene)
@@ -256,7 +256,7 @@ def _check_periods(instances: Sequence[Instance], scene: Scene) -> None:
 
 
 def _check_shafts(instances: Sequence[Instance]) -> None:
-    """That what rubs where motors are coupled rubs at the shafts: a joint there has no coordinate of its own."""
+    """Friction of coupled motors acts at the shafts: a joint there has no coordinate of its own."""
     faults = []
     for one in instances:
         own = {signal.name for signal in one.ports.contributes} & {JOINT_HOLD_FORWARD.name, SURFACE_SPEED.name}

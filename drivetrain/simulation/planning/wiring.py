@@ -46,7 +46,7 @@ class Directory:
     units: dict[str, str] = field(default_factory=dict)  # by full name
     givers: dict[str, str] = field(default_factory=dict)  # who alone sets it; ``motion and forces`` for the mechanics
     adders: dict[str, list[str]] = field(default_factory=dict)  # who add to it
-    defaults: dict[str, float] = field(default_factory=dict)  # values of needs that nobody gives
+    defaults: dict[str, float] = field(default_factory=dict)  # values of needs that no effect provides
     powers: dict[str, Role] = field(default_factory=dict)  # roles of the powers [W]
     stores: list[str] = field(default_factory=list)  # stored energies [J]
 
@@ -174,11 +174,11 @@ def _enter(one: Instance, known: Directory, faults: list[Fault]) -> None:
             known.powers[name] = signal.role
 
 
-def ordered(instances: Sequence[Instance], *, told: bool = False) -> list[Group]:
+def ordered(instances: Sequence[Instance], *, outputs: bool = False) -> list[Group]:
     """The effects in groups, each after all that set what it needs."""
     sets: dict[str, list[Instance]] = {}
     for one in instances:
-        for name in one.outputs if told else (*one.provides, *one.contributes):
+        for name in one.outputs if outputs else (*one.provides, *one.contributes):
             sets.setdefault(name, []).append(one)
     before = {
         id(one): {id(giver) for name in one.needs for giver in sets.get(name, ()) if giver is not one}
