@@ -55,7 +55,7 @@ def checked_number(value: Any, name: str, unit: str, *, above: float = -LARGEST,
 def checked_numbers(
     named: Mapping[str, tuple[Any, str]], *, above: float = -LARGEST, least: float = -LARGEST
 ) -> list[float]:
-    """Several numbers of one range, every one that is wrong told at once."""
+    """Several numbers of one range, all faults reported at once."""
     faults = Faults()
     numbers = [
         faults.attempt(checked_number, value, name, unit, above=above, least=least)

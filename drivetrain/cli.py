@@ -68,7 +68,7 @@ def main() -> None:
         app()
     except SystemExit as end:
         code = end.code
-    except Exception as error:  # a broken installation, mostly: commands tell their own
+    except Exception as error:  # a broken installation, mostly: commands report their own
         code = failure(error)
     try:
         sys.stdout.flush()

@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-# Characters that command a terminal or turn text round, and halves of characters that no encoding knows.
+# Characters that command a terminal or turn text round, and lone surrogates.
 _COMMANDS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
-_LONGEST = 200  # characters of a value or a place, as told; of a sentence ten times that
+_LONGEST = 200  # characters of a value or a place, as shown; of a sentence ten times that
 _T = TypeVar("_T")
 LARGEST = 1e60  # of any number that comes in, in SI: far beyond all machines, and its fifth power is still a number
 
@@ -28,7 +28,7 @@ class PhysicsWarning(UserWarning):
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing wrong with the input, told so that it can be fixed.
+    """One fault of the input, described so that it can be fixed.
 
     Attributes:
         place: Where it stands: a path such as ``joints.elbow.gear`` or ``row 12, column Kt [mNm/A]``.
@@ -73,7 +73,7 @@ class InputError(DrivetrainError, ValueError):
 
 
 class Faults:
-    """Collects the faults of several checks, so that all are told at once; ``file`` is where they stand, if any."""
+    """Collects the faults of several checks, so that all are reported at once; ``file`` is where they stand, if any."""
 
     def __init__(self, file: str = "") -> None:
         self.found: list[Fault] = []

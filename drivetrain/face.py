@@ -93,7 +93,7 @@ def _guard(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def misused(function: Callable[..., Any], args: tuple[Any, ...], named: dict[str, Any]) -> list[Fault]:
-    """What is wrong with the names and the kinds of a call's arguments; what cannot be told is taken for right."""
+    """What is wrong with the names and the kinds of a call's arguments; what cannot be checked is accepted."""
     signature, called = inspect.signature(function), function.__qualname__.removesuffix(".__init__")
     known = list(signature.parameters)
     spreads = any(one.kind is one.VAR_KEYWORD for one in signature.parameters.values())
@@ -124,7 +124,7 @@ def misused(function: Callable[..., Any], args: tuple[Any, ...], named: dict[str
 
 
 def _is(value: Any, hint: Any) -> bool:
-    """Whether a value is of an annotated kind, as far as a look at it tells."""
+    """Whether a value is of an annotated kind, as far as that can be seen."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
         return any(_is(value, one) for one in inner)

@@ -68,7 +68,7 @@ def kept() -> bool:
 
 
 def _numba() -> Any:
-    """The compiler, which knows every law."""
+    """The compiler, with every law registered."""
     import numba
 
     _register()

@@ -182,7 +182,7 @@ def _values(value: Any, name: str) -> Array:
 
 
 def _all_values(named: dict[str, Any]) -> list[Array]:
-    """Finite numbers, every fault of all of them told at once."""
+    """Finite numbers, all faults reported at once."""
     faults = Faults()
     arrays = [faults.attempt(_values, value, name) for name, value in named.items()]
     faults.raise_any()

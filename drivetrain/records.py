@@ -1,4 +1,4 @@
-"""Numbers of a description as a numpy record, for compiled code: ``motor.resistance``, and NaN where nobody knows.
+"""Numbers of a description as a numpy record, for compiled code: ``motor.resistance``, and NaN if unknown.
 
 A description is a dataclass. Its record has eight bytes for every number, a record for every dataclass and a row for
 every array in it, under the same names; texts stay outside. A law takes either, as long as it does not compute with
@@ -23,7 +23,7 @@ _NUMBERS = (float, float | None, int | None)
 
 @law
 def known(value: Any) -> Any:
-    """Whether somebody says it."""
+    """Whether a value is given: neither None nor NaN."""
     return not (value is None or math.isnan(value))
 
 
@@ -35,7 +35,7 @@ def known_or(value: Any, otherwise: Any) -> Any:
 
 @cache
 def record_type(described: type, whole: Any = np.float64) -> Any:
-    """The record of a dataclass, whose arrays tell their lengths: ``Annotated[Array, 3]``; ``whole``: of integers."""
+    """The record of a dataclass, whose arrays state their lengths: ``Annotated[Array, 3]``; ``whole``: of integers."""
     hints, annotated, columns = get_type_hints(described), get_type_hints(described, include_extras=True), []
     for name in (field.name for field in fields(described)):
         hint = hints[name]

@@ -347,7 +347,7 @@ def _check_range(value: float, unit: str, minimum: float | None, maximum: float 
 
 
 def quantities(value: Any, unit: str, place: str, n: int | None = None) -> NDArray[np.float64]:
-    """The SI vector that "[0, 0, 60] mm" or ["0 mm", "0 mm", "60 mm"] stands for; every faulty entry is told."""
+    """The SI vector that "[0, 0, 60] mm" or ["0 mm", "0 mm", "60 mm"] stands for; every faulty entry is reported."""
     entries = _entries(value)
     example = f"[{', '.join(['0'] * (n or 3))}]" + (f" {unit}" if unit not in PURE else "")
     if entries is None or (n is not None and len(entries) != n):

@@ -214,7 +214,7 @@ def _clear(place: Path) -> None:
 
 
 def _alive(process: int) -> bool:
-    """Whether a process runs, as far as the system tells without ending it."""
+    """Whether a process runs, as far as the system shows without ending it."""
     if os.name != "posix":
         return True
     try:

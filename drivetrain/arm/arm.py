@@ -205,7 +205,7 @@ class Arm:
             speed_limits: [rad/s or m/s], (n,). None: unknown, infinite.
             name: What to call the arm.
             notes: What the reader of a report should know.
-            check_inertias: Whether to warn of inertias that no body can have; False for a caller who has told.
+            check_inertias: Whether to warn of inertias that no body can have; False if the caller has done so.
 
         Returns:
             The arm.
@@ -383,7 +383,7 @@ def _names(names: Sequence[str] | None, n: int, kind: str, faults: Faults) -> tu
 
 
 def _nearest_points(home: Array, screws: Array) -> Array:
-    """Where the joints sit when nobody says: on the axis, abreast of the link's centre of mass."""
+    """Default positions of the joints: on the axis, abreast of the link's centre of mass."""
     centres = home[:, :3, 3]
     points = [axis_point(s, c) if s[:3].any() else c for s, c in zip(screws, centres, strict=True)]
     return read_only(np.array(points))

@@ -89,7 +89,7 @@ def with_payload(arm: Arm, mass: float, com: Any, inertia: Any) -> Arm:
 
 
 def on_moving_base(arm: Arm) -> Arm:
-    """The arm on a vehicle, a ship or a gantry that moves as it is told: six joints without mass before its own.
+    """The arm on a vehicle, a ship or a gantry with a prescribed motion: six joints without mass before its own.
 
     The first three slide along x, y and z of the ground, the next three turn the base about its z, y and x axis (yaw,
     pitch, roll). Give them the motion of the base; what is asked of them is what the base must bear. For a track or a

@@ -115,7 +115,7 @@ def _table_arm(name: str, tip: str | None, gravity: Any) -> Arm:
         joint_names=data["joint_names"],
         name=name,
         notes=[*data["notes"], "source: " + data["source"]],
-        check_inertias=False,  # told below, in the notes
+        check_inertias=False,  # reported below, in the notes
     )
     if "payload" in data:
         arm = with_payload(arm, data["payload"]["mass"], data["payload"]["com"], np.zeros((3, 3)))

@@ -112,7 +112,7 @@ def with_closures(arm: Arm, closures: Sequence[Closure], passive: Sequence[str] 
 
     Returns:
         An arm of the driven joints: the arm's own in their order, then those of the linkages. Positions of driven
-        joints tell all others. ``inverse_dynamics``, ``drive_torques``, ``joint_loads``, ``evaluate`` and
+        joints determine all others. ``inverse_dynamics``, ``drive_torques``, ``joint_loads``, ``evaluate`` and
         ``simulate`` know such an arm; what does not know it says so.
 
     Raises:

@@ -22,7 +22,7 @@ def with_rotors(
 ) -> Arm:
     """The arm with these rotors, in place of any it had.
 
-    Where a rotor leaves a choice open it is settled here, as the docstring of Rotor tells; the arm then holds
+    Where a rotor leaves a choice open it is settled here, see the docstring of Rotor; the arm then holds
     MountedRotors with concrete home, screw, carrier and tensor. A scalar inertia J becomes ``J u u^T`` with u the
     spin axis in the rotor frame: about the spin axis alone, nothing across it.
 

@@ -138,7 +138,7 @@ def export(
         str | None, typer.Option(metavar="NAME", help="Of --to fmu, whose drive it is.", show_default=False)
     ] = None,
     springs: Annotated[
-        bool, typer.Option("--springs", help="Of --to fmu: the gear's spring and backlash, where its row tells them.")
+        bool, typer.Option("--springs", help="Of --to fmu: the gear's spring and backlash, if its row gives them.")
     ] = False,
 ) -> bool:
     """Write the arm with the drives that the study names or selects for another tool, and say what its format loses."""

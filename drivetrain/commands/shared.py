@@ -1,7 +1,7 @@
-"""What every command shares: its shape, faults told as a list, lines on the terminal, progress, exit codes.
+"""What every command shares: its shape, faults reported as a list, lines on the terminal, progress, exit codes.
 
-A command is a function under ``command``: ``inputs`` reads all that it is given, so that every fault is told at once;
-then comes its own work; what it returns is whether the drives fit.
+A command is a function under ``command``: ``inputs`` reads all that it is given, so that all faults are reported at
+once; then comes its own work; what it returns is whether the drives fit.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def command(function: Callable[..., bool | None]) -> Callable[..., None]:
 
 
 def inputs(*reads: Callable[[], Any], out: Path | None = None) -> list[Any]:
-    """What the functions read, in their order, and whether ``out`` can be written: the faults of all told at once."""
+    """What the functions read, in their order, and whether ``out`` can be written: all faults are reported at once."""
     from drivetrain.errors import Faults
 
     faults = Faults()
@@ -115,7 +115,7 @@ def report_faults() -> Iterator[None]:
 
 
 def failure(error: Exception) -> int:
-    """One line about what nobody expected, or the traceback where it is wanted; the exit code."""
+    """Report an unexpected error in one line, or with its traceback if wanted; returns the exit code."""
     if isinstance(error, BrokenPipeError):  # such as `| head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return NOBODY_READS

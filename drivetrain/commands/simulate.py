@@ -265,7 +265,7 @@ def _given(text: str | None, scene: Plan) -> str | dict[str, float]:
 
 @contextmanager
 def _share(text: str) -> Iterator[Callable[[float], None]]:
-    """Progress of a run, told by the share of its time that is done."""
+    """Progress of a run as the share of its time that is done."""
     with working(text) as step:
         yield lambda share: step(round(100.0 * share), 100, text)
 

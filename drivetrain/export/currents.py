@@ -66,7 +66,7 @@ def current_scales(
         By joint name.
 
     Raises:
-        InputError: An unknown scale or basis, a joint whose full scale nobody states.
+        InputError: An unknown scale or basis, a joint without a stated full scale.
 
     Reference:
         CiA 402 (IEC 61800-7-201): target torque over 1000 is its share of the motor rated torque [mN m]. Drives

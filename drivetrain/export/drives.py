@@ -34,12 +34,12 @@ class DriveData:
     joint: str  # its name
     ratio: float  # rotor angle over that of the shaft [-], or over its travel [rad/m]
     rotor_inertia: float  # of rotor and gear input [kg m^2]
-    # of the warm motor [N m/A], [ohm], [H]; 0 where nobody knows the last
+    # of the warm motor [N m/A], [ohm], [H]; 0 if the last is unknown
     constant: float
     resistance: float
     cold_resistance: float  # at the motor's reference temperature [ohm]
     inductance: float
-    # largest at the terminals [V], [A], and of the motor's torque [N m]; infinite where nobody states the last two
+    # largest at the terminals [V], [A], and of the motor's torque [N m]; infinite if the last two are not stated
     volts: float
     current: float
     torque: float
@@ -47,13 +47,13 @@ class DriveData:
     # speeds of motor and gear [N m or N], [rad/s or m/s]
     effort: float
     speed: float
-    continuous: float  # largest for ever [N m or N]; NaN where nobody knows
+    continuous: float  # largest for ever [N m or N]; NaN if unknown
     # friction of joint and motor, the gear's drag at the mean speed of the cycle among it [N m or N], [N m s/rad or N
     # s/m]
     coulomb: float
     viscous: float
     # from winding to housing: resistance [K/W], capacity [J/K], coefficient of copper [1/K] at the reference
-    # temperature [C] of the resistance, and the housing's temperature [C]; None where nobody knows
+    # temperature [C] of the resistance, and the housing's temperature [C]; None if unknown
     thermal: tuple[float, float, float, float, float] | None
 
 
@@ -62,7 +62,7 @@ def exported(
 ) -> tuple[Arm, list[DriveData]]:
     """The arm with its drives and a payload, rotors at the level ``reflected``, and what is known of the drives.
 
-    ``shared``, ``closed``: whether the format knows two motors on an axis, and closed loops.
+    ``shared``, ``closed``: whether the format supports two motors on an axis, and closed loops.
     """
     study = evaluation.study
     if study.arm is None:

@@ -171,7 +171,7 @@ def axis_of(evaluation: Evaluation, joint: str, *, springs: bool = False) -> Axi
 
     Raises:
         InputError: An unknown joint; one whose motor is coupled with others; a load table without ``load_inertia``;
-            springs of a gear whose row tells none.
+            springs of a gear whose row gives none.
     """
     study = evaluation.study
     names = [task.name for task in study.joints]
@@ -183,9 +183,7 @@ def axis_of(evaluation: Evaluation, joint: str, *, springs: bool = False) -> Axi
         problem = "shares joints with other motors: an FMU holds one motor at one joint"
         raise InputError(Fault(f"joints.{joint}", problem))
     if springs and (drive.gear.stiffness_1 is None or task.travel_per_turn is not None):
-        problem = (
-            "is not told by the row of its gear" if task.travel_per_turn is None else "is not simulated at a slide"
-        )
+        problem = "is not in the row of its gear" if task.travel_per_turn is None else "is not simulated at a slide"
         raise InputError(Fault(f"joints.{joint}", f"{problem}: the stiffness of its spring", drive.gear.key))
     return Axis(
         joint, drive.motor, drive.gear, drive.joint_friction, drive.motor_friction, judged.amplifier,
@@ -245,7 +243,7 @@ class AxisRun:
         self.time = 0.0  # since the start [s]
 
     def run(self, inputs: Mapping[str, float], end: float) -> dict[str, float]:
-        """Go on to an instant [s] and tell the outputs there; ``inputs`` hold until then."""
+        """Go on to an instant [s] and return the outputs there; ``inputs`` hold until then."""
         outcome = self._to(inputs, end)
         if outcome.stopped_by is not None:
             raise ArithmeticError(f"{outcome.stopped_by.name}: {outcome.stopped_by.detail}")
@@ -281,7 +279,7 @@ def write_fmu(evaluation: Evaluation, path: str | Path, *, joint: str, springs: 
         evaluation: Of a set of drives.
         path: Of the file, ending in .fmu.
         joint: Name of the joint, or a part that no other has.
-        springs: Whether the gear gives way: its spring with 2 % of critical damping, its backlash where the row tells
+        springs: Whether the gear gives way: its spring with 2 % of critical damping, its backlash if the row gives
             one.
 
     Returns:

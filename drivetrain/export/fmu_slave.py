@@ -15,7 +15,7 @@ from drivetrain.version import __version__
 
 
 class DriveSlave(Fmi2Slave):
-    """The drive of one axis, as the file of its axis tells it."""
+    """The drive of one axis, read from the file of its axis."""
 
     held: ClassVar[list[Any]] = []
 
@@ -64,7 +64,7 @@ class DriveSlave(Fmi2Slave):
         return True
 
     def to_xml(self, model_options: dict[str, str] | None = None) -> ElementTree.Element:
-        """The model's description; units and what the standard wants told of the start are put in here."""
+        """The model's description; units and what the standard requires about the start are put in here."""
         root = super().to_xml(model_options or {})
         units = ElementTree.Element("UnitDefinitions")
         for unit in sorted({*self.units.values()} - {"1"}):

@@ -122,7 +122,7 @@ def write_physx(evaluation: Evaluation, path: str | Path) -> tuple[str, ...]:
 
 
 def _envelope(drive: DriveData) -> dict[str, Any]:
-    """Numbers, null where nobody knows."""
+    """Numbers, null if unknown."""
     size, ohms = drive.constant * abs(drive.ratio), drive.resistance
     numbers = {
         "max_effort": drive.effort,

@@ -1,8 +1,8 @@
 """What a URDF can hold of an arm's rotors: ratio and axial inertia of each, the rest of them as part of the links.
 
-A reader that knows the rotor tags puts a rotor on its joint's axis, carried by the link before. A balanced rotor that
-is parallel to that axis and on that link moves the arm as such a one does, once its mass and its inertia across the
-axis are counted with the link; so it is written without loss. Of any other rotor URDF holds the reflected inertia
+A reader that supports the rotor tags puts a rotor on its joint's axis, carried by the link before. A balanced rotor
+that is parallel to that axis and on that link moves the arm as such a one does, once its mass and its inertia across
+the axis are counted with the link; so it is written without loss. Of any other rotor URDF holds the reflected inertia
 alone.
 """
 

@@ -117,7 +117,7 @@ def required_text(check: Check, shown: str, unit: str = "") -> str:
 
 
 def digits_near_limit(utilisation: float | None) -> int:
-    """How many digits tell the two numbers of a check apart."""
+    """How many digits distinguish the two numbers of a check."""
     return 5 if utilisation is not None and 0.99 < utilisation < 1.01 else 3
 
 

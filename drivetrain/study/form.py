@@ -89,7 +89,7 @@ def attribute_words(kind: type) -> dict[str, str]:
 
 
 def _as_written(hint: Any, unit: str) -> Any:
-    """An annotation as a file takes it: dataclasses by their forms, numbers with the unit that the words tell."""
+    """An annotation as a file takes it: dataclasses by their forms, numbers with the unit of their description."""
     if is_dataclass(hint):
         return Annotated[hint, AsForm()]
     if hint is float:
@@ -120,7 +120,9 @@ Entry = Annotated[T, AsForm()]
 
 @dataclass(frozen=True)
 class Shaped:
-    """Says of a field of two kinds that these values are of the second one: faults are then told of one kind alone."""
+    """Says of a field of two kinds that these values are of the second one: faults are then reported for one kind
+    alone.
+    """
 
     values: Any  # types of Python
 

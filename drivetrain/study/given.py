@@ -222,7 +222,7 @@ def _samples(motion: Any, data: Mapping[str, Any], place: str) -> dict[str, str]
 
 
 def _joints(data: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Name and unit of each driven joint of the arm; none where it has faults, which are told with all others."""
+    """Name and unit of each driven joint of the arm; none where it has faults, which are reported with all others."""
     names = ("arm", "tip", "gravity", "drive_mass", "external_axes", "closures", "passive")
     stated = {name: data[name] for name in names if name in data}
     document = python_document({"schema_version": SCHEMA_VERSION, **stated})

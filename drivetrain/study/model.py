@@ -343,7 +343,7 @@ class Study:
         wanted: What selection minimises and must respect.
         tolerances: How far what is built may lie from these numbers.
         simulation: What a simulation of it holds, and how it is run.
-        trade_offs: What the report of a selection tells beside the best set.
+        trade_offs: What the report of a selection shows besides the best set.
         prices: In which currency.
         notes: Warnings raised while reading (arm, motion, catalogue), for the report.
         document: What it was read from; None of one that was changed since.
@@ -441,7 +441,7 @@ class Study:
 
     @property
     def objective_unit(self) -> str:
-        """Its unit; empty for a price where nobody says the currency, and for a weighted sum."""
+        """Its unit; empty for a price without a stated currency, and for a weighted sum."""
         return {"mass": "kg", "energy": "J", "price": self.prices.currency}.get(self.objective, "")
 
 

@@ -171,7 +171,7 @@ def _check_ratios(form: StudyForm, ledger: Ledger) -> None:
 
 
 def _check_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) -> None:
-    """Lengths at the joints, and joints that no row may drive; those of one rule are told together."""
+    """Lengths at the joints, and joints that no row may drive; those of one rule are reported together."""
     idle: dict[tuple[Place, tuple[str, ...]], list[str]] = {}
     for task in joints:
         place: Place = ("joints", task.name if task.name in form.joints else DEFAULT)

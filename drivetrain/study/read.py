@@ -131,7 +131,7 @@ def resolve_wanted(form: StudyForm, names: Sequence[str], ledger: Ledger) -> Sel
 def resolve_trade_offs(
     form: StudyForm, cycle: Cycle | None, payloads: Mapping[str, Payload], ledger: Ledger
 ) -> TradeOffs:
-    """What the report shall tell beside the best set; no cycle where other faults keep it from being built."""
+    """What the report shows besides the best set; no cycle where other faults keep it from being built."""
     curves = form.selection.curves
     carried = () if cycle is None else cycle.payload_names
     # A payload that is missing here is one with faults of its own.

@@ -48,7 +48,7 @@ from drivetrain.study.parts.simulation import Simulation
 from drivetrain.study.parts.tolerances import Tolerances
 
 SCHEMA_VERSION = 1
-DEFAULT = "default"  # the entry of `joints` and of `motions` that holds where the others are silent
+DEFAULT = "default"  # the entry of `joints` and of `motions` that holds where the others give no value
 
 MountEntry = Annotated[Mount, AsForm(without=("joint",))]
 

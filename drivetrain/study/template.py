@@ -36,7 +36,7 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
     file = None if arm in builtin_names() else Path(arm)
     tip = tip_among_several(file) if file is not None and file.is_file() else None
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # told again, with the rest, when the study is read
+        warnings.simplefilter("ignore", PhysicsWarning)  # shown with the rest when the study is read
         loaded = load_arm(arm, tip=tip)
     if file is not None and not file.is_absolute():
         file = Path(os.path.relpath(file, folder or Path()))  # as the study names it

@@ -21,7 +21,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.study.document import Document, Place, compose_document, read_document
 from drivetrain.units import PURE, SI
 
-VERSION = "schema_version"  # which is told by itself, not measured
+VERSION = "schema_version"  # which is reported by itself, not measured
 SHIPPED = "shipped"
 
 

@@ -47,7 +47,7 @@ def run_sweep(
         out: Folder of the results; those of the same sweep that lie there are kept.
         workers: Processes of a cluster on this machine; 0: none, one point after another; None: one a core.
         scheduler: Address of a running dask scheduler, such as ``tcp://host:8786``, instead.
-        progress: Told how many shards are done, of how many.
+        progress: Called with the number of shards done, and of all.
 
     Returns:
         How many shards were computed, those found done not counted.

@@ -86,7 +86,7 @@ def checked_reduction(reader: Reader, text: str, place: str) -> float:
 
 @dataclass(frozen=True)
 class UrdfDrive:
-    """What a file says of one joint's drive; None where it is silent."""
+    """Data of one joint's drive in a file; None if missing."""
 
     damping: float | None = None  # viscous friction at the joint [N m s/rad or N s/m]
     friction: float | None = None  # Coulomb friction at the joint [N m or N]

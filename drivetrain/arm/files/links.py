@@ -1,4 +1,4 @@
-"""Arms from URDF files, read by ourselves: meshes are opened only to draw them, and what is not used is told.
+"""Arms from URDF files, read by ourselves: meshes are opened only to draw them, and what is not used is reported.
 
 Of the tree in a file the chain from a root to a tip is taken, with the bodies that ride on each of its links.
 """
@@ -37,7 +37,7 @@ def read_urdf(path: str | Path, *, tip: str | None = None, root: str | None = No
 
 
 def read_urdf_drives(path: str | Path) -> dict[str, UrdfDrive]:
-    """Friction, gear ratio and rotor inertia of a URDF file's movable joints, by name; None where it is silent."""
+    """Friction, gear ratio and rotor inertia of a URDF file's movable joints, by name; None if missing."""
     return read_model(Path(path)).drives
 
 

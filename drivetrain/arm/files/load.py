@@ -77,7 +77,7 @@ def _in_package(address: str) -> Path:
 
 
 def _with_stated_rotors(arm: Arm, drives: Mapping[str, UrdfDrive]) -> Arm:
-    """The arm with the rotors that its file states, told in its notes."""
+    """The arm with the rotors that its file states, listed in its notes."""
     rotors: list[Rotor | None] = []
     half_stated = []
     for name in arm.joint_names:
@@ -96,7 +96,7 @@ def _with_stated_rotors(arm: Arm, drives: Mapping[str, UrdfDrive]) -> Arm:
 
 
 def _with_stated_couplings(arm: Arm, couplings: Sequence[UrdfCoupling]) -> Arm:
-    """The arm with the couplings that its file states, told in its notes."""
+    """The arm with the couplings that its file states, listed in its notes."""
     matrix, notes, taken = np.eye(arm.n), [], set[str]()
     for one in couplings:
         pair = " and ".join(one.joints)

@@ -44,8 +44,8 @@ def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
     """The contents of an MJCF file, and its gravity [m/s^2].
 
     Raises:
-        InputError: Everything that cannot be read as an arm: balls, bodies whose inertia only their geoms tell, parts
-            in other files.
+        InputError: Everything that cannot be read as an arm: balls, bodies whose inertia follows only from their geoms,
+            parts in other files.
 
     Reference: MuJoCo, XML reference.
     """
@@ -127,7 +127,7 @@ def _body(reading: _Reading, element: ElementTree.Element, parent: str, above: A
     inherited, place = element.get("childclass", inherited), f"body {name}"
     frame = above @ _pose(reading, element, place)
     if float(reading.reader.numbers(element, "gravcomp", place, [0.0])[0]):
-        reading.notes.append(f"{place}: gravcomp not used: it is weight that somebody must carry")
+        reading.notes.append(f"{place}: gravcomp not used: the drives must carry that weight")
     joints = [*element.findall("joint"), *element.findall("freejoint")]
     for i, written in enumerate(joints or [None]):
         link = name if i + 1 == max(len(joints), 1) else f"{name}_{i + 1}"
@@ -172,7 +172,7 @@ def _joint(
     numbers = {one: float(reader.numbers(element, one, place, [0.0])[0]) for one in ("damping", "frictionloss")}
     reading.drives[name] = UrdfDrive(numbers["damping"] or None, numbers["frictionloss"] or None)
     if float(reader.numbers(element, "armature", place, [0.0])[0]):
-        reading.notes.append(f"joint {name}: armature not used, as no ratio tells the rotor's inertia")
+        reading.notes.append(f"joint {name}: armature not used, because the rotor's inertia needs a ratio")
     if float(reader.numbers(element, "stiffness", place, [0.0])[0]):
         reading.notes.append(f"joint {name}: its spring (stiffness) is not used: state it under counterbalances")
     return pose(point=-anchor)

@@ -22,7 +22,7 @@ REVOLUTE, PRISMATIC = ("revolute", "continuous"), ("prismatic",)
 MOVABLE = (*REVOLUTE, *PRISMATIC)
 REFUSED = ("floating", "planar")
 KINDS = (*MOVABLE, "fixed", *REFUSED)
-SIX = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # what a file tells of a symmetric tensor
+SIX = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # the entries of a symmetric tensor in a file
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""The XML of a robot description: parsed without namespaces, its numbers read, what nobody reads counted."""
+"""The XML of a robot description: parsed without namespaces, its numbers read, unused elements counted."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def read_document(path: Path) -> ElementTree.Element:
     except expat.ExpatError as error:
         place = f"line {error.lineno}, column {error.offset}"
         raise InputError(Fault(place, f"malformed XML: {expat.ErrorString(error.code)}", file=str(path))) from None
-    except (ValueError, LookupError) as error:  # an encoding that no one-byte table holds, or that nobody knows
+    except (ValueError, LookupError) as error:  # an encoding that no one-byte table holds, or an unknown one
         raise InputError(Fault("encoding", f"{error}; must be UTF-8", file=str(path))) from None
     root = builder.close()
     if root.tag not in ROOTS:
@@ -114,7 +114,7 @@ def _trusted(path: Path) -> bytes:
 
 
 class Reader:
-    """Reads numbers out of elements, notes every fault, and counts the tags and attributes that nobody reads."""
+    """Reads numbers out of elements, notes every fault, and counts unused tags and attributes."""
 
     def __init__(self, file: str) -> None:
         self.file = file
@@ -159,7 +159,7 @@ class Reader:
         return math.copysign(math.inf, value) if abs(value) >= UNLIMITED else value
 
     def count_ignored(self, element: ElementTree.Element, tags: Iterable[str], attributes: Iterable[str] = ()) -> None:
-        """Count the children and attributes of an element that nobody reads."""
+        """Count the unused children and attributes of an element."""
         known = set(tags)
         inside = f"<{element.tag}>/" if element.tag == "ros2_control" else ""
         self.ignored.update(f"{inside}<{child.tag}>" for child in element if child.tag not in known)

@@ -45,7 +45,7 @@ def drives_text(drives: dict[str, tuple[str, str]]) -> str:
 
 
 def front_charts(found: Front, chosen: DriveSet | None = None) -> tuple[Chart, ...]:
-    """A chart for every two criteria; a point tells its drives, the chosen set is marked."""
+    """A chart for every two criteria; a point shows its drives, the chosen set is marked."""
     names = found.names if len(found.names) > 1 else ("energy" if found.names[0] == "mass" else "mass", found.names[0])
     third = next((name for name in ("utilisation", "energy", "mass") if name not in names[:2]), "")
     shades = _criterion(found.points, third)

@@ -23,7 +23,7 @@ STRETCHES = 400  # of a long line, of each of which two points are kept
 INK = "#1f2a37"
 MUTED = "#64748b"
 FAINT = "#dfe5ec"
-# Okabe and Ito's palette, told apart by every common kind of colour blindness.
+# Okabe and Ito's palette, distinguishable with every common kind of colour blindness.
 BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9"
 JOINT_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILLION, SKY, "#7f6a3f", "#444444")
 # Instants from first to last: viridis without its yellow end, which is lost on white paper.
@@ -53,7 +53,7 @@ class Mark:
     dash: bool = False
     alpha: float = 1.0
     marker: str = "circle"  # in Bokeh's names
-    tips: Sequence[str] = ()  # told where the pointer is, one a point
+    tips: Sequence[str] = ()  # shown at the pointer, one a point
 
 
 @dataclass(frozen=True, eq=False)

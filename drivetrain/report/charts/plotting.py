@@ -70,7 +70,7 @@ def house_style(name: str) -> Iterator[None]:
 
 
 def svg_text(figure: Figure, label: str) -> str:
-    """A figure as an SVG element that tells what it shows; call it inside ``house_style``."""
+    """A figure as an SVG element with a description; call it inside ``house_style``."""
     out = io.StringIO()
     figure.savefig(out, format="svg", dpi=150, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = out.getvalue()

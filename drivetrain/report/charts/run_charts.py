@@ -255,7 +255,7 @@ def energy_charts(recording: Recording) -> tuple[Chart, ...]:
 
 
 def worst(row: EffectCost, tip: float) -> tuple[float, ...]:
-    """Largest signed change of each quantity over all joints [-], NaN where none tells one; tip: its whole [m]."""
+    """Largest signed change of each quantity over all joints [-], NaN if none has one; tip: its whole [m]."""
     columns = zip(*(_shares(change, tip) for change in row.changes.values()), strict=True)
     return tuple(
         max((v for v in column if not math.isnan(v)), key=abs, default=math.nan) for column in map(tuple, columns)

@@ -28,7 +28,7 @@ from drivetrain.sizing.results import Evaluation
 
 @dataclass(frozen=True, eq=False)
 class AccuracyFound:
-    """All that is told of what accuracy costs."""
+    """All results about the cost of accuracy."""
 
     evaluation: Evaluation
     effects: EffectCosts

@@ -192,7 +192,7 @@ def _assumed(assumption: GearAssumption | MotorAssumption, row: Gear | Motor, pa
 
 
 def _standstill(evaluation: Evaluation, briefly: bool) -> Group:
-    """Remarks that several joints share are told once here."""
+    """Remarks that several joints share are shown once here."""
     said: dict[str, list[str]] = {}
     for joint in evaluation.joints.values():
         for remark in joint.remarks:

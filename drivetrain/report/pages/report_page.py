@@ -219,7 +219,7 @@ def _joint(joint: JointResult, evaluation: Evaluation) -> dict[str, Any]:
 
 
 def _others(selection: Selection, rejected: pd.DataFrame, joint: str) -> dict[str, list[SheetTable]]:
-    """What only a selection knows of a joint: who else passes, and who failed by little."""
+    """What a selection adds for a joint: who else passes, and who failed by little."""
     study, found = selection.study, []
     catalog, worth = study.catalog, HEADINGS[study.objective]
 

@@ -16,7 +16,7 @@ from drivetrain.simulation.recording import UNACCOUNTED, Recording
 from drivetrain.sizing.results import Evaluation
 
 UNTRUSTED = (UNACCOUNTED, "verify")  # events by which a run says that it is not to be trusted
-MOST_EVENTS = 40  # told in the table; the recording holds them all
+MOST_EVENTS = 40  # shown in the table; the recording holds them all
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""What scatter means for the drives, as the report, the terminal and ``result.json`` tell it."""
+"""What scatter means for the drives, for the report, the terminal and ``result.json``."""
 
 from __future__ import annotations
 

@@ -166,7 +166,7 @@ def _front_tables(found: Front, chosen: DriveSet | None) -> tuple[SheetTable, ..
 
 
 def _drives_table(study: Study, first: str, title: str, sets: Iterable[dict[str, Pair]]) -> SheetTable:
-    """The drives of sets, joint by joint; what a set shares with the one above is not told again."""
+    """The drives of sets, joint by joint; what a set shares with the one above is not repeated."""
     names, rows, before = [task.name for task in study.joints], [], dict[str, Pair]()
     for index, drives in enumerate(sets, 1):
         cells = [
@@ -256,7 +256,7 @@ def curve_lines(found: OptimumCurve) -> list[str]:
 
 
 def _ends(piece: CurvePiece) -> tuple[str, str]:
-    """Both ends with as many digits as tell them apart."""
+    """Both ends with enough digits to distinguish them."""
     found = [(number(piece.low, digits), number(piece.high, digits)) for digits in (4, 5, 6, 7, 8, 9)]
     return next((ends for ends in found if ends[0] != ends[1]), found[0])
 

@@ -33,13 +33,13 @@ from drivetrain.study.model import JointTask, Safety, Study
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
 CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
-TITLES = {"key", "maker", "series", "part_number", "source"}  # of a row, told above its numbers
+TITLES = {"key", "maker", "series", "part_number", "source"}  # of a row, shown above its numbers
 MOST_SHOWN = 8  # candidates a list; the file rejected.csv holds them all
 
 
 @dataclass(frozen=True)
 class CheckRow:
-    """One check of one joint, or of the supply, as texts; ``information``: what a check without a verdict tells.
+    """One check of one joint, or of the supply, as texts; ``information``: the text of a check without a verdict.
 
     Utilisation and instant [s] stand there as numbers for sorting too, -1 where there is none.
     """

@@ -232,7 +232,7 @@ def _unpaired(rules: CandidatesForm, catalog: Catalog, motor: str, gear: str) ->
         return []
     row, wheel = catalog.motors[motor], catalog.gears[gear]
     if rules.pairs == "published" or not row.frameless:
-        return [f"nobody publishes that {motor} and {gear} fit each other"]
+        return [f"{motor} and {gear} are not published as a fitting pair"]
     rule = made(rules.frameless_rule)
     return [] if fits(row, wheel, rule) else [f"{motor} does not fit around {gear}: {_room(row, wheel, rule)}"]
 

@@ -219,8 +219,8 @@ def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: 
     arm, ledger, stop = around.arm, around.ledger, resolve_stop(around, form, place)
     assert arm is not None
     loops, moves = None if arm.linkage is None else arm.linkage.loops, around.form.base is not None
-    bears = form.output_bearing == "gear" and not arm.slides[index]
-    if loops is not None and loops.inside(loops.driven[index]) and bears:
+    on_gear = form.output_bearing == "gear" and not arm.slides[index]
+    if loops is not None and loops.inside(loops.driven[index]) and on_gear:
         problem = f"must be external at {arm.joint_names[index]}: how pins and bearings share the loads in a loop is "
         ledger.fault(
             (*place, "output_bearing"), problem + "not determined, so a gear's bearing cannot be checked there"
@@ -309,7 +309,7 @@ def _chain(form: JointForm, ledger: Ledger, place: Place) -> Chain | None:
 
 
 def _with_stages(around: Surroundings, name: str, pairs: Sequence[Pair], chain: Chain) -> tuple[Pair, ...]:
-    """Every pair with the stages behind its gear; of another joint's the key tells them apart."""
+    """Every pair with the stages behind its gear; the key distinguishes them from another joint's."""
     keys = {}
     for gear in dict.fromkeys(gear for _, gear in pairs):
         row = with_stages(around.catalog.gears[gear] if gear else NO_GEAR, chain)
@@ -356,7 +356,7 @@ def _candidates(around: Surroundings, form: CandidatesForm, place: Place) -> Fou
 
 
 def _drive(around: Surroundings, name: str, form: JointForm, place: Place) -> tuple[str, str] | None:
-    """The keys of a given drive; a pair that nobody publishes is allowed with a note."""
+    """The keys of a given drive; an unpublished pair is allowed with a note."""
     if form.drive is None:
         return None
     pair = known_pair(form.drive, around.catalog, around.ledger, (*place, "drive"))
@@ -407,7 +407,7 @@ def _contained(around: Surroundings, index: int, form: JointForm, place: Place) 
 
 
 def _load_inertia(around: Surroundings, form: JointForm, place: Place) -> float | None:
-    """What a joint without an arm turns; an arm knows it better."""
+    """What a joint without an arm turns; an arm overrides it."""
     if form.load_inertia is not None and around.arm is not None:
         around.ledger.fault((*place, "load_inertia"), "goes with studies without an arm: the arm says what it moves")
     return form.load_inertia

@@ -1,4 +1,4 @@
-"""What a study wants of a selection: objective, constraints, how far to search, and what to tell beside it."""
+"""What a study wants of a selection: objective, constraints, how far to search, and what else to report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sheets of a study: its catalogues, the rows written into it, and what it assumes where they are silent."""
+"""The sheets of a study: its catalogues, the rows written into it, and what it assumes where they give no value."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """What a study wants of its simulation, and the effects that it may add to it: any class of ``effects/`` by its name.
 
-Nothing else knows which effects can be added: a new file in ``effects/`` is a new name in study files. Of each field
+No other place lists the effects that can be added: a new file in ``effects/`` is a new name in study files. Of each
+    field
 the effect's own annotations and docstring say what it takes; the joint's motor and gear are taken from its drive.
 """
 

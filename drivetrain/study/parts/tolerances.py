@@ -1,7 +1,7 @@
 """How far the things that are built may lie from the numbers they were sized with; nothing is assumed by itself.
 
 A sheet's tolerance is a limit within which anything may lie, so a plain value is read as a uniform distribution over
-plus and minus that value. What was measured on several pieces is better told by its standard deviation:
+plus and minus that value. What was measured on several pieces is better described by its standard deviation:
 ``{normal: 2 %}``. As a guide, where a maker says anything at all: Beckhoff prints that the data of its AM8100 motors
 hold within 10 %. For gears the tables of efficiency and no-load torque over temperature and load in the catalogues of
 strain-wave gears show by how much these change in use, which is more than between pieces.
@@ -101,8 +101,8 @@ class Tolerances:
         thermal_resistance: From winding to housing and on to ambient, both of one joint together; heat capacities stay.
         payload: Of each payload's mass, its shape and centre staying the same.
         ambient: Of the temperature around the drives.
-        drag: Of the gears whose sheets tell mesh and drag apart: running, seals and starting. The shipped strain-wave
-            rows hold within 20 % for sizes 14 to 25 and within 40 % elsewhere (catalogs/SOURCES.md).
+        drag: Of the gears whose data sheets give mesh and drag separately: running, seals and starting. The shipped
+            strain-wave rows hold within 20 % for sizes 14 to 25 and within 40 % elsewhere (catalogs/SOURCES.md).
         samples: How many sets of parts are drawn.
         seed: Of the random numbers.
     """
