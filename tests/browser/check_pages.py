@@ -65,7 +65,7 @@ def until(driver: webdriver.Chrome, script: str) -> None:
 
 def faults_of(driver: webdriver.Chrome, own: str = "") -> list[str]:
     """Errors on the console, requests that leave the page, and what a reader without eyes or mouse stumbles over."""
-    told = [one for one in driver.get_log("browser") if one["level"] == "SEVERE" or "[bokeh" in one["message"]]
+    told = [one for one in driver.get_log("browser") if one["level"] in ("SEVERE", "WARNING")]
     faults = sorted({f"console: {one['message'][:200]}" for one in told})
     sent = [re.search(r'"url":"(https?:[^"]*)"', one["message"]) for one in driver.get_log("performance")]
     faults += sorted({f"asks for {one[1]}" for one in sent if one and not (own and one[1].startswith(own))})
