@@ -32,14 +32,14 @@ class _Commands(TyperGroup):
 app = typer.Typer(
     cls=_Commands,
     name="drivetrain",
-    help="Can this motor and gear drive this arm through these motions, and which ones can?",
+    help="Select motors and gears for a robot arm, verify that they can perform its motions, simulate them.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
 catalogs = typer.Typer(
-    help="Look after catalogues of motors, gears, brakes, amplifiers and prices.",
+    help="Check and import catalogues of motors, gears, brakes, amplifiers and prices.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
@@ -86,11 +86,11 @@ def _show_version(wanted: bool) -> None:
 @app.callback()
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", help="Print the version and stop.", is_eager=True, callback=_show_version)
+        bool, typer.Option("--version", help="Print the version and exit.", is_eager=True, callback=_show_version)
     ] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback where something fails.")] = False,
     trust_xacro: Annotated[
-        bool, typer.Option("--trust-xacro", help="Let the expressions of xacro files run anything.")
+        bool, typer.Option("--trust-xacro", help="Let the expressions of xacro files execute any code.")
     ] = False,
 ) -> None:
     """What stands before the command's name."""

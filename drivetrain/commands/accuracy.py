@@ -29,7 +29,7 @@ def accuracy(
     ] = None,
     out: Annotated[Path | None, folder_for("accuracy.html and accuracy.json")] = None,
 ) -> bool:
-    """Show on the study's own motion what every effect changes and costs, and which a tolerance lets one omit."""
+    """Measure what each physical effect changes and costs for the study's motion, and which can be omitted."""
     from dataclasses import replace
 
     from drivetrain.accuracy.auto import COARSE, choose_effects
@@ -72,7 +72,7 @@ def loops(
     joint: Joints = None,
     out: Annotated[Path | None, folder_for("loops.html and loops.json")] = None,
 ) -> bool:
-    """Lay out each joint's position, speed and current loop: gains for the amplifier, margins, Bode, step response."""
+    """Design each joint's position, speed and current loop: gains, margins, Bode plots, step responses."""
     from drivetrain.report.pages.loops_page import loops_json, loops_report, loops_sentence
     from drivetrain.sizing.answers.loops import study_loops
 

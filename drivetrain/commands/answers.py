@@ -29,12 +29,12 @@ from drivetrain.commands.shared import (
 @command
 def why_not(
     study: StudyFile,
-    joint: Annotated[str | None, typer.Option(help="At this joint; without it at every joint.")] = None,
+    joint: Annotated[str | None, typer.Option(help="Only at this joint. Default: every joint.")] = None,
     motor: Annotated[str | None, typer.Option(help="Key or part number of a motor.")] = None,
     gear: Annotated[str | None, typer.Option(help="Key or part number of a gear; none: a direct drive.")] = None,
     out: Annotated[Path | None, folder_for("why_not.html")] = None,
 ) -> bool:
-    """Say why a motor, a gear or a pair was not chosen, what would let it pass, and what it would cost."""
+    """Explain why a motor, a gear or a pair was not chosen, what would let it pass, and what it would cost."""
     from drivetrain.report.pages.why_not_page import why_not_lines, why_not_report
     from drivetrain.sizing.answers.why_not import why_not
     from drivetrain.study.read import load_study
@@ -53,10 +53,12 @@ def why_not(
 @command
 def explain(
     study: StudyOrResult,
-    joint: Annotated[list[str] | None, typer.Option(help="Of this joint, or of the supply; may be repeated.")] = None,
+    joint: Annotated[
+        list[str] | None, typer.Option(help="Checks of this joint, or of the supply; may be repeated.")
+    ] = None,
     check: Annotated[list[str] | None, typer.Option(help="This check only; may be repeated.")] = None,
 ) -> bool:
-    """Say how each check comes about: formula, numbers, instant, limit and its source."""
+    """Explain each check: formula, numbers, instant, limit and its source."""
     from drivetrain.errors import whole_names
     from drivetrain.report.verdict_lines import explanation
     from drivetrain.sizing.judge.checks import REQUIREMENTS
@@ -74,14 +76,14 @@ def explain(
 @command
 def curve(
     study: StudyFile,
-    vary: Annotated[str, typer.Option(help="payload, cycle_time, voltage or ambient.")] = "payload",
+    vary: Annotated[str, typer.Option(help="Quantity to vary: payload, cycle_time, voltage or ambient.")] = "payload",
     low: Annotated[str, typer.Option("--from", help="Smallest value, with its unit.")] = "0 kg",
     high: Annotated[str, typer.Option("--to", help="Largest value, with its unit.")] = "10 kg",
-    points: Annotated[int, typer.Option(help="Values at which sets are selected to start with.")] = 17,
-    payload: Annotated[str | None, typer.Option(help="Whose mass is varied; without it the heaviest.")] = None,
+    points: Annotated[int, typer.Option(help="Initial number of values at which sets are selected.")] = 17,
+    payload: Annotated[str | None, typer.Option(help="Payload whose mass is varied. Default: the heaviest.")] = None,
     out: Annotated[Path | None, folder_for("curve.html")] = None,
 ) -> bool:
-    """Show what the best drives become as payload, cycle time, supply voltage or air temperature change."""
+    """Compute the best drives as a function of payload, cycle time, supply voltage or ambient temperature."""
     from drivetrain.report.pages.trade_off_pages import curve_lines, curve_report, curve_sentence
     from drivetrain.sizing.answers.curve import optimum_curve, varied
     from drivetrain.study.read import load_study
@@ -112,11 +114,11 @@ def front(
         "mass,energy"
     ),
     time_limit: Annotated[
-        str, typer.Option(metavar="TIME", help="For the search, such as 10s; what is left unproven is reported.")
+        str, typer.Option(metavar="TIME", help="Limit of the search, such as 10s; what is left unproven is reported.")
     ] = "60 s",
     out: Annotated[Path | None, folder_for("front.html and front.json")] = None,
 ) -> bool:
-    """Find every set of drives that no other beats in mass, price, energy a cycle and utilisation at once."""
+    """Compute the Pareto front: every set of drives that no other beats in all of the criteria."""
     from drivetrain.report.pages.trade_off_pages import front_json, front_lines, front_report, front_sentence
     from drivetrain.sizing.search.front import pareto_front
     from drivetrain.study.parts.selection import read_criterion
@@ -141,19 +143,22 @@ def front(
 @command
 def family(
     studies: Annotated[
-        list[Path], typer.Argument(metavar="STUDY...", help="The members, studies with the same joints.")
+        list[Path], typer.Argument(metavar="STUDY...", help="Studies of the members, with the same joints.")
     ],
     payload: Annotated[
         list[str] | None,
-        typer.Option(metavar="MASS", help="Each study with its heaviest payload of this mass; may be repeated."),
+        typer.Option(
+            metavar="MASS",
+            help="A member for each mass: the study with this mass of its heaviest payload; may be repeated.",
+        ),
     ] = None,
     common: Annotated[
-        str, typer.Option(metavar="PARTS", help="That all members share: drives, or motors or gears alone.")
+        str, typer.Option(metavar="PARTS", help="What all members share: drives, motors or gears.")
     ] = "drives",
-    time_limit: Annotated[str | None, typer.Option(metavar="TIME", help="For the search, such as 10s.")] = None,
+    time_limit: Annotated[str | None, typer.Option(metavar="TIME", help="Limit of the search, such as 10s.")] = None,
     out: Annotated[Path | None, folder_for("each member's report, result.json and currents.csv")] = None,
 ) -> bool:
-    """Choose drives, motors or gears that fit every member of a family alike: other payloads, reaches, motions."""
+    """Choose common drives, motors or gears for a family of arms that differ in payload, reach or motion."""
     from dataclasses import replace
 
     from drivetrain.report.outputs import write_outputs
@@ -186,7 +191,7 @@ def ratio(
     joint: Joints = None,
     out: Annotated[Path | None, folder_for("ratio.html and ratio.json")] = None,
 ) -> bool:
-    """Vary each joint's gear ratio: torque, heat, every check, and the window in which all hold."""
+    """Vary each joint's gear ratio: torque, heat, every check, and the range in which all are satisfied."""
     from drivetrain.report.pages.ratio_page import ratio_json, ratio_report, ratio_sentence
     from drivetrain.sizing.answers.ratio import ratio_studies, ratio_study
 
@@ -206,10 +211,10 @@ def ratio(
 @command
 def free_ratio(
     study: StudyFile,
-    goal: Annotated[str, typer.Option(help="What the ratios make small: heat, current, energy or mass.")] = "heat",
+    goal: Annotated[str, typer.Option(help="What the ratios minimise: heat, current, energy or mass.")] = "heat",
     out: Annotated[Path | None, folder_for("free_ratio.html")] = None,
 ) -> bool:
-    """Find the best ratio of every joint that the study gives a free_ratio, and the nearest gears of the catalogue."""
+    """Find the best ratio of each joint with a free_ratio, and the nearest gears of the catalogue."""
     from drivetrain.report.pages.ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
     from drivetrain.sizing.answers.free_ratio import free_ratios, goal_of
     from drivetrain.study.read import load_study
@@ -228,7 +233,7 @@ def fastest(
     study: StudyOrResult,
     out: Annotated[Path | None, folder_for("the report of that cycle, and motion.csv")] = None,
 ) -> bool:
-    """Find the fastest cycle that the drives can hold, dwells kept, and which limit binds each move."""
+    """Find the shortest cycle of the drives without changing dwells, and the limit that binds each move."""
     from drivetrain.report.outputs import write_outputs
     from drivetrain.report.verdict_lines import fastest_lines, motion_csv
     from drivetrain.sizing.answers.fastest import fastest

@@ -25,7 +25,7 @@ def lint(
         Path, typer.Argument(metavar="DIR", help="Folder with motors.csv, gears.csv and the other tables.")
     ],
 ) -> bool:
-    """List everything wrong with a catalogue at once; exit code 1 when a row cannot be right."""
+    """List all errors and warnings of a catalogue; exit code 1 if it has errors."""
     from drivetrain.catalog.findings import Severity
     from drivetrain.catalog.linting import lint
     from drivetrain.report.terminal import console, lint_table
@@ -44,32 +44,32 @@ def lint(
 @command
 def import_(
     source: Annotated[
-        Path, typer.Argument(metavar="SOURCE", help="Folder with the files to read; of format maker one file.")
+        Path, typer.Argument(metavar="SOURCE", help="Folder with the files to read; for format maker, one file.")
     ],
     out: Annotated[Path, typer.Argument(metavar="OUT", help="Catalogue folder to write.")],
     form: Annotated[Source, typer.Option("--format", help="Column format of the source.")] = Source.MGDB,
     columns: Annotated[
         Path | None,
         typer.Option(
-            "--map", metavar="FILE", help="Of a maker's table which heading is which column; means --format maker."
+            "--map", metavar="FILE", help="Map of a manufacturer's headings to columns; implies --format maker."
         ),
     ] = None,
     table: Annotated[
-        str, typer.Option(help="Without --map: motors, gears, brakes or amplifiers of a maker.")
+        str, typer.Option(help="Content of a manufacturer's table without --map: motors, gears, brakes or amplifiers.")
     ] = "motors",
     basis: Annotated[
         list[str] | None,
         typer.Option(
-            help="What the source's amperes are: dc, rms/phase, peak/line_line ...; for one maker or key: NAME=BASIS. "
-            "May be given several times."
+            help="Basis of the source's currents: dc, rms/phase, peak/line_line ...; for one maker or key: NAME=BASIS. "
+            "May be repeated."
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace tables that are already there.")] = False,
     drop_faulty: Annotated[
-        bool, typer.Option("--drop-faulty", help="Leave out rows that the lint calls an error.")
+        bool, typer.Option("--drop-faulty", help="Omit rows in which the lint finds an error.")
     ] = False,
 ) -> None:
-    """Bring a catalogue in another column format into a folder of this one."""
+    """Convert a catalogue or a manufacturer's table to a catalogue folder."""
     from drivetrain.catalog.exports import ExportMap, import_export, read_map
     from drivetrain.catalog.formats import MGDB, TABLE
     from drivetrain.catalog.importers import import_rows

@@ -60,29 +60,29 @@ def currents(
     ] = Path("currents.csv"),
     rate: Annotated[
         str | None,
-        typer.Option(metavar="RATE", help="Of the amplifier's commands, such as 1kHz.  [default: the cycle's samples]",
+        typer.Option(metavar="RATE", help="Rate of commands, such as 1kHz. Default: the cycle's samples.",
                      show_default=False),
     ] = None,
     hold: Annotated[
-        int, typer.Option(min=0, max=1, help="Between two samples: 1 the straight line, 0 the sample before.")
+        int, typer.Option(min=0, max=1, help="Between two samples: 1 linear, 0 hold the sample before.")
     ] = 1,
     scale: Annotated[
         Scale | None,
-        typer.Option(help="In what the amplifiers take it.  [default: a table with all that makes up each current]",
+        typer.Option(help="Units of the amplifiers. Default: a table with the terms of each current.",
                      show_default=False),
     ] = None,
     basis: Annotated[
         Basis | None,
-        typer.Option(help="What their ampere is; for cia402 what object 0x6075 holds, or torque where 0x6076 counts.",
+        typer.Option(help="Basis of their currents; for cia402 that of object 0x6075, or torque where 0x6076 counts.",
                      show_default=False),
     ] = None,
     full_scale: Annotated[
         list[str] | None,
         typer.Option(metavar="[JOINT=]VALUE", help="Current of 10 V or 32767 counts, for cia402 rated current or "
-                     "torque; of all joints or of one, may be given several times.", show_default=False),
+                     "torque; of all joints or of one; may be repeated.", show_default=False),
     ] = None,
 ) -> bool:  # fmt: skip
-    """Write the current command of every joint over the cycle, for the drives that the study names or selects."""
+    """Compute the current to command of every joint over the cycle, for the drives that the study names or selects."""
     from drivetrain.export.currents import current_scales, write_currents
     from drivetrain.report.outputs import currents_csv
     from drivetrain.whole_files import write_files
@@ -131,17 +131,17 @@ def export(
     ],
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The file to write.")],
     payload: Annotated[
-        str | None, typer.Option(metavar="NAME", help="That the tip carries, one of the study's.", show_default=False)
+        str | None, typer.Option(metavar="NAME", help="Payload at the tip, one of the study's.", show_default=False)
     ] = None,
-    rate: Annotated[str, typer.Option(metavar="RATE", help="Of --to c, how often it will be called.")] = "1 kHz",
+    rate: Annotated[str, typer.Option(metavar="RATE", help="For --to c: how often it will be called.")] = "1 kHz",
     joint: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Of --to fmu, whose drive it is.", show_default=False)
+        str | None, typer.Option(metavar="NAME", help="For --to fmu: the joint of the drive.", show_default=False)
     ] = None,
     springs: Annotated[
-        bool, typer.Option("--springs", help="Of --to fmu: the gear's spring and backlash, if its row gives them.")
+        bool, typer.Option("--springs", help="For --to fmu: the gear's spring and backlash, if its row gives them.")
     ] = False,
 ) -> bool:
-    """Write the arm with the drives that the study names or selects for another tool, and say what its format loses."""
+    """Export the arm with its drives for another tool, and list what its format cannot represent."""
     from drivetrain.arm.arm import refuse_loops
     from drivetrain.control.c_code import write_c
     from drivetrain.control.commander import Commander

@@ -19,19 +19,19 @@ def identify(
         typer.Argument(metavar="RECORDING", help="Positions and torques or currents: .csv, .npz, .parquet, .mat, or a "
                        "ROS bag."),
     ],
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where study, arm, tables and report go.")] = Path(
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for study, arm, tables and report.")] = Path(
         "identified"
     ),
     column: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=MEANING", help="What a column of the recording is, such as \"phi=q [deg]\"; may be "
-                     "given several times.", show_default=False),
+        typer.Option(metavar="NAME=MEANING", help="Meaning of a column of the recording, such as \"phi=q \\[deg]\"; may "
+                     "be repeated.", show_default=False),
     ] = None,
     load_friction: Annotated[
-        bool, typer.Option("--load-friction", help="Look for friction in proportion to the load as well.")
+        bool, typer.Option("--load-friction", help="Also identify friction proportional to the load.")
     ] = False,
 ) -> None:  # fmt: skip
-    """Find bodies and friction of the arm from a recording, and write the study with them."""
+    """Identify bodies and friction of the arm from a recording, and write the study with them."""
     from drivetrain.identification.fit import identify
     from drivetrain.identification.outputs import write_identification
     from drivetrain.motion.recording import read_recording

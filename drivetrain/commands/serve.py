@@ -13,9 +13,9 @@ from drivetrain.commands.shared import StudyOrResult, command, say
 @command
 def serve(
     study: StudyOrResult,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Of this machine; 0: any that is free.")] = 8765,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on this machine; 0: any free port.")] = 8765,
 ) -> None:
-    """Serve the report as a page on which payload, cycle time, voltage, ambient, drives and ratios can be changed."""
+    """Serve the report as a local page with sliders for payload, cycle time, voltage, ambient, drives and ratios."""
     from drivetrain.commands.server import LOOPBACK, server_of
     from drivetrain.errors import Fault, InputError
     from drivetrain.report.pages.live_page import LivePage

@@ -34,10 +34,10 @@ StudyOrResult = Annotated[
     Path,
     typer.Argument(
         metavar="STUDY|RESULT",
-        help="A study; without drives they are selected first. Or a result.json of `drivetrain select` or `size`.",
+        help="A study (drives are selected first if it names none), or a result.json of `drivetrain select` or `size`.",
     ),
 ]
-Joints = Annotated[list[str] | None, typer.Option(help="Of this joint only; may be given several times.")]
+Joints = Annotated[list[str] | None, typer.Option(help="Only this joint; may be repeated.")]
 
 
 def folder_for(files: str, *, ends: str = "") -> Any:

@@ -56,41 +56,44 @@ def simulate(
         str, typer.Argument(metavar="STUDY|RESULT|ARM", help="A study, a result.json, a built-in arm, or a URDF file.")
     ],
     duration: Annotated[
-        str | None, typer.Option(help="How long.  [default: the study's cycle; of an arm 3 s]", show_default=False)
+        str | None,
+        typer.Option(help="Simulated time. Default: the study's cycle; for an arm 3 s.", show_default=False),
     ] = None,
     begin: Annotated[
-        str, typer.Option("--from", help="Of an arm, where it starts: 30 deg for all joints, or [0, 30, 0] deg.")
+        str, typer.Option("--from", help="For an arm, its initial position: 30 deg for all joints, or [0, 30, 0] deg.")
     ] = "0 rad",
     start: Annotated[
         str | None,
         typer.Option(
             metavar="equilibrium|STATES",
             show_default=False,
-            help="Of a study: equilibrium, or states in place of its own: elbow.current=0 A,elbow.speed=0.1 rad/s.",
+            help="For a study: equilibrium, or values of states: elbow.current=0 A,elbow.speed=0.1 rad/s.",
         ),
     ] = None,
     solver: Annotated[
         Method | None,
-        typer.Option(help="Of a study fixed, adaptive or inverse; of an arm adaptive, rk4, semi-implicit or euler."),
+        typer.Option(
+            help="For a study: fixed, adaptive or inverse; for an arm: adaptive, rk4, semi-implicit or euler."
+        ),
     ] = None,
-    step: Annotated[str | None, typer.Option(help="Of the methods with a fixed step.", show_default=False)] = None,
-    tip: Annotated[str | None, typer.Option(help="Of an arm, name of the link that is the end effector.")] = None,
+    step: Annotated[str | None, typer.Option(help="Step of the methods with a fixed step.", show_default=False)] = None,
+    tip: Annotated[str | None, typer.Option(help="For an arm: name of the link that is the end effector.")] = None,
     effects: Annotated[
         str | None,
-        typer.Option(help="Of a study: auto, all, none, or names separated by commas.", show_default=False),
+        typer.Option(help="For a study: auto, all, none, or names separated by commas.", show_default=False),
     ] = None,
     tolerance: Annotated[
         str | None, typer.Option(metavar="SHARE", help="For --effects auto, such as 1%.", show_default=False)
     ] = None,
     resume: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Of a study: go on from this recording.", show_default=False)
+        Path | None, typer.Option(metavar="FILE", help="For a study: continue from this recording.", show_default=False)
     ] = None,
     verify: Annotated[
-        bool, typer.Option("--verify", help="Of a study: run once more, finer, and show what that changes.")
+        bool, typer.Option("--verify", help="For a study: repeat the run with finer steps and show what changes.")
     ] = False,
     out: Annotated[Path | None, folder_for("the recording and its pictures")] = None,
 ) -> bool:
-    """Let a study's arm run its cycle with its drives; or let a passive arm go, without drives, friction or losses."""
+    """Simulate the cycle of a study with its drives; or the free fall of an arm without drives, friction or losses."""
     if Path(what).suffix.lower() in STUDIES:
         misplaced = _not_of(
             "an arm without drives; the study says where it starts", {"--from": begin != "0 rad", "--tip": tip}

@@ -37,13 +37,13 @@ MOST_NOTES = 8  # warnings and notes listed on the terminal; the report holds th
 
 OutFolder = Annotated[
     Path | None,
-    folder_for("report.html, result.json and currents.csv", ends="  [default: <study name>_report]"),
+    folder_for("report.html, result.json and currents.csv", ends=" Default: <study name>_report."),
 ]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print result.json to standard output, the table to standard error.")
 ]
 
-AsPdf = Annotated[bool, typer.Option("--pdf", help="Also summary.pdf, one page for those who decide.")]
+AsPdf = Annotated[bool, typer.Option("--pdf", help="Also write summary.pdf, a one-page summary for decision makers.")]
 
 
 class Objective(StrEnum):
@@ -56,7 +56,7 @@ class Objective(StrEnum):
 
 @command
 def demo(out: OutFolder = None) -> bool:
-    """Pick drives for a UR5-class arm from the shipped catalogues, and write the report to ./reports/demo."""
+    """Select drives for a UR5-class arm from the shipped catalogues, and write the report to ./reports/demo."""
     from drivetrain.study.read import load_study
     from drivetrain.whole_files import shipped
 
@@ -94,7 +94,7 @@ def check(
     study: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The study, a YAML file.")] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of studies, for editors.")] = False,
 ) -> None:
-    """Read a study and everything it names, and list every error and warning; nothing is calculated."""
+    """Read a study and all its files, and list every error and warning, without calculating anything."""
     if study is None and not schema:
         raise typer.BadParameter("name a study, or give --schema", param_hint="STUDY")
     if schema:
@@ -111,7 +111,7 @@ def check(
 
 @command
 def size(study: StudyOrResult, out: OutFolder = None, pdf: AsPdf = False, as_json: AsJson = False) -> bool:
-    """Check the drives that the study names, or else selects: margins, verdicts, report, currents."""
+    """Evaluate the drives that the study names or selects: margins, verdicts, report, currents."""
     [loaded] = inputs(lambda: load_chosen(study), out=out)
     return _deliver(chosen(loaded), out or report_folder(loaded.name), pdf=pdf, as_json=as_json)
 
@@ -119,24 +119,27 @@ def size(study: StudyOrResult, out: OutFolder = None, pdf: AsPdf = False, as_jso
 @command
 def select(
     study: StudyFile,
-    sets: Annotated[int | None, typer.Option(min=1, help="How many of the best sets are wanted.")] = None,
+    sets: Annotated[int | None, typer.Option(min=1, help="Number of best sets to report.")] = None,
     time_limit: Annotated[
-        str | None, typer.Option(metavar="TIME", help="For the search, such as 10s; what is left unproven is reported.")
+        str | None,
+        typer.Option(metavar="TIME", help="Limit of the search, such as 10s; what is left unproven is reported."),
     ] = None,
-    objective: Annotated[Objective | None, typer.Option(help="What is minimised, whatever the study says.")] = None,
+    objective: Annotated[
+        Objective | None, typer.Option(help="Objective to minimise, overriding that of the study.")
+    ] = None,
     front: Annotated[
-        str | None, typer.Option(metavar="CRITERIA", help="Also the Pareto front, such as of mass,energy.")
+        str | None, typer.Option(metavar="CRITERIA", help="Also compute the Pareto front, for example mass,energy.")
     ] = None,
     curve: Annotated[
         list[str] | None,
         typer.Option(
             metavar="WHAT",
-            help="Also the best drives over payload, cycle_time, voltage or ambient; may be repeated. "
-            "With ends: 'payload: 0 kg..8 kg'.",
+            help="Also compute the best drives over payload, cycle_time, voltage or ambient; may be repeated. "
+            "With a range: 'payload: 0 kg..8 kg'.",
         ),
     ] = None,
     curve_from: Annotated[str | None, typer.Option(metavar="VALUE", help="Start of the curve, with its unit.")] = None,
-    curve_to: Annotated[str | None, typer.Option(metavar="VALUE", help="Its end, with its unit.")] = None,
+    curve_to: Annotated[str | None, typer.Option(metavar="VALUE", help="End of the curve, with its unit.")] = None,
     write: Annotated[
         Path | None,
         typer.Option(

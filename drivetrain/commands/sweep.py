@@ -12,16 +12,16 @@ from drivetrain.commands.shared import command, inputs, refuse, say, working
 
 @command
 def sweep(
-    file: Annotated[Path, typer.Argument(metavar="SWEEP", help="What to vary, a YAML file.")],
+    file: Annotated[Path, typer.Argument(metavar="SWEEP", help="The sweep, a YAML file.")],
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder of the results.")] = None,
     workers: Annotated[
-        int | None, typer.Option(help="Processes on this machine; 0: one point after another.  [default: one a core]")
+        int | None, typer.Option(help="Processes on this machine; 0: one point after another. Default: one per core.")
     ] = None,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A running dask scheduler, such as tcp://host:8786.")
     ] = None,
 ) -> bool:
-    """Select or size at every combination of values, on all cores or a cluster; run it again to go on."""
+    """Select or size at every combination of values, on all cores or a cluster; run it again to resume."""
     _demand_libraries()
     from drivetrain.report.pages.sweep_page import sweep_report
     from drivetrain.study.read import study_from

@@ -17,11 +17,11 @@ from drivetrain.whole_files import shipped
 @command
 def warm(
     only: Annotated[
-        list[str] | None, typer.Option("--only", metavar="NAME", help="One of the jobs, as often as wanted.")
+        list[str] | None, typer.Option("--only", metavar="NAME", help="Only this job; may be repeated.")
     ] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes.  [default: one a core]", min=1)] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes. Default: one per core.", min=1)] = None,
 ) -> None:
-    """Compile everything now, so that no later run has to; what is already compiled is found done."""
+    """Compile all kernels now, so that later runs start at once; kernels that are already compiled are skipped."""
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context
 

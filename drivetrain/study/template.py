@@ -20,7 +20,7 @@ SLIDE = 0.1  # [m], of each prismatic joint
 SPEED, SLIDE_SPEED = math.radians(90.0), 0.25  # [rad/s], [m/s], where the arm's own limits are not lower
 TEMPLATE = Path(__file__).with_name("template.yaml")
 _SCREW = """
-  {name}: # slides: a screw that the motor turns without a gear
+  {name}: # prismatic: a screw driven by the motor without a gear
     candidates: {{motors: {{frameless: false, nominal_voltage: [40 V, 60 V]}}, gears: none}}
     travel_per_turn: 10 mm/rev"""
 
@@ -44,9 +44,7 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
     start, end = (_row(loaded, slides, side) for side in (-0.5, 0.5))
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
         arm=arm if file is None else scalar(file.as_posix()),
-        tip=""
-        if tip is None
-        else f"\ntip: {scalar(tip)} # the file has several chains: which link carries the payload",
+        tip="" if tip is None else f"\ntip: {scalar(tip)} # the file has several chains; this link carries the payload",
         drive_mass="added" if arm.endswith("-bare") else "included",
         builtin=", ".join(builtin_names()),
         name=scalar(name),

@@ -11,8 +11,11 @@ from pathlib import Path
 from types import FunctionType
 
 import pytest
+from click import Command
+from typer.main import get_command
 
 import drivetrain as dt
+from drivetrain.cli import app
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.verdict_lines import verdict_lines
 from drivetrain.sizing.results import Selection
@@ -118,3 +121,19 @@ def test_a_report_and_the_terminal(selection: Selection) -> None:
     page = re.sub(r"<(style|script)\b[^>]*>.*?</\1>", "", html_report(selection), flags=re.S)
     assert not found(re.sub(r"<[^>]+>", " ", page))
     assert not found("\n".join(line.plain for line in verdict_lines(selection)))
+
+
+def commands(group: Command) -> Iterator[Command]:
+    """A command and all below it."""
+    yield group
+    for one in getattr(group, "commands", {}).values():
+        yield from commands(one)
+
+
+def test_brackets_in_help_texts_are_shown() -> None:
+    """A word in square brackets is markup there: it vanishes unless a backslash stands before it."""
+    texts = [
+        text for one in commands(get_command(app)) for text in (one.help, *(getattr(x, "help", "") for x in one.params))
+    ]
+    assert len(texts) > 100
+    assert [text for text in texts if re.search(r"(?<!\\)\[/?[a-z#@]", text or "")] == []
