@@ -24,7 +24,7 @@ def identify(
     ),
     column: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=MEANING", help="Meaning of a column of the recording, such as \"phi=q \\[deg]\"; may "
+        typer.Option(metavar="NAME=MEANING", help="Meaning of a column, such as \"phi=q \\[deg]\"; may "
                      "be repeated.", show_default=False),
     ] = None,
     load_friction: Annotated[
