@@ -47,8 +47,8 @@ import drivetrain as dt
 from drivetrain.errors import PhysicsWarning
 from drivetrain.report.charts.chart import BLUE, ORANGE
 from drivetrain.report.charts.plotting import house_style, png_bytes
-from drivetrain.sizing.search.candidates import Candidates, candidates
-from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.candidates import Candidates, build_candidates
+from drivetrain.sizing.search.problem import build_problem
 from drivetrain.sizing.search.tree import Tree
 from drivetrain.study.model import Study
 
@@ -159,9 +159,9 @@ def measure(found: list[Case], repeats: int) -> None:
 def searched_once(case: Case) -> tuple[Candidates, float, float]:
     """One run: the candidates, the time until then, and the time of the search."""
     start = time.process_time()
-    offered = candidates(case.study)
+    offered = build_candidates(case.study)
     middle = time.process_time()
-    tree = Tree(problem(offered, replace(case.study.wanted, sets=1)))
+    tree = Tree(build_problem(offered, replace(case.study.wanted, sets=1)))
     tree.run(time.perf_counter() + 120.0, lambda done, total, text: None)
     end = time.process_time()
     case.nodes = tree.counters["nodes made"]
@@ -244,11 +244,11 @@ def searches_met(found: list[Case]) -> list[tuple[str, bool]]:
 def rivals(study: Study) -> list[tuple[str, bool]]:
     """Judging set by set, against the plain way and against what the machine can do."""
     start = time.process_time()
-    offered = candidates(study)
+    offered = build_candidates(study)
     reduced = time.process_time() - start
     Compiled(offered)  # compiles
     ours, plain = Compiled(offered), Plainly(offered)
-    everything = [np.arange(low, high) for low, high in zip(offered.first, offered.first[1:], strict=False)]
+    everything = [np.arange(low, high) for low, high in zip(offered.first_pair, offered.first_pair[1:], strict=False)]
     hard = random_sets(ours.pools, 2000, 1)
     fast, some = 0.0, np.zeros((0, len(everything)), dtype=np.int64)
     for part in range(JUDGED // AT_ONCE):

@@ -15,8 +15,8 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.sizing.search.candidates import Candidates, candidates
-from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.candidates import Candidates, build_candidates
+from drivetrain.sizing.search.problem import build_problem
 from drivetrain.sizing.search.tree import Tree
 from drivetrain.study.model import Study
 
@@ -130,7 +130,7 @@ def random_met(task: Study, size: int, count: int) -> list[tuple[str, bool]]:
     met = []
     for kind, drawn, catalog, term in kinds(task):
         studies = (with_pairs(drawn(seed), *catalog(size, seed)) for seed in range(1, count + 1))
-        found = [[_timed(offered, term, sets) for sets in (1, 5)] for offered in map(candidates, studies)]
+        found = [[_timed(offered, term, sets) for sets in (1, 5)] for offered in map(build_candidates, studies)]
         seconds = np.array([[one[0] for one in row] for row in found])
         proven = np.sum([[one[1] for one in row] for row in found], axis=0)
         median, worst = np.median(seconds, axis=0), seconds.max(axis=0)
@@ -147,6 +147,6 @@ def random_met(task: Study, size: int, count: int) -> list[tuple[str, bool]]:
 def _timed(offered: Candidates, term: str, sets: int) -> tuple[float, bool]:
     """Time of a search, and whether it ended with a proof."""
     start = time.process_time()
-    tree = Tree(problem(offered, replace(offered.study.wanted, weights=((term, 1.0),), sets=sets)))
+    tree = Tree(build_problem(offered, replace(offered.study.wanted, weights=((term, 1.0),), sets=sets)))
     tree.run(time.perf_counter() + GIVE_UP, lambda done, total, text: None)
     return time.process_time() - start, tree.finished

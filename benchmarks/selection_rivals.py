@@ -15,8 +15,8 @@ from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.verdicts import checks_of
 from drivetrain.sizing.search.candidates import Candidates
-from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.tree import EVERY, Tree
+from drivetrain.sizing.search.problem import build_problem
+from drivetrain.sizing.search.tree import NO_TEST_LIMIT, Tree
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.model import DriveMass
 from drivetrain.study.parts.mounting import carrier_link, carrying, drive_body, emptied, mount_point, seat
@@ -74,9 +74,9 @@ class Compiled:
     """The judge of the search, and which pairs hold under the lightest load that the others can leave them."""
 
     def __init__(self, offered: Candidates) -> None:
-        self.problem = problem(offered, replace(offered.study.wanted, sets=1))
+        self.problem = build_problem(offered, replace(offered.study.wanted, sets=1))
         start = time.process_time()
-        root = Tree(self.problem).narrowed(self.problem.domains(), EVERY, None)
+        root = Tree(self.problem).propagate(self.problem.domains(), NO_TEST_LIMIT, None)
         self.pools = (
             [np.zeros(0, dtype=np.int64)] * self.problem.n if root is None else [one.pairs for one in root.domains]
         )
@@ -90,10 +90,10 @@ class Compiled:
         out = self.possible[sets].all(axis=1) if possible else np.ones(len(sets), dtype=np.bool_)
         offered = self.problem.candidates
         for row in np.flatnonzero(out):
-            numbers = offered.numbers[sets[row]]
+            numbers = offered.parameters[sets[row]]
             for joint in self.order:
                 found = offered.judge(joint, sets[row, joint : joint + 1], numbers, until=1.0, quick=True)
-                if found.used[0] > 1.0 or found.lacking[0] >= 0:
+                if found.utilisation[0] > 1.0 or found.missing_check[0] >= 0:
                     out[row] = False
                     break
         return out

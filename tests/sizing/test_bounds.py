@@ -16,8 +16,8 @@ from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.evaluate import evaluate_joint
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import RejectedPair
-from drivetrain.sizing.search.candidates import candidates
-from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.candidates import build_candidates
+from drivetrain.sizing.search.problem import build_problem
 from drivetrain.sizing.search.rejected import Rejected
 from drivetrain.study.parts.selection import Wanted
 from drivetrain.study.parts.verdicts import Verdict
@@ -28,13 +28,13 @@ UNBOUNDED = ("inertia ratio", "holding brake energy")
 
 def some_pairs(rng, offered, joint, count):
     """Some pairs of a joint."""
-    return rng.permutation(np.arange(offered.first[joint], offered.first[joint + 1]))[:count]
+    return rng.permutation(np.arange(offered.first_pair[joint], offered.first_pair[joint + 1]))[:count]
 
 
 def bounded(offer, pairs, **options):
     """Utilisations, energies and the line of some pairs, every one looked at."""
     nothing, none = np.zeros(len(offer.records.sheets.pairs)), np.zeros(len(pairs), dtype=np.bool_)
-    count, *found = offer.bounded(pairs, nothing, np.zeros(len(pairs)), none, **options)
+    count, *found = offer.bound(pairs, nothing, np.zeros(len(pairs)), none, **options)
     assert count == len(pairs)
     return found
 
@@ -43,7 +43,7 @@ def bounded(offer, pairs, **options):
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_no_history_within_an_interval_asks_less_than_its_bound(make, kind, seed):
-    offered = candidates(TASKS.random_study(make, seed, kind))
+    offered = build_candidates(TASKS.random_study(make, seed, kind))
     rng, nothing = np.random.default_rng(seed), np.zeros((len(offered.joints), 5))
     for joint, offer in enumerate(offered.joints):
         bare, weight = offer.work.load.torque, offer.work.motion.weight
@@ -52,7 +52,7 @@ def test_no_history_within_an_interval_asks_less_than_its_bound(make, kind, seed
         low = middle - size * rng.random(len(middle)) * rng.choice([0.0, 1.0])
         high = middle + size * rng.random(len(middle)) * rng.choice([0.0, 1.0])
         pairs = some_pairs(rng, offered, joint, 5)
-        own = offered.pairs[pairs], offered.numbers[pairs]
+        own = offered.pairs[pairs], offered.parameters[pairs]
         offer.records.whole.low[:], offer.records.whole.high[:] = low, high
         used, energy, line = bounded(offer, pairs, until=np.inf, energies=True)
         for share in (0.0, 1.0, rng.random(len(middle)), np.clip(-low / np.maximum(high - low, 1e-30), 0.0, 1.0)):
@@ -60,9 +60,9 @@ def test_no_history_within_an_interval_asks_less_than_its_bound(make, kind, seed
             load, power = offer.work.load._replace(torque=torque), np.zeros((len(pairs), 2, len(torque)))
             history = replace(offer, work=offer.work._replace(load=load))
             found = history.judge(*own, nothing, until=np.inf, quick=False, power=power)
-            made = found.lacking < 0
-            assert (used[made] <= found.used[made] * (1.0 + CLOSE)).all()
-            feasible = made & (found.used <= 1.0)
+            made = found.missing_check < 0
+            assert (used[made] <= found.utilisation[made] * (1.0 + CLOSE)).all()
+            feasible = made & (found.utilisation <= 1.0)
             least = energy + (line * weight) @ (torque - 0.5 * (low + high))
             slack = CLOSE * np.abs(power[:, 0]) @ weight + 1e-12  # J: a locked gear draws nothing but for rounding
             assert (least <= found.cases["figures"]["energy"] + slack)[feasible].all()
@@ -79,18 +79,18 @@ def about_joints(study):
 def test_no_choice_loads_a_bearing_less_than_its_bound(make, kind):
     told = 0
     for seed in range(12):
-        offered, rng = candidates(about_joints(TASKS.random_study(make, seed, kind))), np.random.default_rng(seed)
+        offered, rng = build_candidates(about_joints(TASKS.random_study(make, seed, kind))), np.random.default_rng(seed)
         joints = range(len(offered.joints))
         open_pairs = [some_pairs(rng, offered, joint, rng.integers(1, 6)) for joint in joints]
-        low, high = (np.array([f(offered.numbers[pairs], axis=0) for pairs in open_pairs]) for f in (np.min, np.max))
+        low, high = (np.array([f(offered.parameters[pairs], axis=0) for pairs in open_pairs]) for f in (np.min, np.max))
         for joint, offer in enumerate(offered.joints):
-            offer.interval(low, high)
+            offer.torque_interval(low, high)
             bound = offer.records.whole.still[:3].copy()
             least, most = offer.records.whole.low.copy(), offer.records.whole.high.copy()
             for _ in range(4):
                 chosen = {k: int(rng.choice(open_pairs[k])) for k in joints}
-                numbers = offered.numbers_of(chosen)
-                offer.interval(numbers, numbers)
+                numbers = offered.parameters_of(chosen)
+                offer.torque_interval(numbers, numbers)
                 torque, room = offer.records.whole.low, CLOSE * np.abs(offer.records.whole.low).max()
                 np.testing.assert_array_equal(torque, offer.records.whole.high)
                 assert (least <= torque + room).all() and (torque <= most + room).all()
@@ -101,7 +101,7 @@ def test_no_choice_loads_a_bearing_less_than_its_bound(make, kind):
                     continue  # nothing is asked, so the judge leaves out what the own drive adds
                 if np.isfinite(found).all():
                     assert (bound <= np.array(found) * (1.0 + CLOSE)).all()
-                    offer.interval(numbers, numbers)
+                    offer.torque_interval(numbers, numbers)
                     exact = offer.records.whole.still[:3]  # at the samples where most is asked without drives
                     assert (exact >= bound * (1.0 - CLOSE)).all() and (exact <= np.array(found) * (1.0 + CLOSE)).all()
                     assert (exact >= 0.75 * np.array(found)).all()
@@ -115,20 +115,20 @@ def test_no_choice_loads_a_bearing_less_than_its_bound(make, kind):
 def test_no_choice_asks_less_of_a_brake_than_its_bound(make, kind):
     told = 0
     for seed in range(12):
-        offered, rng = candidates(TASKS.random_study(make, seed, kind)), np.random.default_rng(seed)
+        offered, rng = build_candidates(TASKS.random_study(make, seed, kind)), np.random.default_rng(seed)
         joints = range(len(offered.joints))
         open_pairs = [some_pairs(rng, offered, joint, rng.integers(1, 6)) for joint in joints]
-        low, high = (np.array([f(offered.numbers[pairs], axis=0) for pairs in open_pairs]) for f in (np.min, np.max))
+        low, high = (np.array([f(offered.parameters[pairs], axis=0) for pairs in open_pairs]) for f in (np.min, np.max))
         for joint, offer in enumerate(offered.joints):
-            offer.interval(low, high)
+            offer.torque_interval(low, high)
             bound = float(offer.records.whole.still[3])
             assert np.isnan(bound) == (not offered.study.joints[joint].brakes)
             for _ in range(4 * (not np.isnan(bound))):
                 chosen = {k: int(rng.choice(open_pairs[k])) for k in joints}
-                numbers = offered.numbers_of(chosen)
+                numbers = offered.parameters_of(chosen)
                 case = offered.judge(joint, np.array([chosen[joint]]), numbers, until=np.inf, quick=False).cases[0]
                 found = case.figures.holding_torque * abs(case.gear.ratio)
-                offer.interval(numbers, numbers)
+                offer.torque_interval(numbers, numbers)
                 exact = float(offer.records.whole.still[3])
                 assert bound <= exact * (1.0 + CLOSE) and 0.75 * found <= exact <= found * (1.0 + CLOSE)
                 told += 1
@@ -139,18 +139,18 @@ def test_no_choice_asks_less_of_a_brake_than_its_bound(make, kind):
 def test_bounds_without_width_rule_out_nearly_as_much_as_the_judge(make, kind):
     rejected = missed = 0
     for seed in range(12):
-        offered = candidates(TASKS.random_study(make, seed, kind))
+        offered = build_candidates(TASKS.random_study(make, seed, kind))
         rng = np.random.default_rng(seed)
         chosen = {joint: int(some_pairs(rng, offered, joint, 1)[0]) for joint in range(len(offered.joints))}
-        numbers = offered.numbers_of(chosen)
+        numbers = offered.parameters_of(chosen)
         for joint, offer in enumerate(offered.joints):
             pairs = some_pairs(rng, offered, joint, 20)
-            own = offered.pairs[pairs], offered.numbers[pairs]
+            own = offered.pairs[pairs], offered.parameters[pairs]
             found = offer.judge(*own, numbers, until=1.0, quick=False)
-            offer.interval(numbers, numbers)
+            offer.torque_interval(numbers, numbers)
             used, _, _ = bounded(offer, pairs, until=1.0 + CLOSE, energies=False)
             told = np.array([CHECKS[at].name not in UNBOUNDED for at in found.binding])
-            out = (found.lacking >= 0) | ((found.used > 1.0) & told)
+            out = (found.missing_check >= 0) | ((found.utilisation > 1.0) & told)
             rejected += out.sum()
             missed += (out & (used <= 1.0 + CLOSE)).sum()
     assert rejected > 100
@@ -173,20 +173,20 @@ def test_bounds_without_width_are_figures_of_the_judge(make):
     for seed, kind in itertools.product(range(8), TASKS.KINDS):
         study = TASKS.random_study(make, seed, kind)
         stiffness = replace(study.stiffness, first_resonance=3.0) if seed % 2 else study.stiffness
-        offered = candidates(replace(study, stiffness=stiffness))
+        offered = build_candidates(replace(study, stiffness=stiffness))
         rng = np.random.default_rng(seed)
         chosen = {joint: int(some_pairs(rng, offered, joint, 1)[0]) for joint in range(len(offered.joints))}
         for joint, offer in enumerate(offered.joints):
             for pair in some_pairs(rng, offered, joint, 6):
-                numbers, pairs = offered.numbers_of(chosen | {joint: int(pair)}), np.array([pair])
+                numbers, pairs = offered.parameters_of(chosen | {joint: int(pair)}), np.array([pair])
                 found = offered.judge(joint, pairs, numbers, until=np.inf, quick=False)
-                if found.lacking[0] >= 0 or not np.isfinite(found.used[0]):
+                if found.missing_check[0] >= 0 or not np.isfinite(found.utilisation[0]):
                     continue
-                offer.interval(numbers, numbers)
+                offer.torque_interval(numbers, numbers)
                 _, energy, _ = bounded(offer, pairs, until=np.inf, energies=True)
                 bound, exact = offer.records.sheets.case[0].figures.copy(), found.cases[0].figures
                 bound.energy = energy[0]
-                if exact.energy > 0.0 and found.used[0] <= 1.0:
+                if exact.energy > 0.0 and found.utilisation[0] <= 1.0:
                     assert energy[0] <= exact.energy * (1.0 + CLOSE), (kind, seed, joint, pair)
                     ratios["energy"].append(bound.energy / exact.energy)
                 for name in EXACT:
@@ -208,17 +208,17 @@ def test_bounds_without_width_are_figures_of_the_judge(make):
 @pytest.mark.parametrize("kind", TASKS.KINDS)
 def test_rejections_say_what_an_evaluation_says(make, kind):
     study = replace(TASKS.random_study(make, 11, kind), wanted=Wanted())
-    what, rng, expected = problem(candidates(study), study.wanted), np.random.default_rng(2), []
+    what, rng, expected = build_problem(build_candidates(study), study.wanted), np.random.default_rng(2), []
     offered, filled_parts, work = what.candidates, FilledParts(study), workload(study)
-    known = tuple(pairs[np.sort(rng.permutation(len(pairs))[:12])] for pairs in what.known)
-    what = replace(what, known=known, unknown=tuple(pairs[:2] for pairs in what.unknown))
+    known = tuple(pairs[np.sort(rng.permutation(len(pairs))[:12])] for pairs in what.eligible)
+    what = replace(what, eligible=known, lacking_data=tuple(pairs[:2] for pairs in what.lacking_data))
     chosen = {joint: int(rng.choice(pairs)) for joint, pairs in enumerate(known)}
     drives = {k: filled_parts.drive(study.joints[k], *offered.keys(pair)) for k, pair in chosen.items()}
     stages = {check.name: int(check.stage) for check in CHECKS}
     for joint in reversed(range(what.n)):
         task = study.joints[joint]
         for pair in known[joint].tolist():
-            keys, share = offered.keys(pair), what.share[pair]
+            keys, share = offered.keys(pair), what.fixed_cost[pair]
             checks = evaluate_joint(work, drives | {joint: filled_parts.drive(task, *keys)}, joint, keys).checks
             failed = [check for check in checks if check.verdict is Verdict.FAIL]
             first = min((stages[check.name] for check in failed), default=0)
@@ -236,7 +236,7 @@ def test_rejections_say_what_an_evaluation_says(make, kind):
                 expected.append((task.name, *keys, f"{one.name} (not checked)", *numbers, share))
         expected += [
             (task.name, *offered.keys(int(pair)), "mass (not known)", np.nan, np.nan, "kg", np.inf, np.nan)
-            for pair in what.unknown[joint]
+            for pair in what.lacking_data[joint]
         ]
     table = Rejected(what, chosen)
     assert len(table) == len(expected)
@@ -255,4 +255,4 @@ def test_rejections_say_what_an_evaluation_says(make, kind):
 def test_work_given_is_the_one_kept(make):
     study = TASKS.random_study(make, 0, "arm")
     work = workload(study)
-    assert candidates(study, work).work is work
+    assert build_candidates(study, work).work is work

@@ -16,10 +16,10 @@ from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search import front_tree
-from drivetrain.sizing.search.candidates import candidates
+from drivetrain.sizing.search.candidates import build_candidates
 from drivetrain.sizing.search.front import pareto_front
-from drivetrain.sizing.search.front_tree import NAMES, USED, FrontTree, Zones
-from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.front_tree import NAMES, UTILISATION, FrontTree, SearchRegion
+from drivetrain.sizing.search.problem import build_problem
 from drivetrain.study.model import Mount
 from drivetrain.study.parts.selection import Wanted
 
@@ -184,7 +184,7 @@ def test_any_criteria_with_ties_agree_with_brute_force(make, seed, names, coarse
 @pytest.mark.parametrize(("seed", "carrier"), [(29, "parent"), (0, "child"), (29, "child")])
 def test_costs_of_a_box_are_below_those_of_every_set_in_it(make, seed, carrier):
     study = random_study(make, seed, joints=3 if seed else 2, carrier=carrier)
-    what = problem(candidates(study), study.wanted)
+    what = build_problem(build_candidates(study), study.wanted)
     search = FrontTree(what, names=("mass", "energy", "utilisation"))
     root = search.root()
     search._weights = np.array([[0.0, 0.0, 1.0, 0.0]])
@@ -193,18 +193,18 @@ def test_costs_of_a_box_are_below_those_of_every_set_in_it(make, seed, carrier):
         masks = [rng.random(len(domain)) < share for domain in root.domains]
         for mask in masks:
             mask[0] = True
-        kept = tuple(domain.kept(mask) for domain, mask in zip(root.domains, masks, strict=True))
-        part = search._costed(replace(root, domains=kept))
+        kept = tuple(domain.subset(mask) for domain, mask in zip(root.domains, masks, strict=True))
+        part = search._update_costs(replace(root, domains=kept))
         if part is None:
             continue
-        values = search._weighed(part)
+        values = search._weighted_costs(part)
         for _ in range(25):
             at = [int(rng.integers(len(domain))) for domain in part.domains]
-            evaluation = what.evaluation([int(domain.pairs[i]) for domain, i in zip(part.domains, at, strict=True)])
+            evaluation = what.evaluate([int(domain.pairs[i]) for domain, i in zip(part.domains, at, strict=True)])
             if evaluation.feasible:
                 looked_at += 1
                 least = sum(float(one[i, 0]) for one, i in zip(values, at, strict=True))
-                used = max(float(domain.cost[i, USED]) for domain, i in zip(part.domains, at, strict=True))
+                used = max(float(domain.cost[i, UTILISATION]) for domain, i in zip(part.domains, at, strict=True))
                 assert least <= evaluation.criteria["energy"] + 1e-9
                 assert used <= evaluation.criteria["utilisation"] * (1.0 + 1e-12)
     assert looked_at > 20
@@ -231,9 +231,9 @@ def test_a_stopped_search_goes_on_to_the_same_front(make):
 @pytest.mark.parametrize("dimensions", [2, 3, 4])
 def test_zones_hold_exactly_what_is_not_dominated(dimensions):
     rng = np.random.default_rng(dimensions)
-    zones, known = Zones(np.full(dimensions, 10.0), 0.0), []
+    zones, known = SearchRegion(np.full(dimensions, 10.0), 0.0), []
     for index, point in enumerate(rng.uniform(0.0, 1.0, (40, dimensions))):
-        taken = zones.offer(point, (index,))
+        taken = zones.add(point, (index,))
         assert taken == (not any((old <= point).all() for old in known))
         known.append(point)
         probes = rng.uniform(0.0, 1.2, (50, dimensions))
@@ -249,9 +249,9 @@ def test_zones_hold_exactly_what_is_not_dominated(dimensions):
 @pytest.mark.parametrize("dimensions", [2, 3, 4])
 def test_zones_of_points_that_share_coordinates(dimensions):
     rng = np.random.default_rng(10 + dimensions)
-    zones, known = Zones(np.full(dimensions, 10.0), 0.0), []
+    zones, known = SearchRegion(np.full(dimensions, 10.0), 0.0), []
     for index, point in enumerate(rng.integers(0, 5, (40, dimensions)).astype(float)):
-        zones.offer(point, (index,))
+        zones.add(point, (index,))
         known.append(point)
     for probe in itertools.product(np.arange(-0.5, 6.0, 0.5), repeat=dimensions):
         free = not any((old <= probe).all() for old in known)

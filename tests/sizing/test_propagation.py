@@ -10,10 +10,10 @@ import pytest
 from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog
-from drivetrain.sizing.search.candidates import candidates
-from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.propagate import Propagation, Ranges
-from drivetrain.sizing.search.tree import EVERY, halves
+from drivetrain.sizing.search.candidates import build_candidates
+from drivetrain.sizing.search.problem import build_problem
+from drivetrain.sizing.search.propagate import ParameterRanges, Propagation
+from drivetrain.sizing.search.tree import NO_TEST_LIMIT, bisect_parameter
 from drivetrain.sizing.search.whole_sets import power_range
 from drivetrain.study.model import Mount
 from drivetrain.study.parts.selection import Wanted
@@ -47,8 +47,8 @@ def study_of(make, seed: int, wanted: Wanted):
 
 def propagated(problem, limit):
     """What is left of all candidates, and the ranges of their numbers."""
-    ranges = Ranges.unknown(problem.n)
-    return Propagation(problem, list(problem.domains()), ranges, limit, EVERY, set()).run(), ranges
+    ranges = ParameterRanges.unknown(problem.n)
+    return Propagation(problem, list(problem.domains()), ranges, limit, NO_TEST_LIMIT, set()).run(), ranges
 
 
 def holding_sets(study):
@@ -62,18 +62,18 @@ def holding_sets(study):
 @pytest.mark.parametrize("seed", range(4))
 def test_no_part_of_a_set_that_holds_is_ruled_out(make, seed, weights):
     study = study_of(make, seed, Wanted(weights))
-    asked = problem(candidates(study), study.wanted)
+    asked = build_problem(build_candidates(study), study.wanted)
     domains, ranges = propagated(asked, np.inf)
     sets = list(holding_sets(study))
     if domains is None:
         assert not sets
         return
-    total = power_range(asked, domains, ranges, most=True)
+    total = power_range(asked, domains, ranges, both=True)
     assert np.isfinite(total).all()
     left = [{asked.candidates.keys(int(pair)) for pair in domain.pairs} for domain in domains]
     for pairs, objective, power in sets:
         assert all(keys in there for keys, there in zip(pairs, left, strict=True))
-        assert sum(domain.least for domain in domains) <= objective * (1 + 1e-9)
+        assert sum(domain.lower_bound for domain in domains) <= objective * (1 + 1e-9)
         slack = 1e-6 * np.abs(power).max()
         assert (total[0] <= power + slack).all()
         assert (total[1] >= power - slack).all()
@@ -82,21 +82,21 @@ def test_no_part_of_a_set_that_holds_is_ruled_out(make, seed, weights):
 @pytest.mark.parametrize("seed", range(3))
 def test_a_limit_keeps_what_is_cheaper(make, seed):
     study = study_of(make, seed, Wanted())
-    asked = problem(candidates(study), study.wanted)
+    asked = build_problem(build_candidates(study), study.wanted)
     sets = sorted(objective for _, objective, _ in holding_sets(study))
     for limit in sets[:5]:
         domains, _ = propagated(asked, limit * (1 + 1e-9))
         assert domains is not None
-        assert sum(domain.least for domain in domains) <= limit * (
+        assert sum(domain.lower_bound for domain in domains) <= limit * (
             1 + 1e-9
         )  # equals are put in order by less than that
 
 
 def test_a_domain_is_parted_where_its_numbers_are_neighbouring_floats(make):
     study = study_of(make, 0, Wanted())
-    asked = problem(candidates(study), study.wanted)
+    asked = build_problem(build_candidates(study), study.wanted)
     domains = asked.domains()
     least = 1.0 + 2.0**-52  # the middle of this float and the next is rounded to the next
-    asked.candidates.numbers[domains[0].pairs, 0] = least
-    asked.candidates.numbers[domains[0].pairs[1:], 0] = np.nextafter(least, 2.0)
-    assert [len(part[0]) for part in halves(asked, domains, 0, 0)] == [1, len(domains[0]) - 1]
+    asked.candidates.parameters[domains[0].pairs, 0] = least
+    asked.candidates.parameters[domains[0].pairs[1:], 0] = np.nextafter(least, 2.0)
+    assert [len(part[0]) for part in bisect_parameter(asked, domains, 0, 0)] == [1, len(domains[0]) - 1]

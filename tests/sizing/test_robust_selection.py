@@ -11,7 +11,7 @@ from random_tasks import feasible_sets
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.chance_constraint import Decision, decided
+from drivetrain.sizing.search.chance_constraint import Decision, decide
 from drivetrain.sizing.search.robust import robust_select
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.monte_carlo import Chance, robustness
@@ -22,7 +22,7 @@ def stopped(rng, truth, wanted, error, most=4000):
     """The decision, looking after every ten samples."""
     held = np.cumsum(rng.random(most) < truth)
     for count in range(10, most + 1, 10):
-        found = decided(Chance(int(held[count - 1]), count), wanted, error)
+        found = decide(Chance(int(held[count - 1]), count), wanted, error)
         if found is not Decision.OPEN:
             return found
     return Decision.OPEN
@@ -45,9 +45,9 @@ def test_decisions_are_right(truth, expected):
 
 def test_all_hits_prove_a_probability_in_the_end():
     # 0.95^n falls under the error of 1 % after 90 samples; the mixture pays some more for not knowing n.
-    assert decided(Chance(60, 60), 0.95, 0.01) is Decision.OPEN
-    assert decided(Chance(200, 200), 0.95, 0.01) is Decision.HOLDS
-    assert decided(Chance(0, 5), 0.95, 0.01) is Decision.FALLS
+    assert decide(Chance(60, 60), 0.95, 0.01) is Decision.OPEN
+    assert decide(Chance(200, 200), 0.95, 0.01) is Decision.HOLDS
+    assert decide(Chance(0, 5), 0.95, 0.01) is Decision.FALLS
 
 
 @pytest.fixture

@@ -13,10 +13,10 @@ import random_tasks as TASKS
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
-from drivetrain.sizing.search.candidates import candidates
-from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.candidates import build_candidates
+from drivetrain.sizing.search.problem import build_problem
 from drivetrain.sizing.search.search import select
-from drivetrain.sizing.search.tree import EVERY, Tree
+from drivetrain.sizing.search.tree import NO_TEST_LIMIT, Tree
 from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import Wanted, family
 
@@ -74,8 +74,8 @@ def stronger(study: Study, rng) -> Study:
 
 def fewer(study: Study, rng) -> Study:
     """The same study with few candidates a joint, most of which may hold, and sometimes a given drive."""
-    what = problem(candidates(study), Wanted())
-    node = Tree(what).narrowed(what.domains(), EVERY, None)
+    what = build_problem(build_candidates(study), Wanted())
+    node = Tree(what).propagate(what.domains(), NO_TEST_LIMIT, None)
     domains = what.domains() if node is None else node.domains
     tasks = []
     for joint, task in enumerate(study.joints):

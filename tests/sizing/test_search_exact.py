@@ -17,8 +17,8 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.search.candidates import candidates
-from drivetrain.sizing.search.problem import Problem, problem
+from drivetrain.sizing.search.candidates import build_candidates
+from drivetrain.sizing.search.problem import Problem, build_problem
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.search.tree import Tree
 from drivetrain.study.model import DriveMass, JointTask, Mount, Safety, StiffnessWish, Study
@@ -217,7 +217,7 @@ def test_no_node_promises_too_little(make, weights, seed):
     """The bound of every node is below every set in it."""
     study = random_study(make, seed, Wanted(weights, sets=3))
     sets = every_set(study)
-    chosen_from = problem(candidates(study), study.wanted)
+    chosen_from = build_problem(build_candidates(study), study.wanted)
     tree = Tree(chosen_from)
     while not tree.finished:
         for _, _, node in tree.open:

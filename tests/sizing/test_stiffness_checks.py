@@ -17,11 +17,11 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import gaps
 from drivetrain.sizing.judge.stiffness import tip_deviation
-from drivetrain.sizing.search.candidates import Domain, candidates
+from drivetrain.sizing.search.candidates import Domain, build_candidates
 from drivetrain.sizing.search.front import pareto_front
-from drivetrain.sizing.search.problem import Cut, problem
+from drivetrain.sizing.search.problem import TipCut, build_problem
 from drivetrain.sizing.search.search import select
-from drivetrain.sizing.search.whole_sets import arm_use, moved_by, relaxed
+from drivetrain.sizing.search.whole_sets import arm_utilisation, lagrangian_bound, min_tip_motion
 from drivetrain.study.model import DriveMass, StiffnessWish
 from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.parts.selection import Wanted
@@ -194,15 +194,15 @@ def test_bounds_of_what_a_gear_must_be(make):
     """No choice asks a gear for less stiffness than its bound."""
     rng, seen = np.random.default_rng(2), 0
     study = replace(random_springs(make, 5), stiffness=StiffnessWish(first_resonance=8.0))
-    offered = candidates(study)
+    offered = build_candidates(study)
     for _ in range(10):
-        picked = [rng.permutation(np.arange(offered.first[j], offered.first[j + 1]))[:3] for j in range(2)]
-        low, high = (np.array([f(offered.numbers[p], axis=0) for p in picked]) for f in (np.min, np.max))
+        picked = [rng.permutation(np.arange(offered.first_pair[j], offered.first_pair[j + 1]))[:3] for j in range(2)]
+        low, high = (np.array([f(offered.parameters[p], axis=0) for p in picked]) for f in (np.min, np.max))
         for joint, offer in enumerate(offered.joints):
-            offer.interval(low, high)
+            offer.torque_interval(low, high)
             bound = offer.records.whole.still[4]
             chosen = {j: int(rng.choice(picked[j])) for j in range(2)}
-            numbers = offered.numbers_of(chosen)
+            numbers = offered.parameters_of(chosen)
             cases = offered.judge(joint, np.array([chosen[joint]]), numbers, until=np.inf, quick=False).cases
             wanted = cases["figures"]["wanted_stiffness"][0]
             assert (16.0 * math.pi) ** 2 * bound <= wanted * (1.0 + 1e-9)
@@ -218,7 +218,7 @@ def test_a_relaxed_sum_bounds_every_choice():
         moved[rng.random((3, 5)) < 0.1] = math.inf
         domains = [Domain(np.arange(5), row, np.zeros(5, np.bool_), float(row.min())) for row in costs]
         most, limit = float(rng.uniform(-1.0, 5.0)), float(rng.uniform(1.5, 8.0))
-        bound, kept = relaxed(domains, moved, most, limit)
+        bound, kept = lagrangian_bound(domains, moved, most, limit)
         for places in itertools.product(range(5), repeat=3):
             way, cost = (sum(rows[j][at] for j, at in enumerate(places)) for rows in (moved, costs))
             if way <= most and cost < limit:
@@ -230,16 +230,18 @@ def test_a_relaxed_sum_bounds_every_choice():
 def test_bounds_of_how_far_each_joint_moves_the_tip(make):
     """A cut's sum at the least that open choices leave is no more than how far any whole set goes along it."""
     study = replace(random_springs(make, 5), stiffness=StiffnessWish(tip_deviation=1e-5))
-    offered, way = problem(candidates(study), Wanted()), np.array([0.6, 0.0, 0.8])
-    used = [arm_use(offered, pairs) for pairs in itertools.product(*(one.tolist() for one in offered.known))]
+    offered, way = build_problem(build_candidates(study), Wanted()), np.array([0.6, 0.0, 0.8])
+    used = [arm_utilisation(offered, pairs) for pairs in itertools.product(*(one.tolist() for one in offered.eligible))]
     assert any(1.0 < one < math.inf for one in used) and offered.cuts
     rng = np.random.default_rng(3)
     for _ in range(20):
-        domains = tuple(one.kept(rng.random(len(one)) < 0.6) for one in offered.domains())
+        domains = tuple(one.subset(rng.random(len(one)) < 0.6) for one in offered.domains())
         if not all(map(len, domains)):
             continue
         sample, (low, high) = int(rng.integers(len(study.cycle.time))), offered.ranges(domains)
-        least = [moved_by(offered.candidates, j, one, Cut(sample, way), low, high) for j, one in enumerate(domains)]
+        least = [
+            min_tip_motion(offered.candidates, j, one, TipCut(sample, way), low, high) for j, one in enumerate(domains)
+        ]
         pairs = [int(rng.choice(one.pairs)) for one in domains]
         drives = evaluate(study, offered.keys(dict(enumerate(pairs)))).joints
         torque = np.column_stack([one.series.gear_torque for one in drives.values()])

@@ -23,7 +23,7 @@ from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.judge.vary import Number, Setup, Vary, edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.chance_constraint import CONFIDENCE, chance_of, scatters
+from drivetrain.sizing.search.chance_constraint import CONFIDENCE, chance_of, has_tolerances
 from drivetrain.sizing.search.preconditions import unknown_terms
 from drivetrain.sizing.search.robust import robust_select
 from drivetrain.sizing.search.search import better_set, select
@@ -231,7 +231,7 @@ class _Row:
     @property
     def wanted(self) -> float | None:
         """Probability with which sets must be feasible; None where none is wanted or nothing scatters."""
-        return self.study.wanted.holds if scatters(self.study) else None
+        return self.study.wanted.holds if has_tolerances(self.study) else None
 
     def selected(self, value: float, before: CurvePoint | None, *, counted: bool = False) -> CurvePoint:
         """The best set at a value; of equals the set before, so that a set goes on as long as none is better.
@@ -246,7 +246,7 @@ class _Row:
         point = self._kept(study, value, before)
         if point is None:
             point = self._searched(study, value, before)
-        if counted and point.drives and scatters(study):
+        if counted and point.drives and has_tolerances(study):
             point = replace(point, chance=chance_of(nominal_of(study), point.drives, SAMPLES))
         self.made.append(point)
         return point
@@ -433,7 +433,7 @@ def _notes(row: _Row, step: float, folded: int) -> list[str]:
             f"{folded} piece{'s' * (folded > 1)} narrower than {SLIVER * step:.3g} {row.vary.unit} folded into a "
             "neighbour, whose set is feasible there too and worth little less"
         )
-    if scatters(row.study) and row.wanted is None:
+    if has_tolerances(row.study) and row.wanted is None:
         notes.append(
             "sets are those that hold with nominal numbers; with what probability each holds within the tolerances is "
             f"counted at each value of the grid over at most {SAMPLES} arms (`selection: holds` asks for sets that "

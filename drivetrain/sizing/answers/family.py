@@ -24,11 +24,11 @@ import numpy as np
 from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.candidates import Domain, Domains, Mask, candidates
+from drivetrain.sizing.search.candidates import Domain, Domains, Mask, build_candidates
 from drivetrain.sizing.search.preconditions import check_keys, check_options, satisfied
-from drivetrain.sizing.search.problem import Problem, problem
-from drivetrain.sizing.search.propagate import Propagation, Ranges
-from drivetrain.sizing.search.tree import EVERY, SMALL, Tree, searched
+from drivetrain.sizing.search.problem import Problem, build_problem
+from drivetrain.sizing.search.propagate import ParameterRanges, Propagation
+from drivetrain.sizing.search.tree import FULL_TEST_SIZE, NO_TEST_LIMIT, Tree, run_search
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.selection import SelectionOptions
 
@@ -62,25 +62,28 @@ class FamilySelection:
 
 
 @dataclass
-class _Others:
-    """Says of sets whether they fit the other members too, where a search asks whether they hold often enough."""
+class _OtherMembers:
+    """Constraint that sets are feasible for the other members too, in the place of a chance constraint."""
 
     problems: tuple[Problem, ...]
     counters: Counter[str] = field(default_factory=Counter)
 
-    def __call__(self, pairs: tuple[int, ...]) -> bool:
-        return all(satisfied(one.evaluation(pairs)) for one in self.problems)
+    def satisfied(self, pairs: tuple[int, ...]) -> bool:
+        """Whether a set is feasible for all other members."""
+        return all(satisfied(one.evaluate(pairs)) for one in self.problems)
 
-    def without_failing(self, domains: Domains, decided: Mask) -> Domains:
-        """Domains without what the bounds of another member rule out; the same where that is nothing."""
+    def without_failing(self, domains: Domains, load_decided: Mask) -> Domains:
+        """The domains without candidates that the bounds of another member rule out; the same object if none are."""
         found = domains
         for one in self.problems:
-            full = SMALL if self.counters["nodes of other members"] >= len(self.problems) else EVERY
+            size = FULL_TEST_SIZE if self.counters["nodes of other members"] >= len(self.problems) else NO_TEST_LIMIT
             self.counters["nodes of other members"] += 1
             fresh = [_untested(one, domain) for domain in found]
-            left = Propagation(one, fresh, Ranges.unknown(one.n), math.inf, full, set(), self.counters).run()
+            left = Propagation(one, fresh, ParameterRanges.unknown(one.n), math.inf, size, set(), self.counters).run()
             kept = [np.zeros(0, dtype=np.int64)] * one.n if left is None else [domain.pairs for domain in left]
-            found = tuple(domain.kept(np.isin(domain.pairs, pairs)) for domain, pairs in zip(found, kept, strict=True))
+            found = tuple(
+                domain.subset(np.isin(domain.pairs, pairs)) for domain, pairs in zip(found, kept, strict=True)
+            )
             if left is None:
                 return found
         return domains if all(map(np.array_equal, _pairs(found), _pairs(domains))) else found
@@ -91,8 +94,8 @@ def _pairs(domains: Domains) -> list[Any]:
 
 
 def _untested(one: Problem, domain: Domain) -> Domain:
-    """A domain of which a member's problem knows nothing."""
-    cost = one.share[domain.pairs]
+    """A domain with the costs of a member's problem, untested."""
+    cost = one.fixed_cost[domain.pairs]
     return Domain(domain.pairs, cost, np.zeros(len(cost), dtype=np.bool_), float(cost.min()))
 
 
@@ -131,23 +134,25 @@ def select_family(
     if options.holds is not None:
         raise InputError(Fault("wanted.holds", "is not asked of a family", options.holds))
     try:
-        problems = tuple(problem(candidates(one), options) for one in (replace(m, wanted=options) for m in members))
+        problems = tuple(
+            build_problem(build_candidates(one), options) for one in (replace(m, wanted=options) for m in members)
+        )
     except KeyError:
         for one in members:
             check_keys(one)
         raise
-    others: Any = _Others(problems[1:])
-    tree = Tree(problems[0], accepts=others if problems[1:] and common == "drives" else None)
+    others: Any = _OtherMembers(problems[1:])
+    tree = Tree(problems[0], chance_constraint=others if problems[1:] and common == "drives" else None)
     tree.begin()
     deadline = time.perf_counter() + options.time_limit  # what a first run compiles is no search
     if common != "drives":
         return _with_own_parts(problems, COMMON.index(common) - 1, deadline)
-    tree, first = searched(tree, deadline, lambda *_: None)
+    tree, first = run_search(tree, deadline, lambda *_: None)
     counters = dict(tree.counters + others.counters)
     if not tree.best:
         return FamilySelection({}, math.nan, (), tree.finished, math.inf if tree.finished else tree.bound, counters)
     best = tree.best[0]
-    evaluations = (first[best.pairs], *(one.evaluation(best.pairs) for one in problems[1:]))
+    evaluations = (first[best.pairs], *(one.evaluate(best.pairs) for one in problems[1:]))
     drives, bound = problems[0].keys(dict(enumerate(best.pairs))), min(tree.bound, best.objective)
     return FamilySelection(drives, best.objective, evaluations, tree.finished, bound, counters)
 
@@ -157,7 +162,7 @@ Allowed = tuple[frozenset[str], ...]  # parts by joint
 
 def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) -> FamilySelection:
     """Sets of all members with common motors (0) or gears (1) and the least sum of objectives."""
-    parts = [[np.array([p.candidates.keys(k)[which] for k in own.tolist()], dtype=str) for own in p.known]
+    parts = [[np.array([p.candidates.keys(k)[which] for k in own.tolist()], dtype=str) for own in p.eligible]
              for p in problems]  # fmt: skip
     counters: Counter[str] = Counter()
 
@@ -171,13 +176,13 @@ def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) ->
         for k, one in enumerate(problems):
             if found[k].best and all(part in may for part, may in zip(chosen(k, found[k]), allowed, strict=True)):
                 continue  # what was best of more still is
-            known = tuple(
-                own[np.isin(named, [*may])] for own, named, may in zip(one.known, parts[k], allowed, strict=True)
+            eligible = tuple(
+                own[np.isin(named, [*may])] for own, named, may in zip(one.eligible, parts[k], allowed, strict=True)
             )
             rest = sum(other.bound for i, other in enumerate(found) if i != k)
-            tree = Tree(replace(one, known=known), below=limit - rest)
+            tree = Tree(replace(one, eligible=eligible), cutoff=limit - rest)
             tree.begin()
-            found[k], _ = searched(tree, deadline, lambda *_: None)
+            found[k], _ = run_search(tree, deadline, lambda *_: None)
             counters.update(found[k].counters)
             counters["searches"] += 1
             if not found[k].best and found[k].finished:
@@ -219,7 +224,7 @@ def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) ->
     left, n = min((waiting[0][0] if waiting else math.inf), limit), len(problems)
     if best is None:
         return FamilySelection({}, math.nan, (), not waiting, left / n, dict(counters))
-    evaluations = tuple(one.evaluation(tree.best[0].pairs) for one, tree in zip(problems, best, strict=True))
+    evaluations = tuple(one.evaluate(tree.best[0].pairs) for one, tree in zip(problems, best, strict=True))
     drives = problems[0].keys(dict(enumerate(best[0].best[0].pairs)))
     return FamilySelection(drives, limit / n, evaluations, left >= limit, left / n, dict(counters))
 

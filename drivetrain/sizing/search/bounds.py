@@ -138,7 +138,7 @@ class Offer(NamedTuple):
 
     sheets: Sheets
     row: Array  # the memory of the case as plain floats, (1, floats)
-    numbers: Array  # through which each pair loads joints, (P, NUMBERS)
+    parameters: Array  # load parameters of each pair, (P, NUMBERS)
     load: Array  # torque without drives [N m], (N,)
     others: Any  # joints whose drives load this one, (K,)
     rows: Array  # what a unit of each number of each of them adds, (K, NUMBERS, N)
@@ -213,7 +213,7 @@ def bound_candidates(
         if exact[i] or cost[i] >= room or not (full or cost[i] < least):
             continue
         count += 1
-        case, row, amounts = put(sheets, pairs[i]), offer.row[0], offer.numbers[pairs[i]][:own]
+        case, row, amounts = put(sheets, pairs[i]), offer.row[0], offer.parameters[pairs[i]][:own]
         set_limits(case)
         used[i] = np.inf
         if strict and first_lacking(case, row, checks, NO) >= 0:
@@ -666,7 +666,7 @@ def power_ends(offer: Offer, pairs: Any, least: Array, most: Array) -> None:
     for pair in pairs:
         case = put(offer.sheets, pair)
         motor, setting = case.motor, case.setting
-        least_mechanical(case, whole, offer.numbers[pair][:own], setting.gear_temperature)
+        least_mechanical(case, whole, offer.parameters[pair][:own], setting.gear_temperature)
         path, ambient, limit = thermal_nodes(motor, setting.mounting), setting.ambient, motor.max_winding_temperature
         heated = known(path.inner + path.outer)
         coolest = smaller(ambient, known_or(limit, ambient)) if heated else known_or(limit, ambient)

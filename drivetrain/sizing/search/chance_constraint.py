@@ -1,11 +1,11 @@
-"""Whether sets of drives are feasible often enough while their numbers scatter: drawn until that is plain.
+"""Chance constraint: whether a set of drives is feasible with a required probability within the tolerances.
 
-How many arms are drawn of a set is not fixed beforehand: they are drawn until it is plain whether it holds often
-enough. To look again and again and stop when it suits is honest only with a test that allows it, so the bound is one
-that holds at every number of samples at once (a mixture martingale), and what all tests together may err by is shared
-out among them. All sets are tried with the same random numbers, so that they differ by their drives alone; the shared
-error does not ask for independence. Where the checks of one joint alone fall too often, every set with the same drive
-at that joint and the same loads on it falls with it, and is not drawn again.
+The number of Monte Carlo samples is not fixed: samples are drawn until the decision is clear. Testing repeatedly and
+stopping early is valid only with a sequential test, so the test is a mixture martingale, whose error bound holds at all
+sample counts at once. The total error is shared out among all sets ever tested. All sets use the same random numbers,
+so that they differ by their drives alone; the shared error does not require independence. If the checks of one joint
+alone fail too often, every set with the same drive at that joint and the same loads on it fails as well and is
+rejected without samples.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from enum import StrEnum
 import numpy as np
 
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.candidates import Domains, Indices, Mask, with_domain
+from drivetrain.sizing.search.candidates import Domains, Indices, Mask, Pairs, replace_domain
 from drivetrain.sizing.search.preconditions import satisfied
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.sizing.tolerance.draws import Pair, drawn
@@ -27,15 +27,15 @@ from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import Candidate, Nominal, candidate, judged
 from drivetrain.study.model import Study
 
-FIRST, GROWTH = 256, 2  # arms of the first look, and how many more each time
-PRIOR = 0.5  # both numbers of the beta law that the martingale mixes over
+FIRST_SAMPLES, GROWTH = 256, 2  # samples of the first test, and the growth of the total from test to test
+PRIOR = 0.5  # both parameters of the beta distribution that the martingale mixes over
 CONFIDENCE = 0.99
-MOST_SAMPLES = 100_000
-SAMPLES = 4096  # arms of a set, where no probability is wanted
+MAX_SAMPLES = 100_000
+SAMPLES = 4096  # of a set, if no probability is required
 
 
 class Decision(StrEnum):
-    """Whether a probability is above the wanted one: HOLDS, FALLS, or OPEN where it is too near to tell."""
+    """Whether a probability is above the required one (HOLDS), below it (FALLS) or too close to tell (OPEN)."""
 
     HOLDS = "holds"
     FALLS = "falls"
@@ -44,125 +44,132 @@ class Decision(StrEnum):
 
 @dataclass(frozen=True)
 class Trial:
-    """One set that was tried."""
+    """The test of one set."""
 
     drives: DriveSet  # the set
-    chance: Chance  # that it holds, as far as it was counted
-    decision: Decision  # what was decided
-    joint: str = ""  # the joint whose checks alone fall too often, where one does; else empty
+    chance: Chance  # estimate of its probability to be feasible
+    decision: Decision
+    joint: str = ""  # name of a joint whose checks alone fail too often; empty if there is none
 
 
 @dataclass
 class ChanceConstraint:
-    """Says of sets whether they are feasible with a wanted probability, and remembers what it said."""
+    """Tests whether sets of drives are feasible with a required probability, and keeps all tests."""
 
-    problem: Problem  # what they are chosen from
-    base: Nominal  # the study
-    wanted: float  # probability
+    problem: Problem  # the selection problem
+    base: Nominal  # the study with its tolerances
+    probability: float  # required
     confidence: float = CONFIDENCE  # of all decisions together
     seed: int = 0  # of the random numbers
-    most: int = 10**9  # sets that are tried at most
-    trials: dict[tuple[int, ...], Trial] = field(default_factory=dict)  # what became of each set that was tried
-    # pairs that fail too often at a joint by themselves, by joint and numbers of the drives that load it
+    max_sets: int = 10**9  # that are tested
+    trials: dict[Pairs, Trial] = field(default_factory=dict)  # the tests by set
+    # pairs that fail too often at a joint by themselves; the key is the joint and ``Problem.load_key``
     failing: dict[tuple[int, bytes], set[int]] = field(default_factory=dict)
-    passed: int = 0  # how often such a pair was taken out undrawn
+    removed: int = 0  # how often a failing pair was removed from a domain without samples
     counters: Counter[str] = field(default_factory=Counter)  # work done
 
     @property
-    def over(self) -> bool:
-        """Whether no further set may be tried."""
-        return len(self.trials) >= self.most
+    def exhausted(self) -> bool:
+        """Whether the number of tested sets has reached its limit."""
+        return len(self.trials) >= self.max_sets
 
-    def __call__(self, pairs: tuple[int, ...]) -> bool:
-        """Whether a set is feasible often enough, with nominal numbers as with those that scatter."""
+    def satisfied(self, pairs: Pairs) -> bool:
+        """Whether a set is feasible with nominal values and with the required probability."""
         if any(self.fails(joint, np.array([pair]), pairs)[0] for joint, pair in enumerate(pairs)):
             self.counters["sets with a drive that fails too often"] += 1
             return False
-        if self.over:
+        if self.exhausted:
             return False
         ready = candidate(self.base, self.problem.keys(dict(enumerate(pairs))))
         if not satisfied(ready.nominal):
             return False
         drives = DriveSet(dict(ready.drives), ready.nominal.objective, ready.nominal.criteria)
-        trial = tried(ready, drives, self.wanted, share_of_error(self.confidence, len(self.trials)), seed=self.seed)
+        error = share_of_error(self.confidence, len(self.trials))
+        trial = run_trial(ready, drives, self.probability, error, seed=self.seed)
         self.trials[pairs] = trial
         self.counters["sets drawn"] += 1
         if trial.joint:
             joint = [task.name for task in self.base.study.joints].index(trial.joint)
-            self.failing.setdefault((joint, self.problem.loads_of(joint, pairs)), set()).add(pairs[joint])
+            self.failing.setdefault((joint, self.problem.load_key(joint, pairs)), set()).add(pairs[joint])
         self.counters["sets too near to decide"] += trial.decision is Decision.OPEN
         return trial.decision is Decision.HOLDS
 
-    def fails(self, joint: int, pairs: Indices, lead: Sequence[int]) -> Mask:
-        """Which candidates of a joint are known to fail too often by themselves, with loads as those of a set."""
-        failing = self.failing.get((joint, self.problem.loads_of(joint, lead)), set())
+    def fails(self, joint: int, pairs: Indices, reference: Sequence[int]) -> Mask:
+        """Which candidates of a joint are known to fail too often by themselves, (K,).
+
+        ``reference``: a set whose drives load the joint as they load it here, one pair a joint.
+        """
+        failing = self.failing.get((joint, self.problem.load_key(joint, reference)), set())
         return np.isin(pairs, list(failing))
 
-    def without_failing(self, domains: Domains, decided: Mask) -> Domains:
-        """Domains without the candidates that are known to fail; the same where none is.
+    def without_failing(self, domains: Domains, load_decided: Mask) -> Domains:
+        """The domains without candidates known to fail; the same object if there are none.
 
-        ``decided``: whether the load of each joint is, (n,).
+        ``load_decided``: whether the load of each joint is decided, (n,).
         """
-        lead = tuple(int(domain.pairs[0]) for domain in domains)
+        reference = tuple(int(domain.pairs[0]) for domain in domains)
         for joint in {joint for joint, _ in self.failing}:
-            failing = decided[joint] & self.fails(joint, domains[joint].pairs, lead)
+            failing = load_decided[joint] & self.fails(joint, domains[joint].pairs, reference)
             if failing.any():
-                self.passed += int(failing.sum())
-                domains = with_domain(domains, joint, domains[joint].kept(~failing))
+                self.removed += int(failing.sum())
+                domains = replace_domain(domains, joint, domains[joint].subset(~failing))
         return domains
 
 
-def share_of_error(confidence: float, tried_before: int) -> float:
-    """Of all decisions together that of the next one: over all sets ever tried they sum up to what is left."""
-    return (1.0 - confidence) / ((tried_before + 1) * (tried_before + 2))
+def share_of_error(confidence: float, tested_before: int) -> float:
+    """Error probability of the next decision; over all decisions ever made they sum up to 1 - confidence."""
+    return (1.0 - confidence) / ((tested_before + 1) * (tested_before + 2))
 
 
-def tried(ready: Candidate, drives: DriveSet, wanted: float, error: float, *, seed: int) -> Trial:
-    """One set, arms drawn until it is plain whether it holds often enough."""
+def run_trial(ready: Candidate, drives: DriveSet, probability: float, error: float, *, seed: int) -> Trial:
+    """Test one set: draw samples until it is decided whether it is feasible with a required probability.
+
+    Half of the error probability is for the set, the other half for its joints.
+    """
     study, names = ready.study, [task.name for task in ready.study.joints]
-    held = samples = look = 0
-    by_joint = np.zeros(len(names), dtype=np.int64)
-    count, decision = FIRST, Decision.OPEN
-    while decision is Decision.OPEN and samples < MOST_SAMPLES:
-        count = min(count, MOST_SAMPLES - samples)
-        for found in judged(ready, drawn(study, count, (seed, look))):
-            held += int(found.feasible.sum())
-            by_joint += (~(found.joints > 1.0).any(axis=2)).sum(axis=0)
-        samples, look, count = samples + count, look + 1, samples * (GROWTH - 1) + count
-        decision = decided(Chance(held, samples), wanted, 0.5 * error)
+    feasible = samples = tests = 0
+    feasible_by_joint = np.zeros(len(names), dtype=np.int64)
+    count, decision = FIRST_SAMPLES, Decision.OPEN
+    while decision is Decision.OPEN and samples < MAX_SAMPLES:
+        count = min(count, MAX_SAMPLES - samples)
+        for found in judged(ready, drawn(study, count, (seed, tests))):
+            feasible += int(found.feasible.sum())
+            feasible_by_joint += (~(found.joints > 1.0).any(axis=2)).sum(axis=0)
+        samples, tests, count = samples + count, tests + 1, samples * (GROWTH - 1) + count
+        decision = decide(Chance(feasible, samples), probability, 0.5 * error)
     joint = ""
     if decision is Decision.FALLS:
         share = 0.5 * error / len(names)
-        alone = [decided(Chance(int(one), samples), wanted, share) is Decision.FALLS for one in by_joint]
-        joint = next((name for name, falls in zip(names, alone, strict=True) if falls), "")
-    return Trial(drives, Chance(held, samples), decision, joint)
+        decisions = [decide(Chance(int(count), samples), probability, share) for count in feasible_by_joint]
+        joint = next((name for name, one in zip(names, decisions, strict=True) if one is Decision.FALLS), "")
+    return Trial(drives, Chance(feasible, samples), decision, joint)
 
 
-def decided(chance: Chance, wanted: float, error: float) -> Decision:
-    """Whether a probability is above or below a wanted one; may be asked after any sample.
+def decide(chance: Chance, probability: float, error: float) -> Decision:
+    """Sequential test of a probability against a required one; valid however often it is repeated.
 
     Reference:
-        Ville's inequality for the likelihood ratio mixed over a beta law; Robbins, Ann. Math. Stat. 41 (1970) 1397.
+        Ville's inequality for the likelihood ratio mixed over a beta distribution; Robbins, Ann. Math. Stat. 41 (1970)
+        1397.
     """
-    from scipy.special import betaln  # takes long to import, and few ask for probabilities
+    from scipy.special import betaln  # slow to import, and needed with tolerances only
 
     hits, misses = chance.held, chance.samples - chance.held
     mixed = float(betaln(PRIOR + hits, PRIOR + misses) - betaln(PRIOR, PRIOR))
-    if mixed - hits * math.log(wanted) - misses * math.log1p(-wanted) < -math.log(error):
+    if mixed - hits * math.log(probability) - misses * math.log1p(-probability) < -math.log(error):
         return Decision.OPEN
-    return Decision.HOLDS if chance.probability > wanted else Decision.FALLS
+    return Decision.HOLDS if chance.probability > probability else Decision.FALLS
 
 
-def scatters(study: Study) -> bool:
-    """Whether anything in a study scatters."""
+def has_tolerances(study: Study) -> bool:
+    """Whether a study states any tolerance."""
     return bool(study.tolerances.given)
 
 
 def chance_of(base: Nominal, drives: dict[str, Pair], samples: int = SAMPLES) -> Chance:
-    """The probability that a set holds, counted; drives: keys of (motor, gear) by joint name."""
-    study, held = base.study, 0
+    """Monte Carlo estimate of the probability that a set is feasible; drives: keys of (motor, gear) by joint name."""
+    study = base.study
     count = min(samples, study.tolerances.samples)
     ready = candidate(base, drives)
-    for found in judged(ready, drawn(study, count, (study.tolerances.seed, 0))):
-        held += int(found.feasible.sum())
-    return Chance(held, count)
+    draws = drawn(study, count, (study.tolerances.seed, 0))
+    return Chance(sum(int(found.feasible.sum()) for found in judged(ready, draws)), count)

@@ -1,4 +1,4 @@
-"""The exact Pareto front: what whole sets of drives offer between mass, price, energy a cycle and reserve."""
+"""The exact Pareto front of whole sets of drives between mass, price, energy per cycle and utilisation."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.candidates import candidates
-from drivetrain.sizing.search.chance_constraint import CONFIDENCE, ChanceConstraint, chance_of, scatters
+from drivetrain.sizing.search.candidates import build_candidates
+from drivetrain.sizing.search.chance_constraint import CONFIDENCE, ChanceConstraint, chance_of, has_tolerances
 from drivetrain.sizing.search.front_tree import NAMES, FrontTree
 from drivetrain.sizing.search.preconditions import SHEET, lacking_of, same_study, words_of
-from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.tree import Report, searched
+from drivetrain.sizing.search.problem import build_problem
+from drivetrain.sizing.search.tree import Report, run_search
 from drivetrain.sizing.tables import CRITERION_UNITS, set_table
 from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import nominal_of
@@ -34,22 +34,21 @@ TIME_LIMIT = 60.0  # s
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """Sets of drives of which none beats another in all criteria.
+    """The nondominated sets of drives: none is better than another in all criteria.
 
     Attributes:
         study: The task.
-        names: Criteria that are compared, each to be small: ``mass`` [kg], ``price``, ``energy`` of a cycle [J] and
-            ``utilisation``, the largest of any judged check (the reserve is 1 less it).
-        left_out: Criteria that were asked for and cannot be compared, with the reason.
-        points: The sets, by their first criterion. Numbers are the same within a billionth of themselves: of sets the
-            same in all criteria one is told, the first found.
-        complete: Whether it is proven that no other set belongs to it.
-        gap: Share by which a set that was not found may at most beat one that was, in all criteria at once; 0 when
-            complete, infinite when nothing is known.
+        names: Criteria that are minimised: ``mass`` [kg], ``price``, ``energy`` per cycle [J] and ``utilisation``, the
+            largest of all checks (the reserve is 1 less it).
+        left_out: Requested criteria that cannot be compared, with the reason.
+        points: The sets, by their first criterion; of sets that are equal in all criteria (to 1e-9) the first found.
+        complete: Whether it is proven that no other set belongs to the front.
+        gap: Largest relative amount by which a set not found may improve on a set found in all criteria at once; 0 if
+            complete, infinite if nothing is known.
         counters: Work done.
-        notes: What a reader should know.
-        state: Of a search that its time limit stopped, to go on with; None when it is finished.
-        chances: With what probability each set holds, in the order of the points; empty where nothing scatters.
+        notes: Remarks for the reader.
+        state: The stopped search, to be resumed; None if it is finished.
+        chances: Probability that each set is feasible, in the order of the points; empty without tolerances.
         proven: Whether every essential check of the sets could be made.
     """
 
@@ -78,7 +77,7 @@ class Front:
         return shown(repr(self), self.table)
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The first two criteria of each set, one over the other.
+        """Plot the second criterion of each set over the first.
 
         Args:
             ax: Where to draw; None: a new figure.
@@ -94,12 +93,12 @@ class Front:
 
     @property
     def feasible(self) -> bool:
-        """Whether any set holds; not where a given drive, which all sets have, lacks data."""
+        """Whether any set is feasible; False if a fixed drive, which all sets share, lacks data."""
         return bool(self.points) and self.proven
 
     @property
     def proof(self) -> str:
-        """How far the front is proven, in words."""
+        """How far the front is proven to be complete, in words."""
         if self.complete:
             return "complete: every set of drives was found or ruled out"
         if math.isinf(self.gap):
@@ -116,43 +115,44 @@ def pareto_front(
     resume: Front | None = None,
     progress: Report | None = None,
 ) -> Front:
-    """The Pareto front of whole sets of drives that hold every check, exact.
+    """The exact Pareto front of the feasible sets of drives.
 
-    Where the study states tolerances and wants a probability (``holds``), of those that hold with it; where it states
-    tolerances alone, each set is told with the probability that it holds.
+    With tolerances and a required probability (``holds``), sets must be feasible with that probability. With tolerances
+    alone, the probability of each set is estimated.
 
     Args:
-        study: The task, with the candidates of every joint; what its selection must respect (types, families) holds.
-        criteria: Which to compare: ``mass``, ``price``, ``energy``, ``utilisation``; or as one text, ``"mass,energy"``.
-        time_limit: Of the search [s]; what is left then is told, not hidden.
-        resume: A front of the same study and criteria that its time limit stopped: the search goes on where it
-            stopped, for another time limit.
+        study: The task with the candidates of every joint; the constraints of its selection (types, families) apply.
+        criteria: Of ``mass``, ``price``, ``energy``, ``utilisation``; or as one text, ``"mass,energy"``.
+        time_limit: Of the search [s]; the gap that remains then is reported.
+        resume: A front of the same study and criteria that was stopped by its time limit; the search continues from
+            there.
         progress: Called with (done, total, text).
 
     Returns:
-        The sets, evaluated; a criterion that no candidate of some joint has data for is left out.
+        The evaluated sets; a criterion that is unknown for all candidates of some joint is left out.
 
     Raises:
-        InputError: No criterion, one of another name, or none that candidates have data for.
+        InputError: No criterion, an unknown one, or none for which the candidates have data.
     """
     if isinstance(criteria, str):
         criteria = [name.strip() for name in criteria.split(",")]
     _check(criteria, time_limit)
     if resume is not None:
         return _resumed(study, criteria, time_limit, resume, progress)
-    names, left_out, notes = _known(study, criteria)  # told before anything is searched
+    names, left_out, notes = _known(study, criteria)
     weights = tuple((name, 1.0) for name in names if name in ("mass", "price"))
-    what = problem(candidates(study), replace(study.wanted, weights=weights or (("mass", 1.0),)))
-    holds = study.wanted.holds if scatters(study) else None
-    accepts = None
-    if holds is not None:
-        accepts = ChanceConstraint(what, nominal_of(study, what.candidates.work), holds, seed=study.tolerances.seed)
-    search = FrontTree(what, accepts=accepts, names=names)
-    return _searched(search, time_limit, progress, left_out, tuple(notes))
+    problem = build_problem(build_candidates(study), replace(study.wanted, weights=weights or (("mass", 1.0),)))
+    probability = study.wanted.holds if has_tolerances(study) else None
+    constraint = None
+    if probability is not None:
+        nominal = nominal_of(study, problem.candidates.work)
+        constraint = ChanceConstraint(problem, nominal, probability, seed=study.tolerances.seed)
+    tree = FrontTree(problem, chance_constraint=constraint, names=names)
+    return _run(tree, time_limit, progress, left_out, tuple(notes))
 
 
 def check_criteria(study: Study, criteria: Sequence[str]) -> None:
-    """Refuse a front that cannot be found, before anything is searched."""
+    """Raise InputError for a front that cannot be searched for."""
     _check(criteria, TIME_LIMIT)
     _known(study, criteria)
 
@@ -160,7 +160,7 @@ def check_criteria(study: Study, criteria: Sequence[str]) -> None:
 def _resumed(
     study: Study, criteria: Sequence[str], time_limit: float, resume: Front, progress: Report | None
 ) -> Front:  # fmt: skip
-    """A search that goes on."""
+    """The front of a resumed search."""
     if not same_study(resume.study, study):
         raise InputError(Fault("resume", "is a front of another study", resume.study.name))
     wanted = tuple(name for name in dict.fromkeys(criteria) if name not in resume.left_out)
@@ -169,41 +169,43 @@ def _resumed(
     if resume.state is None:
         return resume
     notes = tuple(note for note in resume.notes if note not in _chance_notes(resume.state, resume.chances))
-    return _searched(resume.state.copied(), time_limit, progress, resume.left_out, notes)
+    return _run(resume.state.copy(), time_limit, progress, resume.left_out, notes)
 
 
-def _searched(
-    search: FrontTree, time_limit: float, progress: Report | None, left_out: dict[str, str], notes: tuple[str, ...]
+def _run(
+    tree: FrontTree, time_limit: float, progress: Report | None, left_out: dict[str, str], notes: tuple[str, ...]
 ) -> Front:
-    """The front as far as a search comes."""
+    """Run a search and collect its front."""
     report = progress or (lambda done, total, text: None)
-    search.begin()  # what a first run compiles is no search
+    tree.begin()  # compilation in a first run does not count
     end = time.perf_counter() + time_limit
-    search, evaluations = searched(search, end, report)
+    tree, evaluations = run_search(tree, end, report)
     points = [
-        DriveSet(search.problem.keys(dict(enumerate(pairs))), one.objective, one.criteria)
+        DriveSet(tree.problem.keys(dict(enumerate(pairs))), one.objective, one.criteria)
         for pairs, one in evaluations.items()
     ]
-    points.sort(key=lambda one: tuple(one.criteria[name] for name in search.names))
-    chances = _chances(search, points, report)
-    counters = dict(search.counters) | (dict(search.accepts.counters) if search.accepts is not None else {})
-    missing = missing_words(evaluated(search.problem.candidates.work, points[0].drives)) if points else ()
-    remarks = dict.fromkeys((*notes, *missing, *_chance_notes(search, chances)))
+    points.sort(key=lambda one: tuple(one.criteria[name] for name in tree.names))
+    chances = _chances(tree, points, report)
+    counters = dict(tree.counters) | (
+        dict(tree.chance_constraint.counters) if tree.chance_constraint is not None else {}
+    )
+    missing = missing_words(evaluated(tree.problem.candidates.work, points[0].drives)) if points else ()
+    remarks = dict.fromkeys((*notes, *missing, *_chance_notes(tree, chances)))
     return Front(
-        search.problem.candidates.study, tuple(search.names), left_out, tuple(points), search.finished, search.gap(),
-        counters, tuple(remarks), None if search.finished else search, chances, not missing,
+        tree.problem.candidates.study, tuple(tree.names), left_out, tuple(points), tree.finished, tree.gap(),
+        counters, tuple(remarks), None if tree.finished else tree, chances, not missing,
     )  # fmt: skip
 
 
-def _chances(search: FrontTree, points: Sequence[DriveSet], report: Report) -> tuple[Chance, ...]:
-    """With what probability each set holds; nothing where nothing scatters."""
-    offered = search.problem.candidates
-    if not scatters(offered.study):
+def _chances(tree: FrontTree, points: Sequence[DriveSet], report: Report) -> tuple[Chance, ...]:
+    """Probability that each set is feasible; empty without tolerances."""
+    offered = tree.problem.candidates
+    if not has_tolerances(offered.study):
         return ()
-    if search.accepts is not None:
+    if tree.chance_constraint is not None:
         by_keys = {
-            tuple(search.problem.keys(dict(enumerate(p))).items()): one.chance
-            for p, one in search.accepts.trials.items()
+            tuple(tree.problem.keys(dict(enumerate(p))).items()): one.chance
+            for p, one in tree.chance_constraint.trials.items()
         }
         return tuple(by_keys[tuple(point.drives.items())] for point in points)
     base, found = nominal_of(offered.study, offered.work), []
@@ -213,25 +215,27 @@ def _chances(search: FrontTree, points: Sequence[DriveSet], report: Report) -> t
     return tuple(found)
 
 
-def _chance_notes(search: FrontTree, chances: Sequence[Chance]) -> tuple[str, ...]:
-    """What tolerances mean for the front, in words."""
-    study = search.problem.candidates.study
-    if not scatters(study):
+def _chance_notes(tree: FrontTree, chances: Sequence[Chance]) -> tuple[str, ...]:
+    """Remarks on tolerances."""
+    study = tree.problem.candidates.study
+    if not has_tolerances(study):
         return ()
-    if search.accepts is None:
+    if tree.chance_constraint is None:
         arms = chances[0].samples if chances else 0
         return (
             "the sets are those that hold with nominal numbers; with what probability each holds within the tolerances "
             f"is counted over {arms} arms (`selection: holds` asks for a front of sets that hold often enough)",
         )
-    counters = search.accepts.counters
+    constraint = tree.chance_constraint
+    counters = constraint.counters
     near = counters["sets too near to decide"]
-    text = f"every set holds with at least {100.0 * search.accepts.wanted:g} % ({100.0 * CONFIDENCE:g} % confidence)"
+    text = f"every set holds with at least {100.0 * constraint.probability:g} % ({100.0 * CONFIDENCE:g} % confidence)"
     left = f"; {near} sets left out are too near to decide" if near else ""
     return (f"{text}; of {counters['sets drawn']} sets arms were drawn{left}",)
 
 
 def _check(criteria: Sequence[str], time_limit: float) -> None:
+    """Raise InputError for unknown criteria or a time limit that is not positive."""
     faults = [
         Fault("criteria", "is none that sets can be compared by", name, nearest(name, NAMES))
         for name in criteria
@@ -246,7 +250,7 @@ def _check(criteria: Sequence[str], time_limit: float) -> None:
 
 
 def _known(study: Study, criteria: Sequence[str]) -> tuple[tuple[str, ...], dict[str, str], list[str]]:
-    """The criteria that can be compared; those that cannot, with the reason; and what is left aside."""
+    """The criteria that can be compared, those that cannot with the reason, and notes on candidates left out."""
     names, left_out, notes = [], {}, []
     for name in dict.fromkeys(criteria):
         text = words_of(study, name) if name in SHEET else ""

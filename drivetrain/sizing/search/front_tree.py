@@ -1,12 +1,14 @@
-"""Every set of drives that no other beats in all criteria at once, by the domains, bounds and branches of the tree.
+"""Branch and bound for the exact Pareto front of whole sets of drives.
 
-The least of every weighting of the additive criteria, and of utilisation, bounds a node: where no zone that the sets
-found leave open reaches below all of these bounds, nothing new is in it.
+Additive criteria (mass, price, energy) are combined into weighted sums. A node has a lower bound on every weighted sum
+and on the utilisation. It is closed if no zone of the search region, the part of criteria space that the sets found do
+not dominate, reaches below all of these bounds.
 
-The energy of a joint is bounded beside a line: at each sample the power less a multiple of the load is bounded over
-the interval of loads, and the multiples, summed up, are linear in the numbers of the drives that load the joint. That
-part goes to those drives. So a heavy drive pays for what it costs at the joints before it while these are still open,
-and what is lost in the bound shrinks with the square of the interval.
+The energy of a joint is bounded with the help of a line: at each sample the power less a multiple of the load is
+bounded over the interval of loads. The multiples, summed over the cycle, are linear in the load parameters of the
+drives that load the joint, and this part of the energy is charged to these drives. So a heavy drive pays for the energy
+that it causes at the joints before it while their drives are still open, and the error of the bound is quadratic in the
+width of the interval.
 """
 
 from __future__ import annotations
@@ -25,17 +27,18 @@ from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.search.bounds import BELOW
 from drivetrain.sizing.search.candidates import Domain, Indices, Mask, Pairs
 from drivetrain.sizing.search.problem import ROUNDING
-from drivetrain.sizing.search.tree import BranchAndBound, Node, Report, halves, split
-from drivetrain.sizing.search.whole_sets import arm_use, supply_limited, supply_use
+from drivetrain.sizing.search.tree import BranchAndBound, Node, Report, bisect_parameter, split
+from drivetrain.sizing.search.whole_sets import arm_utilisation, supply_limited, supply_utilisation
 
 
-class Zones:
-    """Points of which none dominates another, all criteria to be small, and the corners of what they leave open.
+class SearchRegion:
+    """Nondominated points, all p criteria to be minimised, and the region of criteria space that they do not dominate.
 
-    A new point is dominated by no point (nor equal to one) exactly when it lies below some corner in every criterion.
+    The region is the union of zones: all points below a corner in every criterion. The corners are the local upper
+    bounds of the literature.
 
     Attributes:
-        points: In the order of their coming, dominated ones taken out, (M, p).
+        points: Nondominated points in the order in which they were added, (M, p).
         keys: Of the points, in the same order.
         corners: Upper corners of the zones, (Z, p).
 
@@ -45,478 +48,504 @@ class Zones:
     """
 
     def __init__(self, highest: Array, tolerance: float) -> None:
+        """A region without points.
+
+        Args:
+            highest: Corner above all points, (p,).
+            tolerance: Relative difference within which criteria are equal.
+        """
         self.points = np.zeros((0, len(highest)))
         self.keys: list[tuple[int, ...]] = []
         self.corners = np.array([highest], dtype=np.float64)
         self._tolerance = tolerance
         self._highest = np.asarray(highest, dtype=np.float64)
 
-    def offer(self, point: Array, key: tuple[int, ...]) -> bool:
-        """Take a point in, if no other matches it; point: (p,)."""
-        if self.matched(point):
+    def add(self, point: Array, key: tuple[int, ...]) -> bool:
+        """Add a point (p,) unless it is dominated, and remove the points that it dominates; whether it was added."""
+        if self.dominates(point):
             return False
         slack = self._tolerance * np.maximum(np.abs(point), 1e-300)
-        beaten = (point <= self.points + slack).all(axis=1)
-        self.points = np.vstack([self.points[~beaten], point])
-        self.keys = [old for old, out in zip(self.keys, np.atleast_1d(beaten), strict=True) if not out] + [key]
-        self._cut(point)
+        dominated = (point <= self.points + slack).all(axis=1)
+        self.points = np.vstack([self.points[~dominated], point])
+        kept = [old for old, out in zip(self.keys, np.atleast_1d(dominated), strict=True) if not out]
+        self.keys = [*kept, key]
+        self._update_corners(point)
         return True
 
-    def matched(self, point: Array) -> bool:
-        """Whether a point of the front is no worse than another one in any criterion; point: (p,)."""
+    def dominates(self, point: Array) -> bool:
+        """Whether some point of the front is no worse than a point (p,) in every criterion."""
         slack = self._tolerance * np.maximum(np.abs(point), 1e-300)
         return bool(len(self.points) and (self.points <= point + slack).all(axis=1).any())
 
-    def copied(self) -> Zones:
-        """The same zones, to go on without touching these."""
-        other = Zones(self._highest, self._tolerance)
+    def copy(self) -> SearchRegion:
+        """An independent copy."""
+        other = SearchRegion(self._highest, self._tolerance)
         other.points, other.keys, other.corners = self.points, list(self.keys), self.corners
         return other
 
-    def _cut(self, point: Array) -> None:
-        """Replace the corners above a point by those beside it."""
+    def _update_corners(self, point: Array) -> None:
+        """Replace the corners above a new point."""
         above = (self.corners > point).all(axis=1)
         if not above.any():
             return
-        near = (self.corners >= point).all(axis=1) & ~above
-        fresh = _fresh_corners(self.corners[above], point, self.corners[near])
+        touching = (self.corners >= point).all(axis=1) & ~above
+        fresh = _new_corners(self.corners[above], point, self.corners[touching])
         self.corners = np.vstack([self.corners[~above], fresh])
 
 
-def _fresh_corners(cut: Array, point: Array, near: Array) -> Array:
-    """The corners that take the place of those a point cuts off, without those that lie below another.
+def _new_corners(above: Array, point: Array, touching: Array) -> Array:
+    """The corners that replace those above a new point, without redundant ones.
 
-    ``cut``: above the point in every criterion, (C, p); ``near``: those that share a number with the point and lie
-    above it in all others, (B, p).
+    Args:
+        above: Corners above the point in every criterion, (C, p).
+        point: The new point, (p,).
+        touching: Corners equal to the point in some criteria and above it in the others, (B, p).
 
     Reference:
         Klamroth, Lacour and Vanderpooten, European Journal of Operational Research 245 (2015) 767, algorithm 3: only
-        corners with the point's number on the same axis can make one of no use.
+        corners with the point's value on the same axis can make a new one redundant.
     """
-    parts, count = [], len(cut)
+    parts, count = [], len(above)
     for axis in range(len(point)):
-        own = np.delete(cut, axis, axis=1)
-        beside = np.delete(near[near[:, axis] == point[axis]], axis, axis=1)
-        others = np.vstack([own, beside])
-        above, same = ((op(others, own[:, np.newaxis])).all(axis=2) for op in (np.greater_equal, np.equal))
+        own = np.delete(above, axis, axis=1)
+        same_value = np.delete(touching[touching[:, axis] == point[axis]], axis, axis=1)
+        others = np.vstack([own, same_value])
+        covers, equals = ((op(others, own[:, np.newaxis])).all(axis=2) for op in (np.greater_equal, np.equal))
         place = np.arange(len(others))
-        first = (place < np.arange(count)[:, np.newaxis]) | (place >= count)  # of those that are the same one stays
-        fresh = cut[~(above & (~same | first)).any(axis=1)].copy()
+        first = (place < np.arange(count)[:, np.newaxis]) | (place >= count)  # of equal corners one is kept
+        fresh = above[~(covers & (~equals | first)).any(axis=1)].copy()
         fresh[:, axis] = point[axis]
         parts.append(fresh)
     return np.vstack(parts)
 
 
-def survivors(
-    values: Sequence[Array], used: Sequence[Array], corners: Array, heights: Array
+def filter_candidates(
+    values: Sequence[Array], used: Sequence[Array], corners: Array, caps: Array
 ) -> tuple[list[Mask], Array, float] | None:
-    """Which candidates may be part of a set that reaches a zone; n joints, K candidates each, W weightings, Z zones.
+    """Which candidates may be part of a set that lies in a zone; n joints, K candidates each, W weightings, Z zones.
 
-    ``values``: weighted costs at least, (K, W) a joint; ``used``: least utilisation, (K,) a joint; ``corners``: of the
-    zones, weighted, (Z, W), ``heights`` their utilisation, infinite where it is not compared, (Z,). Masks by joint, the
-    least of each weighting, (W,), and of utilisation; None where no zone can be reached.
+    Args:
+        values: Lower bounds on the weighted costs, (K, W) a joint.
+        used: Lower bounds on the utilisation, (K,) a joint.
+        corners: Weighted corners of the zones, (Z, W).
+        caps: Utilisation of the corners, infinite if it is not a criterion, (Z,).
+
+    Returns:
+        Masks by joint, (K,), and lower bounds on each weighted sum, (W,), and on the utilisation; None if no zone can
+        be reached.
     """
     total, lowest = np.sum([one.min(axis=0) for one in values], axis=0), max(float(one.min()) for one in used)
-    near = (total < corners).all(axis=1) & (lowest < heights)
-    corners, heights = corners[near], heights[near]
-    least, alive = [], np.ones(len(heights), dtype=np.bool_)
-    for value, use in zip(values, used, strict=True):  # by candidates that stay below a zone's utilisation
+    near = (total < corners).all(axis=1) & (lowest < caps)
+    corners, caps = corners[near], caps[near]
+    smallest, reachable = [], np.ones(len(caps), dtype=np.bool_)
+    for value, use in zip(values, used, strict=True):  # over the candidates below the utilisation of each zone
         order = np.argsort(use)
-        last = np.searchsorted(use[order], heights)
-        alive &= last > 0
-        least.append(np.minimum.accumulate(value[order], axis=0)[np.maximum(last, 1) - 1])
-    room = corners - np.sum(least, axis=0)
-    alive &= (room > 0.0).all(axis=1)
+        count = np.searchsorted(use[order], caps)
+        reachable &= count > 0
+        smallest.append(np.minimum.accumulate(value[order], axis=0)[np.maximum(count, 1) - 1])
+    room = corners - np.sum(smallest, axis=0)
+    reachable &= (room > 0.0).all(axis=1)
     masks = [
-        reaching(value, use, (part + room)[alive], heights[alive])
-        for value, use, part in zip(values, used, least, strict=True)
+        below_any_corner(value, use, (own + room)[reachable], caps[reachable])
+        for value, use, own in zip(values, used, smallest, strict=True)
     ]
     return (masks, total, lowest) if all(mask.any() for mask in masks) else None
 
 
 @kernel
-def reaching(values: Array, used: Array, corners: Array, heights: Array) -> Mask:
-    """Which rows lie below some corner in every weighting and in utilisation; (K, W), (K,), (Z, W), (Z,)."""
+def below_any_corner(values: Array, used: Array, corners: Array, caps: Array) -> Mask:
+    """Which rows lie below some corner in every weighted sum and in utilisation; (K, W), (K,), (Z, W), (Z,)."""
     kept, last = np.zeros(len(used), dtype=np.bool_), 0
-    for at in range(len(used)):
-        for step in range(len(heights)):
-            zone = (last + step) % len(heights)  # neighbours reach the same zone more often than not
-            inside = used[at] < heights[zone]
+    for row in range(len(used)):
+        for step in range(len(caps)):
+            zone = (last + step) % len(caps)  # neighbouring rows often lie in the same zone
+            inside = used[row] < caps[zone]
             for w in range(values.shape[1]):
                 if not inside:
                     break
-                inside = values[at, w] < corners[zone, w]
+                inside = values[row, w] < corners[zone, w]
             if inside:
-                kept[at], last = True, zone
+                kept[row], last = True, zone
                 break
     return kept
 
 
-MASS, PRICE, ENERGY, USED = range(4)
+MASS, PRICE, ENERGY, UTILISATION = range(4)
 NAMES = ("mass", "price", "energy", "utilisation")
 ADDITIVE = {"mass": MASS, "price": PRICE, "energy": ENERGY}
-EQUAL = 1e-9  # relative: sums in another order
-PASSES = 3
-FEW, MOST = 128, 4096  # sets of a node: so few are looked at one by one, and so many at most at once
-NARROWER = 0.7  # than when costs were found: then they are found anew
-TINY = 1e-12  # what is open has some width, even where it changes no torque
-STEPS = {0: 1, 1: 1, 2: 12, 3: 6}  # of weightings between two criteria, by how many of them are added up
-HEIGHTS = (math.inf, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3)
+EQUAL = 1e-9  # relative: rounding of sums in another order
+MAX_PASSES = 3
+MAX_WALKED, MAX_DECIDED = 128, 4096  # largest number of sets of a node that are enumerated, with open and decided loads
+RECOMPUTE = 0.7  # costs are computed again once the open width has shrunk by this factor
+MIN_WIDTH = 1e-12  # width of a parameter range that changes no torque
+WEIGHT_STEPS = {0: 1, 1: 1, 2: 12, 3: 6}  # steps of the grid of weightings, by the number of additive criteria
+CAPS = (math.inf, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3)  # of the utilisation of the first sets
 
 
 @dataclass(frozen=True, eq=False)
-class Part(Node):
-    """A node; the costs of its candidates are mass, price, energy a cycle and utilisation, (K, 4).
+class FrontNode(Node):
+    """A node whose candidates have four costs: mass, price, energy per cycle and utilisation, (K, 4).
 
-    They are exact or bounds, of energy without what the drives that load a joint answer for.
+    Costs are exact or lower bounds; the energy excludes what is charged to the drives that load the joint.
     """
 
-    width: (
-        Array  # of what was open in the load of each joint when its costs were found, over the largest; 0: exact, (n,)
-    )
-    slope: (
-        Array  # energy at joint j that a unit of each number of the drive of joint k answers for [J], (j, k, NUMBERS)
-    )
-    bound: Array  # the least of each weighting, (W,)
-    used: float  # the least utilisation
+    # relative width of the load interval of each joint when its costs were computed; 0: the costs are exact, (n,)
+    width: Array
+    # energy of joint j charged to the drive of joint k per unit of its load parameters [J], (j, k, NUMBERS)
+    slope: Array
+    bound: Array  # lower bound on each weighted sum, (W,)
+    utilisation: float  # lower bound
 
 
 @dataclass
-class FrontTree(BranchAndBound[Part]):
-    """The search for the front, and the sets found with what they leave open, ``zones``."""
+class FrontTree(BranchAndBound[FrontNode]):
+    """The search for the Pareto front; the sets found are the points of ``region``."""
 
     names: Sequence[str] = ()  # criteria that are compared
-    zones: Zones = field(init=False)
-    _root: Part | None = field(default=None, init=False)  # all candidates, as long as no first sets were looked for
-    _weights: Array = field(default_factory=lambda: np.zeros((0, 4)), init=False)
-    _corners: tuple[Array, Array] | None = field(default=None, init=False)
+    region: SearchRegion = field(init=False)
+    _root: FrontNode | None = field(default=None, init=False)  # until the search for first sets
+    _weights: Array = field(default_factory=lambda: np.zeros((0, 4)), init=False)  # weightings, (W, 4)
+    _corners: tuple[Array, Array] | None = field(default=None, init=False)  # cache of ``_weighted_corners``
 
     def __post_init__(self) -> None:
-        self.zones = Zones(np.zeros(len(self.names)), EQUAL)
+        self.region = SearchRegion(np.zeros(len(self.names)), EQUAL)
         self._columns = [ADDITIVE[name] for name in self.names if name in ADDITIVE]
         self._additive = [i for i, name in enumerate(self.names) if name in ADDITIVE]
-        self._judged = "utilisation" in self.names
-        # Whether drives load only the joints before their own: then these can be judged from the tip to the base.
-        self._ordered = not np.tril(self.problem.loads).any()
+        self._compares_utilisation = "utilisation" in self.names
+        # Whether drives load only joints before their own, so that sets can be judged from the tip to the base.
+        self._tip_to_base = not np.tril(self.problem.is_loaded_by).any()
 
-    def copied(self) -> FrontTree:
-        other = super().copied()
-        other.zones = self.zones.copied()
+    def copy(self) -> FrontTree:
+        other = super().copy()
+        other.region = self.region.copy()
         return other
 
     @property
     def found(self) -> Sequence[Pairs]:
-        return self.zones.keys
+        return self.region.keys
 
     @property
     def finished(self) -> bool:
-        return self.started and not self.open and self.following is None and self._root is None
+        return self.started and not self.open and self.dive_node is None and self._root is None
 
-    def first(self) -> None:
-        if not all(len(pairs) for pairs in self.problem.known):
+    def make_root(self) -> None:
+        if not all(len(pairs) for pairs in self.problem.eligible):
             return
-        root = self._root = self._costed(self.root())
+        root = self._root = self._update_costs(self.root())
         if root is None:
             return
         costs = [domain.cost for domain in root.domains]
-        self._weights = weightings(
-            self._columns, np.maximum(np.sum([np.ptp(one, axis=0) for one in costs], axis=0), 1e-9)
-        )
+        ranges = np.sum([np.ptp(one, axis=0) for one in costs], axis=0)
+        self._weights = weightings(self._columns, np.maximum(ranges, 1e-9))
         most = np.sum([np.abs(one).max(axis=0) for one in costs], axis=0)
         highest = [2.0 * most[ADDITIVE[name]] + 1e9 if name in ADDITIVE else 2.0 for name in self.names]
-        self.zones = Zones(np.array(highest), EQUAL)
-        self._survivors(root)  # compiled before the clock runs
+        self.region = SearchRegion(np.array(highest), EQUAL)
+        self._filter(root)  # compiles before the clock runs
 
     def run(self, deadline: float, report: Report) -> None:
         self.begin()
-        if self._root is not None:  # at most half of the time goes into first sets
+        if self._root is not None:  # the first sets take at most half of the time
             root, self._root = self._root, None
-            self._dive(root, 0.5 * (time.perf_counter() + deadline))
-            self.following = self._narrowed(root)
+            self._find_first_sets(root, 0.5 * (time.perf_counter() + deadline))
+            self.dive_node = self._propagate(root)
         super().run(deadline, report)
 
-    def order(self, node: Part) -> float:
-        order = node.used if self._judged else 0.0
+    def order(self, node: FrontNode) -> float:
+        order = node.utilisation if self._compares_utilisation else 0.0
         return order + (float(np.mean(node.bound / self._scale)) if len(node.bound) else 0.0)
 
-    def of_interest(self, node: Part) -> bool:
-        return True  # told when it is parted
+    def may_improve(self, node: FrontNode) -> bool:
+        return True  # tested when it is branched
 
-    def parts(self, node: Part) -> list[Part]:
-        again = self._survivors(node)  # sets found since may rule it out
-        branches = [] if again is None else self._branches(again)
-        return [one for one in map(self._narrowed, branches) if one is not None]
+    def branch(self, node: FrontNode) -> list[FrontNode]:
+        filtered = self._filter(node)  # sets found since may rule it out
+        branches = [] if filtered is None else self._bisect(filtered)
+        return [child for child in map(self._propagate, branches) if child is not None]
 
-    def followed(self, parts: Sequence[Part]) -> Part | None:
-        return min(parts, key=self.order, default=None)  # a descent ends in sets, and sets rule out nodes
+    def choose_dive(self, children: Sequence[FrontNode]) -> FrontNode | None:
+        return min(children, key=self.order, default=None)  # a dive ends in sets, and sets rule out nodes
 
     def progress(self) -> tuple[int, int, str]:
-        return 0, 1, f"{len(self.zones.points)} sets, {self.counters['nodes']} nodes, {len(self.open)} open"
+        return 0, 1, f"{len(self.region.points)} sets, {self.counters['nodes']} nodes, {len(self.open)} open"
 
     def gap(self) -> float:
-        """By what share of itself every criterion of a set found may at most be improved at once by one not found."""
-        left, points = self.left, self.zones.points
+        """Largest relative amount by which a set not found may improve on a set found in all criteria at once."""
+        points = self.region.points
         if self.finished or not len(points):
             return 0.0 if self.finished else math.inf
-        values = points[:, self._additive] @ self._weights[:, self._columns].T
-        heights = points[:, self.names.index("utilisation")] if self._judged else np.full(len(points), math.inf)
-        shares = (
-            np.maximum(part.used / heights, (part.bound / values).max(axis=1, initial=-math.inf)) for part in left
+        values, caps = self._weighted(points), np.full(len(points), math.inf)
+        if self._compares_utilisation:
+            caps = points[:, self.names.index("utilisation")]
+        ratios = (
+            np.maximum(node.utilisation / caps, (node.bound / values).max(axis=1, initial=-math.inf))
+            for node in self.open_nodes
         )
-        return max(0.0, *(1.0 - float(share.min()) for share in shares))
+        return max(0.0, *(1.0 - float(ratio.min()) for ratio in ratios))
 
-    def root(self) -> Part:
-        """All candidates, their costs not known yet."""
+    def root(self) -> FrontNode:
+        """The node of all candidates, with costs not computed yet."""
         n, offered = self.problem.n, self.problem.candidates
         sheets = np.nan_to_num(np.column_stack([offered.mass, offered.price, np.zeros((len(offered.mass), 2))]))
-        domains = tuple(Domain(pairs, sheets[pairs], np.zeros(len(pairs), np.bool_)) for pairs in self.problem.known)
-        return Part(domains, np.full(n, math.inf), np.zeros((n, n, NUMBERS)), np.zeros(0), 0.0)
+        domains = tuple(Domain(pairs, sheets[pairs], np.zeros(len(pairs), np.bool_)) for pairs in self.problem.eligible)
+        return FrontNode(domains, np.full(n, math.inf), np.zeros((n, n, NUMBERS)), np.zeros(0), 0.0)
 
-    def _open_zones(self) -> tuple[Array, Array]:
-        """What the sets found leave open, in the terms of the bounds: weighted corners and utilisations."""
+    def _weighted(self, points: Array) -> Array:
+        """Weighted sums of the additive criteria of points, (M, W)."""
+        return np.asarray(points[:, self._additive] @ self._weights[:, self._columns].T)
+
+    def _weighted_corners(self) -> tuple[Array, Array]:
+        """Weighted corners of the search region, (Z, W), and their utilisations, (Z,), less the tolerance."""
         if self._corners is None:
-            corners = self.zones.corners
-            values = corners[:, self._additive] @ self._weights[:, self._columns].T
-            used = np.full(len(corners), math.inf)
-            if self._judged:
+            corners = self.region.corners
+            values, used = self._weighted(corners), np.full(len(corners), math.inf)
+            if self._compares_utilisation:
                 used = corners[:, self.names.index("utilisation")] * (1.0 - EQUAL)
             self._corners = np.ascontiguousarray(values - EQUAL * np.abs(values)), np.ascontiguousarray(used)
         return self._corners
 
     @property
     def _scale(self) -> Array:
-        points = self.zones.points
+        """Smallest value of each weighted sum among the sets found, (W,)."""
+        points = self.region.points
         if not len(points) or not self._additive:
             return np.ones(len(self._weights))
-        return np.maximum((points[:, self._additive] @ self._weights[:, self._columns].T).min(axis=0), 1e-12)
+        return np.maximum(self._weighted(points).min(axis=0), 1e-12)
 
-    def _narrowed(self, part: Part) -> Part | None:
-        """A node with what cannot matter taken out, until nothing changes; None when nothing is left of it."""
-        left: Part | None = part
-        for _ in range(PASSES):
-            before = sum(map(len, part.domains))
-            left = self._costed(part)
-            left = None if left is None else self._survivors(self._without_failing(left))
+    def _propagate(self, node: FrontNode) -> FrontNode | None:
+        """Remove candidates until nothing changes; None if the node is closed or its sets were enumerated."""
+        left: FrontNode | None = node
+        for _ in range(MAX_PASSES):
+            before = sum(map(len, node.domains))
+            left = self._update_costs(node)
+            left = None if left is None else self._filter(self._without_failing(left))
             if left is None:
                 return None
-            part = left
-            if sum(map(len, part.domains)) == before:
+            node = left
+            if sum(map(len, node.domains)) == before:
                 break
-        few = FEW if self.accepts is None else FEW // 16
-        decided = not part.width.any() and part.sets <= MOST
-        if not decided and not (self._ordered and part.sets <= few):
-            return part
+        max_walked = MAX_WALKED if self.chance_constraint is None else MAX_WALKED // 16
+        decided = not node.width.any() and node.n_sets <= MAX_DECIDED
+        if not decided and not (self._tip_to_base and node.n_sets <= max_walked):
+            return node
         self.counters["nodes decided" if decided else "nodes walked"] += 1
-        found = list(self._walk(part))
+        found = list(self._enumerate(node))
         costs = np.array([cost for _, cost in found]).reshape(-1, 4)
-        for at in np.lexsort((costs[:, USED], *costs[:, :3].T)):
-            self._offer(*found[at])
+        for i in np.lexsort((costs[:, UTILISATION], *costs[:, :3].T)):
+            self._offer(*found[i])
         return None
 
-    def _costed(self, part: Part) -> Part | None:
-        """Costs of what is not decided yet, what cannot be feasible taken out; None where a joint has nothing left."""
+    def _update_costs(self, node: FrontNode) -> FrontNode | None:
+        """Compute the costs of joints whose load interval has shrunk, and remove infeasible candidates.
+
+        None if a joint has no candidate left.
+        """
         problem, offers = self.problem, self.problem.candidates.joints
-        domains, width, slope = list(part.domains), part.width.copy(), part.slope.copy()
+        domains, width, slope = list(node.domains), node.width.copy(), node.slope.copy()
         for joint in range(problem.n - 1, -1, -1):
             low, high = problem.ranges(domains)
             half = 0.5 * (high - low)
-            wide = float((half * problem.reach[joint] + TINY * (half > 0.0))[problem.loads[joint]].sum())
-            if width[joint] == 0.0 or wide > NARROWER * width[joint]:
-                continue  # what was found is exact, or still bounds the costs nearly as well
-            domain, width[joint] = domains[joint], wide
+            effect = half * problem.sensitivity[joint] + MIN_WIDTH * (half > 0.0)
+            own_width = float(effect[problem.is_loaded_by[joint]].sum())
+            if width[joint] == 0.0 or own_width > RECOMPUTE * width[joint]:
+                continue  # the costs are exact, or nearly as tight as new ones
+            domain, width[joint] = domains[joint], own_width
             self.counters["candidates costed"] += len(domain)
             cost = domain.cost.copy()
-            if wide == 0.0:
+            if own_width == 0.0:
                 slope[joint] = 0.0
                 self._judge(cost, joint, domain.pairs, low)
-                domains[joint] = replace(domain, cost=cost).kept(np.isfinite(cost[:, USED]))
+                domains[joint] = replace(domain, cost=cost).subset(np.isfinite(cost[:, UTILISATION]))
             else:
-                offers[joint].interval(low, high)
-                _, used, energy, line = offers[joint].bounded(
-                    domain.pairs,
-                    problem.share,
-                    np.zeros(len(domain)),
-                    domain.exact,
-                    until=1.0 + ROUNDING,
+                offers[joint].torque_interval(low, high)
+                _, used, energy, line = offers[joint].bound(
+                    domain.pairs, problem.fixed_cost, np.zeros(len(domain)), domain.exact, until=1.0 + ROUNDING,
                     energies=True,
-                )
-                slope[joint] = problem.slopes(joint, line)
-                taken = float((slope[joint] * 0.5 * (low + high)).sum())
-                cost[:, USED] = used * BELOW
-                cost[:, ENERGY] = energy - taken - (1.0 - BELOW) * (np.abs(energy) + abs(taken))
-                domains[joint] = replace(domain, cost=cost).kept(used <= 1.0 + ROUNDING)
+                )  # fmt: skip
+                slope[joint] = problem.energy_slopes(joint, line)
+                charged = float((slope[joint] * 0.5 * (low + high)).sum())
+                cost[:, UTILISATION] = used * BELOW
+                cost[:, ENERGY] = energy - charged - (1.0 - BELOW) * (np.abs(energy) + abs(charged))
+                domains[joint] = replace(domain, cost=cost).subset(used <= 1.0 + ROUNDING)
             if not len(domains[joint]):
                 return None
-        return Part(tuple(domains), width, slope, part.bound, part.used)
+        return FrontNode(tuple(domains), width, slope, node.bound, node.utilisation)
 
-    def _judge(self, cost: Array, joint: int, pairs: Indices, numbers: Array) -> None:
-        """Fill the costs of candidates beside chosen drives."""
-        cost[:, USED], cost[:, ENERGY], dearer = self.problem.judged(joint, pairs, numbers)
-        cost[:, PRICE] = np.nan_to_num(self.problem.candidates.price[pairs]) + dearer
+    def _judge(self, cost: Array, joint: int, pairs: Indices, parameters: Array) -> None:
+        """Fill in the exact costs of candidates given the load parameters of all drives, (n, NUMBERS)."""
+        cost[:, UTILISATION], cost[:, ENERGY], extra_price = self.problem.judge(joint, pairs, parameters)
+        cost[:, PRICE] = np.nan_to_num(self.problem.candidates.price[pairs]) + extra_price
 
-    def _weighed(self, part: Part) -> list[Array]:
-        """Weighted costs of candidates, each with what it answers for at other joints, (K, W) a joint."""
-        numbers, answered = self.problem.candidates.numbers, part.slope.sum(axis=0)
+    def _weighted_costs(self, node: FrontNode) -> list[Array]:
+        """Weighted costs of candidates, with the energy of other joints charged to them, (K, W) a joint."""
+        parameters, slope = self.problem.candidates.parameters, node.slope.sum(axis=0)
         return [
             domain.cost[:, :3] @ self._weights[:, :3].T
-            + np.outer(numbers[domain.pairs] @ answered[joint], self._weights[:, ENERGY])
-            for joint, domain in enumerate(part.domains)
+            + np.outer(parameters[domain.pairs] @ slope[joint], self._weights[:, ENERGY])
+            for joint, domain in enumerate(node.domains)
         ]
 
-    def _survivors(self, part: Part) -> Part | None:
-        """A node without the candidates with which no zone can be reached."""
-        if not all(map(len, part.domains)):
+    def _filter(self, node: FrontNode) -> FrontNode | None:
+        """Remove the candidates with which no zone can be reached; None if a joint has none left."""
+        if not all(map(len, node.domains)):
             return None
-        found = survivors(self._weighed(part), [one.cost[:, USED] for one in part.domains], *self._open_zones())
+        used = [one.cost[:, UTILISATION] for one in node.domains]
+        found = filter_candidates(self._weighted_costs(node), used, *self._weighted_corners())
         if found is None:
             return None
-        kept = tuple(domain.kept(mask) for domain, mask in zip(part.domains, found[0], strict=True))
-        return replace(part, domains=kept, bound=found[1], used=found[2])
+        masks, bound, utilisation = found
+        kept = tuple(domain.subset(mask) for domain, mask in zip(node.domains, masks, strict=True))
+        return replace(node, domains=kept, bound=bound, utilisation=utilisation)
 
-    def _without_failing(self, part: Part) -> Part:
-        """A node without the candidates that are known to fail too often with loads that are decided."""
-        if self.accepts is None or not all(map(len, part.domains)):
-            return part
-        return replace(part, domains=self.accepts.without_failing(part.domains, part.width == 0.0))
+    def _without_failing(self, node: FrontNode) -> FrontNode:
+        """Remove the candidates that are known to fail too often under decided loads."""
+        if self.chance_constraint is None or not all(map(len, node.domains)):
+            return node
+        return replace(node, domains=self.chance_constraint.without_failing(node.domains, node.width == 0.0))
 
-    def _walk(self, part: Part) -> Iterator[tuple[Pairs, Array]]:
-        """Every set of a small node with its costs, from the tip to the base, those that reach no zone left out.
+    def _enumerate(self, node: FrontNode) -> Iterator[tuple[Pairs, Array]]:
+        """Enumerate the sets of a small node that may reach a zone, with their costs, depth first from tip to base.
 
-        What is not chosen yet is bounded by the costs that the node has found, so that a branch is left as soon as no
-        zone can be reached.
+        Joints not chosen yet are bounded by the node's costs, so a branch is cut as soon as no zone can be reached.
         """
-        problem, (corners, heights) = self.problem, self._open_zones()
-        near = (part.bound < corners).all(axis=1) & (part.used < heights)
-        corners, heights, numbers = corners[near], heights[near], problem.candidates.numbers
-        weighed, n = self._weighed(part), problem.n
-        least = np.cumsum([np.zeros(len(self._weights)), *(one.min(axis=0) for one in weighed)], axis=0)
-        used = np.maximum.accumulate([0.0, *(float(one.cost[:, USED].min()) for one in part.domains)])
+        problem, (corners, caps) = self.problem, self._weighted_corners()
+        near = (node.bound < corners).all(axis=1) & (node.utilisation < caps)
+        corners, caps, parameters = corners[near], caps[near], problem.candidates.parameters
+        weighted, n = self._weighted_costs(node), problem.n
+        # Lower bounds for all joints before each one.
+        before = np.cumsum([np.zeros(len(self._weights)), *(one.min(axis=0) for one in weighted)], axis=0)
+        used = np.maximum.accumulate([0.0, *(float(one.cost[:, UTILISATION].min()) for one in node.domains)])
 
-        def reach(joint: int, costs: Array, own: Array, after: Array) -> Mask:
-            """Which candidates of a joint reach a zone, with those chosen after it."""
-            answered = part.slope[:joint].sum(axis=0)
-            energy = own @ answered[joint] + float((after * answered)[joint + 1 :].sum())
-            total = costs[:, :3] @ self._weights[:, :3].T + np.outer(energy, self._weights[:, ENERGY]) + least[joint]
-            return reaching(total, np.maximum(costs[:, USED], used[joint]), corners, heights)
+        def reaches_zone(joint: int, costs: Array, own: Array, chosen: Array) -> Mask:
+            """Which candidates of a joint may reach a zone, given the parameters of the drives chosen after it."""
+            slope = node.slope[:joint].sum(axis=0)
+            charged = own @ slope[joint] + float((chosen * slope)[joint + 1 :].sum())
+            total = costs[:, :3] @ self._weights[:, :3].T + np.outer(charged, self._weights[:, ENERGY]) + before[joint]
+            return below_any_corner(total, np.maximum(costs[:, UTILISATION], used[joint]), corners, caps)
 
-        def walk(joint: int, spent: Array, after: Array, pairs: Pairs) -> Iterator[tuple[Pairs, Array]]:
-            domain = part.domains[joint]
-            own, exact = numbers[domain.pairs], domain.cost
-            if part.width[joint] != 0.0:
-                # Judging takes a hundred times longer than a look at the bounds, so it has to be worth it.
-                left = domain.kept(_reached_with_bounds(joint, domain, own, spent, after))
-                if not len(left):
+        def added(spent: Array, cost: Array) -> Array:
+            """Costs with those of the joints after added."""
+            total = spent + cost
+            total[:, UTILISATION] = np.maximum(spent[UTILISATION], cost[:, UTILISATION])
+            return total
+
+        def reaches_zone_by_bounds(joint: int, domain: Domain, spent: Array, chosen: Array) -> Mask:
+            """As ``reaches_zone``, for costs that are bounds and exclude energy charged to the chosen drives."""
+            costs = added(spent, domain.cost)
+            costs[:, ENERGY] += float((node.slope[joint] * chosen)[joint + 1 :].sum())
+            return reaches_zone(joint, costs, parameters[domain.pairs], chosen)
+
+        def walk(joint: int, spent: Array, chosen: Array, pairs: Pairs) -> Iterator[tuple[Pairs, Array]]:
+            domain = node.domains[joint]
+            cost = domain.cost
+            if node.width[joint] != 0.0:  # judge only what the bounds pass: it takes a hundred times as long
+                domain = domain.subset(reaches_zone_by_bounds(joint, domain, spent, chosen))
+                if not len(domain):
                     return
-                domain, own, exact = left, numbers[left.pairs], left.cost.copy()
-                self._judge(exact, joint, left.pairs, after)
-                self.counters["candidates judged"] += len(left)
-            costs = spent + exact
-            costs[:, USED] = np.maximum(spent[USED], exact[:, USED])
-            for at in np.flatnonzero(reach(joint, costs, own, after)):
-                chosen = (int(domain.pairs[at]), *pairs)
+                cost = domain.cost.copy()
+                self._judge(cost, joint, domain.pairs, chosen)
+                self.counters["candidates judged"] += len(domain)
+            own, costs = parameters[domain.pairs], added(spent, cost)
+            for i in np.flatnonzero(reaches_zone(joint, costs, own, chosen)):
+                extended = (int(domain.pairs[i]), *pairs)
                 if joint == 0:
-                    yield chosen, costs[at]
+                    yield extended, costs[i]
                     continue
-                beside = after.copy()
-                beside[joint] = own[at]
-                yield from walk(joint - 1, costs[at], beside, chosen)
-
-        def _reached_with_bounds(joint: int, domain: Domain, own: Array, spent: Array, after: Array) -> Mask:
-            """The same while the energy of the joint is bounded beside its line."""
-            costs = spent + domain.cost
-            costs[:, USED] = np.maximum(spent[USED], domain.cost[:, USED])
-            costs[:, ENERGY] += float((part.slope[joint] * after)[joint + 1 :].sum())
-            return reach(joint, costs, own, after)
+                with_own = chosen.copy()
+                with_own[joint] = own[i]
+                yield from walk(joint - 1, costs[i], with_own, extended)
 
         yield from walk(n - 1, np.zeros(4), np.zeros((n, NUMBERS)), ())
 
     def _offer(self, pairs: Pairs, cost: Array) -> None:
-        """A whole set: held against the supply, and kept if no other matches it."""
-        if self.zones.matched(self._point(cost)):
+        """Check a whole set against the shared constraints, and add it to the front unless it is dominated."""
+        problem = self.problem
+        if self.region.dominates(self._point(cost)):
             return
         self.counters["sets judged"] += 1
-        if pairs in self.excluded or not all(one.satisfied(pairs) for one in self.problem.constraints):
+        if pairs in self.excluded or not all(one.satisfied(pairs) for one in problem.constraints):
             return
-        if supply_limited(self.problem):
-            cost = np.append(cost[:3], max(cost[USED], supply_use(self.problem, *self.problem.power(pairs))))
-        if cost[USED] <= 1.0:
-            cost = np.append(cost[:3], max(cost[USED], arm_use(self.problem, pairs)))
-        if not cost[USED] <= 1.0 or self.zones.matched(self._point(cost)):
+        used = cost[UTILISATION]
+        if supply_limited(problem):
+            used = max(used, supply_utilisation(problem, *problem.set_power(pairs)))
+        if used <= 1.0:
+            used = max(used, arm_utilisation(problem, pairs))
+        point = self._point(np.append(cost[:3], used))
+        if not used <= 1.0 or self.region.dominates(point):
             return
-        if self.accepts is not None and not self.accepts(pairs):
+        if self.chance_constraint is not None and not self.chance_constraint.satisfied(pairs):
             return
-        if self.zones.offer(self._point(cost), pairs):
+        if self.region.add(point, pairs):
             self.counters["sets that fit"] += 1
             self._corners = None
 
     def _point(self, cost: Array) -> Array:
-        """The criteria that are compared."""
+        """The compared criteria of a set, (p,)."""
         return np.array([cost[NAMES.index(name)] for name in self.names])
 
-    def _branches(self, part: Part) -> list[Part]:
-        """A node in two, by the number that changes the loads most."""
-        low, high = self.problem.ranges(part.domains)
+    def _bisect(self, node: FrontNode) -> list[FrontNode]:
+        """Split a node at the load parameter whose range affects the costs most, else at the largest domain."""
+        low, high = self.problem.ranges(node.domains)
         half = 0.5 * (high - low)
-        # Only joints whose load is still open are changed; each counts with its share of the bounds.
-        share = np.array([
+        # Joints with an open load count by their energy; a decided load has no effect left.
+        importance = np.array([
             0.0 if width == 0.0 else float(np.abs(domain.cost[:, ENERGY]).min()) + 1e-3
-            for width, domain in zip(part.width, part.domains, strict=True)
+            for width, domain in zip(node.width, node.domains, strict=True)
         ])  # fmt: skip
-        effect: Array = half * np.einsum("j,jki->ki", share, self.problem.reach)
-        joint, number = (int(at) for at in np.unravel_index(int(np.argmax(effect)), effect.shape))
-        if not effect[joint, number] > 0.0:
-            # Where no number changes a torque, loads are told apart by any number that differs.
-            loading = np.asarray(self.problem.loads.any(axis=0))
-            differ = half * loading[:, np.newaxis]
-            joint, number = (int(at) for at in np.unravel_index(int(np.argmax(differ)), differ.shape))
-            if not differ[joint, number] > 0.0:  # its loads are decided, and there are many sets
-                joint = int(np.argmax([len(domain) for domain in part.domains]))
-                below = np.arange(len(part.domains[joint])) < len(part.domains[joint]) // 2
-                return [replace(part, domains=one) for one in split(part.domains, joint, below)]
-        return [replace(part, domains=one) for one in halves(self.problem, part.domains, joint, number)]
+        loading = np.asarray(self.problem.is_loaded_by.any(axis=0))
+        by_effect: Array = half * np.einsum("j,jki->ki", importance, self.problem.sensitivity)
+        for effect in (by_effect, half * loading[:, np.newaxis]):  # if no range changes a torque, any range counts
+            joint, parameter = (int(i) for i in np.unravel_index(int(np.argmax(effect)), effect.shape))
+            if effect[joint, parameter] > 0.0:
+                parts = bisect_parameter(self.problem, node.domains, joint, parameter)
+                return [replace(node, domains=domains) for domains in parts]
+        joint = int(np.argmax([len(domain) for domain in node.domains]))
+        first_half = np.arange(len(node.domains[joint])) < len(node.domains[joint]) // 2
+        return [replace(node, domains=domains) for domains in split(node.domains, joint, first_half)]
 
-    def _dive(self, root: Part, deadline: float) -> None:
-        """First sets to hold others against, from the tip to the base.
+    def _find_first_sets(self, root: FrontNode, deadline: float) -> None:
+        """Greedy first sets: from the tip to the base the cheapest feasible candidate.
 
-        For each weighting, and for each height under which all utilisations are to stay, the cheapest feasible one.
+        This is repeated for each weighting and for each cap on the utilisation.
         """
         problem = self.problem
-        if not self._ordered:
+        if not self._tip_to_base:
             return  # loaded from both sides: left to the branches
         weights = self._weights if len(self._weights) else np.ones((1, 4))
-        for height, weight in itertools.product(HEIGHTS if self._judged else (math.inf,), weights):
+        for cap, weight in itertools.product(CAPS if self._compares_utilisation else (math.inf,), weights):
             if self.counters["sets judged"] and time.perf_counter() > deadline:
                 return
             chosen: dict[int, int] = {}
             total = np.zeros(4)
             for joint in range(problem.n - 1, -1, -1):
-                domain, beside = root.domains[joint], problem.candidates.numbers_of(chosen)
+                domain = root.domains[joint]
                 cost = domain.cost.copy()
-                self._judge(cost, joint, domain.pairs, beside)
-                fits = np.asarray(cost[:, USED] < height)
-                if self.accepts is not None:
-                    lead = tuple(chosen.get(k, 0) for k in range(problem.n))
-                    fits &= ~self.accepts.fails(joint, domain.pairs, lead)
-                low = np.flatnonzero(fits)
-                if not len(low):
+                self._judge(cost, joint, domain.pairs, problem.candidates.parameters_of(chosen))
+                allowed = np.asarray(cost[:, UTILISATION] < cap)
+                if self.chance_constraint is not None:
+                    reference = tuple(chosen.get(k, 0) for k in range(problem.n))
+                    allowed &= ~self.chance_constraint.fails(joint, domain.pairs, reference)
+                rows = np.flatnonzero(allowed)
+                if not len(rows):
                     break
-                at = int(low[np.argmin(cost[low] @ weight)])
-                chosen[joint] = int(domain.pairs[at])
-                total = np.append(total[:3] + cost[at, :3], max(total[USED], cost[at, USED]))
+                best = int(rows[np.argmin(cost[rows] @ weight)])
+                chosen[joint] = int(domain.pairs[best])
+                total = np.append(total[:3] + cost[best, :3], max(total[UTILISATION], cost[best, UTILISATION]))
             else:
                 self._offer(tuple(chosen[joint] for joint in range(problem.n)), total)
 
 
-def weightings(columns: Sequence[int], spans: Array) -> Array:
-    """Weightings of the additive criteria: each alone, and mixtures of all, (W, 4).
+def weightings(columns: Sequence[int], ranges: Array) -> Array:
+    """Weightings of the additive criteria on a grid of the simplex, each criterion alone among them, (W, 4).
 
-    ``spans``: by which each is scaled, (4,).
+    Args:
+        columns: Columns of the criteria that are weighted.
+        ranges: By which each criterion is scaled, (4,).
     """
-    rows, steps = [], STEPS[len(columns)]
-    for parts in itertools.product(range(steps + 1), repeat=len(columns)):
-        if sum(parts) == steps:
+    rows, steps = [], WEIGHT_STEPS[len(columns)]
+    for counts in itertools.product(range(steps + 1), repeat=len(columns)):
+        if sum(counts) == steps:
             row = np.zeros(4)
-            for column, part in zip(columns, parts, strict=True):
-                row[column] = part / steps / spans[column]
+            for column, count in zip(columns, counts, strict=True):
+                row[column] = count / steps / ranges[column]
             rows.append(row)
     return np.array(rows) if columns else np.zeros((0, 4))

@@ -1,4 +1,4 @@
-"""What a search may be asked for, and where it has nothing to choose from: told before any search, all at once."""
+"""Checks before a search, with all faults reported at once: options, missing data, joints without candidates."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ MOST_NAMED = 3
 
 
 def check_options(study: Study, wanted: SelectionOptions | None) -> None:
-    """Refuse what no search can answer; a study from a file has passed all of it.
+    """Raise InputError for options that no search can satisfy; a study from a file has passed this already.
 
-    ``wanted``: what is asked for instead of what the study says; None: that.
+    ``wanted``: options that replace those of the study; None: those of the study.
     """
     if not isinstance(study, Study):
         raise InputError(Fault("study", "must be a study", type(study).__name__, "load_study reads one from its file"))
@@ -39,12 +39,12 @@ def check_options(study: Study, wanted: SelectionOptions | None) -> None:
 
 
 def same_study(one: Study, other: Study) -> bool:
-    """Whether a search of one study can go on with another."""
+    """Whether two studies are equal, so that a search of one can be resumed with the other."""
     return one is other or (one.digest, one.catalog) == (other.digest, other.catalog)
 
 
 def check_keys(study: Study) -> None:
-    """Refuse drives and candidates that the catalogue does not have; asked only once one was not found."""
+    """Raise InputError for drives and candidates that are not in the catalogue; called once a key was not found."""
     faults = [fault for task in study.joints for fault in _of_keys(study, task)]
     if faults:
         raise InputError(faults)
@@ -78,7 +78,7 @@ def _of_groups(study: Study, options: SelectionOptions) -> Iterator[Fault]:
 
 
 def _of_keys(study: Study, task: JointTask) -> Iterator[Fault]:
-    """Of the first pair with an unknown motor, and of the first with an unknown gear."""
+    """Faults of the first pair with an unknown motor and of the first with an unknown gear."""
     motors, gears = study.catalog.motors, study.catalog.gears
     pairs = task.pairs if task.drive is None else (task.drive,)
     motor = next((one for one, _ in pairs if one not in motors), None)
@@ -93,7 +93,7 @@ def _of_keys(study: Study, task: JointTask) -> Iterator[Fault]:
 
 
 def lacking_of(study: Study, name: str) -> dict[str, tuple[int, int]]:
-    """How many candidates of each joint have no known mass or price."""
+    """By joint, how many candidates have no known mass or price, and how many candidates there are."""
     found = {}
     for task in study.joints:
         pairs = _pairs(task)
@@ -104,7 +104,7 @@ def lacking_of(study: Study, name: str) -> dict[str, tuple[int, int]]:
 
 
 def words_of(study: Study, name: str) -> str:
-    """Where nothing is known of a term, in words."""
+    """The joints at which no candidate has a known mass or price, in words; empty if there are none."""
     bare = {joint: count for joint, (lacks, count) in lacking_of(study, name).items() if count and lacks == count}
     if not bare:
         return ""
@@ -118,7 +118,7 @@ def words_of(study: Study, name: str) -> str:
 
 
 def unknown_terms(study: Study) -> list[Fault]:
-    """What an objective weighs that no candidate of some joint has."""
+    """Faults for terms of the objective that are unknown for all candidates of some joint."""
     found = []
     for name in TERMS:
         words = words_of(study, name) if name in SHEET and weight_of(study.wanted, name) else ""
@@ -129,7 +129,7 @@ def unknown_terms(study: Study) -> list[Fault]:
 
 
 def _unpriced(task: JointTask, name: str) -> bool:
-    """Whether prices count and no amplifier that a joint may take has one."""
+    """Whether the term is the price and none of the joint's amplifiers has one."""
     return name == "price" and bool(task.amplifiers) and all(one.price is None for one in task.amplifiers)
 
 
@@ -138,14 +138,14 @@ def _pairs(task: JointTask) -> tuple[tuple[str, str], ...]:
 
 
 def _rows(study: Study, motor: str, gear: str) -> list[Motor | Gear]:
-    """The sheets of a pair; none of a part that the catalogue does not have."""
+    """The catalogue rows of a pair, as far as they exist."""
     catalog = study.catalog
     rows: list[Motor | Gear] = [catalog.motors[motor]] if motor in catalog.motors else []
     return rows + ([catalog.gears[gear]] if gear in catalog.gears else [])
 
 
 def _keys(study: Study, name: str, joints: dict[str, int]) -> tuple[set[str], set[str], set[str]]:
-    """Motors, gears and amplifiers without a value among the candidates of some joints."""
+    """Keys of motors, gears and amplifiers that lack a value, among the candidates of some joints."""
     motors: set[str] = set()
     gears: set[str] = set()
     amplifiers: set[str] = set()
@@ -163,33 +163,33 @@ def _keys(study: Study, name: str, joints: dict[str, int]) -> tuple[set[str], se
 
 
 def nothing_to_choose(problem: Problem) -> tuple[Check, ...]:
-    """What keeps joints from having any candidate, as checks that fail; none has a utilisation, as no limit is met."""
+    """A failed check, without a utilisation, for every joint that has no candidate."""
     return tuple(
         Check(
             f"candidates of {task.name}", 1.0, 0.0, "1", None, Verdict.FAIL,
             remark=_with_joints(_reason(problem, joint)[0], [task.name]),
         )
-        for joint, task in enumerate(problem.candidates.study.joints) if not len(problem.known[joint])
+        for joint, task in enumerate(problem.candidates.study.joints) if not len(problem.eligible[joint])
     )  # fmt: skip
 
 
 def why_nothing(problem: Problem) -> tuple[tuple[str, str], ...]:
-    """The reasons in words, each with all joints that it holds for."""
+    """Why joints have no candidate, and what would fix it, in words; joints are grouped by reason."""
     joints: dict[tuple[str, str], list[str]] = {}
     for joint, task in enumerate(problem.candidates.study.joints):
-        if not len(problem.known[joint]):
+        if not len(problem.eligible[joint]):
             joints.setdefault(_reason(problem, joint), []).append(task.name)
     return tuple((_with_joints(reason, names), fix) for (reason, fix), names in joints.items())
 
 
 def _reason(problem: Problem, joint: int) -> tuple[str, str]:
-    """Why a joint has no candidate, with a place for its name, and what would fix it."""
-    offered, pairs, task = problem.candidates, problem.unknown[joint], problem.candidates.study.joints[joint]
+    """Why a joint has no candidate, with a placeholder for its name, and what would fix it."""
+    offered, pairs, task = problem.candidates, problem.lacking_data[joint], problem.candidates.study.joints[joint]
     if not len(pairs):
         return "{} neither a given drive nor a candidate", "" if task.pairs else "; ".join(task.passed_over)
     terms, cells = [], []
     for term, values in (("mass", offered.mass), ("price", offered.price)):
-        if np.isnan(values[pairs]).any() and (term == "mass" or weight_of(problem.wanted, term)):
+        if np.isnan(values[pairs]).any() and (term == "mass" or weight_of(problem.options, term)):
             terms.append(term)
             some = task.amplifiers if _unpriced(task, term) else ()
             cells.append(cells_to_fill(offered.study, [offered.keys(pair) for pair in pairs], term, some))
@@ -197,21 +197,21 @@ def _reason(problem: Problem, joint: int) -> tuple[str, str]:
 
 
 def _with_joints(reason: str, names: list[str]) -> str:
-    """A reason with the names of its joints."""
+    """A reason with the names of its joints filled in."""
     listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
     if reason.startswith("{} "):
         return reason.format(f"{listed} {'has' if len(names) == 1 else 'have'}")
     return reason.format(listed)
 
 
-# Drives that the study gives
+# Fixed drives
 
 
 def satisfied(evaluation: Evaluation) -> bool:
-    """Whether a set is feasible as far as the drives that were to be chosen go; one that is given may lack data.
+    """Whether a set is feasible; a drive that the study fixes may lack data.
 
-    Of a stop of all joints together no data may be lacking, nor for the supply where no drive is given: both are of the
-    set, not of one drive.
+    Data may not be missing for checks of the whole set: for a stop of all joints, and for the supply if no drive is
+    fixed.
     """
     if evaluation.feasible:
         return True

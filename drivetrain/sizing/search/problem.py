@@ -1,4 +1,4 @@
-"""What a search chooses from: the candidates of every joint with their costs, cheapest first."""
+"""The selection problem: candidates of every joint, the objective, the constraints, and judgements with a cache."""
 
 from __future__ import annotations
 
@@ -21,218 +21,249 @@ from drivetrain.sizing.search.common_parts import CommonParts, common_parts
 from drivetrain.study.parts.mounting import mass_counts
 from drivetrain.study.parts.selection import SelectionOptions
 
-EQUAL = 1e-9  # of the objective, of the energy: sets that differ by less are equals
-ROUNDING = 1e-9  # of a utilisation: a bound that asks so little more rules nothing out
-AT_ONCE = 4096  # candidates judged at most at once
-REMEMBERED = 10**6  # verdicts
+EQUAL = 1e-9  # relative: sets whose objectives or energies differ by less are equal
+ROUNDING = 1e-9  # of a utilisation: a bound that exceeds 1 by less rules nothing out
+JUDGE_BATCH = 4096  # largest number of candidates judged in one call
+MAX_CACHED_VERDICTS = 10**6
 
 
-class Cut(NamedTuple):
-    """The sample at which a set let the tip go too far, and its way there, of length 1."""
-
-    sample: int
-    way: tuple[float, float, float]
-
-
-class Swing(NamedTuple):
-    """The sample at which a set swung too slowly, and the torques of its springs there [N m]."""
+class TipCut(NamedTuple):
+    """A cut from a set whose tip deflects too far: the sample, and the direction of the deflection there."""
 
     sample: int
-    torques: tuple[float, ...]
+    direction: tuple[float, float, float]  # of length 1
+
+
+class ResonanceCut(NamedTuple):
+    """A cut from a set whose first resonance is too low: the sample, and the spring torques of the mode there."""
+
+    sample: int
+    torques: tuple[float, ...]  # by joint, scaled to length 1
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """The candidates of a study with what is wanted of it; P pairs of all joints, n joints."""
+    """The candidates of a study with objective and constraints; P pairs of all joints, n joints."""
 
     candidates: Candidates  # of the study
-    wanted: SelectionOptions  # what is minimised and must be respected
-    share: Array  # what each pair adds to the objective whatever it does, (P,)
-    energy: float  # what one joule a cycle adds
-    price: float  # what one unit of price adds
-    step: float  # objectives, and energies [J], that round to the same multiple of it are equal
-    joules: float
-    loads: Mask  # whether the drive of joint k changes what is asked of joint j, (j, k)
-    known: tuple[Indices, ...]  # pairs by joint that may be chosen, cheapest first
-    unknown: tuple[Indices, ...]  # pairs by joint whose share of the objective is not known
-    # largest torque that one unit of each number of the drive of joint k makes on joint j, over the largest that the
-    # task alone asks there, (j, k, NUMBERS)
-    reach: Array
-    constraints: tuple[CommonParts, ...]  # for all joints together
-    cuts: dict[Cut | Swing, None] = field(default_factory=dict)  # where sets were too soft, each once
-    _judged: dict[tuple[int, bytes], dict[int, list[float]]] = field(default_factory=dict)
+    options: SelectionOptions  # objective and constraints of the selection
+    fixed_cost: Array  # part of the objective of each pair that does not depend on the other drives, (P,)
+    energy_weight: float  # objective per joule of a cycle
+    price_weight: float  # objective per unit of price
+    objective_step: float  # objectives that round to the same multiple of it are equal
+    energy_step: float  # the same for energies [J]
+    is_loaded_by: Mask  # whether the drive of joint k changes the load of joint j, (j, k)
+    eligible: tuple[Indices, ...]  # pairs that may be chosen, by joint, smallest fixed cost first
+    lacking_data: tuple[Indices, ...]  # pairs whose fixed cost or mass is unknown, by joint
+    # largest torque that one unit of each load parameter of the drive of joint k causes at joint j, relative to the
+    # largest torque of the bare task there, (j, k, NUMBERS)
+    sensitivity: Array
+    constraints: tuple[CommonParts, ...]
+    cuts: dict[TipCut | ResonanceCut, None] = field(default_factory=dict)  # ordered set of stiffness cuts found so far
+    # utilisation, energy and extra price by pair; the key is the joint and the parameters of the drives that load it
+    _verdicts: dict[tuple[int, bytes], dict[int, list[float]]] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
-        """How many joints there are."""
-        return len(self.known)
+        """Number of joints."""
+        return len(self.eligible)
 
     def level(self, objective: float) -> int:
-        """The same number for all objectives that are equal."""
-        return math.floor(objective / self.step + 0.5)
+        """An objective as a whole number of steps; equal objectives have the same level."""
+        return math.floor(objective / self.objective_step + 0.5)
 
     def domains(self) -> Domains:
-        """All candidates, with nothing known of them."""
-        return tuple(self._domain(pairs) for pairs in self.known)
+        """The eligible candidates of every joint, untested."""
+        return tuple(self._domain(pairs) for pairs in self.eligible)
 
     def _domain(self, pairs: Indices) -> Domain:
-        cost = np.full(len(pairs), UNPRICED) if self.energy else self.share[pairs]
+        cost = np.full(len(pairs), UNPRICED) if self.energy_weight else self.fixed_cost[pairs]
         return Domain(pairs, cost, np.zeros(len(pairs), dtype=np.bool_), float(cost.min(initial=np.inf)))
 
     def range_of(self, domain: Domain) -> tuple[Array, Array]:
-        """Smallest and largest numbers of the candidates left at a joint, (NUMBERS,) each."""
-        return _range(self.candidates.numbers, domain.pairs)
+        """Smallest and largest load parameters of a joint's candidates, (NUMBERS,) each."""
+        return _range(self.candidates.parameters, domain.pairs)
 
     def ranges(self, domains: Sequence[Domain]) -> tuple[Array, Array]:
-        """The same of all joints, (n, NUMBERS) each."""
+        """Smallest and largest load parameters of all joints' candidates, (n, NUMBERS) each."""
         low, high = zip(*map(self.range_of, domains), strict=True)
         return np.array(low), np.array(high)
 
-    def loads_of(self, joint: int, pairs: Sequence[int]) -> bytes:
-        """The numbers of the drives of a set that load a joint."""
-        return self.candidates.numbers[[pairs[int(k)] for k in np.flatnonzero(self.loads[joint])]].tobytes()
+    def load_key(self, joint: int, pairs: Sequence[int]) -> bytes:
+        """A key that is equal for all sets that load a joint equally."""
+        loading = np.flatnonzero(self.is_loaded_by[joint])
+        return self.candidates.parameters[[pairs[int(k)] for k in loading]].tobytes()
 
-    def presolved(
-        self, joint: int, domain: Domain, limit: float, full: bool, low: Array, high: Array
+    def presolve(
+        self, joint: int, domain: Domain, cost_limit: float, full: bool, low: Array, high: Array
     ) -> tuple[Mask, Array, int]:
-        """Which candidates of a joint may be feasible and cost less than a limit, costs at least, how many were tested.
+        """Presolve filter: test the candidates of a joint against interval bounds.
 
-        ``full``: whether all are tested, or only those that may be the cheapest; low, high: numbers of all
-        joints' drives, (n, NUMBERS).
+        Args:
+            joint: Index of the joint.
+            domain: Its candidates, K of them.
+            cost_limit: Candidates that cost this much or more are removed.
+            full: Test all candidates; else only those that may be the cheapest.
+            low, high: Load parameter ranges of all joints' drives, (n, NUMBERS).
+
+        Returns:
+            Which candidates may be feasible below the limit, (K,), lower bounds on their costs, (K,), and how many
+            were tested.
         """
         offer, cost = self.candidates.joints[joint], domain.cost.copy()
-        offer.interval(low, high)
-        used, left, count = np.zeros(len(domain)), np.arange(len(domain)), 0
-        for more, amplifier in offer.dearer_of_rest() if self.price else ((0.0, None),):
-            offer.take(amplifier)
-            base, least = self.share, cost[left]
-            if more:
-                base = self.share + self.price * more
-                least = least if self.energy else np.maximum(least, base[domain.pairs[left]])
-            looked, used[left], _, _ = offer.bounded(
-                domain.pairs[left], base, least, domain.exact[left], until=1.0 + ROUNDING,
-                energies=self.energy != 0.0, weight=self.energy, room=limit, full=full,
+        offer.torque_interval(low, high)
+        utilisation, left, count = np.zeros(len(domain)), np.arange(len(domain)), 0
+        for extra_price, amplifier in offer.amplifiers_by_extra_price() if self.price_weight else ((0.0, None),):
+            offer.use_amplifier(amplifier)
+            base, lower = self.fixed_cost, cost[left]
+            if extra_price:
+                base = self.fixed_cost + self.price_weight * extra_price
+                lower = lower if self.energy_weight else np.maximum(lower, base[domain.pairs[left]])
+            tested, utilisation[left], _, _ = offer.bound(
+                domain.pairs[left], base, lower, domain.exact[left], until=1.0 + ROUNDING,
+                energies=self.energy_weight != 0.0, weight=self.energy_weight, room=cost_limit, full=full,
             )  # fmt: skip
-            cost[left], count = least, count + looked
-            left = left[used[left] > 1.0 + ROUNDING]
+            cost[left], count = lower, count + tested
+            left = left[utilisation[left] > 1.0 + ROUNDING]
             if not len(left):
                 break
-        offer.take(None)
-        return (used <= 1.0 + ROUNDING) & (cost < limit), cost, count
+        offer.use_amplifier(None)
+        return (utilisation <= 1.0 + ROUNDING) & (cost < cost_limit), cost, count
 
-    def slopes(self, joint: int, line: Array) -> Array:
-        """Energy at a joint that a unit of each number of the drive of joint k answers for [J], (k, NUMBERS)."""
-        offer, found = self.candidates.joints[joint], np.zeros((self.n, NUMBERS))
-        found[list(offer.others)] = (offer.rows.torque @ (line * offer.work.motion.weight)).reshape(-1, NUMBERS)
-        return found
+    def energy_slopes(self, joint: int, line: Array) -> Array:
+        """Energy at a joint per unit of each load parameter of the drive of joint k [J], (k, NUMBERS).
 
-    def judged(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array, Array]:
-        """Candidates of one joint beside chosen drives; pairs: (K,); numbers: of all joints' drives, (n, NUMBERS).
-
-        Largest utilisation, infinite where one is not feasible, energy a cycle [J], and what the amplifier costs above
-        the cheapest, (K,).
+        ``line``: power per unit of load at each sample [W/(N m)], (N,).
         """
-        key = joint, numbers[self.loads[joint]].tobytes()
-        if key not in self._judged and sum(map(len, self._judged.values())) > REMEMBERED:
-            self._judged.clear()
-        known, offer = self._judged.setdefault(key, {}), self.candidates.joints[joint]
-        new = np.array([pair for pair in pairs.tolist() if pair not in known], dtype=np.int64)
-        for some in np.array_split(new, range(AT_ONCE, len(new), AT_ONCE)) if len(new) else ():
-            found = self.candidates.judge(joint, some, numbers, until=1.0, quick=not offer.given)
-            feasible = (found.used <= 1.0) & (offer.given | (found.lacking < 0))
-            if self.price:
-                feasible &= np.isfinite(found.price)
-            used, energy = np.where(feasible, found.used, math.inf), np.nan_to_num(found.cases["figures"]["energy"])
-            figures = np.column_stack([used, energy, np.where(feasible & (self.price != 0.0), found.price, 0.0)])
-            known.update(zip(some.tolist(), figures.tolist(), strict=True))
-        used, energy, price = np.array([known[pair] for pair in pairs.tolist()]).reshape(-1, 3).T
-        return used, energy, price
+        offer, slopes = self.candidates.joints[joint], np.zeros((self.n, NUMBERS))
+        per_unit = offer.unit_loads.torque @ (line * offer.work.motion.weight)
+        slopes[list(offer.loading_joints)] = per_unit.reshape(-1, NUMBERS)
+        return slopes
 
-    def cost(self, pairs: Indices, energy: Array, price: Array) -> Array:
-        """What pairs add to the objective, of their energy and of their amplifiers above the cheapest, (K,)."""
-        return np.asarray(self.share[pairs] + self.energy * energy + self.price * price)
+    def judge(self, joint: int, pairs: Indices, parameters: Array) -> tuple[Array, Array, Array]:
+        """Judge candidates of one joint given the load parameters of all drives; verdicts are cached.
 
-    def power_of(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array]:
-        """Electrical power of candidates that are feasible, and the least [W], (K, 2, N); amplifiers change none.
+        Args:
+            joint: Index of the joint.
+            pairs: Candidates, (K,).
+            parameters: Load parameters of all joints' drives, (n, NUMBERS).
 
-        And what their sheets hide of it, as ``JointResult.power_allowance``, (K, 2).
+        Returns:
+            Largest utilisation, infinite for an infeasible candidate, energy of a cycle [J], and price of the
+            amplifier above the cheapest one, (K,) each.
+        """
+        key = joint, parameters[self.is_loaded_by[joint]].tobytes()
+        if key not in self._verdicts and sum(map(len, self._verdicts.values())) > MAX_CACHED_VERDICTS:
+            self._verdicts.clear()
+        cached = self._verdicts.setdefault(key, {})
+        new = np.array([pair for pair in pairs.tolist() if pair not in cached], dtype=np.int64)
+        for batch in np.array_split(new, range(JUDGE_BATCH, len(new), JUDGE_BATCH)) if len(new) else ():
+            figures = np.column_stack(self._judge_batch(joint, batch, parameters))
+            cached.update(zip(batch.tolist(), figures.tolist(), strict=True))
+        utilisation, energy, price = np.array([cached[pair] for pair in pairs.tolist()]).reshape(-1, 3).T
+        return utilisation, energy, price
+
+    def _judge_batch(self, joint: int, pairs: Indices, parameters: Array) -> tuple[Array, Array, Array]:
+        """As ``judge``, without the cache; a fixed drive may lack essential checks, others may not."""
+        is_fixed = self.candidates.joints[joint].is_fixed
+        found = self.candidates.judge(joint, pairs, parameters, until=1.0, quick=not is_fixed)
+        feasible = (found.utilisation <= 1.0) & (is_fixed | (found.missing_check < 0))
+        if self.price_weight:
+            feasible &= np.isfinite(found.extra_price)
+        return (
+            np.where(feasible, found.utilisation, math.inf),
+            np.nan_to_num(found.cases["figures"]["energy"]),
+            np.where(feasible & (self.price_weight != 0.0), found.extra_price, 0.0),
+        )
+
+    def cost(self, pairs: Indices, energy: Array, extra_price: Array) -> Array:
+        """Part of the objective of some pairs, from their energy [J] and their amplifiers' extra price, (K,)."""
+        return np.asarray(self.fixed_cost[pairs] + self.energy_weight * energy + self.price_weight * extra_price)
+
+    def candidate_power(self, joint: int, pairs: Indices, parameters: Array) -> tuple[Array, Array]:
+        """Electrical power of feasible candidates, and its lower bound [W], (K, 2, N); no amplifier changes it.
+
+        The second array is the power hidden by missing data, as ``JointResult.power_allowance``, (K, 2).
         """
         power = np.zeros((len(pairs), 2, len(self.candidates.study.cycle.time)))
-        found = self.candidates.judge(joint, pairs, numbers, until=math.inf, quick=False, power=power)
+        found = self.candidates.judge(joint, pairs, parameters, until=math.inf, quick=False, power=power)
         return power, power_allowance(found.cases)
 
-    def power(self, pairs: Sequence[int]) -> tuple[Array, Array]:
-        """The same of all drives of a set that is feasible at every joint, (2, N) and (2,)."""
-        chosen, numbers = np.array(pairs, dtype=np.int64), self.candidates.numbers[list(pairs)]
-        every = [self.power_of(joint, chosen[joint : joint + 1], numbers) for joint in range(self.n)]
-        power, more = (np.sum([one[0] for one in some], axis=0) for some in zip(*every, strict=True))
-        return power, more
+    def set_power(self, pairs: Sequence[int]) -> tuple[Array, Array]:
+        """As ``candidate_power``, summed over a set that is feasible at every joint, (2, N) and (2,)."""
+        chosen, parameters = np.array(pairs, dtype=np.int64), self.candidates.parameters[list(pairs)]
+        by_joint = [self.candidate_power(joint, chosen[joint : joint + 1], parameters) for joint in range(self.n)]
+        power, hidden = (np.sum([one[0] for one in series], axis=0) for series in zip(*by_joint, strict=True))
+        return power, hidden
 
-    def evaluation(self, pairs: Sequence[int]) -> Evaluation:
-        """A set of drives with every check."""
+    def evaluate(self, pairs: Sequence[int]) -> Evaluation:
+        """Full evaluation of a set of drives."""
         return evaluated(self.candidates.work, self.keys(dict(enumerate(pairs))))
 
     def keys(self, pairs: Mapping[int, int]) -> dict[str, tuple[str, str]]:
-        """Keys of (motor, gear) by joint name."""
+        """Keys of (motor, gear) by joint name, of pairs by joint index."""
         joints = self.candidates.study.joints
         return {joints[joint].name: self.candidates.keys(pair) for joint, pair in sorted(pairs.items())}
 
 
 @kernel
-def _range(numbers: Array, pairs: Indices) -> tuple[Array, Array]:
-    """Smallest and largest numbers of some pairs; numpy takes ten times as long for ten thousand pairs."""
-    low, high = numbers[pairs[0]].copy(), numbers[pairs[0]].copy()
+def _range(parameters: Array, pairs: Indices) -> tuple[Array, Array]:
+    """Smallest and largest parameters of some pairs; numpy takes ten times as long for ten thousand pairs."""
+    low, high = parameters[pairs[0]].copy(), parameters[pairs[0]].copy()
     for pair in pairs:
         for i in range(len(low)):
-            low[i], high[i] = min(low[i], numbers[pair, i]), max(high[i], numbers[pair, i])
+            low[i], high[i] = min(low[i], parameters[pair, i]), max(high[i], parameters[pair, i])
     return low, high
 
 
-def problem(offered: Candidates, wanted: SelectionOptions) -> Problem:
-    """What a search chooses from."""
-    study, first = offered.study, offered.first
-    share, lacking = _shares(offered, wanted)
-    known, unknown = [], []
-    for joint, one in enumerate(study.joints):
+def build_problem(candidates: Candidates, options: SelectionOptions) -> Problem:
+    """The selection problem of some candidates."""
+    study, first = candidates.study, candidates.first_pair
+    fixed_cost, lacking = _fixed_costs(candidates, options)
+    eligible, lacking_data = [], []
+    for joint, task in enumerate(study.joints):
         pairs = np.arange(first[joint], first[joint + 1])
-        if one.drive is not None:  # a given drive stays, whatever is known of it
-            share[pairs] = np.where(lacking[pairs], 0.0, share[pairs])
+        if task.drive is not None:  # a fixed drive stays, whatever data it lacks
+            fixed_cost[pairs] = np.where(lacking[pairs], 0.0, fixed_cost[pairs])
             lacking[pairs] = False
-        unknown.append(pairs[lacking[pairs]])
+        lacking_data.append(pairs[lacking[pairs]])
         pairs = pairs[~lacking[pairs]]
-        known.append(pairs[np.argsort(share[pairs], kind="stable")])
-    energy = weight_of(wanted, "energy")
-    works = [offer.work for offer in offered.joints]
+        eligible.append(pairs[np.argsort(fixed_cost[pairs], kind="stable")])
+    energy_weight = weight_of(options, "energy")
+    works = [offer.work for offer in candidates.joints]
     work = math.fsum(float(np.abs(one.load.torque * one.motion.speed * one.motion.weight).sum()) for one in works)
-    size = math.fsum(float(share[pairs[0]]) for pairs in known if len(pairs)) + energy * work
-    loads = np.zeros((len(known), len(known)), dtype=np.bool_)
-    for joint, offer in enumerate(offered.joints):
-        loads[joint, list(offer.others)] = True
+    size = math.fsum(float(fixed_cost[pairs[0]]) for pairs in eligible if len(pairs)) + energy_weight * work
+    is_loaded_by = np.zeros((len(eligible), len(eligible)), dtype=np.bool_)
+    for joint, offer in enumerate(candidates.joints):
+        is_loaded_by[joint, list(offer.loading_joints)] = True
     return Problem(
-        offered, wanted, share, energy, weight_of(wanted, "price"), EQUAL * (abs(size) or 1.0), EQUAL * (work or 1.0),
-        loads, tuple(known), tuple(unknown), _reach(offered), common_parts(offered, wanted),
+        candidates, options, fixed_cost, energy_weight, weight_of(options, "price"), EQUAL * (abs(size) or 1.0),
+        EQUAL * (work or 1.0), is_loaded_by, tuple(eligible), tuple(lacking_data), _sensitivity(candidates),
+        common_parts(candidates, options),
     )  # fmt: skip
 
 
-def _shares(offered: Candidates, wanted: SelectionOptions) -> tuple[Array, Mask]:
-    """What each pair adds to the objective whatever it does, and whether that is not known."""
-    share = np.zeros(len(offered.mass))
-    for name, values in (("mass", offered.mass), ("price", offered.price)):
-        weight = weight_of(wanted, name)
+def _fixed_costs(candidates: Candidates, options: SelectionOptions) -> tuple[Array, Mask]:
+    """Fixed cost of each pair, (P,), and whether it lacks data that the selection needs, (P,)."""
+    cost = np.zeros(len(candidates.mass))
+    for name, values in (("mass", candidates.mass), ("price", candidates.price)):
+        weight = weight_of(options, name)
         if weight:
-            share = share + weight * values
-    lacking = np.isnan(share)
-    for joint in range(len(offered.joints)):
-        if mass_counts(offered.study, joint):  # it would load the joints before by an unknown amount
-            pairs = slice(offered.first[joint], offered.first[joint + 1])
-            lacking[pairs] |= np.isnan(offered.mass[pairs])
-    return share, lacking
+            cost = cost + weight * values
+    lacking = np.isnan(cost)
+    for joint in range(len(candidates.joints)):
+        if mass_counts(candidates.study, joint):  # an unknown mass would load the joints before by an unknown amount
+            pairs = slice(candidates.first_pair[joint], candidates.first_pair[joint + 1])
+            lacking[pairs] |= np.isnan(candidates.mass[pairs])
+    return cost, lacking
 
 
-def _reach(offered: Candidates) -> Array:
-    n = len(offered.joints)
-    reach = np.zeros((n, n, NUMBERS))
-    for joint, offer in enumerate(offered.joints):
+def _sensitivity(candidates: Candidates) -> Array:
+    """As ``Problem.sensitivity``."""
+    n = len(candidates.joints)
+    sensitivity = np.zeros((n, n, NUMBERS))
+    for joint, offer in enumerate(candidates.joints):
         scale = float(np.abs(offer.work.load.torque).max()) or 1.0
-        reach[joint, list(offer.others)] = np.abs(offer.rows.torque).max(axis=1).reshape(-1, NUMBERS) / scale
-    return reach
+        largest = np.abs(offer.unit_loads.torque).max(axis=1)
+        sensitivity[joint, list(offer.loading_joints)] = largest.reshape(-1, NUMBERS) / scale
+    return sensitivity

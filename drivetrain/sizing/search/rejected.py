@@ -1,7 +1,8 @@
-"""What a set of drives leaves aside: the candidates rejected given the others, the next best; where nothing fits, why.
+"""The rejected candidates and the alternatives of a chosen set; if nothing is feasible, the nearest set and advice.
 
-There may be half a million candidates, so they are kept as arrays and become objects only when one is looked at. A
-change that might fix it is tried with the nearest set first; what that cannot do is searched for in all candidates.
+There may be half a million rejected candidates, so they are kept as arrays and become objects only when one is read.
+Changes of the task that would fix an infeasible study are tried with the nearest set first, then by searches over all
+candidates.
 """
 
 from __future__ import annotations
@@ -33,20 +34,20 @@ from drivetrain.sizing.judge.vary import (
 )
 from drivetrain.sizing.judge.words import AMPERES
 from drivetrain.sizing.results import Evaluation, RejectedPair
-from drivetrain.sizing.search.candidates import TABLE, Indices, candidates
-from drivetrain.sizing.search.problem import Problem, problem
-from drivetrain.sizing.search.tree import Tree, searched
+from drivetrain.sizing.search.candidates import TABLE, Indices, build_candidates
+from drivetrain.sizing.search.problem import Problem, build_problem
+from drivetrain.sizing.search.tree import Tree, run_search
 from drivetrain.study.change import heaviest
 from drivetrain.study.model import Study
 from drivetrain.study.parts.mounting import mass_counts
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
 ALTERNATIVES = 5
-FIRST, AT_ONCE = 64, 4096  # candidates judged before it is seen whether they are enough, and most at once
-ROUNDED = 1e-3  # of the change, to the safe side of its edge, so that printed digits hold too
-PARTS = 8  # of the change, at whose ends all candidates are searched: at most four of them
-AT_MOST = 5.0  # s of such a search
-SUPPLY = -1  # what stands in place of a joint where every joint has a feasible drive
+FIRST_BATCH, MAX_BATCH = 64, 4096  # candidates judged in the first and in the largest batch
+MARGIN = 1e-3  # relative, added to a change so that its printed digits are feasible too
+CHANGE_STEPS = 8  # of a change for which all candidates are searched; bisection visits at most four
+SEARCH_TIME = 5.0  # s, of such a search
+SUPPLY = -1  # in the place of a joint: every joint has a feasible drive
 NOT_CHECKED, NOT_KNOWN = " (not checked)", " (not known)"
 FEASIBLE = -1
 LABELS = (*(c.name for c in CHECKS), *(c.name + NOT_CHECKED for c in CHECKS), "mass" + NOT_KNOWN, "price" + NOT_KNOWN)
@@ -57,59 +58,64 @@ Alternatives = tuple[tuple[str, str, float], ...]
 
 @dataclass(frozen=True, eq=False)
 class GivenOthers:
-    """Candidates of one joint, judged given the drives of others; K of them."""
+    """Verdicts on candidates of one joint given the drives of other joints; K of them."""
 
     pairs: Indices  # indices into the pairs of the study, (K,)
-    label: Indices  # of what rejects each, into LABELS; FEASIBLE where nothing does, (K,)
-    numbers: Array  # required, available and utilisation of that check, or of the one that binds, (K, 3)
+    label: Indices  # index into LABELS of the check that rejects each; FEASIBLE if none does, (K,)
+    figures: Array  # required, available and utilisation of that check, or of the binding one, (K, 3)
 
     @property
     def feasible(self) -> Indices:
-        """The pairs that nothing rejects."""
+        """The feasible pairs."""
         return self.pairs[self.label == FEASIBLE]
 
 
 def given_others(problem: Problem, joint: int, pairs: Indices, chosen: Mapping[int, int]) -> GivenOthers:
-    """Candidates judged; of the first stage that fails one the check of highest utilisation is told."""
-    if len(pairs) > AT_ONCE:  # records of a million candidates would fill the memory
+    """Judge candidates; of the first failed stage of checks the one of highest utilisation is reported."""
+    if len(pairs) > MAX_BATCH:  # records of a million candidates would fill the memory
         halves = np.array_split(pairs, 2)
         parts = [given_others(problem, joint, half, chosen) for half in halves]
-        label, numbers = (np.concatenate([getattr(one, name) for one in parts]) for name in ("label", "numbers"))
-        return GivenOthers(pairs, label, numbers)
-    found = problem.candidates.judge(joint, pairs, problem.candidates.numbers_of(chosen), until=1.0, quick=False)
-    over = found.used > 1.0
-    lacking = ~over & (found.lacking >= 0) & (not problem.candidates.joints[joint].given)
-    check = np.where(lacking, found.lacking, np.maximum(found.binding, 0))
+        label, figures = (np.concatenate([getattr(one, name) for one in parts]) for name in ("label", "figures"))
+        return GivenOthers(pairs, label, figures)
+    found = problem.candidates.judge(joint, pairs, problem.candidates.parameters_of(chosen), until=1.0, quick=False)
+    over = found.utilisation > 1.0
+    lacking = ~over & (found.missing_check >= 0) & (not problem.candidates.joints[joint].is_fixed)
+    check = np.where(lacking, found.missing_check, np.maximum(found.binding, 0))
     row, place, numbers = np.arange(len(pairs)), TABLE[check], as_numbers(found.cases)
     scale = np.array([one.scale for one in CHECKS])[check]
     required = numbers[row, place["required"]] * numbers[row, place["factor"]] * scale
     limit, least = numbers[row, place["limit"]], numbers[row, place["assumed_limit"]]
     available = np.where(lacking, math.nan, np.where(np.isnan(limit), least, limit) * scale)
     label = np.where(lacking, check + len(CHECKS), np.where(over, check, FEASIBLE))
-    return GivenOthers(pairs, label, np.column_stack([required, available, np.where(lacking, math.inf, found.used)]))
+    return GivenOthers(
+        pairs, label, np.column_stack([required, available, np.where(lacking, math.inf, found.utilisation)])
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class Rejected(Sequence[RejectedPair]):
-    """Every candidate that is rejected given a set of drives, judged when first asked for."""
+    """Every candidate that is rejected given a set of drives, judged on first access."""
 
-    problem: Problem  # what was chosen from
-    chosen: Mapping[int, int]  # the set, pairs by joint; joints that have none are not told
+    problem: Problem  # the selection problem
+    chosen: Mapping[int, int]  # the set, pairs by joint; joints without one are left out
 
     @cached_property
     def _table(self) -> tuple[Indices, Indices, Indices, Array]:
-        """Joint, pair and label of each, and required, available, utilisation and share of the objective, (rows, 4)."""
+        """Joint, pair and label of each, and required, available, utilisation and fixed cost, (rows, 4)."""
         problem, offered, parts = self.problem, self.problem.candidates, []
         for joint in sorted(self.chosen, reverse=True):
-            found, unknown = given_others(problem, joint, problem.known[joint], self.chosen), problem.unknown[joint]
+            found, unknown = (
+                given_others(problem, joint, problem.eligible[joint], self.chosen),
+                problem.lacking_data[joint],
+            )
             out = found.label != FEASIBLE
-            shares = problem.share[found.pairs[out], np.newaxis]
+            shares = problem.fixed_cost[found.pairs[out], np.newaxis]
             heavy = mass_counts(offered.study, joint) or weight_of(offered.study.wanted, "mass") != 0.0
             weightless = heavy & np.isnan(offered.mass[unknown])
             nothing = np.tile([math.nan, math.nan, math.inf, math.nan], (len(unknown), 1))
             pairs = np.concatenate([found.pairs[out], unknown])
             label = np.concatenate([found.label[out], np.where(weightless, len(LABELS) - 2, len(LABELS) - 1)])
-            numbers = np.concatenate([np.hstack([found.numbers[out], shares]), nothing])
+            numbers = np.concatenate([np.hstack([found.figures[out], shares]), nothing])
             parts.append((np.full(len(pairs), joint), pairs, label, numbers))
         if not parts:
             none = np.zeros(0, dtype=np.int64)
@@ -127,7 +133,7 @@ class Rejected(Sequence[RejectedPair]):
     def __getitem__(self, row: slice) -> Sequence[RejectedPair]: ...
 
     def __getitem__(self, row: int | slice) -> RejectedPair | Sequence[RejectedPair]:
-        """One candidate, or some."""
+        """One candidate, or a list of them."""
         if isinstance(row, slice):
             return [self[i] for i in range(*row.indices(len(self)))]
         joint, pair, label, numbers = (column[row] for column in self._table)
@@ -154,21 +160,21 @@ class Rejected(Sequence[RejectedPair]):
 
 
 def alternatives(problem: Problem, chosen: Mapping[int, int]) -> dict[str, Alternatives]:
-    """The next best candidates of each joint that are feasible given the drives after it."""
+    """By joint name, the cheapest other candidates that are feasible given the drives after the joint."""
     found: dict[str, Alternatives] = {}
     for joint in sorted(chosen, reverse=True):
-        others = problem.known[joint][problem.known[joint] != chosen[joint]]
+        others = problem.eligible[joint][problem.eligible[joint] != chosen[joint]]
         name = problem.candidates.study.joints[joint].name
         found[name] = tuple(
-            (*problem.candidates.keys(int(one)), float(problem.share[one]))
+            (*problem.candidates.keys(int(one)), float(problem.fixed_cost[one]))
             for one in _first_feasible(problem, joint, others, chosen, ALTERNATIVES)
         )
     return found
 
 
 def _first_feasible(problem: Problem, joint: int, pairs: Indices, chosen: Mapping[int, int], most: int) -> Indices:
-    """The first of some pairs that are feasible."""
-    found, size, start = np.zeros(0, dtype=np.int64), FIRST, 0
+    """The first feasible of some pairs, at most ``most``."""
+    found, size, start = np.zeros(0, dtype=np.int64), FIRST_BATCH, 0
     while start < len(pairs) and len(found) < most:
         part = given_others(problem, joint, pairs[start : start + size], chosen).feasible
         found, start, size = np.concatenate([found, part]), start + size, 2 * size
@@ -177,20 +183,20 @@ def _first_feasible(problem: Problem, joint: int, pairs: Indices, chosen: Mappin
 
 @dataclass(frozen=True, eq=False)
 class Nearest:
-    """The set of drives that comes nearest to what is asked."""
+    """The set of drives that is closest to feasible."""
 
-    study: Study  # what is asked
-    joint: int  # index of the joint nearest to the tip at which no candidate is feasible; SUPPLY: every joint has one
-    pairs: dict[int, int]  # pair of each joint that has a candidate at all
-    keys: dict[str, tuple[str, str]]  # of motor and gear, by joint name
+    study: Study  # the task
+    joint: int  # the joint nearest to the tip without a feasible candidate; SUPPLY: every joint has one
+    pairs: dict[int, int]  # pair by joint, for joints with candidates
+    keys: dict[str, tuple[str, str]]  # of (motor, gear) by joint name
 
 
 def nearest_set(problem: Problem) -> Nearest:
-    """From the tip to the base the first feasible candidate, where there is none the one least far over its limits."""
+    """Greedy set from the tip to the base: the cheapest feasible candidate, else the least overloaded one."""
     pairs: dict[int, int] = {}
     blocked = SUPPLY
     for joint in range(problem.n - 1, -1, -1):
-        known = problem.known[joint]
+        known = problem.eligible[joint]
         feasible = _first_feasible(problem, joint, known, pairs, 1)
         if not len(feasible) and blocked == SUPPLY:
             blocked = joint
@@ -200,21 +206,21 @@ def nearest_set(problem: Problem) -> Nearest:
 
 
 def _nearest(problem: Problem, joint: int, chosen: Mapping[int, int]) -> int:
-    """The candidate of the smallest largest finite utilisation, among those of which every essential check is made.
+    """The least overloaded candidate: smallest maximum of the finite utilisations, no essential check missing.
 
-    Heat that runs away has no number of its own; the RMS current tells how far it is.
+    Thermal runaway has an infinite utilisation; the RMS current shows how far it is.
     """
-    known, numbers, distance = problem.known[joint], problem.candidates.numbers_of(chosen), []
-    for some in np.array_split(known, range(AT_ONCE, len(known), AT_ONCE)):
-        found = problem.candidates.judge(joint, some, numbers, until=math.inf, quick=False, all_checks=True)
+    eligible, parameters, overload = problem.eligible[joint], problem.candidates.parameters_of(chosen), []
+    for batch in np.array_split(eligible, range(MAX_BATCH, len(eligible), MAX_BATCH)):
+        found = problem.candidates.judge(joint, batch, parameters, until=math.inf, quick=False, all_checks=True)
         used = np.where(np.isfinite(found.checks), found.checks, 0.0).max(axis=1, initial=0.0)
-        distance.append(np.where(found.lacking >= 0, math.inf, used))
-    return int(known[np.argmin(np.concatenate(distance))])
+        overload.append(np.where(found.missing_check >= 0, math.inf, used))
+    return int(eligible[np.argmin(np.concatenate(overload))])
 
 
 def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
-    """What stands in the way of the nearest set, and each single change that was tried and fixes it."""
-    words = [_place(near), *_binding(evaluation, near)]
+    """Why the nearest set is infeasible, and each single change of the task that would fix it, in words."""
+    words = [_summary(near), *_binding(evaluation, near)]
     if gaps(evaluation):
         return (*words, *missing_words(evaluation))
     family = lighter_work(near.study)
@@ -226,14 +232,19 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
             f"supply voltage (up to {MOST:g} times) by itself fixes it."
         ]
     paced = bool(tried[0]) or near.study.base is not None  # a base that moves has a clock of its own
-    slower = "" if paced else _others(near, family, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, PARTS + 1))
+    slower = (
+        "" if paced else _smallest_for_others(near, family, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, CHANGE_STEPS + 1))
+    )
     lighter = (
-        "" if tried[1] or not _carries(near) else _others(near, family, Vary.PAYLOAD, np.linspace(1, 0, PARTS + 1))
+        ""
+        if tried[1] or not _has_payload(near)
+        else _smallest_for_others(near, family, Vary.PAYLOAD, np.linspace(1, 0, CHANGE_STEPS + 1))
     )
     return (*words, *found, *(text for text in (slower, lighter) if text))
 
 
-def _place(near: Nearest) -> str:
+def _summary(near: Nearest) -> str:
+    """Where the nearest set is infeasible, in words."""
     if near.joint == SUPPLY:
         soft = ", or are not as stiff as wished" if near.study.stiffness.stated else ""
         hard = ", or load their gears too much as all stop at once" if needs_arm_stops(near.study) else ""
@@ -244,7 +255,7 @@ def _place(near: Nearest) -> str:
 
 
 def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:
-    """The failed check that is furthest over its limit: where the search stopped, then place by place to the base."""
+    """The most exceeded check of each place: from the joint where the search stopped to the base, then the others."""
     found = []
     places = [(name, joint.checks) for name, joint in evaluation.joints.items()]
     shared = [(shared_place(check), (check,)) for check in evaluation.shared]
@@ -257,12 +268,13 @@ def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:
 
 
 def _excess(check: Check) -> float:
-    """Utilisation for ordering; heat that runs away comes last, as the check beside it has a number."""
+    """Utilisation for ordering; thermal runaway (infinite) comes last, as other checks say how far it is."""
     used = check.utilisation or 0.0
     return used if math.isfinite(used) else 0.0
 
 
 def _figures(check: Check) -> str:
+    """Required and available value of a check, in words."""
     found = [check.entered(name) for name in ("required", "available")]
     required, available = (math.nan if value is None else value for value in found)
     over = 100.0 * ((check.utilisation or 0.0) - 1.0)
@@ -273,15 +285,15 @@ def _figures(check: Check) -> str:
 
 
 def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:
-    """The smallest change of one number that lets the nearest set pass, in words; empty where none does."""
-    if (vary is Vary.PAYLOAD and not _carries(near)) or (vary is Vary.CYCLE_TIME and near.study.base is not None):
+    """The smallest change of one number that makes the nearest set feasible, in words; empty if none does."""
+    if (vary is Vary.PAYLOAD and not _has_payload(near)) or (vary is Vary.CYCLE_TIME and near.study.base is not None):
         return ""
     number = task_number(family, named_drives(near.study, near.keys), vary)
     found = first_edge(lambda value: number.put(value).holds(), number.now * vary.outwards)
     if found is None:
         return ""
     factor = found.inside / number.now
-    factor = max(factor + ROUNDED * (factor - 1.0), 0.0)
+    factor = max(factor + MARGIN * (factor - 1.0), 0.0)
     now, after = number.now, factor * number.now
     if not number.put(after).proven().feasible:
         return ""
@@ -296,42 +308,44 @@ def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:
     )
 
 
-def _carries(near: Nearest) -> bool:
+def _has_payload(near: Nearest) -> bool:
+    """Whether the task has a payload."""
     return bool(heaviest(near.study))
 
 
 def _mass(near: Nearest, share: float) -> str:
+    """The payload at a share of its mass, in words."""
     [one] = heaviest(near.study)
     return f"{one.name} {one.mass * share:.4g} kg instead of {one.mass:.3g} kg"
 
 
-def _others(near: Nearest, family: WorkFamily, vary: Vary, factors: Array) -> str:
-    """The smallest of some changes at which any candidates do it, by halving, the largest one looked at first."""
-    found, settled = _searched(near, family, vary, factors[-1])
+def _smallest_for_others(near: Nearest, family: WorkFamily, vary: Vary, factors: Array) -> str:
+    """The smallest of some changes at which any set is feasible, in words, by bisection from the largest."""
+    found, is_final = _best_with(near, family, vary, factors[-1])
     works, fails, drives = len(factors) - 1, 0, found
-    while drives and works - fails > 1 and settled:
+    while drives and works - fails > 1 and is_final:
         middle = (works + fails) // 2
-        found, settled = _searched(near, family, vary, factors[middle])
+        found, is_final = _best_with(near, family, vary, factors[middle])
         works, fails, drives = (middle, fails, found) if found else (works, middle, drives)
     paced = vary is Vary.CYCLE_TIME
     length, factor, before = near.study.cycle.duration, factors[works], factors[fails]
     if not drives:
         even = f"even with a cycle {factor:g} times as long" if paced else f"even without {family.payloads[0]}"
-        return f"None of the other candidates meets all limits either, {even}: all were searched." if settled else ""
+        return f"None of the other candidates meets all limits either, {even}: all were searched." if is_final else ""
     what = f"a cycle of {length * factor:.4g} s instead of {length:.4g} s" if paced else _mass(near, factor)
     least = f"{length * before:.4g} s" if paced else f"{100.0 * before:.3g} % of the payload"
-    limit = "" if fails == 0 or not settled else f"; with {least} none do"
+    limit = "" if fails == 0 or not is_final else f"; with {least} none do"
     named = ", ".join(f"{name} {' with '.join(key for key in pair if key)}" for name, pair in drives.items())
     return f"Other candidates meet all limits with {what}{limit}: {named}."
 
 
-def _searched(
+def _best_with(
     near: Nearest, family: WorkFamily, vary: Vary, factor: float
 ) -> tuple[dict[str, tuple[str, str]], bool]:  # fmt: skip
-    """The best set of all candidates with a change, and whether the search came to its end."""
+    """The best set of all candidates with a change, empty if there is none, and whether the answer is final."""
     payload = next(iter(family.payloads), "")
     work = family.at(vary.change(near.study, float(factor) * vary.now(near.study, payload), payload))
     study = replace(work.study, wanted=replace(near.study.wanted, sets=1))
-    tree = Tree(problem(candidates(study, replace(work, study=study)), study.wanted))
-    tree, _ = searched(tree, time.perf_counter() + min(AT_MOST, study.wanted.time_limit), lambda *_: None)
+    tree = Tree(build_problem(build_candidates(study, replace(work, study=study)), study.wanted))
+    tree, _ = run_search(tree, time.perf_counter() + min(SEARCH_TIME, study.wanted.time_limit), lambda *_: None)
     return (tree.problem.keys(dict(enumerate(tree.found[0]))), True) if tree.best else ({}, tree.finished)

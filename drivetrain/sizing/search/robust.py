@@ -1,8 +1,8 @@
-"""The best set of drives that holds with a wanted probability, when its numbers scatter.
+"""The best set of drives that is feasible with a required probability within the tolerances.
 
-One search, best first, asks of every set that would be the best so far whether it holds often enough; one that does
-not is passed over, and the search goes on where it is. When it ends, every set with a smaller objective was ruled out
-with nominal numbers, or was judged and does not hold often enough.
+One branch and bound search tests every set that would become the incumbent against a chance constraint. A set that
+fails it is excluded, and the search goes on. When it ends, every set of smaller objective was either ruled out with
+nominal values or tested and found not to be feasible often enough.
 """
 
 from __future__ import annotations
@@ -15,40 +15,40 @@ from dataclasses import dataclass, replace
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.candidates import candidates
+from drivetrain.sizing.search.candidates import build_candidates
 from drivetrain.sizing.search.chance_constraint import (
     CONFIDENCE,
     ChanceConstraint,
     Decision,
     Trial,
+    run_trial,
     share_of_error,
-    tried,
 )
-from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.problem import build_problem
 from drivetrain.sizing.search.tree import Tree
 from drivetrain.sizing.tolerance.sampling import Nominal, candidate, nominal_of
 from drivetrain.study.model import Study
 
 MOST_SETS = 1000
-EQUAL = 1e-9  # of an objective: sets that differ by less are equally good
+EQUAL = 1e-9  # relative: objectives that differ by less are equal
 
 
 @dataclass(frozen=True)
 class RobustSelection:
-    """The best set of drives that holds often enough."""
+    """The best set of drives that is feasible with a required probability."""
 
-    wanted: float  # probability with which the set must hold
-    confidence: float  # with which every decision told here is right, all of them together
-    chosen: Trial | None  # the best set that holds; None where none did among those tried
-    trials: tuple[Trial, ...]  # all that were tried, in the order of their objective
-    exhausted: bool  # no further set holds with nominal numbers that was neither judged nor passed over
-    # how often a drive was passed over undrawn, as it is known to fall at its joint with the same loads
+    wanted: float  # required probability
+    confidence: float  # of all decisions together
+    chosen: Trial | None  # the best set that passed; None if none of those tested did
+    trials: tuple[Trial, ...]  # all tested sets, by their objective
+    exhausted: bool  # whether every set that is feasible with nominal values was tested or ruled out
+    # how often a drive was ruled out without samples, as it fails too often at its joint under the same loads
     passed: int = 0
-    bound: float = math.inf  # no set that is left has a smaller objective; infinite where none is left
+    bound: float = math.inf  # lower bound on the objective of sets that were not tested; infinite if there are none
 
     @property
     def proven(self) -> bool:
-        """Whether every better set was judged and does not hold, none of them too near to tell."""
+        """Whether every better set was tested and rejected, with none too close to decide."""
         if self.chosen is None:
             return self.exhausted
         near = any(trial.decision is Decision.OPEN for trial in self.better)
@@ -56,7 +56,7 @@ class RobustSelection:
 
     @property
     def better(self) -> tuple[Trial, ...]:
-        """The sets tried that would be chosen rather than the chosen one, if they held."""
+        """The rejected or undecided sets whose objective is no larger than that of the chosen set."""
         best = self.chosen
         if best is None:
             return self.trials
@@ -65,7 +65,7 @@ class RobustSelection:
 
     @property
     def proof(self) -> str:
-        """What is known of the choice, in words."""
+        """What is proven about the choice, in words."""
         before = self.better
         near = sum(trial.decision is Decision.OPEN for trial in before)
         confidence = f"{100.0 * self.confidence:g} % confidence"
@@ -93,19 +93,19 @@ def robust_select(
     seed: int | None = None,
     work: Workload | None = None,
 ) -> RobustSelection:
-    """The best set that holds with a wanted probability, among those that hold with nominal numbers.
+    """The best set that is feasible with a required probability, among those feasible with nominal values.
 
     Args:
-        study: The task, its tolerances and what is wanted; its time limit is that of the search with all its draws.
-        sets: Best first, to be tried in this order; None: those of the search.
-        holds: Probability; None: the study's ``wanted.holds``.
-        confidence: With which all decisions together are right.
-        most_sets: How many are tried at most.
+        study: The task with tolerances and selection options; its time limit includes the sampling.
+        sets: Sets to test in this order, best first; None: those of the search.
+        holds: Required probability; None: the study's ``wanted.holds``.
+        confidence: Probability that all decisions together are right.
+        most_sets: Largest number of sets that are tested.
         seed: Of the random numbers; None: the study's own.
-        work: Of the study, where it is already prepared.
+        work: Loads of the study, if they are known already.
 
     Returns:
-        The choice, and every set that was tried with what became of it.
+        The chosen set and all tests.
 
     Raises:
         InputError: No tolerance or no probability is stated, or numbers out of range.
@@ -123,38 +123,39 @@ def robust_select(
         raise InputError(faults)
     base = nominal_of(study, work)
     if sets is None:
-        return _searched(base, wanted, confidence, start, most_sets)
-    return _in_order(base, sets, wanted, confidence, start, most_sets)
+        return _search(base, wanted, confidence, start, most_sets)
+    return _first_accepted(base, sets, wanted, confidence, start, most_sets)
 
 
-def _in_order(
-    base: Nominal, sets: Iterable[DriveSet], wanted: float, confidence: float, seed: int, most: int
+def _first_accepted(
+    base: Nominal, sets: Iterable[DriveSet], probability: float, confidence: float, seed: int, most_sets: int
 ) -> RobustSelection:  # fmt: skip
-    """The first of some sets that is feasible often enough."""
+    """The first of some sets that passes the test."""
     trials: list[Trial] = []
     for one in sets:
         ready = candidate(base, one.drives)
-        trials.append(tried(ready, one, wanted, share_of_error(confidence, len(trials)), seed=seed))
+        trials.append(run_trial(ready, one, probability, share_of_error(confidence, len(trials)), seed=seed))
         if trials[-1].decision is Decision.HOLDS:
-            return RobustSelection(wanted, confidence, trials[-1], tuple(trials), False)
-        if len(trials) >= most:
-            return RobustSelection(wanted, confidence, None, tuple(trials), False, bound=one.objective)
-    return RobustSelection(wanted, confidence, None, tuple(trials), True)
+            return RobustSelection(probability, confidence, trials[-1], tuple(trials), False)
+        if len(trials) >= most_sets:
+            return RobustSelection(probability, confidence, None, tuple(trials), False, bound=one.objective)
+    return RobustSelection(probability, confidence, None, tuple(trials), True)
 
 
-def _searched(base: Nominal, wanted: float, confidence: float, seed: int, most: int) -> RobustSelection:
-    """The best set of all that is feasible often enough, by one search."""
-    wanted_text = replace(base.study, wanted=replace(base.study.wanted, sets=1))
-    what = problem(candidates(wanted_text, replace(base.work, study=wanted_text)), wanted_text.wanted)
-    accepts = ChanceConstraint(what, base, wanted, confidence, seed, most)
-    tree = Tree(what, accepts=accepts)
+def _search(base: Nominal, probability: float, confidence: float, seed: int, most_sets: int) -> RobustSelection:
+    """The best of all sets that pass the test, by one search."""
+    study = replace(base.study, wanted=replace(base.study.wanted, sets=1))
+    problem = build_problem(build_candidates(study, replace(base.work, study=study)), study.wanted)
+    constraint = ChanceConstraint(problem, base, probability, confidence, seed, most_sets)
+    tree = Tree(problem, chance_constraint=constraint)
     tree.begin()
-    deadline = time.perf_counter() + wanted_text.wanted.time_limit
-    while not (tree.finished or accepts.over) and time.perf_counter() < deadline:
-        tree.run(0.0, lambda done, total, text: None)  # one step at a time
-    chosen = accepts.trials[tree.best[0].pairs] if tree.best else None
-    trials = tuple(sorted(accepts.trials.values(), key=lambda one: (one.drives.objective, one is chosen)))
+    deadline = time.perf_counter() + study.wanted.time_limit
+    while not (tree.finished or constraint.exhausted) and time.perf_counter() < deadline:
+        tree.run(0.0, lambda done, total, text: None)  # one node at a time
+    chosen = constraint.trials[tree.best[0].pairs] if tree.best else None
+    trials = tuple(sorted(constraint.trials.values(), key=lambda one: (one.drives.objective, one is chosen)))
     bound = math.inf if tree.finished else tree.bound
     if chosen is not None and tree.finished:
         bound = chosen.drives.objective
-    return RobustSelection(wanted, confidence, chosen, trials, tree.finished and chosen is None, accepts.passed, bound)
+    exhausted = tree.finished and chosen is None
+    return RobustSelection(probability, confidence, chosen, trials, exhausted, constraint.removed, bound)

@@ -1,9 +1,9 @@
-"""Branch and bound over the choices of all joints: the best sets of drives, proven to be.
+"""Best-first branch and bound over the drives of all joints: the best sets, with a proof of optimality.
 
-A node is a domain of candidates at every joint, with all that propagation rules out taken out. It is branched where the
-open choice loads the other joints most differently: many candidates fall together, before any is looked at alone.
-Once every load is decided the cheapest feasible candidates are a set of drives; what is left of such a node is branched
-so that no set comes up twice.
+A node has a domain of remaining candidates at every joint, reduced by constraint propagation. It is branched on the
+load parameter that changes the loads of other joints most, so that many candidates are ruled out together before any
+is judged. Once all loads of a node are decided, its cheapest feasible candidates are a set of drives; the rest of the
+node is branched so that no set occurs twice.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ from drivetrain.sizing.search.candidates import (
     Mask,
     Pairs,
     cheapest_pairs,
-    with_domain,
-    without_cheapest,
+    exclude_cheapest,
+    replace_domain,
 )
 from drivetrain.sizing.search.chance_constraint import ChanceConstraint
 from drivetrain.sizing.search.common_parts import CommonParts
 from drivetrain.sizing.search.preconditions import satisfied
 from drivetrain.sizing.search.problem import Problem
-from drivetrain.sizing.search.propagate import Propagation, Ranges
+from drivetrain.sizing.search.propagate import ParameterRanges, Propagation
 from drivetrain.sizing.search.whole_sets import (
-    Found,
-    can_be_judged,
+    FeasibleSet,
+    apply_stiffness_cuts,
+    can_enumerate,
     feasible_sets,
-    least_joules,
+    min_energy_level,
     supply_may_be_feasible,
-    without_soft,
 )
 
 REPORT_EVERY = 50  # nodes, sets
@@ -52,13 +52,13 @@ Report = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """A part of all sets: every combination of the candidates left."""
+    """A subproblem: every combination of the remaining candidates."""
 
     domains: Domains
 
     @property
-    def sets(self) -> int:
-        """How many sets it has."""
+    def n_sets(self) -> int:
+        """Number of combinations."""
         return math.prod(len(domain) for domain in self.domains)
 
 
@@ -68,64 +68,63 @@ AnyTree = TypeVar("AnyTree", bound="BranchAndBound[Any]")
 
 @dataclass
 class BranchAndBound(ABC, Generic[AnyNode]):
-    """A search and what it has left; it can be stopped between two nodes and go on."""
+    """A best-first search with dives; it can be stopped between two nodes and resumed."""
 
-    problem: Problem  # what is chosen from
-    excluded: frozenset[Pairs] = frozenset()  # sets that are not to be found
-    accepts: ChanceConstraint | None = None  # None where it is not asked whether sets are feasible often enough
+    problem: Problem  # the selection problem
+    excluded: frozenset[Pairs] = frozenset()  # sets that must not be found
+    chance_constraint: ChanceConstraint | None = None  # None: no probability of feasibility is required
     counters: Counter[str] = field(default_factory=Counter, init=False)  # work done
-    open: list[tuple[float, int, AnyNode]] = field(default_factory=list, init=False)  # most promising first
-    following: AnyNode | None = field(default=None, init=False)  # that a descent goes on with
+    open: list[tuple[float, int, AnyNode]] = field(default_factory=list, init=False)  # heap, most promising first
+    dive_node: AnyNode | None = field(default=None, init=False)  # next node of the current dive
     started: bool = field(default=False, init=False)
 
     def run(self, deadline: float, report: Report) -> None:
-        """Search until it is finished or the time is up; one step is made whatever the deadline (``perf_counter``)."""
+        """Search until finished or until a deadline (``time.perf_counter``); at least one node is processed."""
         self.begin()
         while not self.finished:
             node = self._next()
             if self.counters["nodes"] % REPORT_EVERY == 0:
                 report(*self.progress())
-            parts = self.parts(node)
-            self.following = self.followed(parts)
-            for part in parts:
-                if part is not self.following:
-                    self.push(part)
+            children = self.branch(node)
+            self.dive_node = self.choose_dive(children)
+            for child in children:
+                if child is not self.dive_node:
+                    self.push(child)
             if time.perf_counter() >= deadline:
                 return
 
     @property
     @abstractmethod
     def found(self) -> Sequence[Pairs]:
-        """The sets found."""
+        """The sets found so far."""
 
     def begin(self) -> None:
-        """Make the first node, once."""
+        """Create the root node, once."""
         if not self.started:
             self.started = True
-            self.first()
+            self.make_root()
 
     def push(self, node: AnyNode) -> None:
-        """Keep a node for later."""
-        # Of equals the youngest first: it is nearest to a set.
+        """Add a node to the heap; of equally promising nodes the newest is processed first, as it is the deepest."""
         self.counters["pushed"] += 1
         heapq.heappush(self.open, (self.order(node), -self.counters["pushed"], node))
 
-    def copied(self) -> Self:
-        """The same search, to go on without touching this one."""
+    def copy(self) -> Self:
+        """An independent copy of the search that can be resumed."""
         other = copy.copy(self)
         other.open, other.counters = list(self.open), Counter(self.counters)
         return other
 
     @property
-    def left(self) -> list[AnyNode]:
-        """The nodes not looked at."""
-        return [node for _, _, node in self.open] + ([] if self.following is None else [self.following])
+    def open_nodes(self) -> list[AnyNode]:
+        """The nodes not processed yet."""
+        return [node for _, _, node in self.open] + ([] if self.dive_node is None else [self.dive_node])
 
     def _next(self) -> AnyNode:
-        """The node to look at: the one that a descent goes on with, or the most promising."""
+        """The next node: that of the current dive, else the most promising one."""
         self.counters["nodes"] += 1
-        node, self.following = self.following, None
-        if node is not None and self.of_interest(node):
+        node, self.dive_node = self.dive_node, None
+        if node is not None and self.may_improve(node):
             return node
         self.counters["descents"] += 1
         return heapq.heappop(self.open)[2]
@@ -133,37 +132,37 @@ class BranchAndBound(ABC, Generic[AnyNode]):
     @property
     @abstractmethod
     def finished(self) -> bool:
-        """Whether nothing of interest is left."""
+        """Whether no open node can contain a wanted set."""
 
     @abstractmethod
-    def first(self) -> None:
-        """Make the first node, and the first sets to hold others against."""
+    def make_root(self) -> None:
+        """Create the root node and the first incumbents."""
 
     @abstractmethod
     def order(self, node: AnyNode) -> float:
-        """How promising a node is: the smaller the better."""
+        """Priority of a node; the smallest is processed first."""
 
     @abstractmethod
-    def of_interest(self, node: AnyNode) -> bool:
-        """Whether a node may hold a set that is wanted, after all that was found since it was made."""
+    def may_improve(self, node: AnyNode) -> bool:
+        """Whether a node may still contain a wanted set, given the incumbents."""
 
     @abstractmethod
-    def parts(self, node: AnyNode) -> list[AnyNode]:
-        """A node parted, with all that cannot matter taken out; sets that come out of it are kept."""
+    def branch(self, node: AnyNode) -> list[AnyNode]:
+        """The propagated children of a node; sets found on the way are kept."""
 
     @abstractmethod
-    def followed(self, parts: Sequence[AnyNode]) -> AnyNode | None:
-        """The part to go on with at once; None: the most promising of all."""
+    def choose_dive(self, children: Sequence[AnyNode]) -> AnyNode | None:
+        """The child to process next; None: the most promising of all open nodes."""
 
     @abstractmethod
     def progress(self) -> tuple[int, int, str]:
-        """How much is done, of how much, and in words."""
+        """Work done, total work, and a text."""
 
 
-def searched(tree: AnyTree, deadline: float, report: Report) -> tuple[AnyTree, dict[Pairs, Evaluation]]:
-    """A search run until it is finished or the time is up, and its sets evaluated.
+def run_search(tree: AnyTree, deadline: float, report: Report) -> tuple[AnyTree, dict[Pairs, Evaluation]]:
+    """Run a search until finished or until the deadline, and evaluate the sets that it found.
 
-    Where compiled code and evaluation disagree on a set, an error in here, it must not hide others: anew without it.
+    If a full evaluation finds one of the sets infeasible, the search is restarted with that set excluded.
     """
     while True:
         tree.run(deadline, report)
@@ -171,62 +170,64 @@ def searched(tree: AnyTree, deadline: float, report: Report) -> tuple[AnyTree, d
         for done, pairs in enumerate(tree.found):
             if done and done % REPORT_EVERY == 0:
                 report(done, len(tree.found), f"evaluating {len(tree.found)} sets")
-            evaluations[pairs] = tree.problem.evaluation(pairs)
-        wrong = frozenset(pairs for pairs, one in evaluations.items() if not satisfied(one))
-        if not wrong:
+            evaluations[pairs] = tree.problem.evaluate(pairs)
+        infeasible = frozenset(pairs for pairs, one in evaluations.items() if not satisfied(one))
+        if not infeasible:
             return tree, evaluations
-        before, tree = tree, replace(tree, excluded=tree.excluded | wrong)  # from its beginning
-        tree.counters["disagreements"] = before.counters["disagreements"] + len(wrong)
+        disagreements = tree.counters["disagreements"] + len(infeasible)
+        tree = replace(tree, excluded=tree.excluded | infeasible)
+        tree.counters["disagreements"] = disagreements
 
 
-def halves(problem: Problem, domains: Domains, joint: int, number: int) -> list[Domains]:
-    """Domains in two, parted in the middle of one number of a joint's drives."""
-    values = problem.candidates.numbers[domains[joint].pairs, number]
-    least, most = values.min(), values.max()
-    middle = 0.5 * (least + most)
-    return split(domains, joint, values <= (middle if middle < most else least))  # of neighbouring floats one of them
+def bisect_parameter(problem: Problem, domains: Domains, joint: int, parameter: int) -> list[Domains]:
+    """Split the candidates of a joint at the middle of the range of one load parameter."""
+    values = problem.candidates.parameters[domains[joint].pairs, parameter]
+    low, high = values.min(), values.max()
+    middle = 0.5 * (low + high)
+    # The middle of two neighbouring floats rounds to one of them.
+    return split(domains, joint, values <= (middle if middle < high else low))
 
 
 def split(domains: Domains, joint: int, mask: Mask) -> list[Domains]:
-    """Domains in two: those of a joint's candidates that a mask names, and the rest."""
-    return [with_domain(domains, joint, domains[joint].kept(np.asarray(one))) for one in (mask, ~mask)]
+    """Split the candidates of a joint into those of a mask and the others."""
+    return [replace_domain(domains, joint, domains[joint].subset(np.asarray(one))) for one in (mask, ~mask)]
 
 
-MISSES = 20  # dead ends on the way to the first sets
-SMALL, EVERY = 16, 10**9  # candidates of a joint: so few are all tested again at every node, at the first node all
-DESCEND = 3  # every third node of smallest bound is followed down to a set or a dead end
-FEW = 1024  # sets of a node that are equals, judged one by one
-COUNTED = 1000  # equals of the best set; of more nobody is told how many
-COARSE = 0.05  # of what a node can still gain: open loads that matter less are decided one by one
+MAX_DEAD_ENDS = 20  # of the dive for the first sets
+FULL_TEST_SIZE = 16  # domains up to this size are tested in full at every node
+NO_TEST_LIMIT = 10**9  # test domains of every size in full
+DIVE_EVERY = 3  # every third node of smallest bound starts a dive down to a set or a dead end
+MAX_ENUMERATED = 1024  # largest number of tied sets of a node that are enumerated
+MAX_COUNTED = 1000  # ties of the best set are counted up to this number
+COARSE = 0.05  # share of a node's possible gain below which open loads are branched one by one
 
 
 @dataclass(frozen=True, eq=False)
-class Bounded(Node):
-    """A node with the ranges of its drives' numbers."""
+class BoundedNode(Node):
+    """A propagated node."""
 
-    ranges: Ranges
-    bound: float  # no feasible set in it has a smaller objective
-    whole: bool = False  # whether its cheapest candidates are a feasible set
+    ranges: ParameterRanges  # of its candidates
+    bound: float  # lower bound on the objective of its feasible sets
+    cheapest_is_feasible: bool = False  # whether its cheapest candidates are a feasible set
 
 
 @dataclass
-class Tree(BranchAndBound[Bounded]):
-    """The search for the best sets, and what it found."""
+class Tree(BranchAndBound[BoundedNode]):
+    """The search for the sets of smallest objective."""
 
-    below: float = math.inf  # sets that cost as much are not wanted either
-    best: list[Found] = field(default_factory=list, init=False)  # best first
-    fine: bool = field(default=False, init=False)  # whether the last node was branched by a single load
-    supply_binds: bool = field(default=False, init=False)  # whether the supply ruled out a set
-    # pairs that were judged infeasible although the bounds passed them
-    suspects: set[int] = field(default_factory=set, init=False)
-    # feasible sets by level of objective, of nodes looked at; levels of which a node was left: none of it precedes the
-    # best
-    counted: Counter[int] = field(default_factory=Counter, init=False)
-    uncounted: set[int] = field(default_factory=set, init=False)
+    cutoff: float = math.inf  # sets whose objective is this large or larger are not wanted
+    best: list[FeasibleSet] = field(default_factory=list, init=False)  # incumbents, best first
+    branched_by_load: bool = field(default=False, init=False)  # whether the last node was branched on a single load
+    supply_binds: bool = field(default=False, init=False)  # whether the supply limits ruled out a set
+    suspects: set[int] = field(default_factory=set, init=False)  # pairs that passed the bounds and failed the judge
+    tie_counts: Counter[int] = field(default_factory=Counter, init=False)  # feasible sets found, by objective level
+    # objective levels at which a node was closed without counting its sets, as none of them precedes the incumbents
+    uncounted_levels: set[int] = field(default_factory=set, init=False)
 
-    def copied(self) -> Tree:
-        other = super().copied()
-        other.best, other.counted, other.uncounted = list(self.best), Counter(self.counted), set(self.uncounted)
+    def copy(self) -> Tree:
+        other = super().copy()
+        other.best, other.tie_counts = list(self.best), Counter(self.tie_counts)
+        other.uncounted_levels = set(self.uncounted_levels)
         return other
 
     @property
@@ -234,68 +235,71 @@ class Tree(BranchAndBound[Bounded]):
         return [one.pairs for one in self.best]
 
     @property
-    def last(self) -> Found | None:
-        """The last of the sets wanted; None while there are fewer."""
-        return self.best[-1] if len(self.best) >= self.problem.wanted.sets else None
+    def last(self) -> FeasibleSet | None:
+        """The worst incumbent; None while there are fewer than wanted."""
+        return self.best[-1] if len(self.best) >= self.problem.options.sets else None
 
     @property
     def limit(self) -> float:
-        """Sets that cost as much or more are of no interest; those that are equal to the last one are."""
-        return self.below if self.last is None else min(self.below, (self.last.level + 0.5) * self.problem.step)
+        """Upper bound: sets whose objective is this large or larger are not wanted; ties of the last incumbent are."""
+        if self.last is None:
+            return self.cutoff
+        return min(self.cutoff, (self.last.level + 0.5) * self.problem.objective_step)
 
     @property
     def equals(self) -> tuple[int, bool]:
-        """How many feasible sets share the best objective, and whether that is all of them or at least so many."""
+        """Number of feasible sets that tie with the best one, and whether all of them were counted."""
         if not self.best:
             return 0, self.finished
         level = self.best[0].level
-        known = sum(found.level == level for found in self.best)
-        return max(self.counted[level], known), self.finished and level not in self.uncounted
+        incumbents = sum(found.level == level for found in self.best)
+        return max(self.tie_counts[level], incumbents), self.finished and level not in self.uncounted_levels
 
     @property
     def finished(self) -> bool:
-        """Whether no better set can be left."""
-        return self.started and self._smallest >= self.limit
+        return self.started and self._open_bound >= self.limit
 
     @property
     def bound(self) -> float:
-        """No feasible set has a smaller objective; infinite when there is proven to be none."""
-        left = self._smallest if self.started else -math.inf
-        return min([left, *(found.objective for found in self.best[:1])])
+        """Lower bound on the objective of all feasible sets; infinite if there is proven to be none."""
+        open_bound = self._open_bound if self.started else -math.inf
+        return min([open_bound, *(found.objective for found in self.best[:1])])
 
     @property
-    def _smallest(self) -> float:
-        """Bound of all that is left."""
-        left = [self.open[0][0]] if self.open else []
-        return min([*left, math.inf if self.following is None else self.following.bound])
+    def _open_bound(self) -> float:
+        """Lower bound of the open nodes."""
+        first = [self.open[0][0]] if self.open else []
+        return min([*first, math.inf if self.dive_node is None else self.dive_node.bound])
 
-    def first(self) -> None:
-        root = self.narrowed(self.problem.domains(), 0, None)
-        for full in (SMALL, EVERY):  # what is too dear is out before all of the rest are tested
+    def make_root(self) -> None:
+        root = self.propagate(self.problem.domains(), 0, None)
+        for full_test_size in (FULL_TEST_SIZE, NO_TEST_LIMIT):  # remove expensive candidates before testing the rest
             if root is None:
                 return
             self._dive(root)
-            root = self.narrowed(root.domains, EVERY if math.isinf(self.limit) else full, root)
+            size = NO_TEST_LIMIT if math.isinf(self.limit) else full_test_size
+            root = self.propagate(root.domains, size, root)
         if root is not None:
             self.push(root)
 
-    def order(self, node: Bounded) -> float:
+    def order(self, node: BoundedNode) -> float:
         return node.bound
 
-    def of_interest(self, node: Bounded) -> bool:
+    def may_improve(self, node: BoundedNode) -> bool:
         return node.bound < self.limit
 
-    def parts(self, node: Bounded) -> list[Bounded]:
-        if node.whole:
-            self.counted[self.problem.level(node.bound)] += 1
-        if self._settled_equals(node):
+    def branch(self, node: BoundedNode) -> list[BoundedNode]:
+        if node.cheapest_is_feasible:
+            self.tie_counts[self.problem.level(node.bound)] += 1
+        if self._close_ties(node):
             return []
-        return [found for part in self._branches(node) if (found := self.narrowed(part, SMALL, node)) is not None]
+        children = (self.propagate(domains, FULL_TEST_SIZE, node) for domains in self._branches(node))
+        return [child for child in children if child is not None]
 
-    def followed(self, parts: Sequence[Bounded]) -> Bounded | None:
-        if not parts or self.counters["descents"] % DESCEND:
+    def choose_dive(self, children: Sequence[BoundedNode]) -> BoundedNode | None:
+        if not children or self.counters["descents"] % DIVE_EVERY:
             return None
-        return parts[0] if self.fine else min(parts, key=lambda one: one.bound)
+        return children[0] if self.branched_by_load else min(children, key=lambda one: one.bound)
 
     def progress(self) -> tuple[int, int, str]:
         share = 0.0
@@ -303,8 +307,8 @@ class Tree(BranchAndBound[Bounded]):
             share = min(max(self.bound / self.best[0].objective, 0.0), 1.0)
         return round(1000 * share), 1000, f"{self.counters['nodes']} nodes, {len(self.open)} open"
 
-    def narrowed(self, domains: Domains, full: int, above: Bounded | None) -> Bounded | None:
-        """What propagation leaves of some domains; a set that comes out of it is kept."""
+    def propagate(self, domains: Domains, full_test_size: int, parent: BoundedNode | None) -> BoundedNode | None:
+        """The node of some domains after propagation, None if it contains no wanted set; a set found is kept."""
         problem, limit = self.problem, self.limit
         left: Domains | None = domains if all(len(domain) for domain in domains) else None
         for constraint in problem.constraints:
@@ -312,146 +316,161 @@ class Tree(BranchAndBound[Bounded]):
         if left is None:
             return None
         self.counters["nodes made"] += 1
-        ranges = Ranges.unknown(problem.n) if above is None else above.ranges.copied()
-        ordered = [domain.in_order() for domain in left] if problem.energy or problem.price else list(left)
-        stiff, kept = without_soft(problem, tuple(ordered), limit)
-        if stiff >= limit:
+        ranges = ParameterRanges.unknown(problem.n) if parent is None else parent.ranges.copy()
+        if problem.energy_weight or problem.price_weight:
+            left = tuple(domain.sorted_by_cost() for domain in left)
+        stiffness_bound, left = apply_stiffness_cuts(problem, left, limit)
+        if stiffness_bound >= limit:
             return None
-        left = Propagation(problem, list(kept), ranges, limit, full, self.suspects, self.counters).run()
+        left = Propagation(problem, list(left), ranges, limit, full_test_size, self.suspects, self.counters).run()
         if left is None:
             return None
-        least = sum(domain.least for domain in left)
-        bound = max([least, stiff, *(constraint.bound(left, limit) for constraint in problem.constraints)])
+        joint_bound = sum(domain.lower_bound for domain in left)
+        common_bounds = (constraint.bound(left, limit) for constraint in problem.constraints)
+        bound = max([joint_bound, stiffness_bound, *common_bounds])
         if bound >= limit or (self.supply_binds and not supply_may_be_feasible(problem, left, ranges)):
             return None
-        node = Bounded(left, ranges, bound)
-        if all(domain.settled for domain in left) and not self._open_loads(node).size:
-            node = replace(node, whole=self._offer_cheapest(node))
-        if self.accepts is None:
+        node = BoundedNode(left, ranges, bound)
+        if all(domain.cheapest_is_exact for domain in left) and not self._open_loads(node).size:
+            node = replace(node, cheapest_is_feasible=self._offer_cheapest(node))
+        if self.chance_constraint is None:
             return node
-        decided = np.asarray([ranges.decided[loading].all() for loading in self.problem.loads])
-        accepts = self.accepts.without_failing(left, decided)
-        return node if accepts is left else self.narrowed(accepts, full, node)
+        load_decided = np.asarray([ranges.decided[loading].all() for loading in problem.is_loaded_by])
+        remaining = self.chance_constraint.without_failing(left, load_decided)
+        return node if remaining is left else self.propagate(remaining, full_test_size, node)
 
     def _violated(self, domains: Domains) -> CommonParts | None:
-        """A constraint that the cheapest candidates violate."""
+        """The first common-parts constraint that the cheapest candidates violate."""
         pairs = cheapest_pairs(domains)
         return next((one for one in self.problem.constraints if not one.satisfied(pairs)), None)
 
-    def _open_loads(self, node: Bounded) -> Indices:
-        """Joints whose drives load others and are not decided."""
-        return np.flatnonzero(self.problem.loads.any(axis=0) & ~node.ranges.decided)
+    def _open_loads(self, node: BoundedNode) -> Indices:
+        """Joints whose drives load other joints and are not decided."""
+        return np.flatnonzero(self.problem.is_loaded_by.any(axis=0) & ~node.ranges.decided)
 
-    def _offer_cheapest(self, node: Bounded) -> bool:
-        """Keep the cheapest set of a node whose loads are decided, if it is among the best; whether it is feasible."""
-        cheapest = [domain.kept(np.arange(len(domain)) == domain.cheapest) for domain in node.domains]
+    def _offer_cheapest(self, node: BoundedNode) -> bool:
+        """Offer the cheapest set of a node whose loads are decided as an incumbent; whether it is feasible."""
+        cheapest = tuple(domain.subset(np.arange(len(domain)) == domain.cheapest) for domain in node.domains)
         if cheapest_pairs(cheapest) in self.excluded or self._violated(node.domains) is not None:
             return False
-        found = next(feasible_sets(self.problem, tuple(cheapest), node.ranges, math.inf), None)
+        found = next(feasible_sets(self.problem, cheapest, node.ranges, math.inf), None)
         self.supply_binds |= found is None
         return found is not None and self._offer(found)
 
-    def _offer(self, found: Found) -> bool:
-        """Keep a feasible set if it is among the best; whether it may be one."""
+    def _offer(self, found: FeasibleSet) -> bool:
+        """Make a feasible set an incumbent if it is good enough; False if it is excluded or fails too often."""
         if found.pairs in self.excluded:
             return False
         if (self.last is not None and found >= self.last) or found.pairs in {one.pairs for one in self.best}:
             return True
-        if self.accepts is not None and not self.accepts(found.pairs):
+        if self.chance_constraint is not None and not self.chance_constraint.satisfied(found.pairs):
             self.excluded |= {found.pairs}
             return False
         self.counters["sets that fit"] += 1
-        self.best = sorted([*self.best, found])[: self.problem.wanted.sets]
+        self.best = sorted([*self.best, found])[: self.problem.options.sets]
         return True
 
-    def _settled_equals(self, node: Bounded) -> bool:
-        """Whether a node is done with: all of its sets are equals of the last one wanted, and few, or come after it."""
+    def _close_ties(self, node: BoundedNode) -> bool:
+        """Whether a node is closed: its sets tie with the last incumbent, and were enumerated or cannot precede it."""
         problem, last = self.problem, self.last
-        if last is None or node.bound < (last.level - 0.5) * problem.step:
+        if last is None or node.bound < (last.level - 0.5) * problem.objective_step:
             return False
-        counting = self.accepts is None and last.level == self.best[0].level and self.counted[last.level] < COUNTED
-        if not counting and least_joules(problem, node.domains, node.ranges) > last.joules:
-            self.uncounted.add(last.level)
+        counting = (
+            self.chance_constraint is None
+            and last.level == self.best[0].level
+            and self.tie_counts[last.level] < MAX_COUNTED
+        )
+        if not counting and min_energy_level(problem, node.domains, node.ranges) > last.energy_level:
+            self.uncounted_levels.add(last.level)
             return True
-        if node.sets > FEW or not can_be_judged(problem, node.ranges.decided):
+        if node.n_sets > MAX_ENUMERATED or not can_enumerate(problem, node.ranges.decided):
             return False
         found = sorted(feasible_sets(problem, node.domains, node.ranges, self.limit))
         self.counters["equal sets judged"] += len(found)
-        self.counted[last.level] += sum([self._offer(one) for one in found]) - node.whole
+        self.tie_counts[last.level] += sum([self._offer(one) for one in found]) - node.cheapest_is_feasible
         return True
 
-    def _dive(self, node: Bounded) -> None:
-        """Go for feasible sets: the cheapest candidate from the tip to the base, with what its load is known to cost.
+    def _dive(self, node: BoundedNode) -> None:
+        """Depth-first search for first incumbents: decide the loads from the tip to the base, cheapest drives first.
 
-        While sets are wanted at any cost it goes back at dead ends, else it ends there.
+        The cost of a load includes an estimate of what it costs the other joints. At dead ends the dive backtracks
+        while there are fewer incumbents than wanted, else it ends.
         """
-        waiting: list[tuple[Domains, Bounded]] = []
-        prices = self._prices(node)
-        for _ in range(self.problem.n + self.problem.wanted.sets + MISSES):
+        waiting: list[tuple[Domains, BoundedNode]] = []
+        prices = self._parameter_prices(node)
+        for _ in range(self.problem.n + self.problem.options.sets + MAX_DEAD_ENDS):
             if node.bound >= self.limit:
                 return
             loads = self._open_loads(node)
-            alone = loads.size and self._violated(node.domains) is None
-            parts = self._one_load(node, int(loads[-1]), prices) if alone else self._branches(node)
-            kept = [*waiting, *((part, node) for part in reversed(parts))]
-            waiting = kept if self.last is None else kept[-1:]
+            by_load = loads.size and self._violated(node.domains) is None
+            children = self._branch_on_load(node, int(loads[-1]), prices) if by_load else self._branches(node)
+            stack = [*waiting, *((domains, node) for domains in reversed(children))]
+            waiting = stack if self.last is None else stack[-1:]
             found = None
             while waiting and found is None:
-                part, above = waiting.pop()
-                found = self.narrowed(part, SMALL, above)
+                domains, parent = waiting.pop()
+                found = self.propagate(domains, FULL_TEST_SIZE, parent)
             if found is None:
                 return
             node = found
 
-    def _prices(self, node: Bounded) -> Array | None:
-        """What a unit of each number of a joint's drive makes the others cost; None while no set is known.
+    def _parameter_prices(self, node: BoundedNode) -> Array | None:
+        """Estimated cost at the other joints per unit of each load parameter, (n, NUMBERS); None without an incumbent.
 
-        What a joint costs in the best set over the least it may cost is put on the drives that load it, by their share.
+        The cost of a joint in the best set above its lower bound is attributed to the drives that load it, in
+        proportion to their loads.
         """
         if not self.best:
             return None
-        best, reach = self.best[0], self.problem.reach
-        gap = np.maximum(np.array(best.costs) - [domain.least for domain in node.domains], 0.0)
-        heavier = np.abs(self.problem.candidates.numbers[list(best.pairs)] - node.ranges.low)
-        total = np.einsum("jki,ki->j", reach, heavier)
-        return np.einsum("j,jki->ki", gap / np.maximum(total, 1e-9), reach)
+        best, sensitivity = self.best[0], self.problem.sensitivity
+        gap = np.maximum(np.array(best.costs) - [domain.lower_bound for domain in node.domains], 0.0)
+        heavier = np.abs(self.problem.candidates.parameters[list(best.pairs)] - node.ranges.low)
+        total = np.einsum("jki,ki->j", sensitivity, heavier)
+        return np.einsum("j,jki->ki", gap / np.maximum(total, 1e-9), sensitivity)
 
-    def _branches(self, node: Bounded) -> list[Domains]:
-        """A node in parts, each with less to be decided."""
+    def _branches(self, node: BoundedNode) -> list[Domains]:
+        """Branch on a violated constraint, else on a load parameter, a single load, or the cheapest set."""
         loads, violated = self._open_loads(node), self._violated(node.domains)
-        self.fine = False
+        self.branched_by_load = False
         if violated is not None:
             return violated.branch(node.domains)
         if not loads.size:
-            return without_cheapest(node.domains)
-        joint, number = self._widest(node)
-        if self.fine:
-            return self._one_load(node, int(loads[-1]))
-        return halves(self.problem, node.domains, joint, number)
+            return exclude_cheapest(node.domains)
+        joint, parameter, effect_is_small = self._widest_parameter(node)
+        if effect_is_small:
+            self.branched_by_load = True
+            return self._branch_on_load(node, int(loads[-1]))
+        return bisect_parameter(self.problem, node.domains, joint, parameter)
 
-    def _widest(self, node: Bounded) -> tuple[int, int]:
-        """The number of a joint's drive that loads the others most differently, by what each is known to cost."""
-        least, room = np.array([domain.least for domain in node.domains]), self.limit - node.bound
+    def _widest_parameter(self, node: BoundedNode) -> tuple[int, int, bool]:
+        """Joint and load parameter whose range affects the cost of the other joints most, by estimate.
+
+        The flag is True if all open parameters together affect the cost by little compared with the node's gap.
+        """
+        lower, room = np.array([domain.lower_bound for domain in node.domains]), self.limit - node.bound
         if math.isinf(room):
             room = 0.1 * abs(node.bound)
-        costs = np.array(self.best[0].costs) if self.best else 2.0 * np.abs(least)
-        # What a joint costs in the best set, over the least it may cost here, is there to be explained by its load.
-        gap = np.maximum(costs - least, 0.0) + 1e-3 * room
-        width = 0.5 * (node.ranges.high - node.ranges.low) * self.problem.reach
+        costs = np.array(self.best[0].costs) if self.best else 2.0 * np.abs(lower)
+        # The cost of a joint in the best set above its lower bound here is attributed to its load.
+        gap = np.maximum(costs - lower, 0.0) + 1e-3 * room
+        width = 0.5 * (node.ranges.high - node.ranges.low) * self.problem.sensitivity
         total = width.sum(axis=(1, 2))
-        self.fine = bool(np.abs(costs) @ total <= COARSE * room)
+        effect_is_small = bool(np.abs(costs) @ total <= COARSE * room)
         effect = np.einsum("j,jki->ki", gap / np.maximum(total, 1e-300), width)
-        joint, number = np.unravel_index(int(np.argmax(effect)), effect.shape)
-        return int(joint), int(number)
+        joint, parameter = np.unravel_index(int(np.argmax(effect)), effect.shape)
+        return int(joint), int(parameter), effect_is_small
 
-    def _one_load(self, node: Bounded, joint: int, prices: Array | None = None) -> list[Domains]:
-        """The candidates of a joint that load others as its cheapest does, and the rest; a load may have its price."""
+    def _branch_on_load(self, node: BoundedNode, joint: int, prices: Array | None = None) -> list[Domains]:
+        """Split a joint's candidates into those that load the others as the cheapest one does, and the rest.
+
+        ``prices``: as ``_parameter_prices``, counted in the choice of the cheapest.
+        """
         domain, problem = node.domains[joint], self.problem
-        numbers, cheapest = problem.candidates.numbers, domain.cheapest
+        parameters, cheapest = problem.candidates.parameters, domain.cheapest
         if prices is not None:
-            cost = domain.cost + np.abs(numbers[domain.pairs]) @ prices[joint]
+            cost = domain.cost + np.abs(parameters[domain.pairs]) @ prices[joint]
             priced = replace(domain, cost=cost, exact=np.zeros_like(domain.exact))
-            fits, _, _ = problem.presolved(joint, priced, math.inf, False, node.ranges.low, node.ranges.high)
-            cheapest = int(np.argmin(np.where(fits, cost, math.inf)))
-        same = (numbers[domain.pairs] == numbers[domain.pairs[cheapest]]).all(axis=1)
+            feasible, _, _ = problem.presolve(joint, priced, math.inf, False, node.ranges.low, node.ranges.high)
+            cheapest = int(np.argmin(np.where(feasible, cost, math.inf)))
+        same = (parameters[domain.pairs] == parameters[domain.pairs[cheapest]]).all(axis=1)
         return split(node.domains, joint, same)
