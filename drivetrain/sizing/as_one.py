@@ -1,4 +1,4 @@
-"""Two motors of an axis judged as one, for what knows one motor a joint."""
+"""Two motors on one axis evaluated as one motor, for models with one motor per joint."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from drivetrain.study.parts.mounting import two_as_one
 
 
 def judged_as_one(evaluation: Evaluation) -> Evaluation:
-    """An evaluation with two motors of an axis as one of twice the size, of which the verdicts are the same."""
+    """An evaluation with the two motors of an axis replaced by one of twice the size, with the same verdicts."""
     drives = {name: joint.drive for name, joint in evaluation.joints.items()}
     study, drives = two_as_one(evaluation.study, drives)
     return evaluation if study is evaluation.study else evaluate_drives(study, drives)

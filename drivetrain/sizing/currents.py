@@ -1,4 +1,4 @@
-"""The current to command at every sample of the cycle, split into what it is for."""
+"""Current commands at every sample of the cycle, split by cause (inertia, gravity, friction, losses)."""
 
 from __future__ import annotations
 
@@ -27,12 +27,11 @@ PARTS = (
     "inertia", "gravity", "velocity", "counterbalance", "given torque", "joint friction", "mesh loss", "gear drag",
     "motor friction", "rotor inertia",
 )  # fmt: skip
-"""What a current is for: the arm's accelerations, its weight, its speeds, counterbalances, or a table of torques, all
-through a lossless gear; then what friction and losses take, and what accelerates the rotor. Together they are the
-whole current."""
+"""Causes of the current: acceleration, gravity and velocity terms of the arm, counterbalances or a table of torques,
+all through a lossless gear; then friction, losses, and acceleration of the rotor. Their sum is the whole current."""
 
 ON_ALL_DATA = ("current", "phase", "rotor", "friction", "mesh", "gear drag", "motor torque", "voltage", "lost")
-"""Beginnings of the columns that nobody knows where rotor inertia or losses lack."""
+"""Prefixes of the columns that are unknown if rotor inertia or losses are unknown."""
 
 
 def current_commands(
@@ -40,23 +39,22 @@ def current_commands(
 ) -> pd.DataFrame:
     """The currents that drive the motion, one row per sample and joint.
 
-    The command is the DC-equivalent current [A]; the same current stands beside it as the RMS and as the peak of a
-    sinusoidal phase, for amplifiers that are told one of these. It is the sum of the currents of ``PARTS``; in another
-    way of what the gear passes on (load and joint friction, lossless), what accelerates the rotor, and what motor
-    friction and gear losses take (``friction``).
+    The command is the DC-equivalent current [A], also given as the RMS and as the peak of a sinusoidal phase for
+    amplifiers that use these. It is the sum of the currents of ``PARTS``. It is also the sum of gear torque (load and
+    joint friction through a lossless gear), rotor inertia, and motor friction with gear losses (``friction``).
 
     Args:
-        evaluation: Of the drives that are to be commanded, the selection that chose them, or the study that names them.
-        rate: Of the amplifier's commands [Hz]; None: at the samples of the cycle.
-        hold: How a command between two samples is made: 1 on the straight line between both (where the cycle jumps,
-            what comes after the jump), 0 the sample before. The amplifier is taken to hold each until the next.
+        evaluation: Evaluation of the drives, the selection that chose them, or the study that names them.
+        rate: Of the amplifier's commands [Hz]; None: the samples of the cycle.
+        hold: Order of interpolation between two samples: 1 linear (after a jump of the cycle, the later sample), 0 the
+            earlier sample. The amplifier is assumed to hold each command until the next.
 
     Returns:
-        Columns with their units in brackets; ``saturated`` is true where the sample asks more current, torque or
-        voltage than motor and amplifier have, safety factors left out; ``over current``, ``over torque`` and ``over
-        voltage`` tell which. ``lost acceleration`` is what the gear's output then lacks, the other joints moving as
-        they should; NaN where nobody knows the load's inertia. Of a drive that lacks rotor inertia or losses the
-        current is NaN. Rows in order of joints, then of time. ``attrs`` holds ``rate`` and ``hold``.
+        Columns with their units in brackets. ``saturated`` is true where current, torque or voltage exceed the limits
+        of motor and amplifier, without safety factors; ``over current``, ``over torque`` and ``over voltage`` say
+        which. ``lost acceleration`` is the resulting loss of acceleration at the gear's output while the other joints
+        follow the motion; NaN if the load inertia is unknown. Currents are NaN if rotor inertia or losses are unknown.
+        Rows are in the order of joints, then of time. ``attrs`` has ``rate`` and ``hold``.
 
     Raises:
         InputError: A rate that is not positive, another order of hold; a study that names no drives.
@@ -78,7 +76,7 @@ def current_commands(
 
 
 def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
-    """Of each joint, what asks its gear's output for torque, joint friction left out [N m], (N,) each."""
+    """By joint name, the causes of the torque at the gear's output, without joint friction [N m], (N,) each."""
     study, nothing = evaluation.study, np.zeros(len(evaluation.study.cycle.time))
     named = [(i, task) for i, task in enumerate(study.joints) if task.name in evaluation.joints]
     drives = {i: evaluation.joints[task.name].drive for i, task in named}
@@ -122,7 +120,7 @@ def _joint_table(evaluation: Evaluation, joint: JointResult, loads: dict[str, Ar
     for name, values in _motor_parts(evaluation.study, joint, loads).items():
         columns[f"{name} current [A]"] = values / constant
     for name, values in columns.items():
-        if name.endswith("[A]"):  # parts are differences: of what rounding leaves nothing is told
+        if name.endswith("[A]"):  # parts are differences: what is left by rounding is 0
             columns[name] = np.where(np.abs(values) > ROUNDING * np.abs(series.current).max(), values, 0.0)
     columns |= over
     columns["lost acceleration [rad/s^2]"] = _lost_acceleration(joint, series.motor_torque - torque)
@@ -133,7 +131,7 @@ def _joint_table(evaluation: Evaluation, joint: JointResult, loads: dict[str, Ar
 
 
 def _constant(torque: Array, current: Array, cold: float) -> float:
-    """The torque constant behind the series [N m/A]: that of the warm motor."""
+    """The torque constant of the warm motor, by which the series were computed [N m/A]."""
     at = int(np.argmax(np.abs(current)))
     return float(torque[at] / current[at]) if current[at] != 0.0 else cold
 
@@ -157,7 +155,7 @@ def _motor_parts(study: Study, joint: JointResult, loads: dict[str, Array]) -> d
 
 
 def _possible(study: Study, joint: JointResult, constant: float) -> tuple[dict[str, Any], Array]:
-    """Where the command asks more than there is, by what; and the torque that there is instead [N m], (N,)."""
+    """Where the command exceeds each limit, and the torque that is available instead [N m], (N,)."""
     series, motor = joint.series, joint.drive.motor
     amplifier = next(task.amplifier for task in study.joints if task.name == joint.name)
     volts = available_voltage(amplifier, study.supply.voltage)
@@ -172,14 +170,14 @@ def _possible(study: Study, joint: JointResult, constant: float) -> tuple[dict[s
     if hot is None:  # as the voltage was computed
         hot = study.ambient if motor.max_winding_temperature is None else motor.max_winding_temperature
     resistance = winding_resistance(motor, np.asarray(hot))
-    back = series.voltage - resistance * series.current  # of speed and inductance, as the command asks them
+    back = series.voltage - resistance * series.current  # back-EMF and inductive voltage of the command
     low, high = (constant * (way * volts - back) / resistance for way in (-1.0, 1.0))
     limit = min(torque, abs(constant) * current)
     return over, np.clip(np.clip(series.motor_torque, np.minimum(low, high), np.maximum(low, high)), -limit, limit)
 
 
 def _lost_acceleration(joint: JointResult, lacking: Array) -> Array:
-    """What the gear's output lacks of its acceleration where the motor lacks some torque [rad/s^2], (N,)."""
+    """Loss of acceleration at the gear's output where the motor lacks some torque [rad/s^2], (N,)."""
     series, drive = joint.series, joint.drive
     load = np.full(len(lacking), np.nan) if series.load_inertia is None else series.load_inertia
     slope = mesh_slope(mesh_of(as_record(complete(drive.gear))), series.gear_torque * series.speed)
@@ -188,7 +186,7 @@ def _lost_acceleration(joint: JointResult, lacking: Array) -> Array:
 
 
 def _resampled(table: pd.DataFrame, rate: float, hold: int) -> pd.DataFrame:
-    """A joint's table at the ticks of a clock that starts with the cycle."""
+    """A joint's table resampled at a constant rate from the start of the cycle."""
     time = table["time [s]"].to_numpy()
     ticks = time[0] + np.arange(int(np.floor((time[-1] - time[0]) * rate * (1.0 + 1e-12))) + 1) / rate
     # Of two samples at one instant the later counts; rounding of the clock must not fall before it.

@@ -1,4 +1,4 @@
-"""What flexible drives and links do to the tip over the motion: wind-up, bending, lost motion, and vibration."""
+"""Deflection of the tip by flexible drives and links over the motion: wind-up, bending, lost motion, vibration."""
 
 from __future__ import annotations
 
@@ -40,22 +40,22 @@ from drivetrain.study.parts.mounting import loaded_arm
 
 @dataclass(frozen=True, eq=False)
 class TipDeflection:
-    """Where the tip is, against where stiff drives and links would have it; base axes.
+    """Deviation of the tip from its position with rigid drives and links; base axes.
 
-    Torques are those of the motion as planned: the deflection follows the load without swinging.
+    Torques are those of the planned motion: the deflection is quasi-static.
 
     Attributes:
         time: [s], (N,).
         joint_names, link_names: Of joints and links, (n,) each.
-        twist: How far each joint lags behind its motor, backlash left out [rad or m], (N, n); of motors that are
-            coupled to several joints, how far each one's shaft lags.
-        joints: What each of these twists does to the tip [m], (N, n, 3).
-        links: What each link's bending does to it [m], (N, n, 3).
-        backlash: What each joint's play does, resting on the side on which its torque lays it, counted from the middle
-            [m], (N, n, 3).
-        lost_motion: Between the two positions furthest apart that the play of all joints allows [m], (N,).
-        rigid: Joints counted as rigid: their gear prints no stiffness.
-        unknown_play: Joints whose gear prints no backlash: none is counted.
+        twist: Wind-up of each gear without backlash [rad or m], (N, n); of the shafts if motors are coupled to
+            several joints.
+        joints: Displacement of the tip by each wind-up [m], (N, n, 3).
+        links: Displacement of the tip by the bending of each link [m], (N, n, 3).
+        backlash: Displacement of the tip by each joint's backlash, from its middle to the side on which the torque
+            holds it [m], (N, n, 3).
+        lost_motion: Largest distance between two tip positions within the backlash of all joints [m], (N,).
+        rigid: Joints assumed rigid, as the stiffness of their gear is unknown.
+        unknown_play: Joints whose backlash is unknown and assumed to be 0.
     """
 
     time: Array
@@ -71,12 +71,12 @@ class TipDeflection:
 
     @property
     def displacement(self) -> Array:
-        """Of the tip, everything together [m], (N, 3)."""
+        """Total displacement of the tip [m], (N, 3)."""
         return np.asarray((self.joints + self.links + self.backlash).sum(axis=1))
 
     @property
     def size(self) -> Array:
-        """Of the displacement [m], (N,)."""
+        """Magnitude of the displacement [m], (N,)."""
         return np.asarray(np.linalg.norm(self.displacement, axis=1))
 
     @property

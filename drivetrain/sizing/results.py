@@ -1,4 +1,4 @@
-"""What the checks say: verdicts with numbers, for one joint, for the arm, and for every rejected candidate."""
+"""Results: checks and series of a joint, evaluations of a whole arm, selections, and rejected candidates."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ UNLIMITED = Amplifier()
 
 @dataclass(frozen=True, eq=False)
 class JointSeries:
-    """What one drive does over the cycle, for plots and current commands; all (N,).
+    """Series of one drive over the cycle, for plots and current commands; all (N,).
 
     Attributes:
         time: [s].
@@ -41,11 +41,11 @@ class JointSeries:
         current: DC equivalent [A].
         voltage: At the terminals, hot [V].
         electrical_power: Drawn from the supply; negative when regenerating [W].
-        least_power: The same where gear and motor shaft lose nothing and the winding is cold, if that is less [W].
+        least_power: Lower bound of it: without losses of gear and motor shaft and with a cold winding [W].
         winding_temperature, housing_temperature: In the periodic steady state [C]; None when not computed.
         bearing_load: Six components (moment, force) of the joint wrench in the joint frame [N m], [N], (N, 6); None
             without an arm.
-        load_inertia: Inertia the gear's output sees, rotor excluded [kg m^2]; None where it is not known.
+        load_inertia: Load inertia at the gear's output, rotor excluded [kg m^2]; None if unknown.
     """
 
     time: Array
@@ -72,7 +72,7 @@ class JointSeries:
 
 @dataclass(frozen=True, eq=False)
 class JointResult:
-    """One joint's drive and everything that was held against it.
+    """One joint's drive with its checks and series.
 
     Attributes:
         name: Of the joint.
@@ -81,9 +81,9 @@ class JointResult:
         checks: Every check, in a fixed order.
         series: What the drive does over the cycle.
         remarks: In words: standstill rule, RMS rule validity, assumptions.
-        gear_loss: Mean power that the gear makes into heat, as warm as it settles [W]; None without one, or unknown.
-        housing_temperature: Mean, or of the one node that the sheet knows [C]; None: unknown, or a runaway.
-        amplifier: Against which it was judged: the study's, or of several the chosen one.
+        gear_loss: Mean power loss of the gear at its steady temperature [W]; None without a gear, or if unknown.
+        housing_temperature: Mean over the cycle, or of a single-node model [C]; None: unknown, or thermal runaway.
+        amplifier: Of the study, or the chosen one of several.
         power_allowance: Additional power that the motor's data sheet does not specify (friction, warmth), peak and
             mean [W].
     """
@@ -116,7 +116,7 @@ class JointResult:
 
     @property
     def torque_known(self) -> bool:
-        """Whether the sheets held enough to compute the motor's torque, on which most checks rest."""
+        """Whether the data sheets suffice to compute the motor's torque, on which most checks depend."""
         return not any(check.name == "motor voltage" and check.required is None for check in self.checks)
 
     @property
@@ -132,12 +132,12 @@ class JointResult:
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """A set of drives held against a study.
+    """All checks of a set of drives for a study.
 
     Attributes:
-        study: What was asked.
+        study: The task.
         joints: By joint name, in the arm's order.
-        shared: Checks of all joints together (the supply).
+        shared: Checks of all joints together (supply, stiffness, stops).
         objective: Value of the study's objective for these drives; NaN where data are missing.
         criteria: ``mass`` [kg], ``price``, ``energy`` of a cycle [J] and largest ``utilisation``; NaN where unknown.
     """
@@ -201,9 +201,9 @@ class Evaluation:
         return shown(repr(self), self.summary)
 
     def plot(self, ax: Axes | None = None, *, joint: str | None = None) -> Axes:
-        """The speed-torque plane of one joint's motor: its path over the cycle, and what is open for a short time.
+        """Plot the speed-torque plane of one joint's motor: its path over the cycle, and the intermittent limit.
 
-        The region is that of the cold motor, at the sheet's temperature; verdicts count the hot one too.
+        The limit is that of the motor at its data-sheet temperature; verdicts use the hot motor too.
 
         Args:
             ax: Where to draw; None: a new figure.
@@ -242,7 +242,7 @@ REJECTED = ("joint", "motor", "gear", "check", "required", "available", "unit", 
 
 @dataclass(frozen=True)
 class RejectedPair:
-    """A rejected candidate: at the joint, with the drives chosen after it.
+    """A rejected candidate of a joint, given the drives chosen for the joints after it.
 
     Attributes:
         joint, motor, gear: Names.
@@ -250,7 +250,7 @@ class RejectedPair:
         required, available: Of that check [unit].
         unit: Of both.
         utilisation: Of that check; above 1.
-        objective: Its own share of the objective; NaN where unknown.
+        objective: Its contribution to the objective; NaN if unknown.
     """
 
     joint: str
@@ -266,7 +266,7 @@ class RejectedPair:
 
 @dataclass(frozen=True, eq=False)
 class DriveSet:
-    """One set of drives that holds every check.
+    """A feasible set of drives.
 
     Attributes:
         drives: Keys of (motor, gear) by joint name.
@@ -284,22 +284,22 @@ class Selection:
     """The drives chosen for a study, and why not the others.
 
     Attributes:
-        study: What was asked.
-        drives: Keys of the chosen (motor, gear) by joint name; empty when nothing fits.
-        evaluation: Of the chosen drives; when nothing fits, of the nearest candidates.
-        objective: Of the chosen drives; NaN when nothing fits.
-        proof: ``optimal``, or in words the gap that is left.
-        rejected_pairs: Every rejected candidate, beside the drives chosen after it.
-        alternatives: By joint name, the next best (motor, gear, objective share) that also pass.
-        advice: When nothing fits: the nearest candidate, the binding check and what would fix it; where a given drive
-            lacks data, which ones.
+        study: The task.
+        drives: Keys of the chosen (motor, gear) by joint name; empty if nothing is feasible.
+        evaluation: Of the chosen drives; if nothing is feasible, of the nearest candidates.
+        objective: Of the chosen drives; NaN if nothing is feasible.
+        proof: ``optimal``, or the remaining gap in words.
+        rejected_pairs: Every rejected candidate, given the drives chosen after it.
+        alternatives: By joint name, the next best feasible (motor, gear, contribution to the objective).
+        advice: If nothing is feasible: the nearest candidate, the binding check and what would fix it; if a fixed
+            drive lacks data, which data.
         counters: Work done: nodes, candidates judged.
-        best_sets: Those found, best first; the first holds ``drives``. All are proven when the search is finished.
-        bound: No set that holds has a smaller objective; infinite when there is proven to be none.
-        state: What a search that was stopped needs to go on; None when it is finished.
-        notes: What could not be counted in the objective: it is that of the rest then.
-        equals: How many feasible sets share the objective of the chosen one, that one counted.
-        all_equals: Whether these are all; else there may be more.
+        best_sets: The sets found, best first; the first is ``drives``. All are proven if the search is finished.
+        bound: Lower bound on the objective of feasible sets; infinite if there is proven to be none.
+        state: The stopped search, to be resumed; None if it is finished.
+        notes: What the objective does not include for lack of data.
+        equals: Number of feasible sets with the same objective as the chosen one, itself included.
+        all_equals: Whether all of these were counted.
     """
 
     study: Study
@@ -320,13 +320,13 @@ class Selection:
 
     @property
     def verdict(self) -> Verdict:
-        """Of the chosen drives; where none were found FAIL, or NOT CHECKED if the nearest lack nothing but data."""
+        """Of the chosen drives; if there are none FAIL, or NOT CHECKED if the nearest set only lacks data."""
         found = self.evaluation.verdict
         return found if self.drives or found is Verdict.NOT_CHECKED else Verdict.FAIL
 
     @property
     def feasible(self) -> bool:
-        """True when a set was found that its evaluation calls feasible; not where a given drive lacks data."""
+        """Whether a feasible set was found; False if a fixed drive lacks data."""
         return bool(self.drives) and self.evaluation.feasible
 
     @property

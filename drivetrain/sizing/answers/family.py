@@ -1,12 +1,11 @@
-"""Drives for a family of arms: several payloads, reaches or tasks, with common parts, chosen by one search for all.
+"""Drives for a family of arms (several payloads, reaches or tasks) with common parts, by one search for all.
 
-Where drives are common, the search is that of the first member. At every node the bounds of each other member rule
-candidates out too, as what one member cannot use the family cannot; a set is taken where every member's evaluation
-holds.
+If drives are common, the branch and bound search of the first member is used, and at every node the bounds of all other
+members remove candidates too. A set is accepted if it is feasible for every member.
 
-Where motors or gears alone are common, a node says which of them each joint may have. Every member's best set there is
-proven by its own search; their sum is a bound. Where members disagree at a joint, one part that a member has taken is
-given to all, and in the other half to none.
+If only motors or only gears are common, an outer branch and bound search decides which of them each joint may have. The
+best set of each member is found by a search of its own, and the sum of their objectives is a lower bound. Where members
+disagree at a joint, one branch gives the part of one member to all, and the other branch excludes it.
 """
 
 from __future__ import annotations
@@ -35,15 +34,15 @@ from drivetrain.study.parts.selection import SelectionOptions
 
 @dataclass(frozen=True, eq=False)
 class FamilySelection:
-    """The drives of all members of a family.
+    """The selected drives of all members of a family.
 
     Attributes:
-        drives: Keys of (motor, gear) by joint name, of the first member where others may have other parts: theirs are
-            in ``evaluations``; empty where no set fits all members.
-        objective: For one member, the mean where they differ [kg, or the unit of the price]; NaN where none fits.
-        evaluations: Of each member with its drives, in their order; empty where none fits.
-        proven: Whether no better set fits all members, or none at all.
-        bound: No set that fits all members has a smaller objective; infinite where none fits.
+        drives: Keys of (motor, gear) by joint name of the first member; those of members with other parts are in
+            ``evaluations``; empty if no set is feasible for all members.
+        objective: Mean of all members [kg, or the unit of the price]; NaN if no set is feasible.
+        evaluations: Of each member with its drives, in order; empty if no set is feasible.
+        proven: Whether it is proven that no better set is feasible for all members, or none at all.
+        bound: Lower bound on the objective; infinite if no set is feasible.
         counters: Work done.
     """
 
@@ -105,7 +104,7 @@ COMMON = ("drives", "motors", "gears")
 def select_family(
     studies: Sequence[Study], *, wanted: SelectionOptions | None = None, common: str = "drives"
 ) -> FamilySelection:
-    """The drives with the smallest objective that fit every one of several studies, with common parts.
+    """The drives of smallest objective that are feasible for all of several studies, with common parts.
 
     Args:
         studies: Of arms with the same joint names: other payloads (``dt.study.changed``), reaches, motions, supplies.
@@ -161,7 +160,7 @@ Allowed = tuple[frozenset[str], ...]  # parts by joint
 
 
 def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) -> FamilySelection:
-    """Sets of all members with common motors (0) or gears (1) and the least sum of objectives."""
+    """The sets of all members with common motors (0) or gears (1) and the smallest sum of objectives."""
     parts = [[np.array([p.candidates.keys(k)[which] for k in own.tolist()], dtype=str) for own in p.eligible]
              for p in problems]  # fmt: skip
     counters: Counter[str] = Counter()
@@ -171,11 +170,11 @@ def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) ->
         return [keys(pair)[which] for pair in tree.best[0].pairs]
 
     def searches(allowed: Allowed, before: Sequence[Tree], limit: float) -> list[Tree] | None:
-        """Each member's best set of parts that are allowed; None where no sum of them is below a limit."""
+        """Each member's best set of allowed parts; None if the sum of their objectives reaches the limit."""
         found = list(before)
         for k, one in enumerate(problems):
             if found[k].best and all(part in may for part, may in zip(chosen(k, found[k]), allowed, strict=True)):
-                continue  # what was best of more still is
+                continue  # the best of a larger choice is still allowed
             eligible = tuple(
                 own[np.isin(named, [*may])] for own, named, may in zip(one.eligible, parts[k], allowed, strict=True)
             )
@@ -194,7 +193,7 @@ def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) ->
     limit, waiting = math.inf, list[tuple[float, int, Allowed, list[Tree]]]()
 
     def most(found: Sequence[Tree]) -> tuple[int, Tree]:
-        """The member whose set costs most."""
+        """The member whose set has the largest objective."""
         return max(enumerate(found), key=lambda one: one[1].best[0].objective if one[1].best else math.inf)
 
     def looked_at(allowed: Allowed, before: Sequence[Tree], *, keep: bool = True) -> None:
@@ -212,7 +211,7 @@ def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) ->
 
     looked_at(every, [Tree(one) for one in problems])
     if best is None and waiting and most(waiting[0][3])[1].best:
-        # A first answer, however late it is: what the member that needs most has, for all.
+        # A first incumbent, even after the time limit: the parts of the most expensive member for all.
         looked_at(tuple(frozenset({part}) for part in chosen(*most(waiting[0][3]))), waiting[0][3], keep=False)
     while waiting and waiting[0][0] < limit and time.perf_counter() < deadline:
         _, _, allowed, found = heapq.heappop(waiting)
@@ -263,6 +262,6 @@ def _members(studies: Sequence[Study], common: str) -> list[Study]:
 
 
 def _common(tasks: Sequence[JointTask]) -> tuple[Pair, ...]:
-    """The pairs that all of some joints offer, in the order of the first."""
+    """The pairs that all of some joints have as candidates, in the order of the first."""
     everywhere = set.intersection(*(set(task.pairs) for task in tasks))
     return tuple(pair for pair in tasks[0].pairs if pair in everywhere)

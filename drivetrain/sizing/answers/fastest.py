@@ -1,10 +1,11 @@
-"""The fastest cycle that given drives can hold: the way kept, every move as quick as their real limits allow.
+"""The fastest cycle of given drives along the same path, with every move as fast as their limits allow.
 
-Each move, from rest to rest, first keeps its form and takes another time, as short as all limits allow that bind at an
-instant: torque and speed of the gear, current, voltage over speed, bearings, the supply's peaks, the arm's own speed
-limits. What counts over the whole cycle, heat before all, may then need more: no move is then quicker than a common
-share of its time in the study. Where it does not, the way of each move is timed anew within: at each place as quick as
-torque at gear and motor and speed let it be. What is quicker in the end counts, and every check is made on it.
+First each move, from rest to rest, is scaled uniformly in time. Its duration is the smallest that satisfies all limits
+at an instant (torque and speed of the gear, current, voltage, bearings, peaks of the supply, speed limits of the arm),
+found by bisection. If limits over the whole cycle, such as heat, are then exceeded, all moves are given at least a
+common share of their duration in the study. If they are not, the moves are also retimed along the path: time-optimal
+path parameterisation with limits of gear torque, motor torque and speed. The faster result counts, and all checks are
+made on it.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ from drivetrain.sizing.results import Evaluation, Selection, every_drive
 from drivetrain.study.model import Study, refuse_moving_base
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
-MOST = 50.0  # times slower or faster than the study: beyond, it is another task
-STEP = 1.25  # of the factor while an edge is looked for
-CLOSE = 1e-3  # of the factor, to the safe side
-GRID = 160  # pieces of a move that is timed within
-FINEST = 1.0 / 400.0  # of a move's way between two points of its spline
-REPAIRS = 60  # steps of a move that fails beside the others, though it held alone
+MOST = 50.0  # largest factor of slowing down or speeding up
+STEP = 1.25  # factor between steps while an edge is bracketed
+CLOSE = 1e-3  # relative accuracy of the factor, on the safe side
+GRID = 160  # intervals of a retimed move
+FINEST = 1.0 / 400.0  # smallest distance between two points of its spline, relative to the length of the path
+REPAIRS = 60  # steps in which moves that fail together, though each is feasible alone, are slowed down
 SPEED_LIMIT = "the arm's speed limit"
-OVER_THE_CYCLE = {"winding temperature"}  # told with an instant, and yet of the whole cycle
+OVER_THE_CYCLE = {"winding temperature"}  # reported with an instant, although it depends on the whole cycle
 
 
 @dataclass(frozen=True)
@@ -43,12 +44,12 @@ class MoveTime:
     """One move of the fastest cycle.
 
     Attributes:
-        name: Of the segment that it belongs to.
-        start: In the fastest cycle [s].
-        before, after: How long it takes in the study and in the fastest cycle [s].
-        place: Joint, or ``supply``, whose limit binds it; empty where nothing was found to bind.
-        check: Which limit that is.
-        time: When, in the fastest cycle [s]; NaN for a limit over the whole cycle.
+        name: Of its segment.
+        start: Of the move in the fastest cycle [s].
+        before, after: Duration in the study and in the fastest cycle [s].
+        place: Joint, or ``supply``, with the binding limit; empty if none was found.
+        check: The binding limit.
+        time: Of the limit in the fastest cycle [s]; NaN for a limit over the whole cycle.
     """
 
     name: str
@@ -65,12 +66,11 @@ class Fastest:
     """The fastest cycle of a study's drives.
 
     Attributes:
-        study: With that cycle.
-        evaluation: Of the drives on it.
-        before: Length of the study's own cycle [s].
+        study: With the fastest cycle.
+        evaluation: Of the drives with this cycle.
+        before: Duration of the study's own cycle [s].
         moves: In their order.
-        share: Of its time in the study, or as it is timed within, below which what counts over the cycle lets no move
-            go; 0: it does not bind.
+        share: Smallest share of the duration of a move that limits over the whole cycle allow; 0 if they do not bind.
     """
 
     study: Study
@@ -85,28 +85,28 @@ class Fastest:
 
     @property
     def feasible(self) -> bool:
-        """Whether there is a pace at which every check holds."""
+        """Whether there is a cycle time at which every check is satisfied."""
         return self.evaluation.feasible
 
     @property
     def duration(self) -> float:
-        """Length of the fastest cycle [s]."""
+        """Duration of the fastest cycle [s]."""
         return self.study.cycle.duration
 
 
 def fastest(study: Study | Evaluation | Selection, drives: Mapping[str, Given] | Given | None = None) -> Fastest:
-    """The shortest cycle in which the drives hold every check, dwells and the way of each move kept.
+    """The shortest cycle in which the drives satisfy every check, with the same dwells and the same path of each move.
 
-    No joint goes faster than the arm's own speed limits, those of its file.
-    Where no check over the whole cycle binds, heat before all, moves are timed within too: accelerations then step.
+    The speed limits of the arm's file apply. If no check over the whole cycle binds, moves are also retimed along their
+    paths, which makes accelerations discontinuous.
 
     Args:
         study: Of an arm; or an evaluation or a selection, whose drives are meant.
         drives: As for ``evaluate``; None: those the study gives.
 
     Returns:
-        The cycle, its evaluation, and for each move which limit binds it. Where not even a pace 50 times slower holds,
-        the evaluation is that of the slowest one tried, and not feasible.
+        The cycle, its evaluation, and the binding limit of each move. If not even a cycle 50 times slower is feasible,
+        the evaluation is that of the slowest one tried.
 
     Raises:
         InputError: No arm, a base that moves, a joint without a drive, or no move from rest to rest.
@@ -133,15 +133,15 @@ def fastest(study: Study | Evaluation | Selection, drives: Mapping[str, Given] |
 
 @dataclass(frozen=True, eq=False)
 class _Paced:
-    """A cycle whose moves go at paces of their own."""
+    """A cycle with a factor on the duration of each move."""
 
-    cycle: Cycle  # before, with its moves
+    cycle: Cycle  # before scaling
     moves: list[slice]
-    edges: Array  # the share of its time that each move may take as far as instants go
-    share: float  # as of ``Fastest``
-    pace: Array  # the share of its time that each takes
-    evaluation: Evaluation  # of the drives at that pace
-    over_cycle: tuple[str, str]  # place and name of the check over the whole cycle that binds
+    edges: Array  # smallest factor of each move by the limits at an instant, (moves,)
+    share: float  # as ``Fastest.share``
+    pace: Array  # factor of each move, (moves,)
+    evaluation: Evaluation  # of the drives with these factors
+    over_cycle: tuple[str, str]  # place and name of the binding check over the whole cycle
 
     @property
     def feasible(self) -> bool:
@@ -153,7 +153,7 @@ class _Paced:
 
 
 def _paced(study: Study, drives: Mapping[str, Given] | None, cycle: Cycle, moves: list[slice]) -> _Paced:
-    """Each move of a cycle as quick as the checks let it be, its form kept."""
+    """Scale each move of a cycle uniformly to the smallest duration that the checks allow."""
     study = replace(study, cycle=cycle)
     edges = np.array([_alone(study, drives, move) for move in moves])
 
@@ -169,22 +169,22 @@ def _paced(study: Study, drives: Mapping[str, Given] | None, cycle: Cycle, moves
 
 
 class _Way(NamedTuple):
-    """What a move passes, by its place from 0 to 1."""
+    """The path of a move over its path parameter from 0 to 1."""
 
-    place: Array  # (N,)
-    position: Array  # (N, n)
-    first: Array  # derivative of the position, (N, n)
-    second: Array  # and once more
+    place: Array  # path parameter, (N,)
+    position: Array  # of the joints [rad or m], (N, n)
+    first: Array  # first derivative of the position, (N, n)
+    second: Array  # second derivative, (N, n)
     sample: Indices  # of the cycle, at or after each place, (N,)
 
 
 def _timed(
     study: Study, drives: Mapping[str, Given] | None, best: _Paced, cycle: Cycle, moves: list[slice]
 ) -> tuple[Cycle, list[slice]]:
-    """The ways of a cycle's moves run as quickly as straight limits of torque and speed let them; and its moves.
+    """Time-optimal parameterisation of a cycle's moves with constant limits of torque and speed; and the moves.
 
-    What each joint may give of torque at its gear, of torque at its motor, and of speed, is what it gives at the best
-    pace so far, over the share of its limits that this uses. ``evaluate`` decides in the end.
+    The limits of gear torque, motor torque and speed of each joint are the values of the best cycle so far divided by
+    their utilisations. ``evaluate`` decides in the end.
     """
     ways = [_way(cycle, move) for move in moves]
     after = best.evaluation.study.cycle
@@ -232,9 +232,9 @@ def _timed(
 
 
 def _allowed(best: _Paced) -> tuple[Array, Array, Array]:
-    """What limits would let be: torques at gears and motors [N m], (2, n); speeds, (n,); and use of the voltage.
+    """Limits of gear and motor torque [N m], (2, n), limits of joint speed, (n,), and use of the voltage, (2, n).
 
-    The last are the shares of the voltage that a unit of motor torque and of motor speed take [1/(N m), s/rad], (2, n).
+    The last is the share of the available voltage per unit of motor torque and of motor speed [1/(N m), s/rad].
     """
     after = best.evaluation.study.cycle
     torque, speed = np.full((2, len(after.joint_names)), np.inf), np.abs(after.velocity).max(axis=0)
@@ -256,7 +256,7 @@ def _allowed(best: _Paced) -> tuple[Array, Array, Array]:
 
 
 def _way(cycle: Cycle, move: slice) -> _Way:
-    """A spline through the positions of a move, over the length of its chords."""
+    """A cubic spline through the positions of a move over its chord length."""
     positions = cycle.position[move]
     chords = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     places = np.concatenate([[0.0], np.cumsum(chords)]) / chords.sum()
@@ -267,7 +267,7 @@ def _way(cycle: Cycle, move: slice) -> _Way:
     if kept[-1] != len(places) - 1:
         kept.append(len(places) - 1)
     spline = CubicSpline(places[kept], positions[kept])
-    grid = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, GRID + 1)))  # closer where the arm starts and stops
+    grid = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, GRID + 1)))  # finer at both ends
     sample = move.start + np.clip(np.searchsorted(places, grid), 1, len(places) - 1)
     return _Way(grid, spline(grid), spline(grid, 1), spline(grid, 2), sample)
 
@@ -275,9 +275,9 @@ def _way(cycle: Cycle, move: slice) -> _Way:
 def _rebuilt(
     cycle: Cycle, moves: list[slice], ways: list[_Way], blocks: list[tuple[Array, Array, Array]]
 ) -> tuple[Cycle, list[slice]]:
-    """A cycle with other samples in its moves: times from 0, speeds and accelerations; and its moves.
+    """A cycle with the samples of its moves replaced by times from 0, speeds and accelerations; and its moves.
 
-    The rests at both ends of a move stay as samples of their own, at which nothing accelerates.
+    The rests at both ends of a move remain as samples without acceleration.
     """
     old = np.arange(len(cycle.time))
     steps, accelerations = np.diff(cycle.time, prepend=cycle.time[0]), cycle.acceleration.copy()
@@ -314,9 +314,9 @@ def _rebuilt(
 
 
 def moves_of(cycle: Cycle) -> list[slice]:
-    """The samples of each move, from one rest to the next, both included, in their order.
+    """The samples of each move, from one rest to the next, both included, in order.
 
-    None overlaps by more than the sample at rest between two.
+    Two moves share at most the sample at rest between them.
     """
     found = []
     quick = np.abs(cycle.velocity).max(axis=1)
@@ -324,7 +324,7 @@ def moves_of(cycle: Cycle) -> list[slice]:
     pushed = np.abs(cycle.acceleration).max(axis=1)
     calm = pushed <= 1e-9 * max(float(pushed.max()), 1e-300)
     twin = np.concatenate([np.diff(cycle.time) <= 0.0, [True]]) | np.concatenate([[True], np.diff(cycle.time) <= 0.0])
-    ends = resting & (calm | twin)  # a turning point under full torque is no end: it has one acceleration
+    ends = resting & (calm | twin)  # a turning point under acceleration is not the end of a move
     for part in cycle.parts:
         places = [i for i in range(part.start, part.stop) if ends[i] or i in (part.start, part.stop - 1)]
         for first, last in pairwise(places):
@@ -334,7 +334,7 @@ def moves_of(cycle: Cycle) -> list[slice]:
 
 
 def retimed(cycle: Cycle, moves: list[slice], factors: Array) -> Cycle:
-    """The same way with each move in so many times its time, dwells as they were; factors: (moves,)."""
+    """The cycle with the duration of each move multiplied by a factor and dwells unchanged; factors: (moves,)."""
     steps, scale = np.diff(cycle.time, prepend=cycle.time[0]), np.ones(len(cycle.time))
     for move, factor in zip(moves, factors, strict=True):
         steps[move.start + 1 : move.stop] *= factor
@@ -348,7 +348,7 @@ def retimed(cycle: Cycle, moves: list[slice], factors: Array) -> Cycle:
 
 
 def _alone(study: Study, drives: Mapping[str, Given] | None, move: slice) -> float:
-    """The share of its time that a move may take as far as instants and the arm's speed limits go."""
+    """Smallest factor on the duration of a move by the limits at an instant and the arm's speed limits."""
     own = _cut(study.cycle, move)
     whole = [slice(0, len(own.time))]
 
@@ -360,18 +360,18 @@ def _alone(study: Study, drives: Mapping[str, Given] | None, move: slice) -> flo
 
 
 def _speed_share(study: Study, velocity: Array) -> Array:
-    """Speeds over the arm's limits, by joint, at their largest, (n,)."""
+    """Largest speed of each joint relative to the arm's limit, (n,)."""
     return np.abs(velocity).max(axis=0) / _limits(study)
 
 
 def _limits(study: Study) -> Array:
-    """Speeds that the arm allows, (n,)."""
+    """Speed limits of the arm [rad/s or m/s], (n,)."""
     assert study.arm is not None
     return study.arm.speed_limits
 
 
 def _repaired(at: Callable[[Array], Evaluation], moves: list[slice], edges: Array) -> Array:
-    """The edges beside each other: a rest before or after a move may make it the harder one."""
+    """Factors with which the moves are feasible together: a neighbouring dwell may make a move more demanding."""
     pace = edges.copy()
     for _ in range(REPAIRS):
         result = at(pace)
@@ -385,7 +385,7 @@ def _repaired(at: Callable[[Array], Evaluation], moves: list[slice], edges: Arra
 
 
 def _cut(cycle: Cycle, move: slice) -> Cycle:
-    """One move as a cycle of its own; the instants stay where they are."""
+    """One move as a cycle of its own, with unchanged times."""
     arrays = {
         name: getattr(cycle, name)[move]
         for name in ("time", "position", "velocity", "acceleration", "payload", "segment")
@@ -394,7 +394,10 @@ def _cut(cycle: Cycle, move: slice) -> Cycle:
 
 
 def _edge(holds: Callable[[float], bool], start: float, *, quicker: bool = True) -> float:
-    """The smallest factor that holds: from the start towards less where that holds and is wanted, else towards more."""
+    """The smallest feasible factor, bracketed from a start and found by bisection.
+
+    If the start is feasible, smaller factors are tried only with ``quicker``.
+    """
     if holds(start):
         if not quicker:
             return start
@@ -417,7 +420,7 @@ def _holds(evaluation: Evaluation) -> bool:
 
 
 def _fails(check: Check) -> bool:
-    """Whether a check fails, or asks more than can be proven to hold though both numbers are known."""
+    """Whether a check fails, or is essential and undecided although both of its values are known."""
     doubtful = check.essential and check.verdict is Verdict.NOT_CHECKED
     return check.verdict is Verdict.FAIL or (doubtful and None not in (check.required, check.available))
 
@@ -428,7 +431,7 @@ def _checks(evaluation: Evaluation) -> list[tuple[str, Check]]:
 
 
 def _instants(evaluation: Evaluation) -> list[tuple[str, Check]]:
-    """The checks that bind at an instant, whatever happens in the rest of the cycle."""
+    """The checks that depend on an instant alone, with their places."""
     return [
         one for one in _checks(evaluation)
         if one[1].time is not None and one[1].name not in OVER_THE_CYCLE
@@ -437,7 +440,7 @@ def _instants(evaluation: Evaluation) -> list[tuple[str, Check]]:
 
 
 def _over_cycle(at: Callable[[Array], Evaluation], edges: Array, share: float) -> tuple[str, str]:
-    """Place and name of the check over the whole cycle that fails a little below its share."""
+    """Place and name of the check that fails just below the share that limits over the whole cycle allow."""
     if share == 0.0:
         return "", ""
     result = at(np.maximum(edges, share / (1.0 + 3.0 * CLOSE)))

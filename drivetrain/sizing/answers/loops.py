@@ -1,4 +1,4 @@
-"""The loops of every joint's servo: gains that hold from its lightest load to its heaviest, and what they do."""
+"""Servo loops of every joint: gains that are stable from the lightest to the heaviest load, and step responses."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from drivetrain.drive.motor import torque_constant
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.parts.simulation import Simulation
 
-STEP_LASTS = 8.0  # times the position loop's time constant
-STEP_POINTS = 600  # drawn, at most
+STEP_LASTS = 8.0  # duration of a step response in time constants of the position loop
+STEP_POINTS = 600  # largest number of points of a step response
 MOST_SAMPLES = 20_000
 
 
@@ -27,20 +27,20 @@ class JointLoops:
 
     joint: str  # its name
     axis: ServoAxis  # with the heaviest load of the cycle
-    lightest: float  # load inertia at its least [kg m^2]
+    lightest: float  # smallest load inertia of the cycle [kg m^2]
     timing: ServoTiming  # of its servo
     design: LoopDesign  # with the heaviest load
-    light: LoopDesign  # what the same gains make of the lightest
-    current_gain: float | None  # of the current loop [V/A], [V/(A s)]; None where the sheet tells no inductance
+    light: LoopDesign  # the same gains with the lightest load
+    current_gain: float | None  # of the current loop [V/A], [V/(A s)]; None if the inductance is unknown
     current_integral: float | None
     time: Array  # of the step responses [s], (M,)
-    step: Array  # motor's angle over a step of its command, no speed fed forward [-], (M,)
+    step: Array  # step response of the motor's angle without speed feedforward [-], (M,)
     light_step: Array
-    notch_step: Array | None  # with the heaviest load and the notch that would help; None where the design offers none
+    notch_step: Array | None  # with the heaviest load and the proposed notch filter; None if there is none
 
     @property
     def stable(self) -> bool:
-        """With the heaviest load and with the lightest."""
+        """Whether the loops are stable with the heaviest and with the lightest load."""
         return self.design.stable and self.light.stable
 
 
@@ -48,14 +48,14 @@ class JointLoops:
 class StudyLoops:
     """The loops of a study's joints."""
 
-    joints: tuple[JointLoops, ...]  # those that could be laid out
-    missing: dict[str, str]  # of the others why not, by joint
+    joints: tuple[JointLoops, ...]  # joints whose loops could be designed
+    missing: dict[str, str]  # reason for each other joint, by its name
 
 
 def study_loops(
     evaluation: Evaluation, *, joints: Collection[str] | None = None, current_bandwidth: float | None = None
 ) -> StudyLoops:
-    """The loops of evaluated drives, timed as the study's simulation times them; current loops as given [rad/s]."""
+    """Loops of evaluated drives with the timing of the study's simulation; ``current_bandwidth``: [rad/s]."""
     settings = evaluation.study.simulation
     if current_bandwidth is not None:
         settings = replace(settings, current_bandwidth=current_bandwidth)
@@ -72,7 +72,7 @@ def study_loops(
 
 
 def servo_timing(settings: Simulation, joint: str) -> ServoTiming:
-    """What lies between a joint's speed loop and its torque; continuous where the study states no control."""
+    """Timing between a joint's speed loop and its torque; continuous if the study states no control."""
     control = settings.control.get(joint)
     if control is None or not control.sampled:
         return ServoTiming(settings.current_bandwidth)
@@ -80,9 +80,9 @@ def servo_timing(settings: Simulation, joint: str) -> ServoTiming:
 
 
 def servo_axes(joint: JointResult, damping: float) -> tuple[ServoAxis, float] | None:
-    """A joint, its gear at its softest, at the largest inertia of the cycle, and the least load inertia [kg m^2].
+    """The axis of a joint at its largest load inertia and smallest gear stiffness, and its smallest inertia [kg m^2].
 
-    None where an inertia is unknown; ``damping`` of the spring is a share of the critical one.
+    None if an inertia is unknown; ``damping`` is the damping ratio of the spring.
     """
     load, drive = joint.series.load_inertia, joint.drive
     if load is None or not drive.motor.rotor_inertia or not float(load.min()) > 0.0:

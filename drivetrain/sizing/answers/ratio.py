@@ -1,4 +1,4 @@
-"""The gear ratio of one joint: swept with every check, its feasible window, and what formulas say of it."""
+"""Gear ratio study of one joint: a sweep with every check, the feasible window, and closed-form optimal ratios."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.verdicts import Check, Verdict, lacking
 
 GRID = 81  # ratios of the sweep
-SPAN = 8.0  # times below and above the ratios of interest
-SMALLEST, LARGEST = 0.05, 2.0e4  # where a window that nothing ends is let go on no further
+SPAN = 8.0  # factor by which the sweep extends below and above the ratios of interest
+SMALLEST, LARGEST = 0.05, 2.0e4  # limits of the sweep
 CHANGE = 1e-9  # share by which a utilisation must change over the sweep to depend on the ratio
 NEAR_GEARS = 8
 
 
 @dataclass(frozen=True, eq=False)
 class RatioPoint:
-    """One motor with one ratio doing the joint's work."""
+    """Results of one motor with one ratio."""
 
     ratio: float  # magnitude
     rms_torque: float  # of the motor over the cycle [N m]
-    peak_torque: float  # of the motor, with what it takes to start [N m]
+    peak_torque: float  # of the motor, starting from rest included [N m]
     motor_speed: float  # largest [rad/s]
-    winding_temperature: float  # hottest of the repeated cycle [C]; infinite: runs away, NaN: not computed
+    winding_temperature: float  # largest in the repeated cycle [C]; infinite: thermal runaway, NaN: not computed
     utilisations: Mapping[str, float]  # of every check, by its name; NaN where it could not be judged
 
     @property
@@ -74,7 +74,7 @@ class RatioPoint:
 class RatioWindow:
     """Ratios at which every check is satisfied, and the check that fails just beyond each end.
 
-    An end is infinite (or 0) and its check empty where nothing ends the window in the range looked at.
+    An end is infinite (or 0), and its check empty, if the window reaches the limits of the sweep.
     """
 
     low: float
@@ -85,7 +85,7 @@ class RatioWindow:
 
 @dataclass(frozen=True)
 class NearGear:
-    """A gear of the catalogue held against the same task with the same motor, with its own sheet."""
+    """A gear of the catalogue evaluated with the same task and motor."""
 
     key: str
     ratio: float  # as printed, with its sign
@@ -97,7 +97,7 @@ class NearGear:
 
 @dataclass(frozen=True)
 class RatioLimits:
-    """Where the limits of motor and gear lie, safety factors taken out of them; None where unknown."""
+    """Limits of motor and gear divided by their safety factors; None if unknown."""
 
     continuous_torque: float | None  # of the warm motor [N m]
     peak_torque: float | None  # of the motor [N m]
@@ -107,7 +107,7 @@ class RatioLimits:
 
 @dataclass(frozen=True, eq=False)
 class ClosedForms:
-    """The ratios that formulas give for the same motion."""
+    """Ratios by closed-form solutions for the same motion."""
 
     matching: float | None  # sqrt(mean load inertia over rotor inertia); None without an arm
     least_rms: float  # of the smallest RMS motor torque, all but Stribeck friction counted; NaN where data are missing
@@ -118,7 +118,7 @@ class ClosedForms:
 
 @dataclass(frozen=True, eq=False)
 class RatioStudy:
-    """What the ratio of one joint's gear decides, every other number of its motor and gear kept."""
+    """Sweep of the ratio of one joint's gear, with all other data of motor and gear unchanged."""
 
     study: Study
     joint: str
@@ -127,13 +127,13 @@ class RatioStudy:
     drive: Drive  # the template, assumptions filled in
     points: tuple[RatioPoint, ...]  # by rising ratio
     windows: tuple[RatioWindow, ...]  # lowest first
-    best: RatioPoint  # of the smallest highest utilisation among the checks that the ratio changes
+    best: RatioPoint  # smallest maximum utilisation of the checks that depend on the ratio
     limits: RatioLimits
     closed_forms: ClosedForms
     gears: tuple[NearGear, ...]  # nearest to ``best`` first
-    reaction: Mapping[str, float]  # change of each earlier joint's torque across the window, over its own peak
+    reaction: Mapping[str, float]  # change of each earlier joint's torque across the window, relative to its peak
     notes: tuple[str, ...]
-    lacking: tuple[Check, ...] = ()  # essential checks that could not be made: with one no ratio is proven to fit
+    lacking: tuple[Check, ...] = ()  # essential checks that could not be made; if any, no ratio is proven feasible
 
     def __repr__(self) -> str:
         windows = ", ".join(f"{one.low:.4g} to {one.high:.4g}" for one in self.windows) or "no ratio"
@@ -141,16 +141,16 @@ class RatioStudy:
 
     @property
     def feasible(self) -> bool:
-        """Whether some ratio is proven to fit."""
+        """Whether some ratio is proven to be feasible."""
         return bool(self.windows) and not self.lacking
 
     @property
     def ratios(self) -> Array:
-        """Of the points, rising, (M,)."""
+        """Ratios of the points, rising, (M,)."""
         return np.array([point.ratio for point in self.points])
 
     def series(self, field: str) -> Array:
-        """One number of the points, such as ``rms_torque``, (M,)."""
+        """One field of the points, such as ``rms_torque``, (M,)."""
         return np.array([getattr(point, field) for point in self.points], dtype=np.float64)
 
     def utilisation_of(self, check: str) -> Array:
@@ -167,7 +167,7 @@ def ratio_study(
     gear: str | None = None,
     ratios: Sequence[float] | None = None,
 ) -> RatioStudy:
-    """What the ratio of one joint's gear decides: torque, speed, heat, every check, and the window in which all hold.
+    """Sweep the ratio of one joint's gear: torque, speed, heat, every check, and the feasible window.
 
     The gear is a template: its ratio is varied continuously, everything else on its data sheet is kept (see
     ``scaled_gear``). The drives of the other joints stay as they are. The joint's own ratio changes what it asks of
@@ -261,13 +261,13 @@ def _point(setup: Setup, joint: int) -> RatioPoint:
 
 
 def rms_torque(setup: Setup, joint: int) -> float:
-    """Of a joint's motor over the cycle [N m]."""
+    """RMS torque of a joint's motor over the cycle [N m]."""
     weights = setup.work.weights if setup.work.weights.any() else None
     return math.sqrt(np.average(setup.joint(joint).series.motor_torque ** 2, weights=weights))
 
 
 def terms_of(setup: Setup, joint: int) -> TorqueTerms:
-    """How a joint's motor torque depends on the ratio of its gear."""
+    """Coefficients of a joint's motor torque as a function of its gear ratio."""
     demand = setup.demand(joint)
     motion = (demand.speed, demand.acceleration, demand.carrier_acceleration)
     return torque_terms(setup.drives[joint], demand.gear_torque, *motion, demand.weights)
@@ -287,7 +287,7 @@ def _grid(setup: Setup, joint: int, ratios: Sequence[float] | None) -> list[floa
 
 
 def _sweep(at: Callable[[float], RatioPoint], grid: list[float], *, fixed: bool) -> tuple[RatioPoint, ...]:
-    """The grid, wider where its ends still fit, with the least utilisation between its ratios put in."""
+    """The points of a grid, extended while its ends are feasible, and the ratio of smallest utilisation (Brent)."""
     points = [at(ratio) for ratio in grid]
     step = grid[-1] / grid[-2] if len(grid) > 1 else 2.0
     while not fixed and points[-1].fits and points[-1].ratio < LARGEST:
@@ -306,7 +306,7 @@ def _sweep(at: Callable[[float], RatioPoint], grid: list[float], *, fixed: bool)
 
 
 def _strain(points: Sequence[RatioPoint]) -> Callable[[RatioPoint], float]:
-    """The highest utilisation of those checks that the ratio changes: torque at the gear's output is none of them."""
+    """Maximum utilisation of the checks that depend on the ratio, as a function of a point."""
     changing = []
     for name in points[0].utilisations:
         used = np.array([point.utilisations[name] for point in points])
@@ -334,7 +334,7 @@ def _limits(setup: Setup, joint: int) -> RatioLimits:
 
 
 def _rated_torque(setup: Setup, joint: int) -> float | None:
-    """Continuous torque of the warm motor: the RMS torque with which its RMS current would be at the limit [N m]."""
+    """Continuous torque of the warm motor: the RMS torque at which its RMS current is at the limit [N m]."""
     result = setup.joint(joint)
     used = next(check.utilisation for check in result.checks if check.name == "motor RMS current")
     return rms_torque(setup, joint) / used if used else None
@@ -360,7 +360,7 @@ def _closed_forms(setup: Setup, joint: int) -> ClosedForms:
 def _catalogue_gears(
     setup: Setup, joint: int, keys: Pair, best: float, windows: tuple[RatioWindow, ...]
 ) -> tuple[NearGear, ...]:
-    """The gears nearest in ratio to the best one; where none is known to go with the motor, those of the same kind."""
+    """The catalogue gears nearest in ratio to the best; if none is known for the motor, those of the same kind."""
     (motor, gear), gears = keys, setup.study.catalog.gears
     allowed = [key for key in partners(setup.study, setup.study.joints[joint], motor) if key in gears]
     if gear and not allowed:
@@ -375,7 +375,7 @@ def near_gears(
     setup: Setup, joint: int, motor: str, keys: Sequence[str], ratio: float,
     *, last: Callable[[str], bool] = lambda key: False,
 ) -> Iterator[tuple[NearGear, JointResult]]:  # fmt: skip
-    """Gears behind a motor, each with its own sheet, by their distance from a ratio; of equals some ``last``."""
+    """Evaluate gears with a motor, ordered by their distance from a ratio; of ties those with ``last`` come last."""
     rows = setup.study.catalog.gears
     for key in sorted(keys, key=lambda key: (abs(math.log(abs(rows[key].ratio) / ratio)), last(key), key)):
         result = setup.with_keys(joint, motor, key).joint(joint)
@@ -386,12 +386,12 @@ def near_gears(
 
 
 def partners(study: Study, task: JointTask, motor: str) -> list[str]:
-    """Gears that may sit behind a motor: of the study's pairs, else published ones."""
+    """Keys of the gears that are compatible with a motor: from the study's pairs, else from published pairs."""
     return [gear for one, gear in task.pairs if one == motor and gear] or sorted(study.catalog.pairs.get(motor, ()))
 
 
 def _reaction(number: Number, joint: int, windows: tuple[RatioWindow, ...]) -> dict[str, float]:
-    """How much the joints before feel of the window's width."""
+    """Change of each earlier joint's torque across the window, relative to its peak."""
     closed = [window for window in windows if 0.0 < window.low < window.high < math.inf]
     if not closed:
         return {}

@@ -1,4 +1,4 @@
-"""What scatter means for a set of drives: probabilities, tornadoes, and the choice that stands it."""
+"""Effects of tolerances on a set of drives: probabilities, tornadoes, and the robust choice."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from drivetrain.sizing.tolerance.tornado import Tornado, effects
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """How a set of drives stands the scatter of its numbers."""
+    """Effects of tolerances on a set of drives."""
 
-    robustness: Robustness  # probabilities that checks, joints and the whole set hold
-    tornadoes: tuple[Tornado, ...]  # of the binding check of every joint and of the supply, most loaded first
-    choice: RobustSelection | None = None  # how the set was chosen, where a probability was wanted; else None
+    robustness: Robustness  # probabilities that checks, joints and the whole set are satisfied
+    tornadoes: tuple[Tornado, ...]  # of the binding checks of every joint and of the supply, largest utilisation first
+    choice: RobustSelection | None = None  # how the set was chosen, if a probability is required
 
 
 def spread(evaluation: Evaluation, choice: RobustSelection | None = None) -> Spread | None:
-    """What scatter means for evaluated drives; None where the study states no tolerance."""
+    """Effects of tolerances on evaluated drives; None if the study states no tolerance."""
     if not evaluation.study.tolerances.given:
         return None
     return Spread(robustness(evaluation), effects(evaluation).worst(), choice)
 
 
 def robustly(selection: Selection) -> tuple[Selection, RobustSelection | None]:
-    """A selection with the best set that holds often enough, and how it was found; as it was where none is asked."""
+    """A selection of the best set with the required probability, and its proof; unchanged if none is required."""
     study = selection.study
     if study.wanted.holds is None or not study.tolerances.given or not selection.feasible:
         return selection, None

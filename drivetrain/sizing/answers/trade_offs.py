@@ -1,4 +1,4 @@
-"""What a study asks for beside the best set: the Pareto front, and the best set over numbers of the task."""
+"""Trade-offs that a study requests: the Pareto front, and the best set over quantities of the task."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from drivetrain.sizing.search.front import Front, check_criteria, pareto_front
 from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import CurveWanted
 
-FACTORS = {Vary.PAYLOAD: (0.5, 1.5), Vary.CYCLE_TIME: (0.75, 1.5), Vary.VOLTAGE: (0.75, 1.25)}  # of the study's own
-AROUND = 20.0  # K each way of the study's air
+FACTORS = {Vary.PAYLOAD: (0.5, 1.5), Vary.CYCLE_TIME: (0.75, 1.5), Vary.VOLTAGE: (0.75, 1.25)}  # of the study's value
+AROUND = 20.0  # K below and above the study's ambient temperature
 
 
 @dataclass(frozen=True, eq=False)
 class TradeOffsFound:
-    """Answers beside the best set: the front where it was asked for, and curves over numbers of the task."""
+    """The front, None if not requested, and the curves over quantities of the task."""
 
     front: Front | None
     curves: tuple[OptimumCurve, ...]
 
 
 def trade_offs(study: Study, *, progress: Progress | None = None) -> TradeOffsFound:
-    """The front and the curves that a study asks for in its ``trade_offs``.
+    """The front and the curves that a study requests in its ``trade_offs``.
 
     Args:
-        study: The task; the time limit of its search also holds for the front and for every point of a curve.
+        study: The task; the time limit of its search applies to the front and to every point of a curve.
         progress: Called with (done, total, text).
 
     Returns:
-        What was asked for.
+        The front and the curves.
 
     Raises:
         InputError: A payload that the study does not carry is to be varied.
@@ -47,21 +47,21 @@ def trade_offs(study: Study, *, progress: Progress | None = None) -> TradeOffsFo
 
 
 def check_trade_offs(study: Study) -> None:
-    """Refuse a front or a curve that cannot be found, before anything is searched, with every fault at once."""
+    """Raise InputError for fronts and curves that cannot be computed, with every fault at once."""
     faults = Faults()
     wanted = study.trade_offs
     if wanted.front:
         faults.attempt(check_criteria, study, wanted.front)
     for one in wanted.curves:
         vary = Vary(one.vary)
-        # Without a payload there is no usual range of one: any shows what is wrong.
+        # Without a payload there is no usual range; any range shows the fault.
         own = (0.0, 1.0) if vary is Vary.PAYLOAD and not vary.now(study) else usual_span(study, vary)
         faults.attempt(check_curve, study, vary, one.span or own)
     faults.raise_any()
 
 
 def usual_span(study: Study, vary: Vary) -> tuple[float, float]:
-    """The range of a curve where none is named, around the study's own value: [kg], [s], [V] or [C]."""
+    """The default range of a curve around the study's own value: [kg], [s], [V] or [C]."""
     own, (low, high) = vary.now(study), FACTORS.get(vary, (1.0, 1.0))
     return (own - AROUND, own + AROUND) if vary is Vary.AMBIENT else (low * own, high * own)
 

@@ -1,1 +1,1 @@
-"""Arms as they may be built: probabilities, what they come from, sets that satisfy them."""
+"""Tolerances: Monte Carlo sampling, probabilities of feasibility, and sensitivities."""

@@ -1,9 +1,8 @@
-"""Drawn samples of an arm: parts, payload and ambient temperature within their tolerances.
+"""Random samples of motor, gear, payload and ambient values within their tolerances.
 
-Every sample is drawn by itself: the parts of each joint independently of those of all others, the ambient temperature
-once a sample, each payload once a sample. The numbers of a sample come from one row of a stream of numpy's default
-generator (PCG64), so they depend on the seed and its place in the row alone: not on how many are drawn, in what blocks
-they are judged, or by how many threads.
+The values of a joint's parts are independent of those of other joints; each payload and the ambient temperature have
+one value per sample. A sample is one row of a stream of numpy's default generator (PCG64), so its values depend on the
+seed and on its row alone: not on the number of samples, on blocks, or on threads.
 """
 
 from __future__ import annotations
@@ -25,9 +24,9 @@ Pair = tuple[str, str]
 
 @dataclass(frozen=True)
 class Source:
-    """One number that is drawn by itself."""
+    """One independent random quantity."""
 
-    quantity: str  # name of its tolerance
+    quantity: str  # name of its tolerance in the study
     place: str = ""  # name of the joint or the payload; empty for the ambient temperature
 
     def __str__(self) -> str:
@@ -37,9 +36,9 @@ class Source:
 
 @dataclass(frozen=True, eq=False)
 class Draws:
-    """Drawn samples."""
+    """Random samples of a study's uncertain quantities."""
 
-    factors: Array  # on the numbers of each joint, in the order of ``PARTS``, (samples, n, 6)
+    factors: Array  # on the nominal values of each joint, in the order of ``PARTS``, (samples, n, 6)
     ambient: Array  # ambient temperature [C], (samples,)
     payload: Array  # factors on mass and inertia of each payload, (samples, payloads)
 
@@ -48,7 +47,7 @@ class Draws:
 
 
 def sources(study: Study) -> tuple[Source, ...]:
-    """What is drawn in a study, each by itself."""
+    """The independent random quantities of a study."""
     given = study.tolerances.given
     found = [Source(name, task.name) for task in study.joints for name in PARTS if name in given]
     if "payload" in given and study.arm is not None:
@@ -57,32 +56,32 @@ def sources(study: Study) -> tuple[Source, ...]:
 
 
 def drawn(study: Study, samples: int, seed: int | tuple[int, ...]) -> Draws:
-    """Samples drawn at random."""
+    """Random samples."""
     return from_uniform(study, np.random.default_rng(seed).random((samples, len(sources(study)))))
 
 
 def streamed(study: Study, samples: int, seed: int | tuple[int, ...], *, most: int) -> Iterator[Draws]:
-    """The same samples, some at a time, so that a million of them need no more memory than the first."""
+    """The samples of ``drawn`` in batches of at most ``most``, so that memory does not grow with their number."""
     stream, columns = np.random.default_rng(seed), len(sources(study))
     for first in range(0, samples, most):
         yield from_uniform(study, stream.random((min(most, samples - first), columns)))
 
 
 def from_uniform(study: Study, uniform: Array) -> Draws:
-    """Samples by the probabilities of smaller deviations.
+    """Samples from uniform random numbers, by the inverse distribution functions of the tolerances.
 
-    ``uniform``: numbers between 0 and 1, one column a source, (samples, sources).
+    ``uniform``: between 0 and 1, one column per source, (samples, sources).
     """
-    found, edge = sources(study), 2.0**-53  # neither 0 nor 1: no law has an end at infinity
+    found, edge = sources(study), 2.0**-53  # excludes 0 and 1, at which a normal distribution is infinite
     columns = np.clip(uniform, edge, 1.0 - edge).T
     deviations = [_tolerance(study, one).deviation(column) for one, column in zip(found, columns, strict=True)]
     return deviated(study, len(uniform), dict(zip(found, deviations, strict=True)))
 
 
 def deviated(study: Study, samples: int, deviations: Mapping[Source, Array]) -> Draws:
-    """Samples with given deviations.
+    """Samples with given deviations from the nominal values.
 
-    ``deviations``: of some sources, in the unit of their tolerance, (samples,) each; the rest is nominal.
+    ``deviations``: of some sources, in the unit of their tolerance, (samples,) each; all others are nominal.
     """
     names = [task.name for task in study.joints]
     bodies = [body.name for body in study.payloads]

@@ -1,4 +1,4 @@
-"""With what probability a set of drives is feasible, when parts, payload and ambient lie within their tolerances."""
+"""Monte Carlo estimate of the probability that a set of drives is feasible within the tolerances of the study."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from drivetrain.sizing.tolerance.sampling import NAMES, SUPPLY_NAMES, Samples, c
 
 SUPPLY = "supply"
 QUANTILES = (0.05, 0.5, 0.95)
-REMEMBERED = 4096  # arms whose utilisations make the quantiles
-BATCH = 65536  # arms whose numbers are drawn at once
+REMEMBERED = 4096  # samples from which the quantiles are computed
+BATCH = 65536  # samples drawn at once
 NORMAL_95 = 1.959963984540054
 
 
 @dataclass(frozen=True)
 class Chance:
-    """A probability as counted over independent samples."""
+    """A probability estimated from independent samples."""
 
-    held: int  # in how many samples it held
-    samples: int  # of how many
+    held: int  # number of samples in which it was feasible
+    samples: int  # number of samples
 
     @property
     def probability(self) -> float:
@@ -34,13 +34,13 @@ class Chance:
 
     @property
     def standard_error(self) -> float:
-        """Of the probability; from the middle of Wilson's interval, so that 0 or all samples have one too."""
+        """Standard error of the probability, from Wilson's interval, so that it is not 0 at probability 0 or 1."""
         low, high = self.interval
         return (high - low) / (2.0 * NORMAL_95)
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Wilson's interval of 95 % confidence, good also near 0 and 1.
+        """Wilson score interval of 95 % confidence, valid also near 0 and 1.
 
         Reference:
             Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
@@ -54,46 +54,43 @@ class Chance:
 
 @dataclass(frozen=True, eq=False)
 class Robustness:
-    """How well a set of drives stands the scatter of its numbers."""
+    """Probability of feasibility of a set of drives, by check, by joint and in total."""
 
-    evaluation: Evaluation  # with nominal numbers
-    samples: int  # how many arms were drawn
+    evaluation: Evaluation  # with nominal values
+    samples: int  # number of samples
     seed: int  # of the random numbers
-    scattering: tuple[str, ...]  # what scattered, in words
-    checks: dict[str, dict[str, Chance]]  # of every judged check, by joint (or ``supply``) and name
-    joints: dict[str, Chance]  # that every check of a joint holds, by name; the supply's last
-    whole: Chance  # that everything holds at once
+    scattering: tuple[str, ...]  # uncertain quantities, in words
+    checks: dict[str, dict[str, Chance]]  # that each check is satisfied, by joint (or ``supply``) and name
+    joints: dict[str, Chance]  # that all checks of a joint are satisfied, by name; the supply's last
+    whole: Chance  # that all checks are satisfied
     # quantiles (5 %, 50 %, 95 %) of each check's utilisation, by joint and name
     utilisations: dict[str, dict[str, tuple[float, ...]]]
 
 
 def drives_of(evaluation: Evaluation) -> dict[str, Pair]:
-    """The drives that were evaluated.
-
-    Keys of (motor, gear) by joint name.
-    """
+    """Keys of (motor, gear) of an evaluation by joint name."""
     return {name: (result.motor, result.gear) for name, result in evaluation.joints.items()}
 
 
 def robustness(
     evaluation: Evaluation, *, samples: int | None = None, seed: int | None = None, threads: int = 1
 ) -> Robustness:
-    """The probability that each check, each joint and the whole set of drives holds.
+    """Probability that each check, each joint and the whole set of drives is satisfied, by Monte Carlo.
 
-    Arms are drawn at random within the study's tolerances, every one judged by the checks of ``evaluate`` on its own
-    numbers. Checks that could not be made count for nothing, as there.
+    Samples are drawn within the study's tolerances, and the checks of ``evaluate`` are applied to each. Checks that
+    could not be made are ignored.
 
     Args:
-        evaluation: Of the drives with nominal numbers; its study states the tolerances.
-        samples: How many arms; None: the study's own number.
+        evaluation: Of the drives with nominal values; its study states the tolerances.
+        samples: Number of samples; None: that of the study.
         seed: Of the random numbers; None: the study's own.
-        threads: How many share the work; no number depends on it.
+        threads: Number of threads; the result does not depend on it.
 
     Returns:
         The probabilities with their errors.
 
     Raises:
-        InputError: The study states no tolerance, or no samples are asked for.
+        InputError: The study states no tolerance, or the number of samples is below 1.
     """
     study = evaluation.study
     count = study.tolerances.samples if samples is None else samples
@@ -118,7 +115,7 @@ def robustness(
 
 
 class _Tally:
-    """How often what failed."""
+    """Counts how often each check, each joint and the supply failed."""
 
     def __init__(self, joints: int) -> None:
         self.checks = np.zeros((joints, len(NAMES)), dtype=np.int64)
@@ -128,7 +125,7 @@ class _Tally:
         self.held = 0
 
     def add(self, found: Samples) -> None:
-        """Counts some more arms."""
+        """Count more samples."""
         joints, supply, held = found.joints > 1.0, found.supply > 1.0, found.feasible
         self.checks += joints.sum(axis=0)
         self.joints += joints.any(axis=2).sum(axis=0)
@@ -143,7 +140,7 @@ def _result(
     samples, seed = run
 
     def chances(made: Array, failed: list[int], labels: tuple[str, ...]) -> dict[str, Chance]:
-        """Of the checks that were made."""
+        """Chances of the checks that were made."""
         return {
             name: Chance(samples - failed[i], samples)
             for i, name in enumerate(labels) if not np.isnan(made[:, i]).all()

@@ -1,4 +1,4 @@
-"""Tolerance sampling: drawn samples of one set of drives, every one judged as ``evaluate`` judges the nominal set."""
+"""Tolerance sampling: the checks of ``evaluate`` applied to random samples of one set of drives, in compiled blocks."""
 
 from __future__ import annotations
 
@@ -27,40 +27,40 @@ from drivetrain.study.model import Study
 
 NAMES = tuple(check.name for check in CHECKS)
 SUPPLY_NAMES = tuple(check.name for check in SUPPLY_CHECKS)
-BLOCK = 1024  # samples whose cases are made at once
-AT_ONCE = 64  # samples judged at once: their power over the cycle is a megabyte
+BLOCK = 1024  # samples of one task of a thread
+AT_ONCE = 64  # samples judged in one call: their power over the cycle takes a megabyte
 PATHS = ("resistance_winding_housing", "resistance_housing_ambient", "resistance_winding_ambient")
-TIMES = ("winding_time_constant", "housing_time_constant")  # heat capacities stay
+TIMES = ("winding_time_constant", "housing_time_constant")  # scaled with the resistances: heat capacities stay
 DRAGS = ("drag_torque", "seal_drag_torque", "starting_torque")
 TORQUES = ("coulomb", "coulomb_negative", "viscous", "viscous_negative", "static")
 
 
 @dataclass(frozen=True, eq=False)
 class Nominal:
-    """A study with nominal numbers, prepared for any set of drives."""
+    """A study with nominal values, prepared for any set of drives."""
 
     study: Study  # the task
-    work: Workload  # of all joints
-    payloads: tuple[Added, ...]  # what the whole of each payload asks of each joint
+    work: Workload  # loads of all joints
+    payloads: tuple[Added, ...]  # load of each whole payload on each joint, by joint
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A set of drives, ready for drawn samples."""
+    """A set of drives, prepared for random samples."""
 
     study: Study  # the nominal task
     drives: Mapping[str, Pair]  # keys of (motor, gear) by joint name
-    nominal: Evaluation  # with nominal numbers
-    lossy: tuple[bool, ...]  # whether a joint's gear is more than an ideal one, which loses nothing however it is built
-    cases: tuple[Any, ...]  # one a joint, with nominal numbers
-    works: tuple[Work, ...]  # one a joint; the payloads are what cases add
-    checks: Any  # the table, for compiled code
-    limits: Array  # of the supply, in the order of ``SUPPLY_NAMES``, NaN where there is none or the power is not known
+    nominal: Evaluation  # with nominal values
+    lossy: tuple[bool, ...]  # whether each joint has a real gear; an ideal one has no losses in any sample
+    cases: tuple[Any, ...]  # nominal case by joint
+    works: tuple[Work, ...]  # loads by joint; the amounts added to them are those of the payloads
+    checks: Any  # table of checks for compiled code
+    limits: Array  # of the supply, in the order of ``SUPPLY_NAMES``, NaN if there is none or the power is unknown
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Utilisations of some samples, NaN where a check was not made."""
+    """Utilisations of S samples, NaN where a check was not made."""
 
     joints: Array  # in the order of ``NAMES``, (S, n, checks)
     supply: Array  # in the order of ``SUPPLY_NAMES``, (S, checks of the supply)
@@ -75,7 +75,7 @@ class Samples:
 
 def nominal_of(study: Study, work: Workload | None = None) -> Nominal:
     """A study prepared for any set of drives."""
-    without = {}  # the work without each payload that is not known exactly
+    without = {}  # loads without each payload that has a tolerance
     for body in study.payloads if "payload" in study.tolerances.given and study.arm is not None else ():
         if body.mass > 0.0:
             without[body.name] = workload(changed(study, TaskChange(payload=0.0, payloads=(body.name,))))
@@ -84,7 +84,7 @@ def nominal_of(study: Study, work: Workload | None = None) -> Nominal:
 
 
 def _payload_rows(work: Workload, without: Mapping[str, Workload], joint: int) -> Added:
-    """What the whole of each payload asks of a joint; nothing where payloads are known exactly."""
+    """Load of each whole payload on a joint; empty if payloads have no tolerance."""
     full = load_of(work.at(joint, {}).fixed)
     if not without:
         return nothing_added(full)
@@ -96,7 +96,7 @@ def _payload_rows(work: Workload, without: Mapping[str, Workload], joint: int) -
 
 
 def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
-    """A set of drives made ready for drawn samples; drives: keys of (motor, gear) by joint name."""
+    """A set of drives, prepared for random samples; drives: keys of (motor, gear) by joint name."""
     study, filled_parts = nominal.study, FilledParts(nominal.study)
     mounted = {i: filled_parts.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
     cases, works = [], []
@@ -113,14 +113,18 @@ def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
 
 
 def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: Array) -> Any:
-    """Cases of one joint with drawn numbers: printed limits stay, what is computed from the numbers follows them.
+    """Cases of one joint with sampled values; limits printed on data sheets stay, derived ones follow the values.
 
-    ``nominal``: the case as the sheets have it, (1,); ``lossy``: whether its gear loses anything; ``factors``: on its
-    numbers, in the order of ``draws.PARTS``, (S, 6); ``ambient``: [C], (S,).
+    Args:
+        study: The task.
+        nominal: The nominal case, (1,).
+        lossy: Whether the gear is a real one.
+        factors: On the nominal values, in the order of ``draws.PARTS``, (S, 6).
+        ambient: Ambient temperature [C], (S,).
     """
     cases = np.repeat(nominal, len(ambient))
     motor, gear, setting = cases["motor"], cases["gear"], cases["setting"]
-    if study.safety.life is None:  # no limit holds the life of bearings, which takes as long as all the rest
+    if study.safety.life is None:  # bearing life is not checked, and takes as long as all other checks
         gear["bearing_dynamic_rating"] = np.nan
     unprinted = np.isnan(motor["nominal_current"])
     motor["nominal_current"][unprinted] = (motor["nominal_torque"] / motor["torque_constant"])[unprinted]
@@ -137,7 +141,7 @@ def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: A
         better, back = factors[:, EFFICIENCY], gear["backdriving_efficiency"]
         for name in ("efficiency", "mesh_efficiency"):
             gear[name] = np.minimum(gear[name] * better, 1.0)
-        # A negative one (self-locking) is a loss too: a better gear locks less.
+        # A negative efficiency (self-locking) is a loss too: a better gear locks less.
         gear["backdriving_efficiency"] = np.minimum(np.where(back < 0.0, back / better, back * better), 1.0)
         gear["no_load_torque"] *= factors[:, FRICTION]
         for name in DRAGS:
@@ -146,7 +150,7 @@ def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: A
 
 
 def judged(ready: Candidate, draws: Draws, *, threads: int = 1) -> Iterator[Samples]:
-    """The samples judged, block by block; no number depends on blocks or threads."""
+    """Judge samples block by block; the results do not depend on blocks or threads."""
     parts = [slice(first, min(first + BLOCK, len(draws))) for first in range(0, len(draws), BLOCK)]
     threads = max(min(threads, len(parts)), 1)
     most = np.abs(draws.payload - 1.0).max(axis=0)
@@ -171,11 +175,16 @@ def judged(ready: Candidate, draws: Draws, *, threads: int = 1) -> Iterator[Samp
 
 
 def _peaks_kept(work: Work, case: Any, most: Array, life: bool) -> Work:
-    """The same work with memory that nobody else writes into, without the samples of loads that are no peak.
+    """A copy of the loads with its own buffers, without samples of the cycle at which a load cannot peak.
 
-    What a bearing, a brake and a rotor carry counts at its largest alone: a sample counts whose magnitude with the
-    largest drawn payloads, ``most`` of each, may be that. For the ``life`` of a bearing, and where stops at a current
-    limit go through the inertia, all samples count.
+    Bearing, brake and inertia checks need the largest load only, so the samples are kept at which it may occur within
+    the payload deviations. Bearing life, and stops at the current limit, need all samples.
+
+    Args:
+        work: Loads of one joint.
+        case: Its nominal case, (1,).
+        most: Largest relative deviation of each payload, (payloads,).
+        life: Whether bearing life is checked.
     """
     load, added, most = work.load, work.added, most[: len(work.added.torque)]
     lever = np.nan_to_num(bearing_arm(case["gear"][0]))
@@ -206,7 +215,7 @@ def _peaks_kept(work: Work, case: Any, most: Array, life: bool) -> Work:
 
 
 def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice) -> Samples:
-    """Some samples that follow one another."""
+    """Judge a block of consecutive samples."""
     count, power = part.stop - part.start, np.empty((AT_ONCE, 2, len(works[0].motion.weight)))
     used = np.empty((len(works), count, len(CHECKS)))
     found, binding, lacking = np.zeros(count), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
@@ -235,7 +244,7 @@ def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice)
 
 
 def figures_of(evaluation: Evaluation) -> tuple[Array, Array]:
-    """Utilisations of an evaluation, as one sample in ``Samples``: (n, checks) and (checks of the supply,)."""
+    """Utilisations of an evaluation as one sample of ``Samples``: (n, checks) and (checks of the supply,)."""
     joints, supply = np.full((len(evaluation.joints), len(NAMES)), np.nan), np.full(len(SUPPLY_NAMES), np.nan)
     for row, result in zip(joints, evaluation.joints.values(), strict=True):
         for check in result.checks:

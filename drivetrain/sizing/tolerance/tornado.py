@@ -1,9 +1,9 @@
-"""What each tolerance alone does to a check: the bars of a tornado, and its share of the check's variance.
+"""Sensitivity of checks to tolerances: tornado bars and first-order Sobol indices.
 
-The bars turn one number at a time, all others nominal. The share is Sobol's index of first order: by how much the
-variance of the utilisation would fall, were that number known. It is counted from arms in which everything scatters at
-once, the same as those of the probabilities: the arms are sorted by the number and parted into bins of equally many,
-and the variance within the bins is what would be left. What the shares leave of 1 comes of numbers acting together.
+A bar varies one quantity between its limits, with all others nominal. The Sobol index is the share of the variance of
+the utilisation that would vanish if the quantity were known. It is estimated from samples in which all quantities vary,
+the same as those of the probabilities: the samples are sorted by the quantity and divided into bins of equal size, and
+the variance within the bins is what would remain. Interactions make up what the indices leave of 1.
 """
 
 from __future__ import annotations
@@ -29,52 +29,52 @@ from drivetrain.sizing.tolerance.sampling import (
     nominal_of,
 )
 
-FELT = 1e-9  # of a utilisation: a smaller change is none
-ARMS, BINS = 4096, 64  # of which the shares are counted: each is good to about 0.01
+FELT = 1e-9  # relative: a smaller change of a utilisation is rounding
+ARMS, BINS = 4096, 64  # samples and bins of the Sobol indices, which are accurate to about 0.01
 
 
 @dataclass(frozen=True)
 class Bar:
-    """What one number that scatters does to a check, all others nominal."""
+    """Effect of one uncertain quantity on a check, with all others nominal."""
 
-    source: Source  # what scatters
-    # deviations at the ends: the limits of a uniform law, twice the standard deviation of a normal one; a share of the
-    # nominal value, or in kg or K
+    source: Source  # the quantity
+    # deviations at the ends: the limits of a uniform distribution, twice the standard deviation of a normal one;
+    # relative to the nominal value, or in kg or K
     low: float
     high: float
-    absolute: bool  # the deviations are in kg or K
-    at_low: float  # utilisation with each
+    absolute: bool  # whether the deviations are in kg or K
+    at_low: float  # utilisation at each end
     at_high: float
-    # of the variance of the utilisation, 0 to 1; NaN where it has none or where some arms run away
+    # first-order Sobol index, 0 to 1; NaN if the utilisation does not vary or some samples have thermal runaway
     share: float = math.nan
 
     @property
     def span(self) -> float:
-        """How far the utilisation moves between both ends."""
+        """Change of the utilisation between the ends."""
         return abs(self.at_high - self.at_low)
 
 
 @dataclass(frozen=True)
 class Tornado:
-    """What each tolerance alone does to one check."""
+    """Effects of all uncertain quantities on one check."""
 
-    joint: str  # name, or ``supply``
-    check: str  # its name
-    nominal: float  # utilisation with nominal numbers
-    bars: tuple[Bar, ...]  # widest first; what does nothing is left out
+    joint: str  # name of the joint, or ``supply``
+    check: str  # name of the check
+    nominal: float  # utilisation with nominal values
+    bars: tuple[Bar, ...]  # widest first; quantities without effect are left out
 
 
 @dataclass(frozen=True, eq=False)
 class Effects:
-    """Every check with each tolerance alone at both of its ends."""
+    """Utilisations of all checks with each quantity alone at both of its ends, and of random samples."""
 
-    evaluation: Evaluation  # with nominal numbers
-    sources: tuple[Source, ...]  # what scatters
+    evaluation: Evaluation  # with nominal values
+    sources: tuple[Source, ...]  # uncertain quantities
     joints: Array  # utilisations at the low and at the high end, (2, sources, n, CHECKS)
     supply: Array  # of the supply, (2, sources, 3)
-    order: NDArray[np.int64]  # arms in which everything scatters in the order of each source's number, (sources, arms)
-    arms: Array  # utilisations of these arms, (arms, n, CHECKS)
-    arms_supply: Array  # of the supply, (arms, 3)
+    order: NDArray[np.int64]  # random samples sorted by the value of each source, (sources, samples)
+    arms: Array  # utilisations of the random samples, (samples, n, CHECKS)
+    arms_supply: Array  # of the supply, (samples, 3)
 
     def of(self, joint: str, check: str) -> Tornado:
         """The tornado of one check."""
@@ -98,7 +98,7 @@ class Effects:
         return Tornado(joint, check, nominal, tuple(sorted(bars, key=lambda bar: (-bar.span, str(bar.source)))))
 
     def worst(self) -> tuple[Tornado, ...]:
-        """The tornado of the binding check of every joint and of the supply, most loaded first."""
+        """The tornado of the binding check of every joint and of the supply, largest utilisation first."""
         places = [(name, result.binding) for name, result in self.evaluation.joints.items()]
         shared = [check for check in self.evaluation.shared if check.utilisation is not None]
         places.append((SUPPLY, max(shared, key=lambda check: check.utilisation or 0.0, default=None)))
@@ -108,11 +108,11 @@ class Effects:
 
 
 def variance_share(values: Array) -> float:
-    """By what share the variance of some values would fall, were their order known.
+    """First-order Sobol index of a quantity by which some values are sorted, without the bias of finite bins.
 
-    ``values``: in the order of what they may depend on, (N,), in any unit.
+    ``values``: sorted by the quantity, (N,), in any unit.
 
-    0 to 1, free of the bias of finite bins; NaN where the values do not vary, or not all are finite.
+    The index is between 0 and 1; NaN if the values do not vary or are not all finite.
 
     Reference:
         Sobol's first-order index; as a correlation ratio: pearson, Proc. R. Soc. 71 (1903) 288, its bias after Kelley,
@@ -129,7 +129,7 @@ def variance_share(values: Array) -> float:
 
 
 def effects(evaluation: Evaluation) -> Effects:
-    """What each tolerance alone does to every check."""
+    """Effect of each uncertain quantity on every check."""
     study, found = evaluation.study, sources(evaluation.study)
     count = 2 * len(found)
     deviations = {}
@@ -148,7 +148,7 @@ def effects(evaluation: Evaluation) -> Effects:
 
 
 def _figures(ready: Candidate, draws: Draws) -> tuple[Array, Array]:
-    """Utilisations of all arms, (S, n, CHECKS) and (S, 3)."""
+    """Utilisations of all samples, (S, n, CHECKS) and (S, 3)."""
     parts = list(judged(ready, draws))
     nothing = [np.zeros((0, len(ready.study.joints), len(NAMES)))], [np.zeros((0, len(SUPPLY_NAMES)))]
     return (
