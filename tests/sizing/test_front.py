@@ -174,7 +174,7 @@ def tied_study(make, seed, coarse):
 def test_any_criteria_with_ties_agree_with_brute_force(make, seed, names, coarse, few):
     study = tied_study(make, seed, coarse)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(front_tree, "FEW", few)  # 0: boxes are parted to the end, none is walked through
+        patch.setattr(front_tree, "MAX_WALKED", few)  # 0: boxes are parted to the end, none is walked through
         front = pareto_front(study, names)
     assert front.complete
     np.testing.assert_allclose(vectors(front), brute_force(study, names), rtol=1e-7)

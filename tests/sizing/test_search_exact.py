@@ -306,7 +306,7 @@ def test_a_set_that_an_evaluation_refuses_is_left_out_and_told(make, monkeypatch
     """It does not happen; if it did, the other sets would still be found."""
     study = wide_study(make)
     first, second = select(study).best_sets[:2]
-    real = Problem.evaluation
+    real = Problem.evaluate
 
     def refusing(self, pairs):
         found = real(self, pairs)
@@ -314,7 +314,7 @@ def test_a_set_that_an_evaluation_refuses_is_left_out_and_told(make, monkeypatch
         bad = Check("made up", 2.0, 1.0, "1", 2.0, Verdict.FAIL)
         return replace(found, shared=(*found.shared, bad)) if drives == first.drives else found
 
-    monkeypatch.setattr(Problem, "evaluation", refusing)
+    monkeypatch.setattr(Problem, "evaluate", refusing)
     selection = select(study)
     assert selection.counters["disagreements"] == 1
     assert selection.drives == second.drives

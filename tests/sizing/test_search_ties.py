@@ -106,8 +106,8 @@ def test_random_tasks_with_few_masses_agree_with_brute_force(make, seed, kind, s
 def test_many_equals_are_counted_to_a_limit_and_their_order_is_proven_all_the_same(make, monkeypatch):
     study = wound_study(make, 1, 3)
     expected = every_set(study)
-    monkeypatch.setattr(search_tree, "COUNTED", 0)
-    monkeypatch.setattr(search_tree, "FEW", 1)
+    monkeypatch.setattr(search_tree, "MAX_COUNTED", 0)
+    monkeypatch.setattr(search_tree, "MAX_ENUMERATED", 1)
     selection = select(study)
     told = [one.criteria["energy"] for one in selection.best_sets]
     assert told == pytest.approx([one[1] for one in expected[:3]], rel=SAME)
