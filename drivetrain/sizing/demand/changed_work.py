@@ -1,8 +1,8 @@
-"""The work of a task whose payload and pace change, without running the arm again.
+"""Loads of a task with another payload or cycle time, without new inverse dynamics.
 
-What a joint must give is gravity's part plus inertia's part over the square of the stretch of time (centripetal,
-Coriolis and rotor terms are all quadratic in speed or linear in acceleration), and each is linear in the payload's
-mass. Four runs of the arm therefore tell the work of every payload at every pace.
+If time is scaled by s, the gravity term of a joint torque stays and all other terms (inertial, centripetal, Coriolis,
+rotors) are divided by s^2, as they are quadratic in speed or linear in acceleration. Both are linear in the mass of the
+payload. So four runs of the inverse dynamics give the loads for every payload and every cycle time.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ Basis = tuple[JointBasis, ...]
 
 @dataclass(frozen=True, eq=False)
 class WorkFamily:
-    """A task, and the work of its changes."""
+    """A task with the loads of all its changes of payload and cycle time."""
 
     study: Study  # the task unchanged
     payloads: tuple[str, ...] = ()  # names of the payloads that change; empty: all
 
     def at(self, change: TaskChange) -> Workload:
-        """The work of the changed task."""
+        """The loads of the changed task."""
         study = changed(self.study, change)
         if study.arm is None:
             return Workload(study, (), study.cycle.weights)
@@ -46,7 +46,7 @@ class WorkFamily:
         return Workload(study, basis, study.cycle.weights, resting, self._stops(share) if change.time == 1.0 else None)
 
     def _stops(self, share: float) -> StopBasis | None:
-        """Stops at the pace of the task: of another one the arm takes another way."""
+        """Loads of stops at the unchanged cycle time; with another one the arm stops along another path."""
         full, empty = self._stopping
         if full is None or empty is None:
             return full
@@ -58,7 +58,7 @@ class WorkFamily:
 
     @cached_property
     def _stopping(self) -> tuple[StopBasis | None, StopBasis | None]:
-        """Stops with and without the payloads that change; the same object where there are none."""
+        """Loads of stops with and without the payloads that change; the same object if there are none."""
         full = stop_basis(self.study)
         return full, stop_basis(self._bare) if self.study.payloads else full
 
@@ -72,7 +72,7 @@ class WorkFamily:
 
     @cached_property
     def _empty(self) -> tuple[Basis, Basis]:
-        """Moving and resting without the payloads that change; the same objects where there are none."""
+        """Loads in motion and at rest without the payloads that change; the same objects if there are none."""
         if not self.study.payloads:
             return self._moving, self._resting
         return load_basis(self._bare), load_basis(self._bare, at_rest(self._bare.cycle))
@@ -83,7 +83,10 @@ class WorkFamily:
 
 
 def _combined(bases: tuple[JointBasis, ...], share: float, slower: float) -> JointBasis:
-    """One joint's basis from those moving and resting, with payload and without."""
+    """One joint's basis from those in motion and at rest, with and without payload.
+
+    ``share``: factor on the payload's mass; ``slower``: 1/s^2 for a time scale s.
+    """
     moving, resting, moving_empty, resting_empty = bases
 
     def paced(of: Callable[[JointBasis], Array], full: JointBasis, still: JointBasis) -> Array:

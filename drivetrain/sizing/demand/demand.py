@@ -1,4 +1,4 @@
-"""What the task asks of one joint's gear over the cycle, whatever drive will be behind it."""
+"""Demand: the loads of a task at the gear output of each joint over the cycle, for any drive behind it."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ class Peak(NamedTuple):
     """The largest magnitude of a series."""
 
     value: float  # in the unit of the series
-    time: float  # its instant [s]
+    time: float  # at which it occurs [s]
 
 
 class StopDemand(NamedTuple):
-    """What stops on a ramp ask of one joint, from every state of the cycle; all (M,), empty where it has no ramp."""
+    """Loads of one joint in stops on a ramp from states of the cycle; all (M,), empty if it has no ramp."""
 
     first: Indices  # sample from which each stop starts, integers
     after: Array  # time since then [s]
-    torque: Array  # that the gear's output must give to the link, joint friction, which helps, not in it [N m]
-    # of the gear's output [rad/s], [rad/s^2]; a ramp ends still in the direction it comes from
+    torque: Array  # of the gear's output on the link, without joint friction, which helps to stop [N m]
+    # of the gear's output [rad/s], [rad/s^2]; at the end of a ramp the speed keeps the sign it had
     speed: Array
     acceleration: Array
     carrier_acceleration: Array  # as in the demand
@@ -46,73 +46,72 @@ class StopDemand(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class JointDemand:
-    """What one joint's drive must do, at the gear's output; all (N,).
+    """Motion and loads of one joint at the gear's output; all (N,).
 
-    Where motors are coupled that is the shaft which the gear turns, and its coordinate stands for the joint's.
+    If motors are coupled to several joints, these are the coordinate and loads of the shaft that the gear turns.
     """
 
     time: Array  # [s]
-    weights: Array  # time each sample stands for in integrals over the cycle [s]
+    weights: Array  # integration weights over the cycle [s]
     position: Array  # of the joint [rad or m]
     speed: Array  # of the gear's output [rad/s]
     acceleration: Array  # of the gear's output [rad/s^2]
     carrier_acceleration: Array  # angular acceleration of the stator's link along the rotor's axis [rad/s^2]
-    gear_torque: Array  # what the gear's output must give to the link, equation 8.110 of Modern Robotics [N m]
+    gear_torque: Array  # of the gear's output on the link, equation 8.110 of Modern Robotics [N m]
     friction: Friction  # at the joint, outside the gear's mesh
-    payload: Indices  # index of what the tip carries, -1 for nothing
-    # six components (moment [N m], force [N]) that the joint passes on, joint frame, (N, 6); None without an arm,
-    # where the joint slides (its guide carries them) and where the gear is not at the joint (coupled)
+    payload: Indices  # index of the payload, -1 for none
+    # wrench (moment [N m], force [N]) through the joint, joint frame, (N, 6); None without an arm, if the joint slides
+    # (its guide carries the wrench), and if the gear is not at the joint (coupled)
     wrench: Array | None
-    # what the gear's output accelerates, own rotor excluded [kg m^2]; None where neither an arm nor the study tells
-    # it
+    # load inertia at the gear's output, own rotor excluded [kg m^2]; None if neither an arm nor the study gives it
     load_inertia: Array | None
     cycle: Cycle  # the repeated task, whose parts repeat by themselves
-    stop: StopDemand  # what its stops ask, where they follow a ramp
-    # ``gear_torque`` that holds each of its positions still [N m]; None where no brake is asked for
+    stop: StopDemand  # loads of stops on a ramp
+    # ``gear_torque`` that holds each position at rest [N m]; None if no brake is required
     static_torque: Array | None = None
 
     @cached_property
     def load_torque(self) -> Array:
-        """At the gear's output with the joint's friction [N m], (N,)."""
+        """Torque at the gear's output, joint friction included [N m], (N,)."""
         return np.asarray(self.gear_torque + friction_torque(self.friction, self.speed))
 
     @cached_property
     def at_rest(self) -> Array:
-        """Where the joint stands still, (N,)."""
+        """Whether the joint is at rest, (N,)."""
         return resting(self.speed)
 
     @cached_property
     def loosening_torque(self) -> Array:
-        """``load_torque`` and, at rest, what breaks the joint loose, if it ever moves [N m], (N,)."""
+        """``load_torque`` plus, at rest, the breakaway friction if the joint ever moves [N m], (N,)."""
         if not self.moves:
             return self.load_torque
         return self.load_torque + np.where(self.at_rest, breakaway_torque(self.friction, self.load_torque), 0.0)
 
     @cached_property
     def stop_torque(self) -> Array:
-        """Magnitude that stops on a ramp ask of the gear, with the joint's friction where that hinders [N m], (M,)."""
+        """Magnitude of the gear's torque in stops on a ramp, with joint friction if it increases it [N m], (M,)."""
         rubbed = self.stop.torque + friction_torque(self.friction, self.stop.speed)
         return np.maximum(np.abs(self.stop.torque), np.abs(rubbed))
 
     @cached_property
     def fastest(self) -> Peak:
-        """Of ``speed`` [rad/s]."""
+        """Peak of ``speed`` [rad/s]."""
         index = int(np.argmax(np.abs(self.speed)))
         return Peak(float(abs(self.speed[index])), float(self.time[index]))
 
     @cached_property
     def tilting_moment(self) -> Array | None:
-        """Across the output axis [N m], (N,); None where ``wrench`` is."""
+        """Moment across the output axis [N m], (N,); None if ``wrench`` is."""
         return None if self.wrench is None else np.hypot(self.wrench[:, 0], self.wrench[:, 1])
 
     @cached_property
     def radial_load(self) -> Array | None:
-        """Force across the output axis [N], (N,); None where ``wrench`` is."""
+        """Force across the output axis [N], (N,); None if ``wrench`` is."""
         return None if self.wrench is None else np.hypot(self.wrench[:, 3], self.wrench[:, 4])
 
     @property
     def axial_load(self) -> Array | None:
-        """Force along the output axis [N], (N,); None where ``wrench`` is."""
+        """Force along the output axis [N], (N,); None if ``wrench`` is."""
         return None if self.wrench is None else self.wrench[:, 5]
 
     @cached_property
@@ -122,34 +121,34 @@ class JointDemand:
 
     @cached_property
     def mean_speed(self) -> float:
-        """Mean magnitude of the speed over the whole cycle, rests included [rad/s]."""
+        """Mean magnitude of the speed over the whole cycle, dwells included [rad/s]."""
         return self.mean(np.abs(self.speed))
 
     def mean(self, values: Array) -> float:
-        """The mean over the cycle."""
+        """Time average over the cycle."""
         total = float(self.weights.sum())
         return float(values @ self.weights) / total if total > 0.0 else float(np.mean(values))
 
 
 @dataclass(frozen=True, eq=False)
 class Workload:
-    """A study with the work of its joints prepared."""
+    """A study with the load basis of its joints, for any set of drives."""
 
     study: Study  # the task
-    basis: tuple[JointBasis, ...]  # what drives do to joints, one a joint; empty without an arm
-    weights: Array  # time each sample stands for [s], (N,)
-    # what drives do to joints while every position is held still; empty where no brake is asked for
+    basis: tuple[JointBasis, ...]  # load basis by joint; empty without an arm
+    weights: Array  # integration weights over the cycle [s], (N,)
+    # load basis with every position held at rest; empty if no brake is required
     resting: tuple[JointBasis, ...] = ()
-    # the loads of stops on a ramp where they are known; None: they are found when asked for
+    # loads of stops on a ramp if they are known; None: computed on first access
     ramped: StopBasis | None = None
 
     @cached_property
     def stops(self) -> StopBasis | None:
-        """The loads of stops on a ramp; None where the study states none."""
+        """Loads of stops on a ramp; None if the study states none."""
         return stop_basis(self.study) if self.ramped is None else self.ramped
 
     def at(self, joint: int, drives: Mapping[int, Drive]) -> JointWork:
-        """The work of one joint with the drives after it in place."""
+        """The loads of one joint given the other drives."""
         if not self.basis:
             return JointWork(self, joint, None, np.zeros(0))
         basis = self.basis[joint]
@@ -173,7 +172,7 @@ def workload(study: Study) -> Workload:
 
 
 def needs_brakes(study: Study) -> bool:
-    """Whether a joint must be held by a brake."""
+    """Whether any joint must be held by a brake."""
     return any(task.brakes for task in study.joints)
 
 
@@ -193,25 +192,25 @@ class _Sums(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class JointWork:
-    """The work of one joint, the drives after it in place."""
+    """The loads of one joint given the other drives."""
 
     work: Workload  # of all joints
     joint: int  # index of this one
-    others: _Sums | None  # what arm, payload and the other drives ask, SI; None without an arm
-    numbers: Array  # of the other drives, in the order of the joint's basis, zeros for its own
+    others: _Sums | None  # loads by arm, payload and the other drives, SI; None without an arm
+    numbers: Array  # load parameters of the other drives, in the order of the joint's basis, zeros for its own
 
     @cached_property
     def own_load(self) -> bool:
-        """Whether the demand also depends on the joint's own drive, which rides on the link that it moves."""
+        """Whether the demand depends on the joint's own drive, as it rides on the link that it moves."""
         return self.others is not None and self.joint in self.work.basis[self.joint].drives
 
     @cached_property
     def fixed(self) -> JointDemand:
-        """The demand without what the joint's own drive adds."""
+        """The demand without the load of the joint's own drive."""
         return self._demand(self.others, self.numbers)
 
     def demand(self, drive: Drive) -> JointDemand:
-        """What the task asks of the joint's own drive."""
+        """The demand on a drive of this joint."""
         if not self.own_load or self.others is None:
             return self.fixed
         basis, numbers = self.work.basis[self.joint], self.numbers.copy()
@@ -254,7 +253,7 @@ class JointWork:
         return carrier + acceleration[:, at] if mount.carrier == "child" and not basis[at].slides else carrier
 
     def _arm_stop(self, numbers: Array) -> StopDemand:
-        """The stops of an arm."""
+        """Loads of the stops of an arm."""
         study, stops = self.work.study, self.work.stops
         task = study.joints[self.joint]
         if stops is None or task.stop.ramp is None:
@@ -270,7 +269,7 @@ class JointWork:
         return StopDemand(stops.first, stops.after, force, speed, acceleration, carrier)
 
     def _table_stop(self, speed: Array, acceleration: Array, torque: Array) -> StopDemand:
-        """The first instants of stops where a table gives torque and speed: the load's inertia answers for the rest."""
+        """Loads at the start of stops if a table gives torque and speed, with the load inertia for the deceleration."""
         task, moving = self.work.study.joints[self.joint], np.flatnonzero(speed)
         if task.stop.ramp is None or task.load_inertia is None:
             return NO_STOP
@@ -280,7 +279,7 @@ class JointWork:
 
 
 def joint_demand(study: Study, drives: Mapping[int, Drive], joint: int) -> JointDemand:
-    """What the task asks of one joint, with the drives that load it in place."""
+    """The demand on one joint given the drives that load it."""
     return workload(study).at(joint, drives).demand(drives[joint])
 
 
@@ -288,14 +287,14 @@ NO_STOP = StopDemand(np.zeros(0, dtype=np.int64), *np.zeros((5, 0)))
 
 
 def _column(study: Study, motion: Array, joint: int) -> Array:
-    """What one joint does in a motion of all, or where motors are coupled its shaft."""
+    """Motion of one joint, or of its shaft if motors are coupled, (N,)."""
     coupling = None if study.arm is None else study.arm.coupling
     return np.asarray(motion[:, joint] if coupling is None else motion @ coupling[joint])
 
 
 def _summed(start: _Sums, basis: JointBasis, numbers: Array, rows: slice) -> _Sums:
-    """A start and some weighted rows of the basis."""
-    if not numbers[rows].any():  # without drives: rows of long motions take their time
+    """Loads plus a linear combination of some rows of the basis."""
+    if not numbers[rows].any():  # without drives: products with rows of long motions are slow
         return start
     added = (basis.force, basis.wrench, basis.inertia)
     return _Sums(*(one + np.tensordot(numbers[rows], row[rows], 1) for one, row in zip(start, added, strict=True)))

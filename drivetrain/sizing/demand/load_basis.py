@@ -1,4 +1,4 @@
-"""What arm, payload and drives ask of each joint, as a sum over a few numbers of each drive.
+"""Load basis: the loads of each joint as a linear function of the load parameters of the drives.
 
 Newton and Euler are linear in mass and inertia. A drive loads the joints before it through five numbers: its mass,
 its inertia across and along its axis, the inertia of its rotor, and that inertia times the ratio. What one unit of
@@ -56,7 +56,7 @@ class Loads:
 
 @dataclass(frozen=True, eq=False)
 class JointBasis:
-    """One joint: what is asked without any drive, and what a unit of each number of each drive adds.
+    """Loads of one joint without drives, and per unit of each load parameter of each drive.
 
     Attributes:
         bare: Of arm and payload.
@@ -76,7 +76,7 @@ class JointBasis:
     inertia: Array
 
     def rows(self, drive: int) -> slice:
-        """Of one of the drives."""
+        """Rows of one of the drives."""
         at = NUMBERS * self.drives.index(drive)
         return slice(at, at + NUMBERS)
 
@@ -103,14 +103,14 @@ def load_basis(study: Study, cycle: Cycle | None = None, *, forces_only: bool = 
 
 
 def counterbalance_torques(study: Study, position: Array) -> Array:
-    """What counterbalances give to the joints, at the shafts where motors are coupled [N m], (N, n)."""
+    """Torques of the counterbalances on the joints, or on the shafts if motors are coupled [N m], (N, n)."""
     columns = [counterbalance_torque(task.counterbalances, position[:, i]) for i, task in enumerate(study.joints)]
     torque = np.column_stack(columns)
     return torque if study.arm is None else shaft_torques(study.arm, torque)
 
 
 def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
-    """The five numbers through which a drive loads the joints before it."""
+    """Load parameters of a drive: mass, inertias across and along its axis, of its rotor, and that times the ratio."""
     inertia = drive_inertia(drive)
     spinning = [inertia, inertia * rotor_ratio(drive, study.joints[joint])]
     moved = (0.0, 0.0, 0.0) if study.drive_mass is DriveMass.INCLUDED else drive_body(drive)
@@ -118,7 +118,7 @@ def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
 
 
 def all_numbers(study: Study, basis: JointBasis, drives: Mapping[int, Drive]) -> Array:
-    """The numbers of all drives that load a joint, in the order of its basis."""
+    """The load parameters of all drives that load a joint, in the order of its basis; zeros for missing drives."""
     nothing = np.zeros(NUMBERS)
     rows = [drive_numbers(study, k, drives[k]) if k in drives else nothing for k in basis.drives]
     return np.concatenate(rows) if rows else np.zeros(0)

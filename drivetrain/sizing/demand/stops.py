@@ -1,6 +1,6 @@
-"""What a stop on a ramp asks of the joints: from states all along the cycle, speeds falling to 0 on straight lines.
+"""Loads of stops on a ramp: from states along the cycle, the joint speeds fall linearly to 0.
 
-The drives are known by the same numbers as in the cycle, so the loads of a stop are weighted sums over these too.
+As in the cycle, the loads are linear in the load parameters of the drives.
 """
 
 from __future__ import annotations
@@ -17,31 +17,31 @@ from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.load_basis import JointBasis, load_basis
 from drivetrain.study.model import Study
 
-STARTS = 400  # states of the cycle at which a stop begins, evenly, and the fastest of each joint
-STAGES = 2  # into which the longest ramp is parted; torques are taken at their ends
+STARTS = 400  # evenly spaced samples at which a stop begins, besides the fastest of each joint
+STAGES = 2  # intervals of the longest ramp; torques are computed at their ends
 
 
 @dataclass(frozen=True, eq=False)
 class StopBasis:
-    """The states of all stops, and what they ask of every joint; M of them, n joints."""
+    """States and loads of all stops; M states, n joints."""
 
     first: Any  # sample of the cycle from which each stop starts, (M,), integers
     after: Array  # time since then [s], (M,)
     # [rad/s or m/s], [rad/s^2 or m/s^2], (M, n)
     velocity: Array
     acceleration: Array
-    joints: tuple[JointBasis, ...]  # one a joint, forces only
+    joints: tuple[JointBasis, ...]  # loads by joint, without wrenches and inertias
 
 
 def stop_starts(cycle: Cycle, among: Indices) -> Indices:
-    """Of some samples those from which stops are looked at: STARTS evenly, and where each joint is fastest."""
+    """Samples at which stops begin: STARTS of some samples, evenly spaced, and those at which a joint is fastest."""
     some, fastest = among[:: max(1, -(-len(among) // STARTS))], np.abs(cycle.velocity).argmax(axis=0)
     return np.intersect1d(among, np.union1d(some, fastest))
 
 
 @lru_cache(maxsize=2)
 def stop_basis(study: Study) -> StopBasis | None:
-    """The loads of the stops of a study; None where no joint has a ramp, nothing moves, or there is no arm."""
+    """Loads of the stops of a study; None if no joint has a ramp, nothing moves, or there is no arm."""
     ramps = np.array([np.nan if task.stop.ramp is None else task.stop.ramp for task in study.joints])
     cycle = study.cycle
     moving = stop_starts(cycle, np.flatnonzero(cycle.velocity.any(axis=1)))
