@@ -1,8 +1,9 @@
-"""The best set of drives as payload, cycle time, supply voltage or ambient change: a curve in pieces with their ends.
+"""Parametric optimum: the best set of drives over payload, cycle time, supply voltage or ambient temperature.
 
-Sets are selected on a grid of values. Between two values with different best sets the breakpoint is where the first
-set ceases to be feasible, or the better one of the two; it is found by bisection on the figures of these two sets, and
-a selection on each side of it tells whether a third set lies between, until none does.
+Sets are selected on a grid of values. Between two grid values with different best sets there is a breakpoint where the
+first set becomes infeasible or worse than the second. It is found by bisection on the evaluations of these two sets. A
+selection on each side of the breakpoint shows whether a third set is better there, and the search is repeated until
+none is.
 """
 
 from __future__ import annotations
@@ -38,11 +39,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 POINTS = 17
-TOLERANCE = 1e-6  # of the span of values
-EQUAL = 1e-9  # of an objective: sums in another order
-SLIVER = 0.1  # of a step of the grid: a piece that is narrower was found by luck, and nobody builds for it
-DRAWN = 9  # points of each piece
-SAMPLES = 2048  # of each set selected, where tolerances are stated and no probability is wanted
+TOLERANCE = 1e-6  # of a breakpoint, relative to the range of values
+EQUAL = 1e-9  # relative: rounding of objectives summed in another order
+SLIVER = 0.1  # of a grid step: narrower pieces are found by chance and have no practical use, so they are merged
+DRAWN = 9  # evaluated points of each piece
+SAMPLES = 2048  # of each selected set, if tolerances are stated and no probability is required
 PROVEN = "optimal"
 PROVEN_ROBUST = "optimal among the sets that hold often enough"
 Progress = Callable[[int, int, str], None]
@@ -53,12 +54,12 @@ Drives = dict[str, Pair]
 class CurvePoint:
     """The best set at one value."""
 
-    value: float  # of what is varied
-    drives: Drives  # keys of (motor, gear) by joint name; empty where nothing fits
-    objective: float  # NaN where nothing fits
-    criteria: dict[str, float]  # mass [kg], price, energy of a cycle [J] and largest utilisation
-    proof: str  # of the search that found it; empty where the set was found at another value and evaluated here
-    chance: Chance | None = None  # that the set is feasible within the tolerances; None where that was not counted
+    value: float  # of the varied quantity
+    drives: Drives  # keys of (motor, gear) by joint name; empty if nothing is feasible
+    objective: float  # NaN if nothing is feasible
+    criteria: dict[str, float]  # mass [kg], price, energy per cycle [J] and largest utilisation
+    proof: str  # of the search that found it; empty if the set was found at another value and evaluated here
+    chance: Chance | None = None  # probability of feasibility within the tolerances; None if not estimated
 
     @property
     def feasible(self) -> bool:
@@ -67,35 +68,35 @@ class CurvePoint:
 
 
 def is_proven(proof: str) -> bool:
-    """Whether the words of a search say that its answer is proven."""
+    """Whether the proof of a search says that its answer is optimal, or that no set is feasible."""
     return not proof or proof.startswith((PROVEN, "no set"))
 
 
 @dataclass(frozen=True, eq=False)
 class CurvePiece:
-    """A range of values in which one set is the best, or none fits."""
+    """A range of values in which one set is the best, or none is feasible."""
 
     low: float
     high: float
-    drives: Drives  # empty where nothing fits
-    points: tuple[CurvePoint, ...]  # the set at some values from low to high
-    low_ends_by: str  # place and check that fail beyond the end, or what makes another set better there;
-    high_ends_by: str  # empty at the ends of what was looked at
+    drives: Drives  # empty if nothing is feasible
+    points: tuple[CurvePoint, ...]  # evaluations of the set from low to high
+    low_ends_by: str  # check and place that fail beyond the end, or that another set is better there;
+    high_ends_by: str  # empty at the ends of the range
 
 
 @dataclass(frozen=True, eq=False)
 class OptimumCurve:
-    """The best set over one number of the task.
+    """The best set as a function of one quantity of the task.
 
     Attributes:
         study: The task as it is.
-        vary: What is changed.
+        vary: The varied quantity.
         payload: Name of the payload whose mass is varied; empty otherwise.
-        now: The value in the study.
-        points: Every selection made, by value.
+        now: Its value in the study.
+        points: All selections, by value.
         pieces: By rising value, without gaps.
-        tolerance: Within which each breakpoint lies [unit of what is varied].
-        notes: What a reader should know: what was not proven, and what may have been passed over.
+        tolerance: Accuracy of the breakpoints [unit of the quantity].
+        notes: Remarks: what was not proven, and what may have been missed.
     """
 
     study: Study
@@ -109,12 +110,12 @@ class OptimumCurve:
 
     @property
     def unit(self) -> str:
-        """Of the values."""
+        """Unit of the values."""
         return self.vary.unit
 
     @property
     def table(self) -> pd.DataFrame:
-        """Every selection made as a table, by value: objective, criteria, then motor and gear of each joint."""
+        """All selections as a table, by value: objective, criteria, then motor and gear of each joint."""
         table = set_table(self.points, self.study)
         table.insert(0, f"{self.vary} [{self.unit}]", [point.value for point in self.points])
         return table
@@ -127,7 +128,7 @@ class OptimumCurve:
         return shown(repr(self), self.table)
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The objective of the best set over what is varied.
+        """Plot the objective of the best set over the varied quantity.
 
         Args:
             ax: Where to draw; None: a new figure.
@@ -168,10 +169,10 @@ def optimum_curve(
 
     Args:
         study: The task.
-        vary: What is changed.
+        vary: The varied quantity.
         span: Smallest and largest value: mass [kg], length of the cycle [s], [V] or [C]; or texts such as "6 kg".
-        points: Values at which sets are selected to start with; a set that is best only between two of them can be
-            passed over.
+        points: Size of the grid at which sets are selected; a set that is best only between two grid values can be
+            missed.
         payload: Name of the payload whose mass is varied; None: the heaviest.
         progress: Called with (done, total, text).
 
@@ -197,7 +198,7 @@ def optimum_curve(
     for before, one in itertools.pairwise(found):
         if row.wanted is None:
             _between(row, starts, one, tolerance, SLIVER * (grid[1] - grid[0]))
-        elif one.drives != before.drives:  # whether a set is feasible often enough is too dear to be asked on the way
+        elif one.drives != before.drives:  # testing a probability is too expensive for bisection
             starts.append((0.5 * (before.value + one.value), one))
     step = grid[1] - grid[0]
     pieces, folded = _pieces(row, starts, grid[-1], tolerance, SLIVER * step)
@@ -209,7 +210,7 @@ def optimum_curve(
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """A task along one of its numbers."""
+    """A task with one varied quantity, and the selections and evaluations made so far."""
 
     study: Study
     vary: Vary
@@ -225,18 +226,18 @@ class _Row:
 
     @cached_property
     def at(self) -> Callable[[float], Setup]:
-        """The task at a value, kept while sets are held against each other there."""
+        """The task at a value; the last one is cached while sets are compared there."""
         return lru_cache(maxsize=1)(self.number.put)
 
     @property
     def wanted(self) -> float | None:
-        """Probability with which sets must be feasible; None where none is wanted or nothing scatters."""
+        """Required probability of feasibility; None if none is required or there are no tolerances."""
         return self.study.wanted.holds if has_tolerances(self.study) else None
 
     def selected(self, value: float, before: CurvePoint | None, *, counted: bool = False) -> CurvePoint:
-        """The best set at a value; of equals the set before, so that a set goes on as long as none is better.
+        """The best set at a value; ties go to the set of the value before, so that pieces do not break at ties.
 
-        With ``counted`` it is told how often the set holds within the tolerances, which takes longer than the search.
+        With ``counted`` the probability of feasibility is estimated too, which takes longer than the search.
         """
         study = self.at(value).study
         if self.wanted is not None:
@@ -252,7 +253,7 @@ class _Row:
         return point
 
     def _kept(self, study: Study, value: float, before: CurvePoint | None) -> CurvePoint | None:
-        """The set before, or the best of those that are better; None where it does not hold or nothing is proven."""
+        """The set before, or the best of those better than it; None if it is infeasible or nothing is proven."""
         evaluation = self.evaluated(before.drives, value) if before is not None and before.drives else None
         if before is None or evaluation is None or not evaluation.feasible:
             return None
@@ -264,7 +265,7 @@ class _Row:
         return CurvePoint(value, better or before.drives, evaluation.objective, evaluation.criteria, PROVEN)
 
     def _searched(self, study: Study, value: float, before: CurvePoint | None) -> CurvePoint:
-        """Where the search was stopped sets found elsewhere are held against it too: it may have missed them."""
+        """The best set by a full search; if that was stopped, sets of other values are compared with its result."""
         found = select(study, advise=False)
         if found.drives and not found.feasible:  # a given drive lacks data, the same at every value
             self.missing[:] = found.advice
@@ -288,7 +289,7 @@ class _Row:
         return Setup(self.at(value).work, self.sets[key]).evaluation()
 
     def worth(self, drives: Drives, value: float) -> float:
-        """Objective of a set at a value; infinite where it does not hold, or there is none."""
+        """Objective of a set at a value; infinite if it is infeasible or empty."""
         if not drives:
             return math.inf
         found = self.evaluated(drives, value)
@@ -296,7 +297,7 @@ class _Row:
 
 
 def _robust(study: Study, value: float) -> CurvePoint:
-    """The best set that holds often enough at a value."""
+    """The best set that is feasible with the required probability at a value."""
     found = robust_select(study)
     if found.chosen is None:
         return CurvePoint(value, {}, math.nan, {}, f"no set: {found.proof}" if found.exhausted else found.proof)
@@ -308,25 +309,30 @@ def _robust(study: Study, value: float) -> CurvePoint:
 def _between(
     row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint, tolerance: float, narrow: float
 ) -> None:  # fmt: skip
-    """Go on from the last set to the set at a further value, breakpoint by breakpoint.
+    """Find the breakpoints between the last known best set and the best set at a larger value.
 
-    ``starts``: where each best set begins, and the set, by rising value; those on the way are put in.
+    Args:
+        row: The task.
+        starts: Value from which each set is the best, and the set, by rising value; breakpoints are appended.
+        end: The best set at the larger value.
+        tolerance: Accuracy of the breakpoints.
+        narrow: Width below which no third set is looked for.
     """
     while starts[-1][1].drives != end.drives:
         start = starts[-1][1]
         low, high = edge(partial(_goes_on, row, start.drives, end.drives), start.value, end.value,
                          error=0.0, least=tolerance)  # fmt: skip
         if end.value - start.value < narrow and math.isfinite(row.worth(end.drives, high)):
-            starts.append((0.5 * (low + high), end))  # a third set between them would be a sliver
+            starts.append((0.5 * (low + high), end))  # a third set between them would have a negligible piece
             return
         before = row.selected(low, start)
         if before.drives != start.drives and low > start.value:
-            # A third set is better somewhere before the edge: look for its own edge first.
+            # A third set is better somewhere before the breakpoint: find its own breakpoint first.
             _between(row, starts, before, tolerance, narrow)
             continue
         after = far = row.selected(high, end)
         if before.objective == after.objective and after.drives != end.drives:
-            # Many sets may be equals and give up one by one: one that goes on for longer stands for all of them.
+            # Of many tied sets that become infeasible one by one, the one that lasts longest represents all.
             far = row.selected(0.5 * (high + end.value), after)
             if row.worth(far.drives, high) <= after.objective * (1.0 + EQUAL):
                 after = replace(after, drives=far.drives)
@@ -355,9 +361,10 @@ class _Run(NamedTuple):
 def _pieces(
     row: _Row, starts: list[tuple[float, CurvePoint]], last: float, tolerance: float, narrow: float
 ) -> tuple[tuple[CurvePiece, ...], int]:  # fmt: skip
-    """The sets with the ranges in which they are the best, and how many slivers were folded into their neighbours.
+    """The pieces of the curve, and how many narrow ones were merged into a neighbour.
 
-    What rounding or equal worth tell apart is one; a sliver goes where a neighbour's set holds over it too.
+    Pieces that differ by rounding or by ties are merged. A narrow piece is merged if a neighbour's set is
+    feasible there.
     """
     ends = [*(start for start, _ in starts[1:]), last]
     runs = [_Run(low, high, one.drives) for (low, one), high in zip(starts, ends, strict=True)]
@@ -382,7 +389,7 @@ def _pieces(
 
 
 def _joined(runs: list[_Run], gives_way: Callable[[_Run, Drives], bool]) -> list[_Run]:
-    """Runs, neighbours made one where one of them gives way to the other's set."""
+    """Merge neighbouring runs if one of them gives way to the other's set."""
     found = [runs[0]]
     for run in runs[1:]:
         last = found[-1]
@@ -396,7 +403,7 @@ def _joined(runs: list[_Run], gives_way: Callable[[_Run, Drives], bool]) -> list
 
 
 def _as_good(row: _Row, drives: Drives, run: _Run, *, at_any_cost: bool = False) -> bool:
-    """Whether a set is feasible over the whole run of another and worth no less there, looked at where it is drawn."""
+    """Whether a set is feasible and no worse over the run of another set, at the evaluated points of the run."""
     if not drives or not run.drives:
         return False
     inner, ends = np.linspace(run.low, run.high, DRAWN + 2)[1:-1], 1e-9 * (run.high - run.low)
@@ -408,7 +415,7 @@ def _as_good(row: _Row, drives: Drives, run: _Run, *, at_any_cost: bool = False)
 
 
 def _ended_by(row: _Row, drives: Drives, value: float, direction: int) -> str:
-    """What is over its limit just beyond an end."""
+    """The check that fails just beyond an end of a piece, or that another set is better there."""
     if not drives:
         return ""
     if row.wanted is not None:
@@ -452,7 +459,7 @@ def _notes(row: _Row, step: float, folded: int) -> list[str]:
 
 
 def varied(vary: Vary | str) -> Vary:
-    """What is varied, from its name, or an error that tells the nearest one."""
+    """The varied quantity by its name; InputError with the nearest name if it is unknown."""
     known = [one.value for one in Vary]
     if str(vary) not in known:
         raise InputError(Fault("vary", "is nothing that can be varied", str(vary), nearest(str(vary), known)))
@@ -460,12 +467,12 @@ def varied(vary: Vary | str) -> Vary:
 
 
 def check_curve(study: Study, vary: Vary | str, span: tuple[float, float]) -> None:
-    """Refuse a curve that cannot be found, before anything is searched, as ``optimum_curve`` would."""
+    """Raise InputError for a curve that ``optimum_curve`` would refuse."""
     _checked(study, varied(vary), None, span, POINTS)
 
 
 def _checked(study: Study, vary: Vary, payload: str | None, span: tuple[float, float], points: int) -> str:
-    """Name of the payload that is varied, if one is, along a range that can be walked."""
+    """Name of the varied payload, empty if none is; InputError for an impossible range."""
     (low, high), faults, name = span, [], ""
     if vary is Vary.PAYLOAD:
         masses = {one.name: one.mass for one in study.payloads if one.mass > 0.0}

@@ -1,7 +1,7 @@
-"""Why a part was not chosen: by which rule, by which check, what would let it pass, and what it would cost.
+"""Why a part was not chosen: which rule or check excludes it, what change would make it feasible, and its cost.
 
-The smallest change of one number is searched outwards from no change, in steps, until the drive passes; between the
-last step that fails and the first that passes the edge is bisected. Both sides of it are then evaluated in full.
+The smallest feasible change of one quantity is bracketed in steps from no change outwards and then found by bisection.
+Both ends of the final bracket are evaluated in full.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from drivetrain.study.parts.mounting import drive_mass, mass_counts
 from drivetrain.study.parts.verdicts import Check, Verdict, worst
 
 RATIO_STEPS = 64
-SLOWEST = 1e4  # times the cycle's length: nothing but weight and friction is left
+SLOWEST = 1e4  # factor on the cycle time at which only weight and friction matter
 AT_THE_OUTPUT = {
     "gear repeated peak torque", "gear momentary peak torque", "gear average torque", "output bearing tilting moment",
     "output bearing axial load", "output bearing radial load",
@@ -54,7 +54,7 @@ AT_THE_OUTPUT = {
 
 
 class Standing(StrEnum):
-    """How a pair stands at a joint, beside the other drives of the chosen set."""
+    """Status of a pair at a joint, given the other drives of the chosen set."""
 
     CHOSEN = "chosen"
     FEASIBLE = "holds, not chosen"
@@ -65,36 +65,36 @@ class Standing(StrEnum):
 
 @dataclass(frozen=True)
 class SmallestChange:
-    """The smallest change of one number that lets a drive pass; or why none does."""
+    """The smallest change of one quantity that makes a drive feasible; or why none does."""
 
     what: str  # ``gear ratio``, ``payload``, ``cycle time`` or ``supply voltage``
     unit: str  # of the numbers; empty for a ratio
     before: float
-    after: float | None = None  # with which it passes, evaluated; None: no change of this number lets it pass
-    short: float | None = None  # a little less changed, with which it does not pass, evaluated
-    check: str = ""  # that fails at ``short``; where no change helps, the one that stays over its limit
-    utilisation: float = 0.0  # of that check, at ``short`` or at the furthest change tried
+    after: float | None = None  # value at which it is feasible, by a full evaluation; None: no change helps
+    short: float | None = None  # value just short of it, at which it is infeasible, by a full evaluation
+    check: str = ""  # that fails at ``short``; if no change helps, the one that remains over its limit
+    utilisation: float = 0.0  # of that check, at ``short`` or at the largest change tried
     set_holds: bool = False  # whether the whole set of drives is feasible with the change
     reason: str = ""  # why no change helps
-    gear: NearGear | None = None  # of the catalogue, nearest in ratio among those that pass with their own sheet
+    gear: NearGear | None = None  # the feasible catalogue gear nearest in ratio
 
 
 @dataclass(frozen=True, eq=False)
 class PairAnswer:
-    """One pair at one joint; the gear of a direct drive is "", of a part without any partner too."""
+    """The answer for one joint; the gear of a direct drive, or of a part without a partner, is ""."""
 
     joint: str
     motor: str
     gear: str
     standing: Standing
-    passed_over: tuple[str, ...]  # rules of the study and missing data for which it may not be chosen, in sentences
-    partners: int  # how many pairs of the part were looked at here; 1 where a pair was named
-    holding: int  # how many of them are feasible beside the other chosen drives
-    result: JointResult | None  # every check beside the other chosen drives; None without a partner
+    passed_over: tuple[str, ...]  # rules of the study and missing data that exclude it, in sentences
+    partners: int  # number of pairs of the part that were judged; 1 if a pair was named
+    holding: int  # number of these that are feasible given the other chosen drives
+    result: JointResult | None  # every check given the other chosen drives; None without a partner
     failed: Check | None  # the failed check that is furthest over its limit
-    lacking: tuple[str, ...]  # checks without which no drive is chosen and for which data are missing
-    changes: tuple[SmallestChange, ...]  # of each kind; empty where it is feasible
-    best: Selection | None  # the best set with a pair of the part; None where not asked, or it is the chosen one
+    lacking: tuple[str, ...]  # essential checks for which data are missing
+    changes: tuple[SmallestChange, ...]  # one of each kind; empty if it is feasible
+    best: Selection | None  # the best set with a pair of the part; None if not requested, or if it is the chosen one
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +103,9 @@ class WhyNot:
 
     Attributes:
         study: The task.
-        motor, gear: Keys that were asked after; None for one that was left open.
-        selection: What was chosen instead.
-        answers: One a joint asked after.
+        motor, gear: Keys of the part in question; None for one that is not specified.
+        selection: The chosen set.
+        answers: One for each joint in question.
     """
 
     study: Study
@@ -121,13 +121,13 @@ class WhyNot:
 
     @property
     def holds(self) -> bool:
-        """Whether it holds at every joint asked after."""
+        """Whether the part is feasible at every joint in question."""
         return all(one.standing in (Standing.CHOSEN, Standing.FEASIBLE) for one in self.answers)
 
 
 @dataclass(frozen=True, eq=False)
 class _Question:
-    """What is asked: a motor, a gear or both, beside a chosen set."""
+    """A motor, a gear or both in question, with the chosen set."""
 
     study: Study
     motor: str | None
@@ -139,7 +139,7 @@ class _Question:
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """One pair judged beside the chosen set."""
+    """Results of one pair in the chosen set."""
 
     keys: Pair
     setup: Setup
@@ -155,7 +155,7 @@ class _Tried:
 
     @property
     def distance(self) -> float:
-        """How far from feasible; last what cannot be judged."""
+        """Largest utilisation; infinite if essential checks are missing."""
         return math.inf if self.lacks else worst_of(self.result.checks).utilisation
 
     @property
@@ -175,9 +175,9 @@ def why_not(
 ) -> WhyNot:
     """Why a motor, a gear or a pair of both was not chosen, at one joint or at every one.
 
-    It is put in the place of the chosen drive, the other drives of the chosen set left as they are. Where it falls,
-    the smallest change of gear ratio, payload, cycle time and supply voltage that would let it pass is found and
-    evaluated. Whether it is chosen in any set, and what that set is worth, is a search of its own with the part fixed.
+    The part replaces the chosen drive, and the other drives of the chosen set remain. If it is infeasible, the smallest
+    changes of gear ratio, payload, cycle time and supply voltage that would make it feasible are found and evaluated.
+    The best set with the part is found by a further search with the part fixed.
 
     Args:
         study: The task.
@@ -185,7 +185,7 @@ def why_not(
         motor: Key or part number; None: any that goes with the gear.
         gear: Key or part number, "" or "none" for a direct drive; None: any that goes with the motor.
         selection: From ``select``; None: selected here.
-        cost: Look for the best set that has the part.
+        cost: Whether to search for the best set with the part.
 
     Returns:
         One answer a joint.
@@ -204,7 +204,7 @@ def why_not(
 
 
 def _named(study: Study, joint: str | None, motor: str | None, gear: str | None) -> tuple[str | None, ...]:
-    """The joint and the keys of the rows that are meant."""
+    """The joint and the catalogue keys by their names; InputError with all faults."""
     faults: list[Fault] = []
     if joint is not None:
         joint = whole_name("joint", "joint of the study", joint, [task.name for task in study.joints], faults)
@@ -221,7 +221,7 @@ def _named(study: Study, joint: str | None, motor: str | None, gear: str | None)
 
 
 def _key(what: str, name: str, rows: Mapping[str, Motor] | Mapping[str, Gear], faults: list[Fault]) -> str:
-    """The key of a row that has this key, or alone has this part number."""
+    """The key of the row with this key or with this unique part number."""
     if name in rows:
         return name
     folded = name.casefold()
@@ -262,7 +262,7 @@ def _answer(question: _Question, joint: int, cost: bool) -> PairAnswer:
 
 
 def _pairs(question: _Question, task: JointTask) -> tuple[Pair, ...]:
-    """The pairs that are asked after at a joint: as the study allows them, else as the catalogue does."""
+    """The pairs in question at a joint: those the study allows, else those the catalogue allows."""
     motor, gear, catalog = question.motor, question.gear, question.study.catalog
     braked = [key for brake in task.brakes if (key := f"{motor}+{brake.key}") in catalog.motors]
     named = braked or (
@@ -288,7 +288,7 @@ def _tried(question: _Question, joint: int, pair: Pair) -> _Tried:
 
 
 def _passed_over(question: _Question, joint: int, shown: _Tried) -> tuple[str, ...]:
-    """Rules of the study and missing data for which the shown pair may not be chosen."""
+    """Rules of the study and missing data that exclude the shown pair."""
     study = question.study
     words = list(excluded_by(study.joints[joint], study.catalog, *shown.keys))
     for column in ("mass", "price"):
@@ -310,7 +310,7 @@ def _best_with(study: Study, joint: int, pairs: Sequence[Pair]) -> Selection:
 
 
 def _smallest_changes(question: _Question, joint: int, setup: Setup) -> tuple[SmallestChange, ...]:
-    """The smallest change of ratio, of payload, of cycle time and of supply voltage that lets a joint's drive pass."""
+    """The smallest changes of ratio, payload, cycle time and supply voltage that make a joint's drive feasible."""
     study = question.study
     payload, pace, voltage = (
         task_number(question.family, setup.drives, vary) for vary in (Vary.PAYLOAD, Vary.CYCLE_TIME, Vary.VOLTAGE)
@@ -336,7 +336,7 @@ def _worst(number: Number, joint: int, value: float) -> Worst:
 
 
 def _smallest(number: Number, joint: int, vary: Vary, furthest: str, held: str = "") -> SmallestChange:
-    """The edge, evaluated; or what is still over its limit at the furthest change."""
+    """The smallest feasible change of a quantity; or the check that fails at the largest change."""
     values = number.now * vary.outwards
     found = first_edge(lambda value: _worst(number, joint, value).utilisation <= 1.0, values)
     if found is not None:
@@ -373,7 +373,7 @@ def _ratio(setup: Setup, joint: int) -> SmallestChange:
 
 
 def _nearest_gear(setup: Setup, joint: int) -> NearGear | None:
-    """The gear nearest in ratio that passes with its own sheet; of equals, one of the same series and size first."""
+    """The feasible gear nearest in ratio; of ties, one of the same series and size first."""
     study, own, rows = setup.study, setup.drives[joint].gear, setup.study.catalog.gears
     motor = setup.drives[joint].motor.key
 
@@ -389,7 +389,7 @@ def _nearest_gear(setup: Setup, joint: int) -> NearGear | None:
 
 
 def _proven(number: Number, joint: int, found: Edge) -> SmallestChange:
-    """Both sides of an edge evaluated in full; each is moved away from it while rounding lets it say otherwise."""
+    """Full evaluations on both sides of an edge, moved apart while rounding makes them contradict it."""
     passes, fails = found
     step = math.copysign(EDGE * max(abs(passes), abs(fails)), passes - fails)
     good, bad = number.put(passes).proven(), number.put(fails).proven()
