@@ -330,23 +330,31 @@ def overload_allows(amplifier: Any, held: Any, step: Any) -> Any:
 
 
 @law
+def mean_square(series: Any, t: Any) -> Any:
+    """Of a series that is linear between samples, from one to the next; of the last its own."""
+    now, after = series[t], series[min(t + 1, len(series) - 1)]
+    return (now * now + now * after + after * after) / 3.0
+
+
+@law
 def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
     """The largest share of its overload that an amplifier uses up in a cycle; above 1 it trips or folds back.
 
-    Of a current that is a series times a scale [A], each sample for its step [s]. With a peak time the integral of
-    I^2 - I_c^2, never below zero, is held against (I_p^2 - I_c^2) t_p; with a time constant the first-order mean of
-    I^2 against I_c^2: the i2t monitor of servo drives, E' = I^2 - I_c^2 and theta' = (I^2/I_c^2 - theta)/tau.
+    Of a current that is a series times a scale [A], linear between samples, each a step [s] before the next. With a
+    peak time the integral of I^2 - I_c^2, never below zero, is held against (I_p^2 - I_c^2) t_p; with a time constant
+    the first-order mean of I^2 against I_c^2: the i2t monitor of servo drives, E' = I^2 - I_c^2 and
+    theta' = (I^2/I_c^2 - theta)/tau.
     """
-    scale, constant = scale / amplifier.continuous_current, amplifier.thermal_time_constant
-    total, length, largest = squares_of(series, scale, step)
+    over, constant = (scale / amplifier.continuous_current) ** 2, amplifier.thermal_time_constant
+    total, length, largest = squares_of(series, over, step)
     most, held = 0.0, 0.0
     if known(constant):  # of the affine map of a round, the state that it leaves as it was
         for t in range(len(step)):
-            held = overload_after(amplifier, held, (series[t] * scale) ** 2, step[t])
+            held = overload_after(amplifier, held, over * mean_square(series, t), step[t])
         held = held / -math.expm1(-length / constant)
         most = held
         for t in range(len(step)):
-            held = overload_after(amplifier, held, (series[t] * scale) ** 2, step[t])
+            held = overload_after(amplifier, held, over * mean_square(series, t), step[t])
             most = max(most, held)
         return most
     if largest <= 1.0:  # never above the continuous current
@@ -357,7 +365,7 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
     for first in (True, False):  # from empty; what is left at the end of the first round is that of every one after it
         if first or held > 0.0:
             for t in range(len(step)):
-                held = overload_after(amplifier, held, (series[t] * scale) ** 2, step[t])
+                held = overload_after(amplifier, held, over * mean_square(series, t), step[t])
                 most = max(most, held)
     if most == 0.0:
         return 0.0
@@ -365,11 +373,11 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def squares_of(series: Any, scale: Any, step: Any) -> Any:
-    """The integral of the square of a series times a scale, each sample for its step [s], its length and largest."""
+def squares_of(series: Any, over: Any, step: Any) -> Any:
+    """The integral of a factor times the square of a series, linear over each step [s], its length and largest."""
     total, length, largest = 0.0, 0.0, 0.0
     for t in range(len(step)):
-        square = (series[t] * scale) ** 2
+        square = over * mean_square(series, t)
         total += square * step[t]
         length += step[t]
         largest = max(largest, square)

@@ -71,7 +71,8 @@ def test_currents_of_a_row_are_told_in_its_ampere_too(tmp_path):
 def test_overload_is_that_of_the_current_over_the_cycle(make, model):
     study = one_joint(make, (amplifier("any", 90.0, 90.0),))
     current = evaluate(study).joints["j1"].series.current
-    steady = 1.05 * float(np.sqrt(current[:-1] ** 2 @ np.diff(study.cycle.time) / study.cycle.duration))
+    square = (current[:-1] ** 2 + current[:-1] * current[1:] + current[1:] ** 2) / 3.0
+    steady = 1.05 * float(np.sqrt(square @ np.diff(study.cycle.time) / study.cycle.duration))
     own = AmplifierSheet("own", continuous_current=steady, peak_current=2.0 * steady, **model)
     found = checks_of(evaluate(one_joint(make, (limits_of(own),))))[OVERLOAD]
     used = overload_share(own, current, 1.0, np.append(np.diff(study.cycle.time), 0.0))
