@@ -614,15 +614,23 @@ def settled(periods: Any, i: Any, rate: Any, values: Any, out: Any) -> Any:
 def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any, ambient: Any) -> Any:
     """Largest temperature of the phase that carries most at rest; ``held`` is given.
 
-    Its resistance is that of its warmest instant; infinite where its loss grows faster with that than the cooling.
+    What it is warmer than the winding by has the resistance of its warmest instant, and more of it by all of the
+    phase's loss; infinite where that grows faster than the cooling.
     """
     peak = heat.peak
     cold, slope = per_torque(copper, heat.magnets)
-    way, rise, most = nodes.inner if nodes.inner > 0.0 else nodes.outer, losses.integrals[0], 0.0
+    way, rise, every = nodes.inner if nodes.inner > 0.0 else nodes.outer, losses.integrals[0], losses.integrals[1]
+    rate, extra, most = 1.0 / (way * nodes.winding), 0.0, 0.0
     for i in range(len(periods.shares)):
-        most = max(most, settled(periods, i, 1.0 / (way * nodes.winding), losses.held, rise))
-    if most == 0.0 or way * slope * most >= 1.0:
-        return np.inf if most > 0.0 else peak
+        extra = max(extra, settled(periods, i, rate, losses.held, rise))
+    if extra == 0.0:
+        return peak
+    for k in range(len(every)):
+        every[k] = losses.square[k] + losses.held[k]
+    for i in range(len(periods.shares)):
+        most = max(most, settled(periods, i, rate, every, losses.integrals[2]))
+    if way * slope * most >= 1.0:
+        return np.inf
     scale = way * (cold + slope * (heat.peak - ambient)) / (1.0 - way * slope * most)
     for i in range(len(periods.shares)):
         for k in range(periods.edges[i], periods.edges[i + 1]):
