@@ -8,7 +8,7 @@ converts from other conventions and refuses a row that does not state its own.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -197,6 +197,12 @@ def torque_constant(motor: Motor | Terminals, magnet_temperature: Values) -> Val
     """
     rise = magnet_temperature - motor.reference_temperature
     return motor.torque_constant * (1.0 + motor.magnet_coefficient * rise)
+
+
+@law
+def strongest_constant(motor: Motor, coldest: Any) -> Any:
+    """Torque constant of magnets as cold as they may be, or as the sheet has them where that is less [N m/A]."""
+    return torque_constant(motor, min(coldest, motor.reference_temperature))
 
 
 @law

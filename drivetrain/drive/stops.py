@@ -17,6 +17,7 @@ from drivetrain.drive.gear import turning_drag
 from drivetrain.jit import law
 from drivetrain.records import known, known_or
 
+HARDER = 2.2  # stiffness of the last piece of a spring over that of its first; 1.51 to 2.1 in 76 strain-wave gears
 STIFFER = 1.3  # of the printed stiffness: makers print a mean, and a stiffer gear is loaded more in a jam
 
 
@@ -70,10 +71,52 @@ def braked(driving: Any, driven: Any, rotor: Any, push: Any, static: Any, inerti
     return Braking(through / whole, (push - factor * static) / whole)
 
 
-def braking_limit(driving: Any, driven: Any, rotor: Any, torque: Any, static: Any, inertia: Any, way: Any) -> Any:
-    """The push on the rotor with which the gear's torque is a wanted one: ``braked`` the other way round; arrays."""
-    factor = np.where(torque * way > 0.0, driving, driven)
-    return (torque * (factor * inertia + rotor) - rotor * static) / inertia
+@law
+def swing_spring(gear: Any) -> StiffSpring:
+    """The spring of a gear as it swings; of one stiffness alone, or none, a straight line.
+
+    Where the sheet tells some of its pieces, and not all of them and their bends, the bends are NaN.
+    """
+    if not known(gear.stiffness_2) and not known(gear.stiffness_3):
+        return StiffSpring(1.0, 1.0, 1.0, 0.0, 0.0)
+    if known(gear.stiffness_1 + gear.stiffness_2 + gear.stiffness_3):
+        return StiffSpring(gear.stiffness_1, gear.stiffness_2, gear.stiffness_3, gear.torque_1, gear.torque_2)
+    return StiffSpring(1.0, 1.0, HARDER, math.nan, math.nan)
+
+
+@law
+def swung_torque(spring: Any, before: Any, target: Any, share: Any) -> Any:
+    """The torque to which a spring swings when what it bears at rest steps from one to another [N m].
+
+    Undamped, to the same energy beyond as before: the integral of (T - target) dT/K is 0 from end to end. A straight
+    line swings as far beyond; one that stiffens further, at most by the root of its stiffnesses. ``share`` is that of a
+    step that takes its time, see ``overshoot``.
+    """
+    way = 1.0 if target >= before else -1.0
+    start, middle = way * before, way * target
+    beyond = middle - start
+    if not known(spring.torque_1 + spring.torque_2):
+        beyond *= max(math.sqrt(spring.slope_3 / spring.slope_1), 1.0)
+    elif beyond < np.inf and (spring.slope_1 != spring.slope_2 or spring.slope_2 != spring.slope_3):
+        left, swung = 0.0, np.inf
+        pieces = (
+            (-spring.torque_2, spring.slope_3), (-spring.torque_1, spring.slope_2), (spring.torque_1, spring.slope_1),
+            (spring.torque_2, spring.slope_2), (np.inf, spring.slope_3),
+        )  # fmt: skip
+        for end, slope in pieces:
+            near, far = min(start, end), min(middle, end)
+            left += ((middle - near) ** 2 - (middle - far) ** 2) / (2.0 * slope)
+            start = max(start, far)
+        start = middle
+        for end, slope in pieces:
+            if end > start and swung == np.inf:
+                reach = middle + math.sqrt((start - middle) ** 2 + 2.0 * slope * max(left, 0.0))
+                if reach <= end:
+                    swung = reach
+                left -= ((end - middle) ** 2 - (start - middle) ** 2) / (2.0 * slope)
+                start = end
+        beyond = max(beyond, swung - middle)
+    return target + way * share * beyond
 
 
 @law
@@ -99,6 +142,19 @@ def struck(stiffness: Any, inertia: Any, speed: Any, static: Any, torque: Any) -
     if not known(stiffness):
         return math.inf
     return abs(static) + abs(torque - static) + abs(speed) * (0.5 * stiffness * (inertia + abs(inertia))) ** 0.5
+
+
+@law
+def stop_swing(
+    spring: Any, stiffness: Any, share: Any, found: Any, static: Any, before: Any, inertia: Any, speed: Any
+) -> Any:
+    """Most that a gear's spring bears in a stop [N m]: as it begins, or ends and nothing slows down any more.
+
+    ``found``: of ``braked``; ``before``: the gear's torque in the cycle; ``stiffness``: the largest, of ``struck``.
+    """
+    begun = abs(swung_torque(spring, before, found.torque, share))
+    ended = abs(swung_torque(spring, found.torque, static, share))
+    return min(max(begun, ended), struck(stiffness, inertia, speed, static, before))
 
 
 @law

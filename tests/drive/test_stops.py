@@ -9,21 +9,25 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from drivetrain.catalog.read import read_catalog
 from drivetrain.drive.friction import Friction, friction_curve
 from drivetrain.drive.gear import Gear, mesh_of, permitted_peaks
-from drivetrain.drive.spring import answer, gear_spring
+from drivetrain.drive.spring import answer, gear_spring, wind_up
 from drivetrain.drive.stops import (
+    HARDER,
     STIFFER,
     StiffSpring,
     braked,
-    braking_limit,
     braking_push,
     jam_torque,
     overshoot,
     stiff_spring,
     stop_rotor,
     struck,
+    swing_spring,
+    swung_torque,
 )
+from drivetrain.records import as_record
 
 GEAR = Gear(
     "g", 100.0, kind="strain_wave", stiffness_1=1e4, stiffness_2=1.4e4, stiffness_3=1.6e4, torque_1=4.0, torque_2=12.0
@@ -82,7 +86,7 @@ def test_of_a_sheet_that_says_less_the_spring_is_no_softer():
 
 
 def test_a_braked_mesh_solves_its_equation():
-    """G tau = f T + G^2 J a and T = I a + b, with f by the way of the power; and the push for a wanted torque."""
+    """G tau = f T + G^2 J a and T = I a + b, with f by the way of the power."""
     rng = np.random.default_rng(3)
     for _ in range(200):
         rotor, inertia, static, push = rng.uniform(0.1, 3.0), rng.uniform(0.1, 5.0), *rng.normal(size=2) * 100.0
@@ -91,9 +95,6 @@ def test_a_braked_mesh_solves_its_equation():
         factor = 1.4 if torque * way > 0.0 else 0.6
         assert torque == pytest.approx(inertia * acceleration + static, abs=1e-9)
         assert push == pytest.approx(factor * torque + rotor * acceleration, abs=1e-9)
-        assert braking_limit(1.4, 0.6, rotor, np.array([torque]), static, inertia, way)[0] == pytest.approx(
-            push, abs=1e-8
-        )
     assert braked(1.4, -2.0, 0.1, -50.0, 0.0, 1.0, 1.0).torque == math.inf  # no acceleration solves a mesh that locks
 
 
@@ -145,6 +146,40 @@ def test_a_current_that_comes_slowly_swings_the_spring_less(rise):
     found = rigid * (1.0 + overshoot(stiffness, inertia, rotor, rise))
     assert found == pytest.approx(swung(stiffness, inertia, rotor, push, rise), rel=2e-3)  # of samples of a swing
     assert overshoot(math.nan, inertia, rotor, rise) == 1.0
+
+
+@pytest.mark.parametrize(
+    "before, target", [(0.0, 3.0), (0.0, 9.0), (2.0, -10.0), (-30.0, 5.0), (-2.0, -40.0), (25.0, 1.0), (8.0, 8.0)]
+)
+def test_a_spring_that_stiffens_swings_further(before, target):
+    """Load and rotor at rest on the wound spring, when the torque between them steps; by an ODE."""
+    inertia, spring = 0.05, gear_spring(GEAR)
+    start = float(wind_up(GEAR, np.array(before)))
+
+    def rates(t, state):
+        return [state[1], (target - float(answer(spring, state[0])[0])) / inertia]
+
+    found = solve_ivp(rates, (0.0, 0.1), [start, 0.0], rtol=1e-10, atol=1e-14, max_step=2e-5)
+    reached = np.array([float(answer(spring, twist)[0]) for twist in found.y[0]])
+    furthest = reached[np.argmax(np.abs(reached - before))]
+    swung = swung_torque(swing_spring(GEAR), before, target, 1.0)
+    straight = 2.0 * target - before
+    if (furthest - straight) * (target - before) >= 0.0:
+        assert swung == pytest.approx(furthest, rel=1e-5, abs=1e-6)
+    else:  # back over a soft middle it swings less far, which is not counted
+        assert swung == straight
+    assert swung_torque(swing_spring(GEAR), before, target, 0.0) == target
+    for gone in ("torque_1", "torque_2", "stiffness_1", "stiffness_2", "stiffness_3"):
+        less = swung_torque(swing_spring(as_record(replace(GEAR, **{gone: None}))), before, target, 1.0)
+        assert (less - swung) * (target - before) >= -1e-12
+
+
+def test_no_shipped_spring_stiffens_more_than_is_assumed():
+    ratios = [row.stiffness_3 / row.stiffness_1 for row in read_catalog().gears.values() if row.stiffness_3]
+    assert len(ratios) == 76 and 2.0 < max(ratios) < HARDER
+    plain = swing_spring(as_record(Gear("g", 5.0, kind="planetary", stiffness_1=3e3)))
+    assert swung_torque(plain, -3.0, 50.0, 1.0) == 103.0
+    assert swung_torque(plain, -3.0, math.inf, 1.0) == math.inf
 
 
 def test_no_way_of_stopping_a_rotor_swings_its_load_further_than_at_once():

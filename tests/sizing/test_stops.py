@@ -61,6 +61,31 @@ def test_a_stop_is_judged_with_the_least_warm_drag_that_may_be(cold, told, count
     assert stop_temperature(SimpleNamespace(setting=setting)) == counted
 
 
+def test_cold_magnets_brake_harder(two_links):
+    """kt of -20 C over that of the sheet, warmer air changing nothing; in a stop, in a jam, of one joint and of all."""
+    sheet = replace(two_links.catalog.motors["m1"], magnet_coefficient=-0.002)
+    springs = {"stiffness_1": 8e3, "stiffness_2": 1e4, "stiffness_3": 1.5e4, "torque_1": 5.0, "torque_2": 20.0}
+    parts = replace(
+        two_links.catalog, motors={"m1": sheet}, gears={"g1": replace(two_links.catalog.gears["g1"], **springs)}
+    )
+    study = stopped(replace(two_links, catalog=parts), current=9.0, jam=True)
+    stronger = stopped(study, current=9.0 * (1.0 + 0.002 * 45.0), jam=True)
+    names = MOMENTARY, "gear torque in a jam", "arm stop at full current"
+
+    def asked(study, **changes):
+        found = evaluate(replace(study, **changes))
+        checks = {one.name: one.required for one in (*found.joints["j1"].checks, *found.shared)}
+        return [checks[name] for name in names]
+
+    plain = asked(study)
+    assert asked(study, ambient=60.0) == plain
+    cold = asked(study, ambient=-20.0, gear_temperature=20.0)
+    assert cold == pytest.approx(asked(stronger), rel=1e-9) and all(
+        more > 1.02 * less for more, less in zip(cold, plain, strict=True)
+    )
+    assert asked(study, cold_start=-20.0, gear_temperature=20.0) == cold
+
+
 @pytest.mark.parametrize("still", [(), (0,), (1,)])
 @pytest.mark.parametrize("ramp", [0.05, 0.3])
 def test_a_ramp_asks_what_inverse_dynamics_says(two_links, ramp, still):

@@ -21,9 +21,19 @@ from drivetrain.drive.brake import LEAST_ENERGY
 from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
 from drivetrain.drive.friction import friction_curve
 from drivetrain.drive.gear import complete, drag_factor, least_momentary_torque, mesh_of, onward, stage_load
-from drivetrain.drive.stops import braking_push, overshoot, stiff_spring, struck
+from drivetrain.drive.motor import strongest_constant
+from drivetrain.drive.stops import (
+    StiffSpring,
+    braking_push,
+    overshoot,
+    stiff_spring,
+    struck,
+    swing_spring,
+    swung_torque,
+)
 from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import InputError
+from drivetrain.jit import kernel
 from drivetrain.motion.duty_cycle import Indices
 from drivetrain.records import as_record, known
 from drivetrain.sizing.demand.load_basis import counterbalance_torques
@@ -87,6 +97,7 @@ class _Driven:
     gears: tuple[Any, ...]
     meshes: tuple[Any, ...]
     shafts: tuple[Any, ...]
+    springs: Array  # as they swing, in the order of ``StiffSpring``, (n, 5)
     stiffest: tuple[float, ...]  # slope of each spring at most [N m/rad], NaN where it is unknown
     drag: tuple[float, ...]  # factor of each gear's drag, by its temperature
     # factors of the meshes, (n,)
@@ -158,7 +169,8 @@ def _driven(study: Study, arm: Arm, drives: Mapping[str, Drive]) -> _Driven:
     return _Driven(
         study, arm, shafts * travels, travels, ratio, ratio**2 * np.array([drive_inertia(one) for one in every]), gears,
         meshes, tuple(friction_curve(as_record(shaft_friction(one))) for one in every),
-        tuple(stiff_spring(one).slope_3 for one in gears), tuple(float(drag_factor(one, coldest)) for one in meshes),
+        np.array([swing_spring(one) for one in gears]), tuple(stiff_spring(one).slope_3 for one in gears),
+        tuple(float(drag_factor(one, coldest)) for one in meshes),
         driving, driven, np.array([onward(one) for one in gears]),
         np.array([stage_load(one) for one in gears]), tuple(task.stop.rise for task in study.joints),
     )  # fmt: skip
@@ -180,7 +192,7 @@ def _march(
         way, acceleration, torque = _slowed(driven, (first, constant, rotor, rest), speed, limit, slowing, ramped, free)
         own = np.diagonal(first, axis1=1, axis2=2)
         swings = driven.swings(own) if swings is None else swings
-        swung = np.abs(torque + swings * (torque - before))
+        swung = np.abs(_swung(driven.springs, before, torque, swings))
         locks = np.where(free, 1.0, driven.driven) * own + driven.rotor <= 0.0  # as ``braked`` has it
         most = driven.most(own, speed, torque - own * acceleration, before)
         swung = np.where(locks & (speed != 0.0), np.inf, np.minimum(swung, most))
@@ -210,6 +222,18 @@ def _march(
         rows, q, speed, time, before, slowing, swings, free = (
             part[kept] for part in (rows, q, speed, time, before, slowing, swings, free)
         )
+
+
+@kernel
+def _swung(springs: Array, before: Array, torque: Array, shares: Array) -> Array:
+    """To what steps of torque swing the springs, (S, n)."""
+    found = np.empty(torque.shape)
+    for k in range(len(springs)):
+        first, second, third, lower, upper = springs[k]
+        spring = StiffSpring(first, second, third, lower, upper)
+        for i in range(len(torque)):
+            found[i, k] = swung_torque(spring, before[i, k], torque[i, k], shares[i, k])
+    return found
 
 
 def _slowed(
@@ -265,7 +289,7 @@ def stop_checks(study: Study, drives: Mapping[str, Drive], *, quick: bool = Fals
     if _stops_at_current(study):
         currents = [stop_current(task.stop.current, task.amplifier) for task in tasks]
         ramps = np.array([math.nan if task.stop.ramp is None else task.stop.ramp for task in tasks])
-        limits = np.array([(i or 0.0) * one.motor.torque_constant for i, one in zip(currents, every, strict=True)])
+        limits = np.array([(i or 0.0) * _constant(study, one) for i, one in zip(currents, every, strict=True)])
         unknown = [task.name for task, i in zip(tasks, currents, strict=True) if i is None and task.stop.ramp is None]
         lack = f"no current of a stop is known at {', '.join(unknown)}" if unknown else silent
         yield from _checks_of(study, drives, AT_CURRENT, Braking(limits, nothing, ramps), lack, quick)
@@ -282,6 +306,12 @@ def _stops_at_current(study: Study) -> bool:
     known = [stop_current(task.stop.current, task.amplifier) is not None for task in study.joints]
     free = [task.stop.ramp is None for task in study.joints]
     return study.arm is not None and len(free) > 1 and any(np.logical_and(known, free))
+
+
+def _constant(study: Study, drive: Drive) -> float:
+    """Torque constant of cold magnets, which brake the most [N m/A]."""
+    cold = math.inf if study.cold_start is None else study.cold_start
+    return float(strongest_constant(drive.motor, min(study.ambient, cold)))
 
 
 def _lacks(drives: Mapping[str, Drive], of: Callable[[Drive], str]) -> str:
@@ -377,7 +407,7 @@ def _safe_current(
     if low == 0.0:
         return "; no current keeps every gear safe, so let stops follow a ramp (stop: {ramp: ...})"
     task = study.joints[joint]
-    current = low * braking.torque[joint] / drives[task.name].motor.torque_constant
+    current = low * braking.torque[joint] / _constant(study, drives[task.name])
     told = f"; up to {math.floor(1000.0 * low) / 10.0:g} % of all stop currents keep every gear safe"
     told += f", {amperes(task.amplifier, current)} at {task.name}" if current > 0.0 else ""
     if holds:

@@ -14,7 +14,7 @@ from drivetrain.drive.amplifier import Amplifier, available_voltage, judges_over
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import DRAG_REFERENCE, Gear, complete
-from drivetrain.drive.motor import Motor, winding_resistance
+from drivetrain.drive.motor import Motor, strongest_constant, winding_resistance
 from drivetrain.drive.motor_limits import with_allowances
 from drivetrain.jit import law
 from drivetrain.records import UNKNOWN, as_record, as_records, record_type
@@ -273,6 +273,14 @@ def stop_temperature(case: Any) -> Any:
     """Gear temperature in a stop [C]: the lowest, because drag then brakes the rotor most."""
     setting = case.setting
     return min(setting.gear_temperature, setting.cold_start) if setting.cold != 0.0 else setting.gear_temperature
+
+
+@law
+def stop_constant(case: Any) -> Any:
+    """Torque constant of a motor that stops, or runs into a jam [N m/A]: its magnets are strongest in the cold."""
+    setting = case.setting
+    coldest = min(setting.ambient, setting.cold_start) if setting.cold != 0.0 else setting.ambient
+    return strongest_constant(case.motor, coldest)
 
 
 def stop_current(stated: float | None, amplifier: Amplifier) -> float | None:

@@ -95,8 +95,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "momentary peak torque", "safety.peak_torque", peak=True, instant="momentary_torque", words=words.momentary,
         allowance="allowance.stop_torque", assumed_limit="assumed_limits.momentary_torque", assumption=RARE,
         formula="larger of the cycle's peak and of a stop from any state: on a ramp q'' = -q'/t; at a current "
-        "T = (G^2 J b - I (G kt i + drag)) / (f I + G^2 J) with the swing of the spring as it begins and ends, others "
-        "following the cycle",
+        "T = (G^2 J b - I (G kt i + drag)) / (f I + G^2 J), magnets cold, with the swing of its spring as it begins "
+        "and ends, others following the cycle",
     ),
     Requirement(
         "gear momentary peaks", "1", "setting.stops", "figures.permitted_peaks", GEAR,

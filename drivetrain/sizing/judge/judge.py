@@ -70,7 +70,8 @@ from drivetrain.drive.stops import (
     rotor_energy,
     stiff_spring,
     stop_rotor,
-    struck,
+    stop_swing,
+    swing_spring,
 )
 from drivetrain.drive.thermal.periodic_heat import (
     copper_of,
@@ -86,7 +87,7 @@ from drivetrain.drive.thermal.periodic_heat import (
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
 from drivetrain.sizing.demand.series import Work
-from drivetrain.sizing.judge.cases import stop_temperature
+from drivetrain.sizing.judge.cases import stop_constant, stop_temperature
 from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.vector import larger, smaller
 
@@ -207,7 +208,7 @@ def set_mechanics(case: Any, found: Any) -> None:
 def set_jam(case: Any) -> None:
     """Set the gear torques that follow if the output is blocked at its highest speed."""
     gear, figures = case.gear, case.figures
-    spring, push = stiff_spring(gear), abs(gear.ratio) * case.motor.torque_constant * case.setting.stop_current
+    spring, push = stiff_spring(gear), abs(gear.ratio) * stop_constant(case) * case.setting.stop_current
     energy = rotor_energy(case.motor, gear, case.setting.fastest)
     if known(energy + spring.slope_3):
         figures.coast_torque, figures.jam_torque = jam_torque(spring, energy, 0.0), np.nan
@@ -287,7 +288,7 @@ def set_allowance(case: Any) -> None:
     magnets.
 
     In a stop this friction acts with the motor torque: T = (... - I push)/(f I + G^2 J) grows by at most push/f, and by
-    twice that with the overshoot of the spring. The additional rise x of the winding follows from x = c R(x) q^2, where
+    twice that with the overshoot of the spring, times how much that stiffens. The additional rise x of the winding follows from x = c R(x) q^2, where
     q^2 is the mean square torque that is left below the temperature limit: the RMS of a sum is at most the sum of the
     RMS values.
     """
@@ -299,7 +300,7 @@ def set_allowance(case: Any) -> None:
         case.setting.ambient,
     )
     friction = motor.friction_allowance if setting.moves != 0.0 and setting.stated_friction == 0.0 else 0.0
-    limit = known_or(case.limits.winding_temperature, ambient)
+    limit = known_or(case.limits.winding_temperature, WARMEST)
     allowance.torque, allowance.current = friction, friction / abs(torque_constant(motor, limit))
     allowance.voltage, allowance.temperature, allowance.stop_torque = 0.0, 0.0, 0.0
     allowance.rms_current, allowance.winding_temperature, allowance.resistance = 0.0, 0.0, 0.0
@@ -309,7 +310,9 @@ def set_allowance(case: Any) -> None:
     ohms, driven = winding_resistance(motor, limit), mesh_of(case.gear).driven
     allowance.voltage = torque_factor(case.safety) * ohms * allowance.current
     if setting.ramped == 0.0:
-        allowance.stop_torque = 2.0 * abs(case.gear.ratio) * friction / driven if driven > 0.0 else np.nan
+        spring = swing_spring(case.gear)
+        grows = 2.0 * max(spring.slope_3 / spring.slope_1, 1.0)
+        allowance.stop_torque = grows * abs(case.gear.ratio) * friction / driven if driven > 0.0 else np.nan
     nodes = thermal_nodes(motor, setting.mounting)
     room, path = limit - ambient, nodes.inner + nodes.outer
     left = max(room - nodes.outer * friction * figures.mean_input_speed, 0.0)
@@ -617,14 +620,16 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
     """Stops at the current limit while the other joints follow the cycle: largest gear torque, motor torque that holds
     the load, longest travel.
 
-    The travel is that of a lossless mesh, which is the longest. Joint friction, which helps to brake, is left out. The
-    torque constant is that of the data sheet; warm magnets brake less.
+    The travel is that of a lossless gear with the magnets of the data sheet, which is the longest; the torque is that
+    of cold magnets. Joint friction, which helps to brake, is left out.
     """
     mesh, shaft, ratio = mesh_of(case.gear), friction_curve(case.shaft), case.gear.ratio
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
-    rides, limit = case.setting.rides, case.motor.torque_constant * case.setting.stop_current
+    rides, limit = case.setting.rides, stop_constant(case) * case.setting.stop_current
+    weaker = case.motor.torque_constant * case.setting.stop_current
     rotor, own = stop_rotor(ratio, inertia, rides)
     stiff, factor = stiff_spring(case.gear).slope_3, drag_factor(mesh, stop_temperature(case))
+    spring = swing_spring(case.gear)
     largest, holding, longest = 0.0, 0.0, 0.0
     for t in range(len(torque)):
         speed, load = motion.loss_speed[t], load_inertia[t] + own
@@ -636,12 +641,11 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
         carrier = motion.carrier_acceleration[t] - rides * motion.acceleration[t]
         push = braking_push(mesh, shaft, factor, inertia, limit, speed, carrier)
         found = braked(mesh.driving, mesh.driven, rotor, push, static, load, way)
-        swing = overshoot(case.gear.stiffness_1, load, rotor, case.setting.stop_rise)
-        swung = abs(found.torque + swing * (found.torque - torque[t]))
-        swung = max(swung, abs(static + swing * (static - found.torque)))  # as it ends, and nothing slows down any more
-        trace[t] = min(swung, struck(stiff, load, motion.speed[t], static, torque[t]))
+        share = overshoot(case.gear.stiffness_1, load, rotor, case.setting.stop_rise)
+        trace[t] = stop_swing(spring, stiff, share, found, static, torque[t], load, motion.speed[t])
         trace[t] += stage_load(case.gear) * abs(found.acceleration)
-        slowing = -way * braked(1.0, 1.0, rotor, push, static, load, way).acceleration
+        free = braking_push(mesh, shaft, 0.0, inertia, weaker, speed, carrier)
+        slowing = -way * braked(1.0, 1.0, rotor, free, static, load, way).acceleration
         largest = max(largest, trace[t])
         longest = max(longest, 0.5 * speed * speed / slowing) if slowing > 0.0 else np.inf
     return largest, holding, longest
@@ -788,7 +792,8 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
     figures.phase_temperature = np.nan
     figures.heat_converged, figures.magnet_temperature, losses.housing_at[0] = 1.0, ambient, ambient
     figures.housing_temperature, figures.gear_loss, share = np.nan, np.nan, case.setting.gear_heat
-    figures.gear_temperature = case.setting.gear_temperature if case.setting.settles == 0.0 else np.nan
+    stated = case.setting.gear_temperature if case.setting.settles == 0.0 else np.nan
+    figures.gear_temperature = stated if share == 0.0 else np.nan
     shaft_losses(case, motion, traces)
     set_held(motion, traces)
     if known(nodes.inner + nodes.outer):
@@ -823,8 +828,9 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
                 heat = periodic_heat(nodes, copper, periods, losses, parts, ambient)  # whose temperatures stay
             case.allowance.winding_temperature = max(quickest - least, 0.0)
         figures.housing_temperature = heat.housing
-        if case.setting.settles != 0.0 and share > 0.0:
-            figures.gear_temperature = heat.housing if heat.peak < np.inf else np.inf
+        if share > 0.0:  # which a stated temperature, that of the drag, makes no cooler
+            warmth = heat.housing if heat.peak < np.inf else np.inf
+            figures.gear_temperature = max(warmth, known_or(stated, warmth))
         if heat.peak < np.inf:
             figures.magnet_temperature = heat.magnets
             return

@@ -138,7 +138,7 @@ class FilledParts:
     def __init__(self, study: Study) -> None:
         self.study = study
         self._motors: dict[str, tuple[Motor, tuple[str, ...]]] = {}
-        self._gears: dict[str, tuple[Gear, tuple[str, ...]]] = {"": (NO_GEAR, ())}
+        self._gears: dict[str, tuple[Gear, tuple[str, ...]]] = {"": _filled_gear(NO_GEAR, study)}
 
     def drive(self, task: JointTask, motor: str, gear: str) -> Drive:
         """The drive of one motor and one gear at one joint."""

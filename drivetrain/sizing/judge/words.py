@@ -14,20 +14,21 @@ from drivetrain.drive.gear import Gear, drag_factor, mesh_of, onward, stage_load
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.stops import (
     braked,
-    braking_limit,
     braking_push,
     jam_torque,
     overshoot,
     rotor_energy,
     stiff_spring,
     stop_rotor,
-    struck,
+    stop_swing,
+    swing_spring,
 )
 from drivetrain.drive.thermal.heat import rms_rule_validity
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
-from drivetrain.sizing.judge.cases import rests_on_gear, stop_temperature
+from drivetrain.sizing.judge.cases import rests_on_gear, stop_constant, stop_temperature
 
+HALVINGS = 12  # of the current that spares a gear
 STANDS = "the joint never moves: one phase may carry the amplitude, sqrt(2) times its RMS"
 RESTS = "at rest one phase may carry the amplitude: sqrt(2) times its RMS"
 AMPERES = {"dc": "DC", "rms": "rms", "peak": "amplitude"}
@@ -154,12 +155,11 @@ def _hard_stop(op: Any) -> str:
     rigid = f"{more * (abs(found.torque) + taken):.4g} N m rigid"
     if math.isinf(found.torque):
         rigid, ends = "the mesh locks, without bound rigid", "at once"
-    swing = overshoot(case.gear.stiffness_1, inertia, rotor, case.setting.stop_rise)
     peak = more * op.judgement.work.traces.stop[at]
     return (
         f"stop of this joint at {amperes(op.task.amplifier, case.setting.stop_current)} from t = {demand.time[at]:.4g} "
         f"s at {math.degrees(speed):.3g} deg/s: {rigid}, {peak:.4g} N m with the "
-        f"swing of the spring (at most {100 * swing:.3g} %); at rest {ends}; {_travel(op)}"
+        f"swing of the spring; at rest {ends}; {_travel(op)}"
     )
 
 
@@ -183,7 +183,7 @@ def _braking(op: Any) -> tuple[Any, Any, Any, Any]:
     case, demand = op.judgement.case, op.demand
     ratio, mesh = float(case.gear.ratio), mesh_of(case.gear)
     inertia = float(case.motor.rotor_inertia) + (op.drive.gear.inertia or 0.0)
-    limit = float(case.motor.torque_constant * case.setting.stop_current)
+    limit = float(stop_constant(case) * case.setting.stop_current)
     shaft, factor = friction_curve(case.shaft), drag_factor(mesh, float(stop_temperature(case)))
     rides = float(case.setting.rides)
     rotor, load = stop_rotor(ratio, inertia, rides)
@@ -214,23 +214,29 @@ def safe_stop_current(op: Any) -> tuple[float, float]:
     that holds its load without help of the mesh's friction.
     """
     case, demand = op.judgement.case, op.demand
-    mesh, way = mesh_of(case.gear), np.sign(demand.speed)
-    rotor, push, static, inertia = _braking(op)
-    found = [braked(mesh.driving, mesh.driven, *row) for row in zip(rotor, push, static, inertia, way, strict=True)]
-    taken = float(stage_load(case.gear)) * np.abs([one.acceleration for one in found])
-    allowed = op.drive.gear.momentary_torque / case.safety.peak_torque / onward(case.gear) - taken
-    rise, stiffness = case.setting.stop_rise, case.gear.stiffness_1
-    swing = np.array([overshoot(stiffness, float(i), float(rotor[0]), rise) for i in inertia])
-    torque = (-way * allowed + swing * demand.gear_torque) / (1.0 + swing)
-    with np.errstate(divide="ignore"):  # as the stop begins, as it ends
-        torque = way * np.maximum(way * torque, way * static - (allowed - way * static) / swing)
-    stiff, speed = stiff_spring(case.gear).slope_3, demand.speed
-    safe = np.array([struck(stiff, *row) for row in zip(inertia, speed, static, demand.gear_torque, strict=True)])
-    most = braking_limit(mesh.driving, mesh.driven, rotor, torque, static, inertia, way)
-    per_ampere = abs(float(case.gear.ratio * case.motor.torque_constant))
-    spare = np.where((way == 0.0) | (safe <= allowed), np.inf, -way * (most - push)) / per_ampere
-    holding = float(np.abs(static).max()) / per_ampere
-    return float(case.setting.stop_current + spare.min()), holding
+    mesh, series = mesh_of(case.gear), (*_braking(op), demand.gear_torque, demand.speed)
+    moving = [row for row in zip(*(one.tolist() for one in series), strict=True) if row[-1] != 0.0]
+    spring, stiffest, softest = swing_spring(case.gear), stiff_spring(case.gear).slope_3, case.gear.stiffness_1
+    allowed = op.drive.gear.momentary_torque / case.safety.peak_torque / onward(case.gear)
+    per_ampere, most = abs(float(case.gear.ratio * stop_constant(case))), op.number("setting.stop_current")
+
+    def bears(current: float) -> bool:
+        for rotor, push, static, inertia, before, speed in moving:
+            way = math.copysign(1.0, speed)
+            less = push + way * (most - current) * per_ampere
+            found = braked(mesh.driving, mesh.driven, rotor, less, static, inertia, way)
+            share = overshoot(softest, inertia, rotor, case.setting.stop_rise)
+            torque = stop_swing(spring, stiffest, share, found, static, before, inertia, speed)
+            if torque + stage_load(case.gear) * abs(found.acceleration) > allowed:
+                return False
+        return True
+
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        share = 0.5 * (low + high)
+        low, high = (share, high) if bears(share * most) else (low, share)
+    holding = float(np.abs(demand.gear_torque - _braking(op)[3] * demand.acceleration).max()) / per_ampere
+    return (most if bears(most) else low * most), holding
 
 
 def peaks(op: Any, row: Any) -> Words:
@@ -273,7 +279,7 @@ def _safe_jam(op: Any, row: Any) -> str:
     if op.number("figures.coast_torque") >= limit:
         return "; no current keeps it safe: the rotor does it alone"
     spring, energy = stiff_spring(case.gear), rotor_energy(case.motor, case.gear, case.setting.fastest)
-    per_ampere = abs(float(case.gear.ratio * case.motor.torque_constant))
+    per_ampere = abs(float(case.gear.ratio * stop_constant(case)))
     most = op.number("setting.stop_current")
     safe = brentq(lambda current: jam_torque(spring, energy, per_ampere * current) - limit, 0.0, most)
     return f"; with no more than {amperes(op.task.amplifier, safe)} of the amplifier it bears that"
@@ -515,7 +521,7 @@ def winding(op: Any, row: Any) -> Words:
 def gear_temperature(op: Any, row: Any) -> Words:
     """Of the housing that the gear shares with its motor, or as the study states it."""
     said, found = printed(op, row), op.number(row.required)
-    if op.study.gear_temperature is not None:
+    if op.study.gear_temperature is not None and found == op.study.gear_temperature:
         return said._replace(remark=said.remark or "as the study states it")
     if op.task.gear_heat == 0.0:
         return Words("", "the gear is in another housing than its motor: its temperature is not computed", silent=True)

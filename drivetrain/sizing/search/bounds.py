@@ -38,12 +38,12 @@ from drivetrain.drive.gear import (
     wear,
 )
 from drivetrain.drive.motor import torque_constant, winding_resistance
-from drivetrain.drive.stops import braked, braking_push, stiff_spring, stop_rotor
+from drivetrain.drive.stops import braked, braking_push, stiff_spring, stop_rotor, swing_spring, swung_torque
 from drivetrain.drive.thermal.periodic_heat import thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known, known_or
 from drivetrain.sizing.demand.series import Motion, Powers, new_powers
-from drivetrain.sizing.judge.cases import stop_temperature
+from drivetrain.sizing.judge.cases import stop_constant, stop_temperature
 from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.sizing.judge.judge import (
     NO,
@@ -359,9 +359,10 @@ def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
         return LeastStop(0.0, np.nan, 0.0)
     mesh, shaft, ratio, found, holding, longest = mesh_of(gear), friction_curve(case.shaft), gear.ratio, 0.0, 0.0, 0.0
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(gear.inertia, 0.0)
-    rides, limit = setting.rides, case.motor.torque_constant * setting.stop_current
+    rides, limit = setting.rides, stop_constant(case) * setting.stop_current
+    weaker = case.motor.torque_constant * setting.stop_current
     rotor, riding = stop_rotor(ratio, inertia, rides)
-    factor = drag_factor(mesh, stop_temperature(case))
+    factor, spring = drag_factor(mesh, stop_temperature(case)), swing_spring(gear)
     stiff, swings = stiff_spring(gear).slope_3, 1.0 if setting.stop_rise <= 0.0 else 0.0
     for t in range(len(brake.speed)):
         speed, acceleration, own_torque, own = brake.loss_speed[t], brake.acceleration[t], 0.0, 0.0
@@ -371,6 +372,7 @@ def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
         way, low, high, slowing = direction(speed), np.inf, -np.inf, 0.0
         carrier = brake.carrier_acceleration[t] - rides * acceleration
         push = braking_push(mesh, shaft, factor, inertia, limit, speed, carrier)
+        unaided = braking_push(mesh, shaft, 0.0, inertia, weaker, speed, carrier)
         bare, own = own, own + riding
         least = max(max(brake.inertia[0, t] + bare, 0.0) + riding, 0.0)
         for i in range(2):
@@ -378,10 +380,10 @@ def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
             for j in range(2):
                 load = max(brake.inertia[j, t] + bare, 0.0) + riding
                 torque = braked(mesh.driving, mesh.driven, rotor, push, static, load, way).torque
-                free = braked(1.0, 1.0, rotor, push, static, load, way)
+                free = braked(1.0, 1.0, rotor, unaided, static, load, way)
                 slowing = max(slowing, -way * free.acceleration if load + rotor > 0.0 else np.inf)
                 for k in range(2):
-                    swung = torque + (torque - brake.torque[k, t] - own_torque)
+                    swung = swung_torque(spring, brake.torque[k, t] + own_torque, torque, 1.0)
                     low, high = min(low, swung), max(high, swung)
                     if swings == 0.0:
                         low, high = min(low, torque), max(high, torque)
