@@ -288,9 +288,9 @@ def set_allowance(case: Any) -> None:
     magnets.
 
     In a stop this friction acts with the motor torque: T = (... - I push)/(f I + G^2 J) grows by at most push/f, and by
-    twice that with the overshoot of the spring, times how much that stiffens. The additional rise x of the winding follows from x = c R(x) q^2, where
-    q^2 is the mean square torque that is left below the temperature limit: the RMS of a sum is at most the sum of the
-    RMS values.
+    twice that with the overshoot of the spring, times how much that stiffens. The additional rise x of the winding
+    follows from x = c R(x) q^2, where q^2 is the mean square torque that is left below the temperature limit: the RMS
+    of a sum is at most the sum of the RMS values.
     """
     motor, setting, figures, allowance, ambient = (
         case.motor,
