@@ -57,7 +57,7 @@ def run(*words: object) -> tuple[int, str]:
 def test_simulate_writes_page_and_recording(tmp_path: Path) -> None:
     code, output = run("simulate", write(tmp_path), "--out", tmp_path / "out", "--step", "1 ms")
     assert code in (0, 1), output
-    assert "Plan of two links" in output and "verdict" in output
+    assert "Plan of two links" in output and "the study's checks on this run" in output
     page = (tmp_path / "out" / "simulation.html").read_text(encoding="utf-8")
     for word in ("The run", "Plan", "data-chart"):
         assert word in page

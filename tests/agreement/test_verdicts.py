@@ -303,10 +303,10 @@ def worked_out(path):
         # At rest one phase may carry the amplitude: twice its share of the loss, through all of the one way out.
         still = np.where(rest[1:] & rest[:-1], steps, 0.0)
         phase = np.sqrt(1.0 + np.convolve(still, [1, 1]) / np.convolve(steps, [1, 1]))
-        extra = way_out * (weight @ ((phase**2 - 1.0) * current**2))
+        extra, whole = way_out * (weight @ ((phase**2 - 1.0) * current**2)), way_out * (weight @ (phase * current) ** 2)
         slope = one.resistance(1.0) - one.resistance(0.0)
         row["winding temperature"] = warm, 110.0
-        row["phase temperature at rest"] = warm + extra * one.resistance(warm) / (1.0 - extra * slope), 110.0
+        row["phase temperature at rest"] = warm + extra * one.resistance(warm) / (1.0 - whole * slope), 110.0
         short, strongest, lasting = motor["peak_torque"], 30.0 * RMS_TO_DC, 12.0 * RMS_TO_DC
         row["motor peak torque"] = starting.max() * more, short
         row["amplifier peak current"] = starting.max() / constant * more, strongest

@@ -229,10 +229,11 @@ def test_a_phase_that_holds_is_hotter_by_what_it_has_alone(nodes: Nodes, parts: 
     at, way = losses.winding_at, nodes.inner or nodes.outer
     rises = [response(1.0 / (way * nodes.winding), HELD, part) for part in parts]
     constant = 0.05 * (1.0 - 0.001 * (heat.magnets - 25.0))
-    most = max(rise.max() for rise in rises)
-    # its resistance is that of the warmest instant it may come to: T = T_peak + way R(T) most / k^2
-    top = brentq(lambda t: heat.peak + way * (0.31 + 0.0012 * (t - 30.0)) * most / constant**2 - t, 0.0, 900.0)
-    scale = way * (0.31 + 0.0012 * (top - 30.0)) / constant**2
+    square = np.append((TORQUE[:-1] ** 2 + TORQUE[:-1] * TORQUE[1:] + TORQUE[1:] ** 2) / 3.0, 0.0)
+    most = max(response(1.0 / (way * nodes.winding), square + HELD, part).max() for part in parts)
+    # x = way/k^2 (R(T_peak) held + R' x (all that the phase carries)), at the most that it may carry
+    cold, slope = 0.31 + 0.0012 * (heat.peak - 30.0), 0.0012
+    scale = brentq(lambda s: way / constant**2 * (cold + slope * s * most) - s, 0.0, 1e6)
     wanted = max(heat.peak, *((at[part] + scale * rise).max() for part, rise in zip(parts, rises, strict=True)))
     assert wanted > heat.peak + 1.0 and phase == pytest.approx(wanted, rel=1e-9)
     calm, same, *_ = use_of(nodes, 0.0, parts=parts)

@@ -10,7 +10,7 @@ from hard_case import Figure, hard_case
 from scipy.integrate import solve_ivp
 
 from drivetrain.accuracy.auto import estimates
-from drivetrain.accuracy.costs import ran
+from drivetrain.accuracy.costs import run_to_end
 from drivetrain.accuracy.decision import basis_of, change, decision
 from drivetrain.accuracy.scenes import without
 from drivetrain.arm.arm import Arm
@@ -149,7 +149,7 @@ def test_estimates() -> list[Figure]:
                 basis = basis_of(scene)
                 (told,) = [one for one in estimates(scene, basis) if one.choice.kind == type(effect).__name__]
                 both = [without(scene, gone) for gone in ((), [told.choice])]
-                full, less = (decision(ran(plan(one), fine), one, basis) for one in both)
+                full, less = (decision(run_to_end(plan(one), fine), one, basis) for one in both)
                 guess, found = told.changes["joint"], change(less, full)["joint"]
                 pairs = zip((*guess.shares[:3], guess.tip), (*found.shares[:3], found.tip), strict=True)
                 ratios += [max(one, small) / max(abs(other), small) for one, other in pairs]
