@@ -16,8 +16,19 @@ from typing import Any
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from drivetrain.control.commander import BASE_AT, FAR, LINKS_AT, TURNS_AT, Commander
+from drivetrain.control.commander import (
+    CHAINS_AT,
+    FAR,
+    FOLLOW_AT,
+    LINKS_AT,
+    MOST_STRIDES,
+    SHARES_AT,
+    SIZES,
+    WHOLE_AT,
+    Commander,
+)
 from drivetrain.control.laws import TARGETS, Chains, command
+from drivetrain.dynamics.core.loops import DEAD, FINER, MOST, STRIDE, Pins, newton
 from drivetrain.version import __version__
 from drivetrain.whole_files import write_files
 
@@ -149,21 +160,24 @@ def c_texts(commander: Commander, *, name: str = "commander", header: str = "com
         f"Currents of {study.name}, by drivetrain {__version__}; study SHA-256 {study.digest or 'none'}",
         f"call {name}_step at {commander.rate:.9g} Hz; payload: {commander.payload or 'none'}",
         "q, qd, qdd: wanted [rad or m, and per s, s^2]; measured_q, measured_qd: as measured by the encoders",
-        "current: DC-equivalent amperes; 0 is returned, or 1 where an input is not finite: nothing has changed then",
+        "current: DC-equivalent amperes; 0 is returned, or where nothing has changed 1: an input is not finite"
+        + (", 2: the linkage does not come there from where it was" if commander.memory[FOLLOW_AT].size else ""),
         f"joints: {', '.join(commander.joints)}",
     ]
-    if commander.memory[BASE_AT].size:
+    carried, loops = int(commander.memory[SIZES][3]), _closing(commander, name)
+    if carried:
         head.append("base: its position, then velocity, then acceleration, of x, y, z, yaw, pitch, roll [m, rad, s]")
     size, state = f"{name.upper()}_JOINTS", f"{name}_state"
-    carried = commander.memory[BASE_AT].size
-    base = f" const double base[{carried}]," if carried else ""
+    base = f" const double base[{3 * carried}]," if carried else ""
     step = (
         f"int {name}_step({state} *s, const double q[{size}], const double qd[{size}], const double qdd[{size}],\n"
         f"    const double measured_q[{size}], const double measured_qd[{size}],{base} double current[{size}])"
     )
     guard = re.sub(r"\W", "_", header).upper()
     comment = [f"/* {line.replace('*/', '* /')} */" for line in head]
+    places = commander.memory[WHOLE_AT]["place"] if loops else np.zeros(0)
     fields = [f"    double {field}[{size}];" for field in STATES]
+    fields += [f"    double place[{len(places)}]; /* of all joints of the linkage */"] if loops else []
     top = [
         *comment, f"#ifndef {guard}", f"#define {guard}", f"#define {size} {n}", "typedef struct {", *fields,
         f"}} {state};", f"void {name}_start({state} *s);", f"{step};", "#endif",
@@ -173,29 +187,82 @@ def c_texts(commander: Commander, *, name: str = "commander", header: str = "com
     begun = [
         f"    s->{field}[{i}] = {c_number(float(start[field][i]) if field in start else 0.0)};"
         for field in STATES for i in range(n)
-    ]  # fmt: skip
+    ] + [f"    s->place[{w}] = {c_number(place)};" for w, place in enumerate(places)]  # fmt: skip
     rows = [("q", "qd", "qdd", "measured_q", "measured_qd")[k] for k in range(len(TARGETS))]
     squares = " + ".join(f"{row}[i] * {row}[i]" for row in rows)
     ends = [
         f"    s->{field}[{i}] = {c_number(results[field][i])};" for field in STATES for i in range(n)
     ]  # fmt: skip
     code = [
-        comment[0], f'#include "{header}"', "#include <math.h>", "",
+        comment[0], f'#include "{header}"', "#include <math.h>", "", *loops,
         f"void {name}_start({state} *s)", "{", *begun, "}", "", step, "{",
         "    double size = 0.0;", "    int i;", f"    for (i = 0; i < {size}; i++)", f"        size += {squares};",
         *([f"    for (i = 0; i < {carried}; i++)", "        size += base[i] * base[i];"] if carried else []),
-        f"    if (!(size < {FAR * FAR!r}))", "        return 1;", "    {",
+        f"    if (!(size < {FAR * FAR!r}))", "        return 1;",
+        *([f"    if (!{name}_close(s->place, q))", "        return 2;"] if loops else []), "    {",
         *(f"    {line}" for line in c_lines(tape, finals)), *ends, "    }",
         f"    for (i = 0; i < {size}; i++)", "        current[i] = s->current[i];", "    return 0;", "}",
     ]  # fmt: skip
     return "\n".join(top) + "\n", "\n".join(code) + "\n"
 
 
+def _closing(commander: Commander, name: str) -> list[str]:
+    """Functions that close the loops of a linkage; none where no loop is closed."""
+    tape, memory = Tape(), commander.memory
+    whole = memory[WHOLE_AT]
+    if not memory[FOLLOW_AT].size:
+        return []
+    pins = _pins(commander)
+    for w, one in enumerate(pins.whole):
+        one.place = tape.input(f"p[{w}]")
+    error, room = newton(pins, tape.input("dead"))
+    steps = [f"    p[{w}] = {c_number(pins.whole[w].place)};" for w in memory[FOLLOW_AT]]
+    m, n, order = len(whole), len(commander.joints), np.argsort(whole["coordinate"])[-len(commander.joints) :]
+    driven = f"    static const int driven[{n}] = {{{', '.join(map(str, order))}}};"
+    return [
+        "/* One of Newton's steps of the joints that follow; how far the pins were open before, and whether they can. */",
+        f"static void {name}_newton(double p[{m}], double dead, double *error, double *room)", "{",
+        *(f"    {line}" for line in c_lines(tape, [error, room, *(pins.whole[w].place for w in memory[FOLLOW_AT])])),
+        *steps, f"    *error = {c_number(error)};", f"    *room = {c_number(room)};", "}", "",
+        f"static int {name}_walk(double p[{m}], const double place[{m}], const double q[{n}], int strides, double dead)",
+        "{", driven, "    double error, room;", "    int i, k, stride;",
+        "    for (stride = 1; stride <= strides; stride++) {", f"        for (i = 0; i < {n}; i++) {{",
+        "            const double from = place[driven[i]];",
+        "            p[driven[i]] = stride == strides ? q[i] : from + (q[i] - from) * stride / strides;", "        }",
+        f"        for (k = 0; k < {MOST}; k++) {{", f"            {name}_newton(p, dead, &error, &room);",
+        "            if (!(error < HUGE_VAL) || !(room > 0.0))", "                return 0;",
+        "            if (error <= 1.0)", "                break;", "        }", f"        if (k == {MOST})",
+        "            return 0;", "    }", "    return 1;", "}", "",
+        "/* All joints where the driven ones are wanted, on a straight way; where they do not come they stay. */",
+        f"static int {name}_close(double place[{m}], const double q[{n}])", "{", driven,
+        f"    static const double span[{n}] = {{{', '.join(map(repr, whole['stride'][order].tolist()))}}};",
+        f"    static const int finer[{len(FINER)}] = {{{', '.join(map(str, FINER))}}};",
+        f"    double p[{m}], far = 0.0;", "    int i, k, strides;",
+        f"    for (i = 0; i < {n}; i++)", "        far += fabs(q[i] - place[driven[i]]) / span[i];",
+        f"    if (!(far <= {MOST_STRIDES!r}))", "        return 0;", f"    for (k = 0; k < {len(FINER)}; k++) {{",
+        f"        for (i = 0; i < {m}; i++)", "            p[i] = place[i];",
+        "        strides = (int)ceil(fmax(finer[k] * far, 1.0));",
+        f"        if ({name}_walk(p, place, q, strides, pow(fmax({DEAD!r}, {STRIDE!r} * far / strides), 2.0))) {{",
+        f"            for (i = 0; i < {m}; i++)", "                place[i] = p[i];", "            return 1;", "        }",
+        "    }", "    return 0;", "}", "",
+    ]  # fmt: skip
+
+
+def _pins(commander: Commander) -> Pins:
+    """What closes the loops, as plain numbers."""
+    own = [_plain(one) for one in commander.memory[WHOLE_AT:]]
+    return Pins(own[0], own[1], own[2], _plain(commander.memory[CHAINS_AT]), *own[3:])
+
+
 def _traced(tape: Tape, commander: Commander) -> dict[str, list[Any]]:
     """What one tick leaves of the states, from symbols for states and targets."""
-    arm, axes = Chains(*(_plain(one) for one in commander.memory[LINKS_AT : TURNS_AT + 3])), _plain(commander.axes)
-    for k, row in enumerate(arm.base):
-        row[:] = [tape.input(f"base[{len(row) * k + j}]") for j in range(len(row))]
+    axes = _plain(commander.axes)
+    arm = Chains(*(_plain(one) for one in commander.memory[LINKS_AT : SHARES_AT + 1]), _pins(commander))
+    carried = int(commander.memory[SIZES][3])
+    for k, row in enumerate(arm.own):
+        row[:carried] = [tape.input(f"base[{carried * k + j}]") for j in range(carried)]
+    for w, one in enumerate(arm.pins.whole):
+        one.place = tape.input(f"s->place[{w}]" if one.coordinate < 0 else f"q[{one.coordinate}]")
     targets = [
         [tape.input(f"{row}[{i}]") for i in range(len(axes))] for row in ("q", "qd", "qdd", "measured_q", "measured_qd")
     ]
@@ -215,7 +282,7 @@ def _traced(tape: Tape, commander: Commander) -> dict[str, list[Any]]:
 def _plain(values: Any) -> Any:
     """Records and arrays as objects and lists of plain numbers, which may be replaced by symbols."""
     if values.dtype.names is None:
-        return values.tolist()
+        return values.astype(object)
     if values.shape:
         return [_plain(one) for one in values]
     found = SimpleNamespace()

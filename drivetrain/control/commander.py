@@ -9,17 +9,19 @@ from typing import Any
 import numpy as np
 from numba import carray, types
 
-from drivetrain.arm.arm import Arm, refuse_loops
+from drivetrain.arm.arm import Arm
 from drivetrain.arm.bodies import on_moving_base
 from drivetrain.arm.coupling import shaft_torques, shaft_turns
 from drivetrain.arrays import Array, checked_number
-from drivetrain.control.laws import TARGETS, Axis, Balances, Chains, command
+from drivetrain.control.laws import TARGETS, Axis, Balances, Chain, Chains, command
 from drivetrain.drive.amplifier import available_voltage, judges_overload, overload_room
 from drivetrain.drive.drive import shaft_friction
 from drivetrain.drive.gear import complete
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
-from drivetrain.dynamics.closed import chain_arms
+from drivetrain.dynamics.closed import chain_arms, whole_motion
 from drivetrain.dynamics.core.blocks import JOINT_ALONE
+from drivetrain.dynamics.core.frames import LINK as MOVED
+from drivetrain.dynamics.core.loops import END, WHOLE, Pins, follow, linkage_records
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.dynamics.core.recursion import LINKS_ALONE
@@ -38,34 +40,57 @@ FADE = 10.0  # K below the winding's limit over which the current fades: what se
 SLOW = 0.01  # of a joint's largest speed in the cycle: friction fades below
 AXIS = record_type(Axis)
 FAR = 1e150  # what can still be squared and summed
-SIZES, LINKS_AT, ROTORS_AT, JOINTS_AT, BODIES_AT, CHAINS_AT, SPREAD_AT, GEARED_AT, BASE_AT = range(9)
-TURNS_AT, UNMIXED_AT, SHARES_AT, AXES_AT, TARGETS_AT = range(9, 14)
+CHAIN = record_type(Chain, np.int64)
+MOST_STRIDES = 32.0  # of 0.2 rad, or of a fifth of the arm's size, in one tick: closed loops are followed no further
+NOT_FINITE, APART = 1, 2  # why a tick is refused
+
+# Where the arrays of a tick stand in its memory. ``sizes``: of axes, rows, chains, joints that carry the arm, links,
+# rotors, joints of the linkage, those that follow, ends of pins; last why a tick was refused.
+(
+    SIZES, AXES_AT, TARGETS_AT, LINKS_AT, ROTORS_AT, JOINTS_AT, BODIES_AT, CHAINS_AT, PLACED_AT, SPREAD_AT, GEARED_AT,
+    OWN_AT, TURNS_AT, UNMIXED_AT, SHARES_AT, WHOLE_AT, FOLLOW_AT, ENDS_AT, ROWS_AT, SCREWS_AT, PLACES_AT, SPEEDS_AT,
+    MOVED_AT, TABLE_AT, FOUND_AT, LOWER_AT,
+) = range(26)  # fmt: skip
 
 
 def _tick(run: Any) -> None:
     """One tick, on memory given by addresses."""
-    sizes = carray(run[SIZES], 7, np.int64)
-    n, wide, chains, carried = sizes[0], sizes[1], sizes[2], sizes[3]
+    sizes = carray(run[SIZES], 10, np.int64)
+    n, rows, many, carried, m, p = sizes[0], sizes[1], sizes[2], sizes[3], sizes[6], sizes[7]
     targets = carray(run[TARGETS_AT], (len(TARGETS), n), np.float64)
-    base = carray(run[BASE_AT], (3, carried), np.float64)
+    own = carray(run[OWN_AT], (3, rows), np.float64)
     size, whole = 0.0, 0.0
     for i in range(n):
         size += targets[0, i] * targets[0, i]
         for k in range(len(TARGETS)):
             whole += targets[k, i] * targets[k, i]
     for i in range(carried):
-        size += base[0, i] * base[0, i]
-        whole += base[0, i] * base[0, i] + base[1, i] * base[1, i] + base[2, i] * base[2, i]
-    sizes[6] = 0 if whole < FAR * FAR else 1
-    if sizes[6] != 0:
+        size += own[0, i] * own[0, i]
+        whole += own[0, i] * own[0, i] + own[1, i] * own[1, i] + own[2, i] * own[2, i]
+    sizes[9] = 0 if whole < FAR * FAR else NOT_FINITE
+    if sizes[9] != 0:
         return
-    square = (n, n)
+    square, chains = (n, n), carray(run[CHAINS_AT], many, CHAIN)
+    pins = Pins(
+        carray(run[WHOLE_AT], m, WHOLE), carray(run[FOLLOW_AT], p, np.int64), carray(run[ENDS_AT], sizes[8], END),
+        chains, carray(run[ROWS_AT], rows, np.int64), carray(run[SCREWS_AT], (rows, 6), np.float64),
+        carray(run[PLACES_AT], rows, np.float64), carray(run[SPEEDS_AT], rows, np.float64),
+        carray(run[MOVED_AT], rows + many, MOVED), carray(run[TABLE_AT], (3 * sizes[8] // 2, m + 2), np.float64),
+        carray(run[FOUND_AT], (p, m + 2), np.float64), carray(run[LOWER_AT], (p, p), np.float64),
+    )  # fmt: skip
+    if p > 0:
+        for w in range(m):
+            if pins.whole[w].coordinate >= 0:
+                pins.whole[w].wanted = targets[0, pins.whole[w].coordinate]
+        if not follow(pins, MOST_STRIDES):
+            sizes[9] = APART
+            return
     arm = Chains(
         carray(run[LINKS_AT], sizes[4], LINK), carray(run[ROTORS_AT], sizes[5], ROTOR),
-        carray(run[JOINTS_AT], wide + chains, JOINT_ALONE), carray(run[BODIES_AT], wide + 2 * chains, LINKS_ALONE),
-        carray(run[CHAINS_AT], (chains, 2), np.int64), carray(run[SPREAD_AT], (wide, n), np.float64),
-        carray(run[GEARED_AT], (wide, n), np.float64), base, carray(run[TURNS_AT], square, np.float64),
-        carray(run[UNMIXED_AT], square, np.float64), carray(run[SHARES_AT], square, np.float64),
+        carray(run[JOINTS_AT], rows + many, JOINT_ALONE), carray(run[BODIES_AT], rows + 2 * many, LINKS_ALONE),
+        chains, carray(run[PLACED_AT], (rows, n), np.float64), carray(run[SPREAD_AT], (rows, n), np.float64),
+        carray(run[GEARED_AT], (rows, n), np.float64), own, carray(run[TURNS_AT], square, np.float64),
+        carray(run[UNMIXED_AT], square, np.float64), carray(run[SHARES_AT], square, np.float64), pins,
     )  # fmt: skip
     command(arm, carray(run[AXES_AT], n, AXIS), targets, size)
 
@@ -77,7 +102,9 @@ class Commander:
     limits by voltage (inductance counted), peak current and torque, the amplifier's I2t, and a running winding
     temperature, which lets the current fade over the last 10 K below its limit. Friction follows the wanted speed and
     fades below one hundredth of the fastest one of the cycle, so noise about rest does not make it jump from one
-    direction to the other. Where more is wanted than there is, ``wanted`` keeps what was.
+    direction to the other. Where more is wanted than there is, ``wanted`` keeps what was. Of an arm with closed loops
+    the joints that follow are found by Newton's method from where they were in the last tick, at first where the cycle
+    begins; errors of the driven joints alone are fed back.
 
     Args:
         study_or_evaluation: A study whose joints have drives, an evaluation of drives, or what ``select`` chose.
@@ -87,9 +114,9 @@ class Commander:
         payload: That the tip carries, by its name in the study; None: nothing.
 
     Raises:
-        InputError: A study without an arm, or of one with closed loops; a joint without a drive, or one of which
-            torque or heat lack data, or with more than three counterbalances or one that follows a table; an unknown
-            payload; a rate or bandwidth that is not positive.
+        InputError: A study without an arm; a joint without a drive, or one of which torque or heat lack data, or with
+            more than three counterbalances or one that follows a table; an unknown payload; a rate or bandwidth that is
+            not positive.
     """
 
     def __init__(
@@ -108,7 +135,6 @@ class Commander:
         study = study_or_evaluation if isinstance(study_or_evaluation, Study) else study_or_evaluation.study
         if study.arm is None:
             raise InputError(Fault("arm", "is needed: of a load table only its own cycle can be commanded"))
-        refuse_loops(study.arm, shared=True)
         step = 1.0 / checked_number(rate, "rate", "Hz", above=0.0)
         checked_number(bandwidth, "bandwidth", "rad/s", above=0.0)
         given = study_or_evaluation if isinstance(study_or_evaluation, Evaluation) else evaluate(study)
@@ -134,6 +160,9 @@ class Commander:
         self._current: Array = self.axes["current"]
         self._targets = np.zeros((len(TARGETS), len(self.joints)))
         self._function = callback(types.void(types.CPointer(types.voidptr)), _tick).ctypes
+        self.memory: list[Any] = []
+        start, linkage = given.study.cycle.position[:1], study.arm.linkage
+        self._start = np.zeros(0) if linkage is None else whole_motion(linkage, start, 0 * start, 0 * start).position[0]
         self.carry(payload)
 
     def __repr__(self) -> str:
@@ -154,8 +183,11 @@ class Commander:
             raise InputError(Fault("payload", "is none of the study's", payload, nearest(payload, names)))
         arm = loaded_arm(self.study, self._drives, -1 if payload is None else names.index(payload))
         self.payload: str | None = payload
-        self.memory: list[Any] = memory(arm, self.axes, self._targets, moves=self.study.base is not None)
-        self._base: Array = self.memory[BASE_AT]
+        places = self.memory[WHOLE_AT]["place"] if self.memory else self._start
+        carried = 0 if self.study.base is None else len(BASE_JOINTS)
+        self.memory = memory(arm, self.axes, self._targets, carried=carried)
+        self.memory[WHOLE_AT]["place"] = places
+        self._base: Array = self.memory[OWN_AT][:, :carried]
         self._addresses = np.array([one.ctypes.data for one in self.memory], dtype=np.intp)
         self._where = ctypes.cast(self._addresses.ctypes.data, self._function.argtypes[0])
 
@@ -174,8 +206,9 @@ class Commander:
             DC-equivalent current [A], (n,); the same array every time, overwritten by the next call.
 
         Raises:
-            InputError: Other shapes, or numbers that are not finite: nothing has gone on then; no ``base`` where it
-                moves, or one where it stands still.
+            InputError: Other shapes, or numbers that are not finite; positions to which closed loops do not come from
+                those of the last tick; no ``base`` where it moves, or one where it stands still. Nothing has gone on
+                then.
         """
         targets = self._targets
         try:
@@ -189,7 +222,7 @@ class Commander:
         except (TypeError, ValueError):
             raise self._wrong(q, qd, qdd, measured_q, measured_qd, base) from None
         self._function(self._where)
-        if self.memory[SIZES][6]:
+        if self.memory[SIZES][9]:
             raise self._wrong(q, qd, qdd, measured_q, measured_qd, base)
         return self._current
 
@@ -210,7 +243,7 @@ class Commander:
         return np.asarray(self.axes["overload"] / np.array(room))
 
     def reset(self, *, winding: Any = None, housing: Any = None) -> None:
-        """Start anew: no overload, no current.
+        """Start anew: no overload, no current; closed loops where the cycle begins.
 
         Args:
             winding, housing: Temperatures [C], one or (n,); None: ambient.
@@ -225,9 +258,15 @@ class Commander:
             self.axes["heat"][f"{name}_temperature"] = start
         for name in ("current", "wanted", "overload"):
             self.axes[name] = 0.0
+        self.memory[WHOLE_AT]["place"] = self._start
 
     def _wrong(self, *given: Any) -> InputError:
         """What is wrong with the arguments of a tick."""
+        if self.memory[SIZES][9] == APART:
+            problem = (
+                "is where the linkage does not come from where it was: out of reach, a dead centre, or too far off"
+            )
+            return InputError(Fault("q", problem, self._targets[0].tolist(), "start anew by reset"))
         shapes = (*[(len(self.joints),)] * 5, self._base.shape)
         names, faults = (*("q", "qd", "qdd", "measured_q", "measured_qd"), "base"), []
         for name, value, shape in zip(names, given, shapes, strict=True):
@@ -250,34 +289,43 @@ class Commander:
         return InputError(faults or [Fault("q", "is too large to calculate with")])
 
 
-def memory(arm: Arm, axes: Any, targets: Array, *, moves: bool) -> list[Any]:
-    """What a tick works on, in the order of its addresses; the arm's base stands still or moves."""
-    n, loops = arm.n, None if arm.linkage is None else arm.linkage.loops
+def memory(arm: Arm, axes: Any, targets: Array, *, carried: int) -> list[Any]:
+    """What a tick works on, in the order of its addresses; of an arm on a base that moves the first rows are that."""
+    n = arm.n
     shares = unmixed = shaft_torques(arm, np.eye(n)).T if arm.coupling is not None else np.eye(n)
-    if loops is None:
-        carried = len(BASE_JOINTS) if moves else 0
-        models = [packed(on_moving_base(arm) if moves else arm)]
-        wide = len(models[0].links) - len(models[0].rotors)
+    arms = [on_moving_base(arm) if carried else arm] if arm.linkage is None else chain_arms(arm)
+    models = [packed(one) for one in arms]
+    counts = np.array([(len(one.links) - len(one.rotors), len(one.links), len(one.rotors)) for one in models])
+    first, (wide, _, _) = np.cumsum(counts, axis=0) - counts, counts.sum(axis=0)
+    chains = np.zeros(len(models), CHAIN)
+    for name, values in zip(("row", "link", "rotor", "joints", "rotors"), (*first.T, *counts.T[::2]), strict=True):
+        chains[name] = values
+    joints = np.zeros(wide, np.int64)
+    if arm.linkage is None:
+        whole, passive, ends = np.zeros(0, WHOLE), np.zeros(0, np.int64), np.zeros(0, END)
         spread = np.eye(n + carried) if models[0].spread is None else models[0].spread
-        spread = np.ascontiguousarray(spread[:, carried:])
-        geared = np.where(np.arange(wide)[:, None] < n + carried, spread, 0.0)
-    else:  # two motors on some axes
-        carried, models = 0, [packed(chain) for chain in chain_arms(arm)]
-        spread = geared = np.eye(n)[[loops.driven.index(joint) for path in loops.paths for joint in path]]
-        shares = np.eye(n)
+        placed = np.ascontiguousarray(spread[:, carried:])
+        geared = np.where(np.arange(wide)[:, None] < n + carried, placed, 0.0)
+    else:
+        loops, (whole, passive, ends) = arm.linkage.loops, linkage_records(arm.linkage)
+        joints[:] = [joint for path in loops.paths for joint in path]
+        placed = (joints[:, None] == np.array(loops.driven)).astype(np.float64)
+        geared, shares = placed.copy(), np.eye(n)
         for pair in loops.shared:
             shares[np.ix_(pair, pair)] = 0.5
-    chains = np.array([(len(one.links) - len(one.rotors), len(one.rotors)) for one in models])
     links, rotors = (np.concatenate([getattr(one, name) for one in models]) for name in ("links", "rotors"))
-    wide = int(chains[:, 0].sum())
-    joints, bodies = np.zeros(wide + len(chains), JOINT_ALONE), np.zeros(wide + 2 * len(chains), LINKS_ALONE)
-    for first, one in zip(np.cumsum([0, *(chains[:-1, 0] + 2)]), models, strict=True):
+    states, bodies = np.zeros(wide + len(chains), JOINT_ALONE), np.zeros(wide + 2 * len(chains), LINKS_ALONE)
+    for c, one in enumerate(models):
         for name, weight in zip(("ax", "ay", "az"), one.gravity, strict=True):
-            bodies[name][first] = -weight
-    sizes = np.array([n, wide, len(chains), carried, len(links), len(rotors), 0], dtype=np.int64)
+            bodies[name][chains["row"][c] + 2 * c] = -weight
+    screws = np.concatenate([one.screws for one in arms]) if len(passive) else np.zeros((wide, 6))
+    m, p = len(whole), len(passive)
+    sizes = np.array([n, wide, len(chains), carried, len(links), len(rotors), m, p, len(ends), 0], dtype=np.int64)
     return [
-        sizes, links, rotors, joints, bodies, chains, spread, geared, np.zeros((3, carried)), shaft_turns(arm).copy(),
-        np.ascontiguousarray(unmixed), np.ascontiguousarray(shares), axes, targets,
+        sizes, axes, targets, links, rotors, states, bodies, chains, placed, placed.copy(), geared,
+        np.zeros((3, wide)), shaft_turns(arm).copy(), np.ascontiguousarray(unmixed), np.ascontiguousarray(shares),
+        whole, passive, ends, joints, screws, np.zeros(wide), np.zeros(wide), np.zeros(wide + len(chains), MOVED),
+        np.zeros((3 * len(ends) // 2, m + 2)), np.zeros((p, m + 2)), np.zeros((p, p)),
     ]  # fmt: skip
 
 

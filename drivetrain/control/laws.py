@@ -16,6 +16,7 @@ from drivetrain.drive.counterbalance import Counterbalance, lever_torque
 from drivetrain.drive.friction import Friction, friction_at, friction_curve
 from drivetrain.drive.gear import Gear, drag_torque, gear_loss_power, mesh_of, mesh_torque
 from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
+from drivetrain.dynamics.core.loops import move_followers
 from drivetrain.dynamics.core.recursion import back, outwards
 from drivetrain.effects.motor.winding_heat import Own, warmed
 from drivetrain.jit import law
@@ -80,16 +81,31 @@ class Chains(NamedTuple):
     # memory
     joints: Any
     bodies: Any
-    chains: Any  # how many joints and rotors the recursion of each has, (c, 2)
-    # for what the joints of the axes do, (wide, n), a row a joint of the recursions: what that does, and what of it
-    # stands behind a gear
+    chains: Any  # records CHAIN
+    # what the joints of the axes do, (rows, n), a row a joint of the recursions: how far that turns, how fast, and what
+    # of it stands behind a gear
+    placed: Any
     spread: Any
     geared: Any
-    base: Any  # motion of what carries the arm, which the first joints of the recursion take, (3, 6) or (3, 0)
+    # position, speed, acceleration of the rows beyond that, (3, rows): of joints that follow in closed loops, and of
+    # what carries the arm, which the first joints of the recursion take
+    own: Any
     turns: Any  # speeds of the shafts behind the gears for those of the joints, (n, n)
     # torques of the shafts for those of the joints, and how the load is shared, (n, n)
     unmixed: Any
     shares: Any
+    pins: Any  # ``loops.Pins``; nothing follows where no loop is closed
+
+
+@dataclass
+class Chain:
+    """One chain: its first row, link and rotor, and how many joints and rotors its recursion has."""
+
+    row: int
+    link: int
+    rotor: int
+    joints: int
+    rotors: int
 
 
 @law
@@ -100,34 +116,34 @@ def command(arm: Chains, axes: Any, targets: Any, size: Any) -> None:
         targets: Rows of ``TARGETS`` [rad or m, and per s, s^2], (5, n).
         size: Sum of squares of the positions, which decides how their sines are computed.
     """
-    n, carried = len(axes), len(arm.base[0])
+    n = len(axes)
     position, speed, acceleration, at, moving = targets[0], targets[1], targets[2], targets[3], targets[4]
     for i in range(n):
         axis, pull = axes[i], axes[i].bandwidth
         axis.acceleration = acceleration[i] + pull * (pull * (position[i] - at[i]) + 2.0 * (speed[i] - moving[i]))
         axis.helped = balanced(axis.balances, position[i])
         axis.load, axis.spun = 0.0, 0.0
-    row, link, own = 0, 0, 0
+    if len(arm.pins.follow) > 0:
+        move_linkage(arm, speed)
     for c in range(len(arm.chains)):
-        wide, rotors = arm.chains[c][0], arm.chains[c][1]
-        links, joints = arm.links[link : link + wide + rotors], arm.joints[row + c : row + c + wide + 1]
+        chain = arm.chains[c]
+        row, wide, link, rotor = chain.row, chain.joints, chain.link, chain.rotor
+        links, joints = arm.links[link : link + wide + chain.rotors], arm.joints[row + c : row + c + wide + 1]
         bodies = arm.bodies[row + 2 * c : row + 2 * c + wide + 2]
         for j in range(wide):
-            q, qd, qdd = 0.0, 0.0, 0.0
-            if row + j < carried:
-                q, qd, qdd = arm.base[0][j], arm.base[1][j], arm.base[2][j]
+            q, qd, qdd = arm.own[0][row + j], arm.own[1][row + j], arm.own[2][row + j]
             for i in range(n):
                 share = arm.spread[row + j][i]
-                q, qd, qdd = q + share * position[i], qd + share * speed[i], qdd + share * axes[i].acceleration
+                q += arm.placed[row + j][i] * position[i]
+                qd, qdd = qd + share * speed[i], qdd + share * axes[i].acceleration
             joints[j].q[0], joints[j].qd[0], joints[j].qdd[0] = q, qd, qdd
-        outwards(links, arm.rotors[own : own + rotors], joints, bodies, wide, size)
+        outwards(links, arm.rotors[rotor : rotor + chain.rotors], joints, bodies, wide, size)
         back(links, joints, bodies, wide)
         for j in range(wide):
             through = joints[j].torque[0] - joints[j].rotor[0]
             for i in range(n):
                 axes[i].load += arm.geared[row + j][i] * through
                 axes[i].spun += arm.spread[row + j][i] * joints[j].torque[0] - arm.geared[row + j][i] * through
-        row, link, own = row + wide, link + wide + rotors, own + rotors
     for i in range(n):
         load, spun, planned, measured = 0.0, 0.0, 0.0, 0.0
         for k in range(n):
@@ -137,6 +153,24 @@ def command(arm: Chains, axes: Any, targets: Any, size: Any) -> None:
             measured += arm.turns[i][k] * moving[k]
         axis = axes[i]
         drive(axis, load * axis.travel, spun * axis.travel, planned / axis.travel, measured / axis.travel)
+
+
+@law
+def move_linkage(arm: Chains, speed: Any) -> None:
+    """How the joints that follow move, into the rows of the recursions; they are where the loops are closed."""
+    pins, whole, m = arm.pins, arm.pins.whole, len(arm.pins.whole)
+    for w in range(m):
+        if whole[w].coordinate >= 0:
+            whole[w].speed = speed[whole[w].coordinate]
+    move_followers(pins)
+    for r in range(len(pins.joints)):
+        one = whole[pins.joints[r]]
+        if one.coordinate < 0:
+            arm.own[0][r], arm.own[2][r] = one.place, -pins.found[one.follower, m + 1]
+            for w in range(m):
+                if whole[w].coordinate >= 0:
+                    share = -pins.found[one.follower, w]
+                    arm.spread[r][whole[w].coordinate] = arm.geared[r][whole[w].coordinate] = share
 
 
 @law

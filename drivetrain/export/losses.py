@@ -40,7 +40,7 @@ LOSSES: dict[str, tuple[str, ...]] = {
     ),
     "c": (
         "other payloads and drives than those it was written for", "springs and backlash of the gears",
-        "counterbalances that follow a table", "closures",
+        "counterbalances that follow a table",
     ),
     "fmu": (
         "all joints but one: an inertia stands for the arm, its weight and what other joints do to it is load_torque",

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 import pytest
-from crank_arm import crank, two_links
+from crank_arm import HEIGHT, crank, short_crank, two_links
 
 from drivetrain.accuracy.study_run import simulate
 from drivetrain.arm.geared import at_level
@@ -27,17 +27,6 @@ from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.read import load_study
 
 PALLETISER = Path(__file__).resolve().parents[2] / "examples" / "palletiser" / "study.yaml"
-HEIGHT = 0.2  # of the crank's joint over that of the first link [m]
-
-
-def short_crank():
-    """A four-bar whose crank does not turn as the first link does; every body solid."""
-    found = crank(0.3)
-    own, rod = found[0]["links"]
-    own |= {"com": [0.05, 0.0, 0.15], "inertia": {"xx": 0.3, "yy": 0.3, "zz": 0.3}}
-    solid = {"xx": 0.01, "yy": 0.01, "zz": 0.01}
-    rod |= {"point": [0.13, 0.0, HEIGHT], "mass": 0.7, "com": [0.16, 0.0, 0.21], "inertia": solid}
-    return found
 
 
 def bare(evaluation, level=RotorLevel.FULL):

@@ -9,7 +9,6 @@ section 9.4: a distance along an axis, and the scalar product of two axes.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -90,7 +89,7 @@ def _displace(before: Any, w: Vector, v: Vector, angle: float, link: Any) -> Non
     """The displacement of a link: that of the link before, times the exponential of its joint."""
     shift = times(angle, v)
     # No turn leaves both at zero.
-    s, c = (math.sin(angle), 2.0 * math.sin(0.5 * angle) ** 2) if dot(w, w) > 0.0 else (0.0, 0.0)
+    s, c = (np.sin(angle), 2.0 * np.sin(0.5 * angle) ** 2) if dot(w, w) > 0.0 else (0.0, 0.0)
     if dot(w, w) > 0.0:
         across = cross(w, cross(w, v))
         moved = plus(times(s, across), times(c, cross(w, across)))

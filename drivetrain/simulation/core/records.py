@@ -185,28 +185,6 @@ class Chain:
 
 
 @dataclass
-class Whole:
-    """A joint of the whole linkage."""
-
-    coordinate: int  # that drives it; -1: it follows
-    follower: int  # which of those that follow
-    stride: float
-    place: float = 0.0
-    speed: float = 0.0
-    kept: float = 0.0  # place before the pins were closed again
-
-
-@dataclass
-class End:
-    """One end of a pin, two after another: on the link behind so many joints of a chain."""
-
-    chain: int
-    joints: int
-    closed: float  # how far a pin may be open [m]
-    point: Annotated[Array, 3]  # base frame, all joints at zero [m]
-
-
-@dataclass
 class Section:
     """A part of the memory: its first number, how many numbers there are, and how many records."""
 
@@ -274,9 +252,8 @@ class Engine:
     tip_stiffness: Annotated[Array, 6]
 
 
-COORDINATE, PAIR, CALL, GUARDED, STATE, MODE_CHANGE, SECTION, ENGINE, CHAIN, WHOLE, END = (
-    record_type(one, np.int64)
-    for one in (Coordinate, Pair, Call, Guard, State, ModeChange, Section, Engine, Chain, Whole, End)
+COORDINATE, PAIR, CALL, GUARDED, STATE, MODE_CHANGE, SECTION, ENGINE, CHAIN = (
+    record_type(one, np.int64) for one in (Coordinate, Pair, Call, Guard, State, ModeChange, Section, Engine, Chain)
 )
 
 

@@ -17,6 +17,7 @@ from drivetrain.arrays import Array
 from drivetrain.dynamics.closed import chain_arms
 from drivetrain.dynamics.core.equation_of_motion import BODY, moving_bodies
 from drivetrain.dynamics.core.frames import LINK as MOVED
+from drivetrain.dynamics.core.loops import linkage_records
 from drivetrain.dynamics.core.packed import followers, link_frames, packed
 from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.effects.effect import Effect, Place, Shape
@@ -25,8 +26,6 @@ from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.simulation.core import records as r
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
-STRIDE = 0.2  # of a driven joint at once, while loops are closed [rad]; of a sliding one, over the arm's size
-CLOSED = 1e-13  # that pins may stay open, over the arm's size
 # What the tip carries from an instant on: mass, first and second moments of the last link with it.
 BODY_NAMES = ("mass", "hx", "hy", "hz", "sxx", "syy", "szz", "sxy", "sxz", "syz")
 PAYLOAD = np.dtype([(name, np.float64) for name in ("time", *BODY_NAMES)])
@@ -273,12 +272,7 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     motors, arm = _motors(shapes), _mounted(arm, shapes, ratios)
     assert arm.linkage is not None
     loops, c = arm.linkage.loops, arm.n + sum(shape.flexible for shape in shapes)
-    size = max(float(np.linalg.norm(point)) for _, _, point in loops.pins) or 1.0
-    whole = np.zeros(len(loops.owner), r.WHOLE)
-    whole["coordinate"] = -1
-    whole["coordinate"][list(loops.driven)] = np.arange(arm.n)
-    whole["follower"][list(loops.passive)] = np.arange(len(loops.passive))
-    whole["stride"][list(loops.driven)] = STRIDE * np.where(arm.slides, size, 1.0)
+    whole, follow, ends = linkage_records(arm.linkage)
     links, rotors, bodies, screws = list[Any](), list[Any](), list[Any](), list[Array]()
     chains, joints, first = list[tuple[int, ...]](), list[int](), np.zeros(4, np.int64)  # link, rotor, body, entry
     felt, at = np.full(c, -1), np.zeros(c, np.int64)  # row and link of what the motor of each coordinate turns
@@ -306,9 +300,8 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     for i, shape in enumerate(shapes):
         if shape.rotor_inertia is not None and not shape.full:
             every["rotor_inertia"][at[i]] += shape.rotor_inertia * ratios[i] ** 2
-    ends = [(chain, count, CLOSED * size, point) for *pair, point in loops.pins for chain, count in pair]
     closed = ClosedLoops(
-        np.array(chains, r.CHAIN), whole, np.array(loops.passive, np.int64), np.array(ends, r.END),
+        np.array(chains, r.CHAIN), whole, follow, ends,
         np.array(joints, np.int64), np.concatenate(screws), spread, felt,
     )  # fmt: skip
     return Mechanics(

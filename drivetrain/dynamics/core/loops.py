@@ -1,0 +1,237 @@
+"""Closed loops of one sample, compiled: Newton's method for the joints that follow, and how they move with the others.
+
+Pins stay closed to rounding: a step of the method is made once more where they were closed already. The laws branch on
+nothing that changes, but for ``follow``; so what they leave can be printed as code of another language.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.2.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from drivetrain.arm.arm import Linkage
+from drivetrain.arrays import Array
+from drivetrain.dynamics.core.factor import backward, scalar_product
+from drivetrain.dynamics.core.frames import move_links
+from drivetrain.dynamics.core.vectors import cross, exact, plus, turned, vector
+from drivetrain.records import record_type
+
+MOST = 30  # Newton's steps
+DEAD = 1e-6  # of what a joint that follows moves its pins by, that no other can do as well: a dead centre, below it
+STRIDE = 0.2  # of a driven joint at once, while loops are closed [rad]; of a sliding one, over the arm's size
+FINER = (1, 8, 64)  # times as many strides where these are too long
+LEAP = 5.0  # strides of a joint that follows in one of Newton's steps: it would come to another way to close the loop
+CLOSED = 1e-10  # that pins may be open before the last step, over the arm's size; after it the square of that
+
+
+@dataclass
+class Whole:
+    """A joint of the whole linkage."""
+
+    coordinate: int  # that drives it; -1: it follows
+    follower: int  # which of those that follow
+    stride: float
+    wanted: float = 0.0  # place of one that is driven
+    place: float = 0.0
+    speed: float = 0.0
+    kept: float = 0.0  # place before the pins were closed again
+
+
+@dataclass
+class End:
+    """One end of a pin, two after another: on the link behind so many joints of a chain."""
+
+    chain: int
+    joints: int
+    closed: float  # how far a pin may be open [m]
+    point: Annotated[Array, 3]  # base frame, all joints at zero [m]
+
+
+WHOLE, END = (record_type(one, np.int64) for one in (Whole, End))
+
+
+class Pins(NamedTuple):
+    """What closes the loops of an arm, by joints of the whole linkage and by rows of its chains, and memory."""
+
+    whole: Any  # records WHOLE, (m,)
+    follow: Any  # joints that follow, (p,)
+    ends: Any  # records END, two a pin
+    chains: Any  # records with the first ``row`` of each chain, and how many ``joints`` it has
+    joints: Any  # joint of each row
+    screws: Any  # of the joints by row, (rows, 6)
+    # memory
+    places: Any
+    speeds: Any
+    moved: Any  # records ``frames.LINK``, one a row and one a chain
+    table: (
+        Any  # a row a direction of a pin: what each joint moves it by; how far it is open, its drift, (3 pins, m + 2)
+    )
+    found: Any  # a row a joint that follows: what does the same as each column of the table, (p, m + 2)
+    lower: Any  # (p, p)
+
+
+def linkage_records(linkage: Linkage) -> tuple[Any, Array, Any]:
+    """Joints of the whole linkage, those that follow, and the pins' ends."""
+    loops = linkage.loops
+    slides = [linkage.chains[c].slides[loops.paths[c].index(joint)] for joint, c in enumerate(loops.owner)]
+    size = max((float(np.linalg.norm(point)) for _, _, point in loops.pins), default=1.0) or 1.0
+    driven, passive = list(loops.driven), list(loops.passive)
+    whole = np.zeros(len(loops.owner), WHOLE)
+    whole["coordinate"] = -1
+    whole["coordinate"][driven] = np.arange(len(driven))
+    whole["follower"][passive] = np.arange(len(passive))
+    whole["stride"] = STRIDE * np.where(slides, size, 1.0)
+    ends = [(chain, count, CLOSED * size, point) for *pair, point in loops.pins for chain, count in pair]
+    return whole, np.array(passive, np.int64), np.array(ends, END)
+
+
+@exact
+def move_pins(pins: Any) -> Any:
+    """Fill the table of the pins; the sum of squares of how far they are open, each over what it may be [-]."""
+    whole, chains, table, joints, moved = pins.whole, pins.chains, pins.table, pins.joints, pins.moved
+    places, speeds, m, error = pins.places, pins.speeds, len(pins.whole), 0.0
+    for c in range(len(chains)):
+        first, last = chains[c].row, chains[c].row + chains[c].joints
+        for r in range(first, last):
+            places[r], speeds[r] = whole[joints[r]].place, whole[joints[r]].speed
+        move_links(pins.screws[first:last], places[first:last], speeds[first:last], moved[first + c : last + c + 1])
+    for r in range(len(table)):
+        for k in range(m + 2):
+            table[r, k] = 0.0
+    for e in range(len(pins.ends)):
+        end, chain, row, sign = pins.ends[e], chains[pins.ends[e].chain], 3 * (e // 2), 1.0 - 2.0 * (e % 2)
+        first = chain.row + end.chain
+        at = moved[first + (end.joints - 1 if end.joints else chain.joints)]
+        w = vector(at.w)
+        x = plus(vector(at.place), turned(at.rotation, vector(end.point)))
+        v = plus(vector(at.v), cross(w, x))
+        dv = plus(vector(at.dv), plus(cross(vector(at.dw), x), cross(w, v)))
+        for k in range(3):
+            table[row + k, m] += sign * x[k]
+            table[row + k, m + 1] += sign * dv[k]
+        for j in range(end.joints):
+            link = moved[first + j]
+            dx = plus(vector(link.slide), cross(vector(link.turn), x))
+            for k in range(3):
+                table[row + k, joints[chain.row + j]] += sign * dx[k]
+    for r in range(len(table)):
+        error += (table[r, m] / pins.ends[2 * (r // 3)].closed) ** 2
+    return error
+
+
+@exact
+def solve_followers(pins: Any, dead: Any) -> Any:
+    """What the joints that follow do for each column of the table, by least squares; they can where this is positive.
+
+    ``dead``: square of what a joint that follows must move its pins by and no other can.
+    """
+    table, found, follow, lower, whole = pins.table, pins.found, pins.follow, pins.lower, pins.whole
+    p, columns, room = len(follow), len(whole) + 2, 1.0
+    for a in range(p):
+        own = table[:, follow[a]]
+        before = scalar_product(own, own)
+        for b in range(a):
+            other = table[:, follow[b]]
+            share = scalar_product(other, own)
+            lower[a, b] = share
+            for r in range(len(table)):
+                own[r] -= share * other[r]
+        size = scalar_product(own, own)
+        room = np.minimum(room, size - dead * before)
+        lower[a, a] = np.sqrt(size)
+        for r in range(len(table)):
+            own[r] /= lower[a, a]
+    for k in range(columns):
+        if k < columns - 2 and whole[k].coordinate < 0:
+            continue
+        right = table[:, k]
+        for a in range(p):
+            own = table[:, follow[a]]
+            found[a, k] = scalar_product(own, right)
+            for r in range(len(table)):
+                right[r] -= found[a, k] * own[r]
+        backward(lower, found[:, k])
+    return room
+
+
+@exact
+def newton(pins: Any, dead: Any) -> Any:
+    """One of Newton's steps of the joints that follow: how far pins were open before, and whether they can follow."""
+    error = move_pins(pins)
+    room = solve_followers(pins, dead)
+    for a in range(len(pins.follow)):
+        one, step = pins.whole[pins.follow[a]], pins.found[a, len(pins.whole)]
+        one.place -= step
+        room = np.minimum(room, LEAP * one.stride - abs(step))
+    return error, room
+
+
+@exact
+def close_pins(pins: Any, dead: float) -> bool:
+    """Move the joints that follow until all pins are closed."""
+    for _ in range(MOST):
+        error, room = newton(pins, dead)
+        if not error < math.inf or not room > 0.0:
+            return False
+        if error <= 1.0:
+            return True
+    return False
+
+
+@exact
+def follow(pins: Any, most: float) -> bool:
+    """All joints where the driven ones are wanted, on a straight way from where they were; whether they come there.
+
+    In ``most`` strides at most, or in finer ones: none goes so near a dead centre that it might pass it, beyond which
+    the loop would be closed in another way. Where they do not come they stay.
+    """
+    whole, far = pins.whole, 0.0
+    for w in range(len(whole)):
+        one = whole[w]
+        one.kept = one.place
+        if one.coordinate >= 0:
+            far += abs(one.wanted - one.place) / one.stride
+    if not far <= most:
+        return False
+    for finer in FINER:
+        strides = math.ceil(max(finer * far, 1.0))
+        if _walk(pins, strides, max(DEAD, STRIDE * far / strides) ** 2):
+            return True
+        for w in range(len(whole)):
+            whole[w].place = whole[w].kept
+    return False
+
+
+@exact
+def _walk(pins: Any, strides: int, dead: float) -> bool:
+    """So many strides from where the joints were to where they are wanted."""
+    for stride in range(1, strides + 1):
+        for w in range(len(pins.whole)):
+            one = pins.whole[w]
+            if one.coordinate >= 0:
+                to = one.wanted
+                one.place = to if stride == strides else one.kept + (to - one.kept) * stride / strides
+        if not close_pins(pins, dead):
+            return False
+    return True
+
+
+@exact
+def move_followers(pins: Any) -> Any:
+    """Speeds of the joints that follow, and in ``found`` how all move with the driven ones; positive as of ``newton``."""
+    whole, passive, found = pins.whole, pins.follow, pins.found
+    move_pins(pins)
+    solve_followers(pins, DEAD * DEAD)
+    for a in range(len(passive)):
+        speed = 0.0
+        for w in range(len(whole)):
+            if whole[w].coordinate >= 0:
+                speed -= found[a, w] * whole[w].speed
+        whole[passive[a]].speed = speed
+    move_pins(pins)  # what they accelerate by hangs on the speeds
+    return solve_followers(pins, DEAD * DEAD)
