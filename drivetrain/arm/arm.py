@@ -324,7 +324,7 @@ def refuse_loops(arm: Arm, *, shared: bool = False, closed: bool = False) -> Non
         known = "evaluations, selections, currents, commanders and exports to mjcf and c know such arms"
         raise InputError(Fault("arm", problem, arm.name, known))
     if arm.linkage is not None and not closed:
-        known = "inverse dynamics, evaluations, simulations, commanders and exports know such arms, but for URDF"
+        known = "inverse dynamics, evaluations, simulations, commanders and all exports but URDF know such arms"
         hint = f"{known}; constraints on an open chain go through LoopClosure"
         raise InputError(Fault("arm", "has closed loops (closures), which is not computed here", arm.name, hint))
 

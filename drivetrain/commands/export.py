@@ -162,7 +162,7 @@ def export(
         lambda: load_chosen(study),
     )
     if loaded.arm is not None:  # before drives are sought for it
-        closed = to is Format.MJCF or to in DRIVES_ALONE
+        closed = to not in (Format.URDF, Format.DRAKE)
         refuse_loops(loaded.arm, shared=to in (Format.MJCF, Format.C), closed=closed)
     result = chosen(loaded)
     notes: tuple[str, ...]

@@ -220,12 +220,12 @@ def _closing(commander: Commander, name: str) -> list[str]:
     m, n, order = len(whole), len(commander.joints), np.argsort(whole["coordinate"])[-len(commander.joints) :]
     driven = f"    static const int driven[{n}] = {{{', '.join(map(str, order))}}};"
     return [
-        "/* One of Newton's steps of the joints that follow; how far the pins were open before, and whether they can. */",
+        "/* One of Newton's steps of the joints that follow: how far pins were open before, and whether they can follow. */",
         f"static void {name}_newton(double p[{m}], double dead, double *error, double *room)", "{",
         *(f"    {line}" for line in c_lines(tape, [error, room, *(pins.whole[w].place for w in memory[FOLLOW_AT])])),
         *steps, f"    *error = {c_number(error)};", f"    *room = {c_number(room)};", "}", "",
-        f"static int {name}_walk(double p[{m}], const double place[{m}], const double q[{n}], int strides, double dead)",
-        "{", driven, "    double error, room;", "    int i, k, stride;",
+        f"static int {name}_walk(double p[{m}], const double place[{m}], const double q[{n}], int strides,",
+        "    double dead)", "{", driven, "    double error, room;", "    int i, k, stride;",
         "    for (stride = 1; stride <= strides; stride++) {", f"        for (i = 0; i < {n}; i++) {{",
         "            const double from = place[driven[i]];",
         "            p[driven[i]] = stride == strides ? q[i] : from + (q[i] - from) * stride / strides;", "        }",
@@ -243,8 +243,8 @@ def _closing(commander: Commander, name: str) -> list[str]:
         f"        for (i = 0; i < {m}; i++)", "            p[i] = place[i];",
         "        strides = (int)ceil(fmax(finer[k] * far, 1.0));",
         f"        if ({name}_walk(p, place, q, strides, pow(fmax({DEAD!r}, {STRIDE!r} * far / strides), 2.0))) {{",
-        f"            for (i = 0; i < {m}; i++)", "                place[i] = p[i];", "            return 1;", "        }",
-        "    }", "    return 0;", "}", "",
+        f"            for (i = 0; i < {m}; i++)", "                place[i] = p[i];", "            return 1;",
+        "        }", "    }", "    return 0;", "}", "",
     ]  # fmt: skip
 
 

@@ -129,6 +129,22 @@ def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
     return found[: len(found) - len(second)]  # what a second motor turns weighs nothing and stands at the end
 
 
+def pins(arm: Arm) -> list[tuple[int, int, Array]]:
+    """The two bodies that each pin of a closed loop holds together, the base (-1) the second, and its point."""
+    if arm.linkage is None:
+        return []
+    loops, found = arm.linkage.loops, []
+    for first, second, point in loops.pins:
+        ends = [loops.paths[chain][count - 1] if count else -1 for chain, count in (first, second)]
+        found.append((max(ends), min(ends), point))
+    return found
+
+
+def seen(frame: Array, point: Array) -> Array:
+    """A point of the base frame in another frame, (3,)."""
+    return np.asarray(frame[:3, :3].T @ (point - frame[:3, 3]))
+
+
 def joint_limits(arm: Arm, drives: Sequence[DriveData]) -> tuple[Array, Array]:
     """Largest speed and effort of each joint alone, the others of coupled motors at rest and without load.
 

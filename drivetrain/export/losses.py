@@ -27,7 +27,7 @@ LOSSES: dict[str, tuple[str, ...]] = {
     "sdf": (
         f"{_REFLECTED}, and only Drake reads it there (drake:rotor_inertia, drake:gear_ratio)", _MESH, _STATIC,
         _FLEXIBLE, _MOTOR, "coupled motors: each counts at its own joint, which is another arm", "gravity",
-        "payload changes",
+        "payload changes; pins that hold closed loops together, but for Drake (drake:ball_constraint)",
     ),
     "ros2": (
         "everything but limits of position, speed, acceleration and effort, and the names of the interfaces",

@@ -13,7 +13,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.errors import Fault, InputError
-from drivetrain.export.drives import Body, DriveData, arm_bodies, coupling_rows, exported
+from drivetrain.export.drives import Body, DriveData, arm_bodies, coupling_rows, exported, pins, seen
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf import cleaned, text
 from drivetrain.sizing.results import Evaluation
@@ -114,21 +114,11 @@ def _place(stands: Array) -> dict[str, str]:
     return {"pos": text(cleaned(stands[:3, 3])), **turned}
 
 
-def _seen(frame: Array, point: Array) -> Array:
-    """A point of the base frame, in another."""
-    return np.asarray(frame[:3, :3].T @ (point - frame[:3, 3]))
-
-
 def _pins(root: ElementTree.Element, arm: Arm, bodies: Sequence[Body]) -> None:
     """What holds closed loops together, as stiff as MuJoCo's constraints are at this step."""
-    loops = None if arm.linkage is None else arm.linkage.loops
-    if loops is None or not loops.pins:
-        return
-    held = ElementTree.SubElement(root, "equality")
-    for first, second, point in loops.pins:
-        ends = [loops.paths[chain][count - 1] if count else -1 for chain, count in (first, second)]
-        one, other = sorted(ends, reverse=True)
-        where = {"body1": bodies[one].link, "anchor": text(_seen(bodies[one].frame, point))}
+    held = ElementTree.SubElement(root, "equality") if pins(arm) else root
+    for one, other, point in pins(arm):
+        where = {"body1": bodies[one].link, "anchor": text(seen(bodies[one].frame, point))}
         if other >= 0:
             where["body2"] = bodies[other].link
         ElementTree.SubElement(held, "connect", {**where, "solref": "0.005 1", "solimp": "0.9999 0.9999 0.001"})
@@ -146,8 +136,8 @@ def _spring(
     spring = ElementTree.SubElement(tendons, "spatial", {"name": f"{body.joint}_{name}", **free})
     for which, end, at in zip(
         ("carrier", "link"), ends,
-        (_seen(before, point + balance.lever_carrier * turned),
-         _seen(body.frame, point + balance.lever_link * link)), strict=True,
+        (seen(before, point + balance.lever_carrier * turned),
+         seen(body.frame, point + balance.lever_link * link)), strict=True,
     ):  # fmt: skip
         site = f"{body.joint}_{name}_{which}"
         ElementTree.SubElement(end, "site", name=site, pos=text(at))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.export.drives import DriveData, arm_bodies, exported, joint_limits
+from drivetrain.export.drives import Body, DriveData, arm_bodies, exported, joint_limits, pins, seen
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf import cleaned, text
 from drivetrain.sizing.results import Evaluation
@@ -34,9 +35,12 @@ def write_sdf(evaluation: Evaluation, path: str | Path, *, payload: str | None =
     Raises:
         InputError: A study without an arm, helical joints, an unknown payload, or the file cannot be written.
 
-    Reference: SDFormat, http://sdformat.org/spec; the rotor tags are Drake's.
+    Joints that follow in closed loops have no effort, so that Drake gives them no actuator; pins are Drake's ball
+    constraints between frames of both links, which other readers may hold together in their own way.
+
+    Reference: SDFormat, http://sdformat.org/spec; the rotor tags and ball constraints are Drake's.
     """
-    arm, drives = exported(evaluation, payload)
+    arm, drives = exported(evaluation, payload, closed=True)
     notes = lost("sdf")
     write_text(path, sdf_text(arm, drives, notes=notes))
     return notes
@@ -45,6 +49,8 @@ def write_sdf(evaluation: Evaluation, path: str | Path, *, payload: str | None =
 def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()) -> str:
     """The SDF of an arm and its drives."""
     bodies = arm_bodies(arm, "SDF")
+    joints = {body.joint for body in bodies}  # in SDF no link may have the name of a joint
+    bodies = [replace(one, link=f"{one.link}_link") if one.link in joints else one for one in bodies]
     root = ElementTree.Element("sdf", {"version": "1.9", "xmlns:drake": "http://drake.mit.edu"})
     for line in (f"written by drivetrain {__version__}", *notes):
         root.append(ElementTree.Comment(f" {line.replace('--', '- -')} "))
@@ -53,8 +59,8 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
     fixed = ElementTree.SubElement(model, "joint", name="base_fixed", type="fixed")
     _put(fixed, "parent", "world")
     _put(fixed, "child", "base_link")
-    before = "base_link"
-    for body, drive, speed, effort in zip(bodies, drives, *joint_limits(arm, drives), strict=True):
+    speeds, efforts = joint_limits(arm, drives)
+    for body in bodies:
         locked = body.locked
         link = ElementTree.SubElement(model, "link", name=body.link)
         _put(link, "pose", _place(body.frame))
@@ -66,25 +72,42 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
             for b in range(a, 3):
                 _put(tensor, f"i{'xyz'[a]}{'xyz'[b]}", text(locked.inertia[a, b]))
         joint = ElementTree.SubElement(model, "joint", name=body.joint, type="prismatic" if body.slides else "revolute")
-        _put(joint, "parent", before)
+        _put(joint, "parent", "base_link" if body.before < 0 else bodies[body.before].link)
         _put(joint, "child", body.link)
         along = ElementTree.SubElement(joint, "axis")
         _put(along, "xyz", text(cleaned(body.axis)))
         limit = ElementTree.SubElement(along, "limit")
-        numbers = {"lower": body.lower, "upper": body.upper, "effort": effort, "velocity": speed}
+        numbers = {"lower": body.lower, "upper": body.upper, "effort": 0.0}
+        for row in body.drives:
+            numbers |= {"effort": efforts[row], "velocity": speeds[row]}
         for name, value in numbers.items():
             if np.isfinite(value):
                 _put(limit, name, text(value))
-        dynamics = ElementTree.SubElement(along, "dynamics")
-        _put(dynamics, "damping", text(drive.viscous))
-        _put(dynamics, "friction", text(drive.coulomb))
-        _put(joint, "drake:rotor_inertia", text(drive.rotor_inertia))
-        _put(joint, "drake:gear_ratio", text(drive.ratio))
-        before = body.link
-    tip = ElementTree.SubElement(model, "frame", name="tip", attached_to=before)
-    _put(tip, "pose", _place(inverse_pose(bodies[-1].frame) @ arm.tip))
+        for row in body.drives:
+            dynamics = ElementTree.SubElement(along, "dynamics")
+            _put(dynamics, "damping", text(drives[row].viscous))
+            _put(dynamics, "friction", text(drives[row].coulomb))
+            _put(joint, "drake:rotor_inertia", text(drives[row].rotor_inertia))
+            _put(joint, "drake:gear_ratio", text(drives[row].ratio))
+    for k, (one, other, point) in enumerate(pins(arm)):
+        _pin(model, k, [bodies[at] if at >= 0 else None for at in (one, other)], point)
+    last = bodies[(arm if arm.linkage is None else arm.linkage.chains[0]).n - 1]
+    tip = ElementTree.SubElement(model, "frame", name="tip", attached_to=last.link)
+    _put(tip, "pose", _place(inverse_pose(last.frame) @ arm.tip))
     ElementTree.indent(root)
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _pin(model: ElementTree.Element, number: int, ends: Sequence[Body | None], point: Array) -> None:
+    """A pin of a closed loop: a frame on each of two links, the base's None, and what holds them together."""
+    held = ElementTree.Element("drake:ball_constraint")
+    for which, vector, body in zip("AB", ("AP", "BQ"), ends, strict=True):
+        link, at = ("base_link", point) if body is None else (body.link, seen(body.frame, point))
+        frame = ElementTree.SubElement(model, "frame", name=f"pin_{number}_{which}", attached_to=link)
+        _put(frame, "pose", _place(pose(point=at)))
+        _put(held, f"drake:ball_constraint_body_{which}", link)
+        _put(held, f"drake:ball_constraint_p_{vector}", text(cleaned(at)))
+    model.append(held)
 
 
 def _put(parent: ElementTree.Element, name: str, content: str) -> None:

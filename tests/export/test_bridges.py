@@ -9,6 +9,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import mujoco
@@ -380,11 +381,11 @@ def test_the_mjcf_comes_back_with_its_drives(make, tmp_path: Path, which: str, m
 class InDrake:
     """A file in Drake's parser, rotors reflected by its tags."""
 
-    def __init__(self, path: Path, arm: Arm):
+    def __init__(self, path: Path, arm: Arm, time_step: float = 0.0):
         from pydrake.multibody.parsing import Parser
         from pydrake.multibody.plant import MultibodyPlant
 
-        self.plant = MultibodyPlant(time_step=0.0)
+        self.plant = MultibodyPlant(time_step=time_step)
         Parser(self.plant).AddModels(str(path))
         frame = self.plant.GetBodyByName("base_link").body_frame()
         if path.suffix == ".urdf":
@@ -434,6 +435,44 @@ def test_drake_loses_the_coupling_as_we_say(make, tmp_path: Path) -> None:
             np.testing.assert_allclose(
                 other.mass_matrix(q), wanted, atol=1.0001 * allowed + 1e-12 * np.abs(wanted).max()
             )
+
+
+def test_drake_holds_the_loops_of_a_palletiser(tmp_path: Path) -> None:
+    """Its tree has our mass matrix along the driven joints, and under our torques its pins move all joints as ours."""
+    from pydrake.systems.analysis import Simulator
+
+    study, instant = load_study(shipped("examples") / "palletiser" / "study.yaml"), 0.01
+    found = evaluate(study, {task.name: ("servo_5", "cycloid_2500") for task in study.joints})
+    notes, arm = write_sdf(found, tmp_path / "arm.sdf"), reflected(found, closed=True)
+    assert any("ball_constraint" in note for note in notes)
+    loops, chains = arm.linkage.loops, arm.linkage.chains
+    names = [chains[owner].joint_names[loops.paths[owner].index(body)] for body, owner in enumerate(loops.owner)]
+    whole_arm = SimpleNamespace(joint_names=names)
+    other = InDrake(tmp_path / "arm.sdf", whole_arm)
+    q = np.array([[0.3, 0.3, -0.2, 0.1], [0.0, 0.6, 0.5, 0.2]])
+    rest, unit = np.zeros_like(q), np.eye(arm.n)
+    turns = whole_motion(arm.linkage, q, rest, rest)
+    held = inverse_dynamics(arm, q, rest, rest)
+    for k in range(len(q)):
+        wanted = np.array([inverse_dynamics(arm, q[k], rest[k], one) - held[k] for one in unit])
+        ours = turns.turns[k].T @ other.mass_matrix(turns.position[k]) @ turns.turns[k]
+        np.testing.assert_allclose(ours, wanted, atol=1e-10 * np.abs(wanted).max())
+    moving = InDrake(tmp_path / "arm.sdf", whole_arm, time_step=1e-4)
+    assert moving.plant.num_constraints() == 3 and moving.plant.num_actuators() == arm.n
+    for k in range(len(q)):
+        simulator = Simulator(moving.plant)
+        context, place = simulator.get_mutable_context(), np.zeros(moving.plant.num_positions())
+        place[moving.order] = turns.position[k]
+        moving.plant.SetPositions(context, place)
+        forces, qdd = np.zeros(moving.plant.num_velocities()), np.array([0.5, -1.0, 2.0, 1.5])
+        forces[[moving.order[joint] for joint in loops.driven]] = inverse_dynamics(arm, q[k], rest[k], qdd)
+        moving.plant.get_applied_generalized_force_input_port().FixValue(context, forces)
+        simulator.AdvanceTo(instant)
+        came = moving.plant.GetVelocities(context)[moving.order] / instant
+        moved = whole_motion(arm.linkage, q[k : k + 1], rest[k : k + 1], qdd[None]).acceleration[0]
+        np.testing.assert_allclose(came, moved, atol=0.01 * np.abs(moved).max())
+    model = load_arm(tmp_path / "arm.sdf", tip="flange")
+    assert any("pins of closed loops" in note for note in model.notes)
 
 
 def test_ros2_limits_and_interfaces(make, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import inverse_pose, pose_from_xyz_rpy
 from drivetrain.spatial.rotations import unit
 
-WORLD, MODEL = "world", "__model__"
+WORLD, MODEL, PIN = "world", "__model__", "drake:ball_constraint"
 KINDS = {
     "revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic", "fixed": "fixed", "ball": "floating",
     "universal": "floating", "revolute2": "floating", "screw": "floating", "gearbox": "floating",
@@ -66,6 +66,8 @@ def read_sdf(path: Path) -> UrdfModel:
     drives = {name: drives[name] for name, joint in joints.items() if joint.movable}
     bare = [joint.child for joint in joints.values() if links[joint.child].find("inertial") is None]
     notes = tuple(f"link {name}: no <inertial>, so 1 kg and 1 kg m^2 about each axis, SDF's default" for name in bare)
+    pins = sum(one.tag == PIN for one in model)
+    notes += (f"{pins} pins of closed loops are left out: state them as closures",) if pins else ()
     return UrdfModel(model.get("name", path.stem), str(path), found, joints, drives, (), notes)
 
 

@@ -223,7 +223,7 @@ def _walk(pins: Any, strides: int, dead: float) -> bool:
 
 @exact
 def move_followers(pins: Any) -> Any:
-    """Speeds of the joints that follow, and in ``found`` how all move with the driven ones; positive as of ``newton``."""
+    """Speeds of the joints that follow, and in ``found`` how they move with the driven ones; as of ``newton``."""
     whole, passive, found = pins.whole, pins.follow, pins.found
     move_pins(pins)
     solve_followers(pins, DEAD * DEAD)
