@@ -220,7 +220,7 @@ def _closing(commander: Commander, name: str) -> list[str]:
     m, n, order = len(whole), len(commander.joints), np.argsort(whole["coordinate"])[-len(commander.joints) :]
     driven = f"    static const int driven[{n}] = {{{', '.join(map(str, order))}}};"
     return [
-        "/* One of Newton's steps of the joints that follow: how far pins were open before, and whether they can follow. */",
+        "/* One of Newton's steps of the joints that follow; how far pins were open before, and whether they can. */",
         f"static void {name}_newton(double p[{m}], double dead, double *error, double *room)", "{",
         *(f"    {line}" for line in c_lines(tape, [error, room, *(pins.whole[w].place for w in memory[FOLLOW_AT])])),
         *steps, f"    *error = {c_number(error)};", f"    *room = {c_number(room)};", "}", "",
@@ -257,7 +257,8 @@ def _pins(commander: Commander) -> Pins:
 def _traced(tape: Tape, commander: Commander) -> dict[str, list[Any]]:
     """What one tick leaves of the states, from symbols for states and targets."""
     axes = _plain(commander.axes)
-    arm = Chains(*(_plain(one) for one in commander.memory[LINKS_AT : SHARES_AT + 1]), _pins(commander))
+    own = [_plain(one) for one in commander.memory[LINKS_AT : SHARES_AT + 1]]
+    arm = Chains(*own, *[_pins(commander)])
     carried = int(commander.memory[SIZES][3])
     for k, row in enumerate(arm.own):
         row[:carried] = [tape.input(f"base[{carried * k + j}]") for j in range(carried)]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivetrain.arm.arm import Linkage
 from drivetrain.arrays import Array
@@ -75,7 +76,7 @@ class Pins(NamedTuple):
     lower: Any  # (p, p)
 
 
-def linkage_records(linkage: Linkage) -> tuple[Any, Array, Any]:
+def linkage_records(linkage: Linkage) -> tuple[Any, NDArray[np.int64], Any]:
     """Joints of the whole linkage, those that follow, and the pins' ends."""
     loops = linkage.loops
     slides = [linkage.chains[c].slides[loops.paths[c].index(joint)] for joint, c in enumerate(loops.owner)]
