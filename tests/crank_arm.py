@@ -17,10 +17,11 @@ GEAR = {"ratio": 50, "kind": "planetary", "efficiency": 0.9, "mass": 1.0, "momen
         "repeated_peak_torque": 60.0, "stiffness_1": 2e4}  # fmt: skip
 BRAKE = {"torque_side": "motor", "static_torque": 2.0, "inertia": 1e-6, "power": 8.0,
          "energy_per_stop": 50.0, "mass": 0.3}  # fmt: skip
+DIFFERENTIAL = {"joints": ["shoulder", "elbow"], "type": "differential", "turns": [1.0, 1.5]}
 HEIGHT = 0.2  # of the crank's joint over that of the first link [m]
 
 
-def two_links(inertia=0.0, closures=None, engage_time=0.03, drive_mass="added", **changed):
+def two_links(inertia=0.0, closures=None, engage_time=0.03, drive_mass="added", coupling=(), **changed):
     """Two links in a vertical plane that stop at the limit of a current or by their brakes.
 
     ``inertia``: more of the first link about its joint [kg m^2]; ``changed``: of ``motor``, ``gear``, ``brake``.
@@ -41,6 +42,7 @@ def two_links(inertia=0.0, closures=None, engage_time=0.03, drive_mass="added", 
     return dt_study(
         arm=arm, motion=motion, motors={"M": motor}, gears={"G": gear}, brakes={"B": brake},
         drives=("M", "G"), supply="48 V", joints={"default": own}, drive_mass=drive_mass, closures=closures or [],
+        coupling=list(coupling),
         amplifier={"peak_current": 20.0, "current_basis": "dc"},
     )  # fmt: skip
 

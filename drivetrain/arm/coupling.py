@@ -33,10 +33,25 @@ def with_coupling(arm: Arm, coupling: Any) -> Arm:
         The arm.
 
     Raises:
-        InputError: Another shape, not finite, or singular: shafts that leave a joint free.
+        InputError: Another shape, not finite, or singular: shafts that leave a joint free. Two motors on an axis; of an
+            arm with closed loops, joints coupled that stand in no chain together.
     """
-    refuse_loops(arm)
-    return replace(arm, coupling=None if coupling is None else checked_coupling(coupling, arm.n))
+    refuse_loops(arm, closed=True)
+    coupled = replace(arm, coupling=None if coupling is None else checked_coupling(coupling, arm.n))
+    for group in coupled_groups(coupled) if arm.linkage is not None else ():
+        assert arm.linkage is not None
+        loops = arm.linkage.loops
+        if not any({loops.driven[i] for i in group} <= {*path} for path in loops.paths):
+            names = [arm.joint_names[i] for i in group]
+            raise InputError(Fault("coupling", "couples joints that no chain of the linkages has together", names))
+    return coupled
+
+
+def refused_coupling(arm: Arm) -> Fault:
+    """What a simulation says of coupled motors in an arm with closed loops."""
+    names = [arm.joint_names[i] for group in coupled_groups(arm) for i in group]
+    known = "evaluations, selections, currents and commanders know them"
+    return Fault("coupling", "of an arm with closed loops is not simulated", names, known)
 
 
 def checked_coupling(coupling: Any, n: int) -> Array | None:

@@ -184,5 +184,6 @@ def export(
     names = [one.name for one in result.study.payloads]
     if payload is None and names and to not in DRIVES_ALONE:
         notes = (*notes, f"the tip carries nothing: --payload takes {' or '.join(names)}")
-    lines([*notes, f"{to.value}: {out}", f"verdict on these drives: {result.verdict}"])
+    written = out.with_suffix(".c") if to is Format.C else out
+    lines([*notes, f"{to.value}: {written}", f"verdict on these drives: {result.verdict}"])
     return result.feasible

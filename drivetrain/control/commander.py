@@ -292,7 +292,8 @@ class Commander:
 def memory(arm: Arm, axes: Any, targets: Array, *, carried: int) -> list[Any]:
     """What a tick works on, in the order of its addresses; of an arm on a base that moves the first rows are that."""
     n = arm.n
-    shares = unmixed = shaft_torques(arm, np.eye(n)).T if arm.coupling is not None else np.eye(n)
+    unmixed = shaft_torques(arm, np.eye(n)).T if arm.coupling is not None else np.eye(n)
+    shares = unmixed.copy()
     arms = [on_moving_base(arm) if carried else arm] if arm.linkage is None else chain_arms(arm)
     models = [packed(one) for one in arms]
     counts = np.array([(len(one.links) - len(one.rotors), len(one.links), len(one.rotors)) for one in models])
@@ -300,7 +301,7 @@ def memory(arm: Arm, axes: Any, targets: Array, *, carried: int) -> list[Any]:
     chains = np.zeros(len(models), CHAIN)
     for name, values in zip(("row", "link", "rotor", "joints", "rotors"), (*first.T, *counts.T[::2]), strict=True):
         chains[name] = values
-    joints = np.zeros(wide, np.int64)
+    joints, screws = np.zeros(wide, np.int64), np.zeros((wide, 6))
     if arm.linkage is None:
         whole, passive, ends = np.zeros(0, WHOLE), np.zeros(0, np.int64), np.zeros(0, END)
         spread = np.eye(n + carried) if models[0].spread is None else models[0].spread
@@ -308,9 +309,15 @@ def memory(arm: Arm, axes: Any, targets: Array, *, carried: int) -> list[Any]:
         geared = np.where(np.arange(wide)[:, None] < n + carried, placed, 0.0)
     else:
         loops, (whole, passive, ends) = arm.linkage.loops, linkage_records(arm.linkage)
-        joints[:] = [joint for path in loops.paths for joint in path]
-        placed = (joints[:, None] == np.array(loops.driven)).astype(np.float64)
-        geared, shares = placed.copy(), np.eye(n)
+        placed, geared = np.zeros((2, wide, n))
+        joints[:] = loops.driven[0]  # of stand-ins of coupled rotors, which come behind a chain and move nothing
+        for at, path, chain, model in zip(chains, loops.paths, arms, models, strict=True):
+            own = np.arange(at["row"], at["row"] + len(path))
+            joints[own], screws[own] = path, chain.screws
+            placed[own] = np.array(path)[:, None] == np.array(loops.driven)
+            geared[own] = placed[own]
+            if model.spread is not None:
+                placed[at["row"] : at["row"] + at["joints"]] = model.spread @ placed[own]
         for pair in loops.shared:
             shares[np.ix_(pair, pair)] = 0.5
     links, rotors = (np.concatenate([getattr(one, name) for one in models]) for name in ("links", "rotors"))
@@ -318,7 +325,6 @@ def memory(arm: Arm, axes: Any, targets: Array, *, carried: int) -> list[Any]:
     for c, one in enumerate(models):
         for name, weight in zip(("ax", "ay", "az"), one.gravity, strict=True):
             bodies[name][chains["row"][c] + 2 * c] = -weight
-    screws = np.concatenate([one.screws for one in arms]) if len(passive) else np.zeros((wide, 6))
     m, p = len(whole), len(passive)
     sizes = np.array([n, wide, len(chains), carried, len(links), len(rotors), m, p, len(ends), 0], dtype=np.int64)
     return [

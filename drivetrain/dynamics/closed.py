@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arm.arm import Arm, Linkage, Loops
+from drivetrain.arm.coupling import coupled_groups
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.frames import FRAME, move_frame
 from drivetrain.errors import Fault, InputError
@@ -155,9 +156,10 @@ def _pins(loops: Loops, screws: list[Array], position: Array, velocity: Array) -
 
 
 def chain_arms(arm: Arm) -> list[Arm]:
-    """The chains of an arm with loops, its gravity, level and rotors on them."""
+    """The chains of an arm with loops, its gravity, level, rotors and coupled motors on them."""
     assert arm.linkage is not None
-    loops, found = arm.linkage.loops, []
+    loops, found, groups = arm.linkage.loops, [], coupled_groups(arm)
+    beside = {loops.driven[i]: [loops.driven[k] for k in group] for group in groups for i in group}
     mounted = dict(zip(loops.driven, arm.rotors, strict=True))
     taken = set[int]()
     for chain, path in zip(arm.linkage.chains, loops.paths, strict=True):
@@ -165,13 +167,27 @@ def chain_arms(arm: Arm) -> list[Arm]:
         for joint in path:
             rotor = mounted.get(joint)
             here = rotor is not None and joint not in taken and (rotor.carrier < 0 or rotor.carrier in path)
+            here = here and {*beside.get(joint, ())} <= {*path}
             taken.update([joint] if here else [])
             rotors.append(replace(rotor, carrier=path.index(rotor.carrier) if rotor.carrier >= 0 else -1)
                           if rotor is not None and here else None)  # fmt: skip
-        found.append(replace(chain, gravity=arm.gravity, level=arm.level, rotors=tuple(rotors)))
+        coupling = _chain_coupling(arm, groups, path)
+        found.append(replace(chain, gravity=arm.gravity, level=arm.level, rotors=tuple(rotors), coupling=coupling))
     if any(rotor is not None and joint not in taken for joint, rotor in mounted.items()):
         raise InputError(Fault("rotors", "must ride on the base or on a link before or after their joint"))
     return found
+
+
+def _chain_coupling(arm: Arm, groups: list[tuple[int, ...]], path: tuple[int, ...]) -> Array | None:
+    """Of the motors whose joints all stand in a chain; None where there are none."""
+    assert arm.linkage is not None
+    found, driven = np.eye(len(path)), arm.linkage.loops.driven
+    for group in groups:
+        joints = [driven[i] for i in group]
+        if arm.coupling is not None and {*joints} <= {*path}:
+            at = [path.index(joint) for joint in joints]
+            found[np.ix_(at, at)] = arm.coupling[np.ix_(group, group)]
+    return None if np.array_equal(found, np.eye(len(path))) else found
 
 
 def main_chain(arm: Arm, q: Array) -> tuple[Arm, Array]:
@@ -195,7 +211,7 @@ def chain_motions(arm: Arm, q: Array) -> list[tuple[Arm, Array, list[int]]]:
 def closed_loads(arm: Arm, motion: list[Array], tip_wrench: Any, loads: Any) -> tuple[Array, ...]:
     """What the driven joints of an arm with loops must give, from the loads of its chains.
 
-    Generalised torque, that at the gears' outputs, wrenches, and accelerations of the links before, as in
+    Generalised torque, the part of it that passes the gears, wrenches, and accelerations of the links before, as in
     ``JointLoads``; wrenches are NaN where a loop closes around the joint: how its bearings and the pins share them
     depends on how stiff they are. ``loads``: ``joint_loads``.
     """
@@ -209,7 +225,7 @@ def closed_loads(arm: Arm, motion: list[Array], tip_wrench: Any, loads: Any) -> 
         along = [np.ascontiguousarray(values[:, list(path)]) for values in whole[:3]]
         found = loads(chain, *along, tip_wrench=tip_wrench if index == 0 else None)
         torque[:, path] += found.torque
-        gear[:, path] += found.gear
+        gear[:, path] += found.gear if chain.coupling is None else found.gear @ chain.coupling
         for k, joint in enumerate(loops.driven):
             if joint in path:
                 wrench[:, k] += found.wrench[:, path.index(joint)]

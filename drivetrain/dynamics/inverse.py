@@ -145,7 +145,7 @@ def joint_loads(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) 
         ratios = [1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]
         closed = finite_samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
         torque, gear, wrench, axial = closed_loads(arm, closed, tip_wrench, joint_loads)
-        loads = (torque, gear, torque / ratios, wrench, axial)
+        loads = (torque, shaft_torques(arm, gear), shaft_torques(arm, torque) / ratios, wrench, axial)
         return JointLoads(*loads) if np.ndim(q) == 2 else JointLoads(*(load[0] for load in loads))
     model = packed(arm)
     motion = samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from drivetrain.arm.arm import Arm, refuse_loops
+from drivetrain.arm.coupling import refused_coupling
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
@@ -51,6 +52,8 @@ def refuse_unsimulated(study: Study) -> None:
     study, _ = two_as_one(study, {})
     if study.arm is not None:
         refuse_loops(study.arm, closed=True)
+        if study.arm.linkage is not None and study.arm.coupling is not None:
+            raise InputError(refused_coupling(study.arm))
         return
     faults = Faults(study.path or "")
     if len(study.joints) > 1:

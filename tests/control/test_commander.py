@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from crank_arm import GEAR, MOTOR, short_crank, two_links
+from crank_arm import DIFFERENTIAL, GEAR, MOTOR, short_crank, two_links
 from pinned_arm import constrained
 
 from drivetrain.arm.coupling import belts_over, placed, with_coupling
@@ -73,8 +73,11 @@ def palletiser():
 
 
 WHICH = ("lossy", "coupled", "two motors", "moving base", "ur5")
-CLOSED = ("palletiser", "four-bar")
-EXAMPLES = {"ur5": ur5, "palletiser": palletiser, "four-bar": lambda: evaluate(two_links(closures=short_crank()))}
+CLOSED = ("palletiser", "four-bar", "coupled four-bar")
+EXAMPLES = {
+    "ur5": ur5, "palletiser": palletiser, "four-bar": lambda: evaluate(two_links(closures=short_crank())),
+    "coupled four-bar": lambda: evaluate(two_links(closures=short_crank(), coupling=[DIFFERENTIAL])),
+}  # fmt: skip
 SWINGS = {"z": Swing(0.3, 1.5), "x": Swing(0.2, 2.5, 0.4), "yaw": Swing(0.4, 2.0, 1.0), "roll": Swing(0.2, 1.8)}
 
 

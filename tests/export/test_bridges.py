@@ -17,6 +17,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yaml
+from crank_arm import DIFFERENTIAL, short_crank, two_links
 from export.driven_arms import VISCOUS, coupled, lossless_drive, ur5
 
 from drivetrain.arm.arm import Arm
@@ -159,14 +160,20 @@ def two_motors(make) -> Evaluation:
     return evaluate_drives(study, {task.name: lossless_drive(make) for task in study.joints})
 
 
-@pytest.mark.parametrize("which", ["palletiser", "two motors"])
+CLOSED = {
+    "palletiser": lambda make: sprung_palletiser(), "two motors": lambda make: two_motors(make),
+    "coupled four-bar": lambda make: evaluate(two_links(closures=short_crank(), coupling=[DIFFERENTIAL])),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("which", CLOSED)
 def test_mujoco_asks_our_loads_of_closed_arms(make, tmp_path: Path, which: str) -> None:
     """Of the tree of the file, its pins freed by the Jacobian of MuJoCo's own constraints, its springs among it."""
-    found = sprung_palletiser() if which == "palletiser" else two_motors(make)
+    found = CLOSED[which](make)
     write_mjcf(found, tmp_path / "arm.xml")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
     data, arm, names = mujoco.MjData(model), reflected(found, closed=True), list(found.joints)
-    assert model.nu == len(names) and (model.neq > 0) == (which == "palletiser")
+    assert model.nu == len(names) and (model.neq > 0) == (which != "two motors")
     model.dof_damping[:] = model.dof_frictionloss[:] = 0.0
     cycle, loops = found.study.cycle, arm.linkage.loops
     at = np.linspace(0, len(cycle.time) - 1, 23).astype(int)

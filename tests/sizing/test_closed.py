@@ -12,9 +12,10 @@ import mujoco
 import numpy as np
 import pytest
 import yaml
-from crank_arm import crank, two_links
+from crank_arm import DIFFERENTIAL, crank, two_links
 from random_tasks import feasible_sets
 
+from drivetrain.accuracy.study_run import simulate
 from drivetrain.dynamics.closed import whole_motion
 from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.errors import InputError
@@ -167,10 +168,16 @@ def test_search_is_brute_force(wish):
     assert select(small).objective == pytest.approx(min(fitting), rel=1e-12)
 
 
-@pytest.mark.parametrize("inertia", [0.0, 0.3])
-def test_stops_are_those_of_the_open_chain_that_moves_alike(inertia):
-    """At the limit of a current and by brakes: a crank beside the first link weighs as that link's own inertia."""
-    closed, opened = (evaluate(one) for one in (two_links(closures=crank(inertia)), two_links(inertia)))
+@pytest.mark.parametrize(("inertia", "coupling"), [(0.0, []), (0.3, []), (0.3, [DIFFERENTIAL])])
+def test_stops_are_those_of_the_open_chain_that_moves_alike(inertia, coupling):
+    """At the limit of a current and by brakes: a crank beside the first link weighs as that link's own inertia; also
+    where a differential drives both links."""
+    pair = two_links(closures=crank(inertia), coupling=coupling), two_links(inertia, coupling=coupling)
+    closed, opened = (evaluate(one) for one in pair)
+    for joint in ("shoulder", "elbow"):
+        for name in ("speed", "gear_torque", "motor_torque"):
+            found, wanted = (getattr(one.joints[joint].series, name) for one in (closed, opened))
+            np.testing.assert_allclose(found, wanted, atol=1e-9 * np.abs(wanted).max())
     names = ["arm stop at full current", "arm power failure", "arm power failure heat"]
     for name in names:
         found, wanted = (next(c for c in one.shared if c.name == name) for one in (closed, opened))
@@ -204,5 +211,11 @@ def test_what_a_study_with_closures_must_state():
         load_study(document(stop={}, joints=joints))
     told = str(error.value)
     assert "must be external" in told
-    with pytest.raises(InputError, match="coupling"):
-        load_study(document(coupling=[{"joints": ["turn", "lower"], "type": "differential"}]))
+    with pytest.raises(InputError, match=r"coupling: .*no chain of the linkages has together.*'lower', 'crank'"):
+        load_study(document(coupling=[{"joints": ["lower", "crank"], "type": "differential"}]))
+
+
+def test_coupled_motors_of_an_arm_with_loops_are_not_simulated():
+    study = two_links(closures=crank(0.0), coupling=[DIFFERENTIAL])
+    with pytest.raises(InputError, match="not simulated"):
+        simulate(study)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arm.arm import Arm, refuse_loops
-from drivetrain.arm.coupling import coupled_groups
+from drivetrain.arm.coupling import coupled_groups, refused_coupling
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arrays import Array
@@ -264,6 +264,8 @@ def _coupled(arm: Arm, free: tuple[int, ...], ratios: Array) -> Coupled | None:
 def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     """The chains of an arm with closed loops, one after another; coordinates are its driven joints."""
     refuse_loops(arm, closed=True)
+    if arm.coupling is not None:
+        raise InputError(refused_coupling(arm))
     raise_faults(
         Fault(f"effects[{name!r}]", "has a spring before a rotor that is reflected", None, "let it be a FullRotor")
         for name, shape in zip(arm.joint_names, shapes, strict=True)

@@ -182,9 +182,10 @@ def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
     assert study.arm is not None
     names, linkage = [task.name for task in study.joints], study.arm.linkage
     carriers = [carrier_link(study.arm, k, task.mount) for k, task in enumerate(study.joints)]
-    if linkage is not None:
-        return tuple(k for k, carrier in enumerate(carriers) if joint in linkage.loops.moving(carrier))
     coupled = study.joints[joint].coupled
+    if linkage is not None:
+        turned = {joint, *(names.index(name) for name in coupled)}
+        return tuple(k for k, carrier in enumerate(carriers) if turned & {*linkage.loops.moving(carrier)})
     first = min((names.index(name) for name in coupled), default=joint)
     riding = {k for k, carrier in enumerate(carriers) if carrier >= first}
     own = {joint} & riding

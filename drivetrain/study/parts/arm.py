@@ -121,8 +121,6 @@ def resolve_closures(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | 
         return arm
     if form.arm is None:
         ledger.fault(("closures",), "go with an arm: load tables already hold what each gear must give")
-    if form.coupling:
-        ledger.fault(("closures",), "do not go with coupling: state the coupled motion as a linkage")
     if arm is None:
         return None
     own = with_rotors(arm, [None] * arm.n)  # the drives of the study bring theirs
