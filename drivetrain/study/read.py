@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 
 from pydantic import PydanticSchemaGenerationError
 
+from drivetrain.arm.files.load import packaged_file
+from drivetrain.arm.files.xml import PACKAGE
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.document import Document, parsed_document, read_document
@@ -228,6 +230,8 @@ def study_digest(form: StudyForm, document: Document) -> str:
     """SHA-256 over the study file and the files it names, their paths left out."""
     places = [place for place in file_places(document.data) if place[0] != "catalogs"]
     files = [document.folder / entry_at(document.data, place) for place in places]
+    source = "" if form.arm is None else form.arm.source or ""
+    files += [packaged_file(source)] if source.startswith(PACKAGE) else []
     for folder in catalog_folders(form, document.folder):
         files += sorted(folder.glob("*.csv")) if folder.is_dir() else [folder]
     digest = hashlib.sha256()

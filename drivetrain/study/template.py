@@ -10,8 +10,8 @@ from string import Template
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_names
-from drivetrain.arm.files.links import tip_among_several
-from drivetrain.arm.files.load import load_arm
+from drivetrain.arm.files.load import load_arm, usual_tip
+from drivetrain.arm.files.xml import PACKAGE
 from drivetrain.errors import PhysicsWarning
 from drivetrain.study.written import scalar
 
@@ -33,8 +33,8 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
         folder: In which the study will stand, and from which it names the file; None: the working directory.
         name: Of the study, and so of the folder of its reports.
     """
-    file = None if arm in builtin_names() else Path(arm)
-    tip = tip_among_several(file) if file is not None and file.is_file() else None
+    file = None if arm in builtin_names() or arm.startswith(PACKAGE) else Path(arm)
+    tip = None if arm in builtin_names() else usual_tip(arm)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # shown with the rest when the study is read
         loaded = load_arm(arm, tip=tip)
@@ -43,7 +43,7 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
     slides = loaded.slides
     start, end = (_row(loaded, slides, side) for side in (-0.5, 0.5))
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
-        arm=arm if file is None else scalar(file.as_posix()),
+        arm=scalar(arm) if file is None else scalar(file.as_posix()),
         tip="" if tip is None else f"\ntip: {scalar(tip)} # the file has several chains; this link carries the payload",
         drive_mass="added" if arm.endswith("-bare") else "included",
         builtin=", ".join(builtin_names()),

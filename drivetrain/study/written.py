@@ -17,6 +17,7 @@ import numpy as np
 import yaml
 
 from drivetrain.arm.files.load import SUFFIXES
+from drivetrain.arm.files.xml import PACKAGE
 from drivetrain.errors import Fault, InputError
 from drivetrain.study.document import Document, Place, compose_document, read_document
 from drivetrain.units import PURE, SI
@@ -77,11 +78,13 @@ def _with_units(value: Any) -> Any:
 
 
 def file_places(data: Mapping[str, Any]) -> Iterator[Place]:
-    """Where the data of a study name files and folders, the shipped catalogue left out."""
+    """Where the data of a study name files and folders, the shipped catalogue and files of ROS packages left out."""
     arm, catalogs = data.get("arm"), data.get("catalogs")
     named = {(): arm} if isinstance(arm, str) else {(name,): arm.get(name) for name in ("source", "dh")} if arm else {}
     yield from (
-        ("arm", *at) for at, name in named.items() if name and (at == ("dh",) or Path(name).suffix.lower() in SUFFIXES)
+        ("arm", *at)
+        for at, name in named.items()
+        if name and (at == ("dh",) or (Path(name).suffix.lower() in SUFFIXES and not name.startswith(PACKAGE)))
     )
     motions: dict[Place, Any] = {("motions", name): one for name, one in data["motions"].items()}
     motions["base", "motion"] = (data.get("base") or {}).get("motion")

@@ -15,6 +15,9 @@ from drivetrain.arm.kinematics import tip_pose
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError, PhysicsWarning
+from drivetrain.study.read import load_study
+from drivetrain.study.template import study_template
+from drivetrain.study.written import written
 
 MJCF = """<mujoco model="crane"><compiler angle="{angle}" eulerseq="{sequence}"/><option gravity="0 1 -9"/>
 <default><joint damping="0.3"/>
@@ -243,9 +246,17 @@ def test_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder.mkdir(parents=True)
     (folder / "crane.sdf").write_text(SDF)
     address = "package://crane_description/crane.sdf"
+    elsewhere = tmp_path / "studies"
+    elsewhere.mkdir()
     for name, value in (("ROS_PACKAGE_PATH", tmp_path / "share"), ("AMENT_PREFIX_PATH", tmp_path)):
         with monkeypatch.context() as patch:
             patch.setenv(name, str(value))
             assert load_arm(address).joint_names == ("swing", "lift")
+            (elsewhere / "study.yaml").write_text(study_template(address, elsewhere))
+            study = load_study(elsewhere / "study.yaml")
+            assert study.arm is not None and study.arm.joint_names == ("swing", "lift")
+            assert f"arm: {address}" in written(study.document, tmp_path)  # written to another folder it stays
     with pytest.raises(InputError, match="crane_description"):
         load_arm(address)
+    with pytest.raises(InputError, match="crane_description"):
+        load_study(elsewhere / "study.yaml")

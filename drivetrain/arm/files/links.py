@@ -206,13 +206,12 @@ def _tip(model: UrdfModel, paths: Children, children: Children, base: str, tip: 
     return max(ends, key=lambda leaf: len(paths[leaf]))
 
 
-def tip_among_several(path: Path) -> str | None:
+def tip_among_several(model: UrdfModel) -> str | None:
     """The likely end effector of a file with several chains; None where one chain holds all others.
 
     Fingers hang on a hand: it is the link up to which all moving chains are one, if that is half of the longest; else
     the end of the longest.
     """
-    model = read_model(path)
     children: Children = {name: [] for name in model.links}
     for joint in model.joints.values():
         children[joint.parent].append(joint)

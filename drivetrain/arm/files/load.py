@@ -13,9 +13,9 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_arm, builtin_names
 from drivetrain.arm.coupling import placed, with_coupling
 from drivetrain.arm.files.drives import UrdfCoupling, UrdfDrive
-from drivetrain.arm.files.links import arm_from_model, warn_each
+from drivetrain.arm.files.links import arm_from_model, tip_among_several, warn_each
 from drivetrain.arm.files.mjcf import read_mjcf
-from drivetrain.arm.files.model import read_model
+from drivetrain.arm.files.model import UrdfModel, read_model
 from drivetrain.arm.files.sdf import read_sdf
 from drivetrain.arm.files.xml import PACKAGE, package_file, read_document
 from drivetrain.arm.geared import with_rotors
@@ -51,23 +51,33 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
     if not isinstance(source, (str, Path)):
         problem = "must be the name of a built-in arm or the path of a .urdf or .xacro file"
         raise InputError(Fault("arm", problem, source))
-    path = _in_package(source) if isinstance(source, str) and source.startswith(PACKAGE) else Path(source)
+    path = packaged_file(source) if isinstance(source, str) and source.startswith(PACKAGE) else Path(source)
     if path.suffix.lower() not in SUFFIXES and not is_there(path):
         problem = "neither a built-in arm nor the path of a .urdf or .xacro file"
         raise InputError(Fault("arm", problem, str(source), nearest(str(source), builtin_names())))
-    tag = read_document(path).tag if path.suffix.lower() in (".xml", ".sdf", ".mjcf") else "robot"
-    if tag == "mujoco":
-        model, stated = read_mjcf(path)
-        gravity = stated if gravity is None else gravity
-    else:
-        model = read_sdf(path) if tag == "sdf" else read_model(path)
-    arm, doubtful = arm_from_model(model, tip=tip, gravity=gravity)
+    model, stated = _model_of(path)
+    arm, doubtful = arm_from_model(model, tip=tip, gravity=stated if gravity is None else gravity)
     warn_each(doubtful)
     whole = _with_stated_couplings(_with_stated_rotors(arm, model.drives), model.couplings)
     return replace(whole, file=str(path))
 
 
-def _in_package(address: str) -> Path:
+def usual_tip(source: str) -> str | None:
+    """The likely end effector of a file with several chains; None of any other file, and of what is no file."""
+    path = packaged_file(source) if source.startswith(PACKAGE) else Path(source)
+    return tip_among_several(_model_of(path)[0]) if path.is_file() else None
+
+
+def _model_of(path: Path) -> tuple[UrdfModel, Any]:
+    """What a file of any format says, and the gravity that it states or None."""
+    tag = read_document(path).tag if path.suffix.lower() in (".xml", ".sdf", ".mjcf") else "robot"
+    if tag == "mujoco":
+        return read_mjcf(path)
+    return (read_sdf(path) if tag == "sdf" else read_model(path)), None
+
+
+def packaged_file(address: str) -> Path:
+    """The file of a ROS package; raises InputError where there is none."""
     found = package_file(address)
     if found is None:
         name = address.removeprefix(PACKAGE).partition("/")[0]

@@ -15,6 +15,7 @@ from drivetrain.arm.closures import Closure, with_closures
 from drivetrain.arm.coupling import belts_over, coupled_groups, differential, placed, with_coupling
 from drivetrain.arm.files.dh_table import read_dh_table
 from drivetrain.arm.files.load import SUFFIXES, load_arm
+from drivetrain.arm.files.xml import PACKAGE
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.errors import nearest
@@ -80,11 +81,12 @@ def _load(form: StudyForm, ledger: Ledger) -> Arm | None:
         ledger.fault(("arm",), problem, source, nearest(source, builtin_names()))
         return None
     path = ledger.document.folder / source
-    if named_file and not is_there(path):
+    elsewhere = not named_file or source.startswith(PACKAGE)
+    if not elsewhere and not is_there(path):
         ledger.fault(("arm",), "no such file", source, f"looked for {path}")
         return None
     with ledger.gather(("arm",)):
-        return load_arm(path if named_file else source, tip=form.tip, gravity=form.gravity)
+        return load_arm(source if elsewhere else path, tip=form.tip, gravity=form.gravity)
     return None
 
 
