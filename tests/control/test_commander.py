@@ -317,7 +317,8 @@ def test_closed_loops_in_c_are_the_same(tmp_path: Path, which: str) -> None:
             np.testing.assert_allclose(places["place"], wanted.position[0], atol=1e-9)
         np.testing.assert_allclose(state[4 * n :], places["place"], atol=1e-12)
     assert worst <= 1e-12 * largest and 10 < refused < 1000
-    np.testing.assert_allclose(state[2 * n : 3 * n], commander.winding_temperature, rtol=1e-12)
+    # A state of 1500 ticks: rounding of currents that differ by 1e-12 adds up in it.
+    np.testing.assert_allclose(state[2 * n : 3 * n], commander.winding_temperature, rtol=1e-11)
     commander.reset()
     np.testing.assert_array_equal(places["place"], commander._start)
 
