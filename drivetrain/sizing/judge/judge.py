@@ -292,13 +292,8 @@ def set_allowance(case: Any) -> None:
     follows from x = c R(x) q^2, where q^2 is the mean square torque that is left below the temperature limit: the RMS
     of a sum is at most the sum of the RMS values.
     """
-    motor, setting, figures, allowance, ambient = (
-        case.motor,
-        case.setting,
-        case.figures,
-        case.allowance,
-        case.setting.ambient,
-    )
+    motor, setting, figures, allowance = case.motor, case.setting, case.figures, case.allowance
+    ambient = setting.ambient
     friction = motor.friction_allowance if setting.moves != 0.0 and setting.stated_friction == 0.0 else 0.0
     limit = known_or(case.limits.winding_temperature, WARMEST)
     allowance.torque, allowance.current = friction, friction / abs(torque_constant(motor, limit))
