@@ -19,7 +19,7 @@ from drivetrain.sizing.search import front_tree
 from drivetrain.sizing.search.candidates import build_candidates
 from drivetrain.sizing.search.front import pareto_front
 from drivetrain.sizing.search.front_tree import NAMES, UTILISATION, FrontTree, SearchRegion
-from drivetrain.sizing.search.problem import build_problem
+from drivetrain.sizing.search.problem import Problem, build_problem
 from drivetrain.study.model import Mount
 from drivetrain.study.parts.selection import Wanted
 
@@ -256,6 +256,25 @@ def test_zones_of_points_that_share_coordinates(dimensions):
     for probe in itertools.product(np.arange(-0.5, 6.0, 0.5), repeat=dimensions):
         free = not any((old <= probe).all() for old in known)
         assert free == bool((np.array(probe) < zones.corners).all(axis=1).any())
+
+
+def test_one_candidate_a_joint_is_not_halved_into_none(make, monkeypatch):
+    """Sets found late may leave single candidates in a node whose costs are bounds still; a domain without any has no
+    range of parameters, and compiled code would read beyond its end."""
+    study = random_study(make, 0)
+    tree = FrontTree(build_problem(build_candidates(study), study.wanted), names=("mass", "energy"))
+    tree.begin()
+    node, range_of = tree._root, Problem.range_of
+    node = replace(node, domains=tuple(one.subset(np.arange(len(one)) == 0) for one in node.domains))
+    assert node.width.any()
+
+    def of_some(problem, domain):
+        assert len(domain)
+        return range_of(problem, domain)
+
+    monkeypatch.setattr(Problem, "range_of", of_some)
+    assert all(all(map(len, child.domains)) for child in tree.branch(node))
+    assert tree.counters["nodes decided"] == 1
 
 
 def test_bad_input_is_told(make):

@@ -313,6 +313,8 @@ class FrontTree(BranchAndBound[FrontNode]):
 
     def _propagate(self, node: FrontNode) -> FrontNode | None:
         """Remove candidates until nothing changes; None if the node is closed or its sets were enumerated."""
+        if not all(map(len, node.domains)):  # half of a domain of one candidate is empty
+            return None
         left: FrontNode | None = node
         for _ in range(MAX_PASSES):
             before = sum(map(len, node.domains))
