@@ -85,6 +85,13 @@ def quaternion(rotation: Any) -> tuple[float, Array]:
     return real / size, imaginary / size
 
 
+def rotation_from_quaternion(real: float, imaginary: Any) -> Array:
+    """The rotation matrix of a quaternion of any length but zero, its imaginary part (3,); zero gives none."""
+    vector = checked_array(imaginary, (3,), "imaginary")
+    sine = hypot(*vector)
+    return exp_rotation(vector * (2.0 * atan2(sine, real) / sine if sine else 0.0))
+
+
 def axial(r: Array) -> Array:
     """Twice the vector of the skew part, which of a rotation is the axis times the sine, (..., 3)."""
     return np.stack([r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]], axis=-1)

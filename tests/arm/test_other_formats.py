@@ -11,7 +11,9 @@ import pytest
 
 from drivetrain.arm.builtin import ROBOTS
 from drivetrain.arm.files.load import load_arm
+from drivetrain.arm.geared import at_level
 from drivetrain.arm.kinematics import tip_pose
+from drivetrain.arm.rotors import RotorLevel
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError, PhysicsWarning
@@ -84,6 +86,7 @@ def test_a_file_that_mujoco_wrote(tmp_path: Path, name: str) -> None:
 SDF = """<?xml version="1.0"?><sdf version="1.9" xmlns:drake="http://drake.mit.edu"><model name="crane">
 <link name="base"><pose>0.1 0 0 0 0 0.3</pose></link>
 <frame name="mark" attached_to="base"><pose>0 0.2 0.3 0.1 0 0</pose></frame>
+<frame name="eye" attached_to="lid"/><frame name="lid" attached_to="post"><pose>0 0.1 0.2 0.3 0 0</pose></frame>
 <link name="post"><pose relative_to="mark">0.1 0 0.2 0.3 0.2 0.1</pose>
  <inertial><pose>0.1 0 0.2 0.1 0.2 0.3</pose><mass>3</mass>
  <inertia><ixx>0.03</ixx><iyy>0.02</iyy><izz>0.025</izz><ixy>0.001</ixy><ixz>0</ixz><iyz>-0.002</iyz></inertia></inertial></link>
@@ -137,6 +140,8 @@ def test_drake_reads_the_same_arm(tmp_path: Path) -> None:
         ("a.sdf", ('relative_to="lift"', 'relative_to="boom"'), "itself"),
         ("a.sdf", ('type="prismatic"', 'type="universal"'), "floating"),
         ("a.sdf", ("<mass>2</mass>", "<mass>two</mass>"), "finite"),
+        ("a.sdf", ("<inertial><pose>0 0.1", '<inertial auto="true"><pose>0 0.1'), "collision"),
+        ("a.sdf", ('<model name="crane">', '<model name="crane"><pose relative_to="hall">1 2 3 0 0 0</pose>'), "hall"),
         ("a.sdf", ("<parent>base</parent>", "<parent>bse</parent>"), "base"),
         ("a.sdf", ('<model name="crane">', "<world>"), "malformed|one <model>"),
     ],
@@ -196,16 +201,67 @@ def test_mujoco_options_that_count(tmp_path: Path, change: tuple[str, str], note
 @pytest.mark.parametrize(
     "change",
     [
+        (
+            "<worldbody>",
+            '<default><joint range="-10 20"/></default><default><joint damping="0"/></default><worldbody>',
+        ),
+        ('<joint name="swing"', '<joint range="0 0" name="swing"'),
+        ('<joint name="swing"', '<joint damping="0.3 1 2" stiffness="0 0" name="swing"'),
+        ('diaginertia="0.03 0.02 0.025"/>', 'diaginertia="0.03 0.02 0.09"/>'),
+        ("</mujoco>", '<actuator><motor joint="lift" gear="5e4"/></actuator></mujoco>'),
+        ("</mujoco>", '<actuator><position jointinparent="lift" gear="5e4"/></actuator></mujoco>'),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::drivetrain.errors.PhysicsWarning")
+def test_mass_matrix_and_limits_are_mujoco_s(tmp_path: Path, change: tuple[str, str]) -> None:
+    """Defaults in two sections and of all kinds of actuators, limits taken away, numbers of higher powers."""
+    text = MJCF.format(angle="degree", sequence="xyz").replace("<compiler ", '<compiler balanceinertia="true" ')
+    text = text.replace("<default><joint", '<default><general armature="1e-9"/><joint')
+    assert change[0] in text
+    path = tmp_path / "arm.xml"
+    path.write_text(text.replace(*change, 1))
+    arm, model = load_arm(path), mujoco.MjModel.from_xml_path(str(path))
+    limits = np.where(model.jnt_limited[:, None], model.jnt_range, [-np.inf, np.inf])
+    np.testing.assert_allclose(np.stack([arm.lower, arm.upper], axis=1), limits, rtol=1e-12)
+    data, whole = mujoco.MjData(model), np.zeros((arm.n, arm.n))
+    for q in np.random.default_rng(8).uniform(-1.0, 1.0, (4, arm.n)):
+        data.qpos[:] = q
+        mujoco.mj_forward(model, data)
+        mujoco.mj_fullM(model, data, whole)
+        # MuJoCo counts a rotor's inertia at its own joint only, not the 1e-9 kg m^2 by which its carrier turns.
+        np.testing.assert_allclose(mass_matrix(at_level(arm, RotorLevel.REFLECTED), q), whole, rtol=1e-8, atol=1e-8)
+
+
+def test_a_tendon_that_weighs(tmp_path: Path) -> None:
+    path = tmp_path / "arm.xml"
+    tendon = '<tendon><fixed name="belt" armature="1" damping="0 2"><joint joint="swing" coef="1"/></fixed></tendon>'
+    path.write_text(MJCF.format(angle="degree", sequence="xyz").replace("</mujoco>", f"{tendon}</mujoco>"))
+    assert any("belt: its armature" in note for note in load_arm(path).notes)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
         ('<model name="crane">', '<model name="crane"><pose>1 2 3 0.4 -0.5 0.6</pose>'),
         ('<joint name="hold" type="fixed"><parent>world</parent><child>base</child></joint>', ""),
         (
             '<link name="base"><pose>0.1 0 0 0 0 0.3</pose></link>',
             '<link name="base"><pose>0 0 0 0.5 0 1</pose></link>',
         ),
+        ('<model name="crane">', '<model name="crane" placement_frame="lift"><pose>1 2 3 0.4 -0.5 0.6</pose>'),
+        (
+            '<model name="crane">',
+            '<model name="crane"><pose rotation_format="quat_xyzw">1 2 3  0.48 0 0.36 0.8</pose>',
+        ),
+        ("<parent>base</parent>", "<parent>mark</parent>"),
+        ("<child>post</child>", "<child>eye</child>"),
     ],
 )
 def test_drake_s_model_stands_askew(tmp_path: Path, change: tuple[str, str]) -> None:
-    """The model turned in the world, or its root link in the model: weight falls along the world's z all the same."""
+    """The model turned in the world, or its root link in the model: weight falls along the world's z all the same.
+
+    Joints between frames, too.
+    """
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
 
@@ -228,6 +284,42 @@ def test_drake_s_model_stands_askew(tmp_path: Path, change: tuple[str, str]) -> 
         gravity = -plant.CalcGravityGeneralizedForces(context)
         np.testing.assert_allclose(inverse_dynamics(arm, q, [0, 0], [0, 0]), gravity, atol=1e-10)
         np.testing.assert_allclose(mass_matrix(arm, q), plant.CalcMassMatrix(context), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "older",
+    [
+        ('version="1.9"', 'version="1.4"', ""),
+        ('version="1.9"', 'version="1.6"', "<use_parent_model_frame>true</use_parent_model_frame>"),
+    ],
+)
+def test_axes_of_older_sdf(tmp_path: Path, older: tuple[str, str, str]) -> None:
+    """In the model's frame up to version 1.4, later where the file says so: as the newer ``expressed_in``."""
+    axis = '<xyz expressed_in="__model__">0 0.6 0.8</xyz>'
+    for name, text in {
+        "new": SDF,
+        "old": SDF.replace(*older[:2]).replace(axis, f"<xyz>0 0.6 0.8</xyz>{older[2]}"),
+    }.items():
+        (tmp_path / f"{name}.sdf").write_text(text.replace("<xyz>1 0 0</xyz>", axis))
+    new, old = (load_arm(tmp_path / f"{name}.sdf") for name in ("new", "old"))
+    if older[2]:  # of that joint alone
+        np.testing.assert_allclose(old.screws[0], new.screws[0], atol=1e-12)
+    else:
+        np.testing.assert_allclose(old.screws, new.screws, atol=1e-12)
+
+
+def test_a_world_s_gravity_and_what_is_not_used(tmp_path: Path) -> None:
+    path = tmp_path / "crane.sdf"
+    text = SDF.replace("<model", "<world name='moon'><gravity>0 0.1 -1.6</gravity><model").replace(
+        "</sdf>", "</world></sdf>"
+    )
+    text = text.replace('<link name="boom">', '<link name="boom"><gravity>false</gravity>')
+    path.write_text(text.replace("<damping>", "<spring_stiffness>3</spring_stiffness><damping>"))
+    arm = load_arm(path)
+    assert arm.gravity.tolist() == [0.0, 0.1, -1.6] and load_arm(path, gravity=(0, 0, -1)).gravity[2] == -1.0
+    assert any("boom: <gravity>" in note for note in arm.notes) and any(
+        "swing: its spring" in note for note in arm.notes
+    )
 
 
 def test_links_that_sdf_makes_heavy(tmp_path: Path) -> None:

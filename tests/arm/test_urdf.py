@@ -156,6 +156,16 @@ def chain(extra: str = "", joint: str = TURN) -> str:
         {extra}"""
 
 
+def test_quaternions_agree_with_pinocchio(tmp_path: Path) -> None:
+    """URDF 1.1 writes rotations so, too, of whatever length; older files and readers ignore them."""
+    origin = '<origin xyz="0.1 0 0.2" quat_xyzw="0.4 -0.2 0.6 1.6"/>'
+    path = tmp_path / "arm.urdf"
+    link = f'<link name="b">{INERTIAL.replace("<inertial>", f"<inertial>{origin}")}</link>'
+    joint = f'<joint name="j" type="continuous"><parent link="a"/><child link="b"/>{origin}<axis xyz="0 0 1"/></joint>'
+    path.write_text(f'<robot name="r" version="1.1"><link name="a"/>{link}{joint}</robot>')
+    assert_same_as_pinocchio(read_urdf(path), path, "b")
+
+
 def test_axis_is_made_unit_and_gravity_can_be_chosen(tmp_path: Path) -> None:
     arm = read_urdf(written(tmp_path, chain()), gravity=[0, 9.81, 0])
     assert arm.screws[0].tolist() == [0, 0, 1, 0, 0, 0]

@@ -38,7 +38,7 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
             file; ``package://NAME/...`` is looked for where ROS does (ROS_PACKAGE_PATH, AMENT_PREFIX_PATH).
         tip: Name of the link that is the end effector. None: the end of the one chain.
         gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: 9.81 along -z (planar-2r: -y), or as
-            an MJCF file says.
+            an MJCF or SDF file says.
 
     Returns:
         The arm; its notes hold what was ignored, assumed, or is hard to believe (for a file, the last also warns).
@@ -73,7 +73,7 @@ def _model_of(path: Path) -> tuple[UrdfModel, Any]:
     tag = read_document(path).tag if path.suffix.lower() in (".xml", ".sdf", ".mjcf") else "robot"
     if tag == "mujoco":
         return read_mjcf(path)
-    return (read_sdf(path) if tag == "sdf" else read_model(path)), None
+    return read_sdf(path) if tag == "sdf" else (read_model(path), None)
 
 
 def packaged_file(address: str) -> Path:

@@ -16,12 +16,15 @@ from drivetrain.arm.files.xml import Reader, read_document
 from drivetrain.arrays import Array
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import pose
-from drivetrain.spatial.rotations import exp_rotation, unit
+from drivetrain.spatial.rotations import exp_rotation, rotation_from_quaternion, unit
 
 BASE = "world"
 KINDS = {"hinge": "revolute", "slide": "prismatic", "free": "floating", "ball": "floating"}
 SAVED = "let MuJoCo write it out: mujoco.mj_saveLastXML puts an <inertial> into every body"
 DROPPED = ("include", "replicate", "attach", "frame")
+# Their defaults are one: MuJoCo holds them all as "general".
+ACTUATORS = ("motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion", "dcmotor")
+TENDON_NUMBERS = ("stiffness", "damping", "frictionloss", "armature")  # that act on joints
 
 
 @dataclass
@@ -32,6 +35,7 @@ class _Reading:
     turn: float
     euler: str
     autolimits: bool
+    balanced: bool
     defaults: dict[str, dict[str, dict[str, str]]]
     links: dict[str, RigidBody | None] = field(default_factory=dict)
     joints: dict[str, UrdfJoint] = field(default_factory=dict)
@@ -67,9 +71,10 @@ def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
     turn = 1.0 if compiler.get("angle", "degree") == "radian" else math.pi / 180.0
     defaults: dict[str, dict[str, dict[str, str]]] = {}
     for one in root.findall("default"):
-        _defaults(one, "main", {}, defaults)
+        _defaults(one, "main", defaults.get("main", {}), defaults)
     limits = compiler.get("autolimits", "true") == "true"
-    reading = _Reading(reader, turn, sequence, limits, defaults)
+    balanced = compiler.get("balanceinertia") == "true"
+    reading = _Reading(reader, turn, sequence, limits, balanced, defaults)
     reading.links[BASE] = None
     for world in root.findall("worldbody"):
         for body in world.findall("body"):
@@ -84,6 +89,10 @@ def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
     if springs:
         names = ", ".join(one.get("name", "?") for one in springs)
         reading.notes.append(f"ignored: tendons along the links ({names}): springs are `counterbalances` of a study")
+    for one in root.findall("tendon/fixed"):
+        acts = [name for name in TENDON_NUMBERS if _first(reading, one, name, "tendon")]
+        if acts:
+            reading.notes.append(f"tendon {one.get('name', '?')}: its {', '.join(acts)} not used")
     gravity = reader.numbers(option, "gravity", "option", [0.0, 0.0, -9.81])
     gravity = 0.0 * gravity if flag.get("gravity") == "disable" else gravity
     name = root.get("model", path.stem)
@@ -109,7 +118,7 @@ def _defaults(
     own = {tag: dict(values) for tag, values in above.items()}
     for child in element:
         if child.tag != "default":
-            own.setdefault(child.tag, {}).update(child.attrib)
+            own.setdefault(_kind(child), {}).update(child.attrib)
     found[name] = own
     for child in element.findall("default"):
         _defaults(child, child.get("class", ""), own, found)
@@ -117,8 +126,22 @@ def _defaults(
 
 def _filled(reading: _Reading, element: ElementTree.Element, inherited: str) -> ElementTree.Element:
     """An element with the attributes of its class."""
-    known = reading.defaults.get(element.get("class", inherited), {}).get(element.tag, {})
+    known = reading.defaults.get(element.get("class", inherited), {}).get(_kind(element), {})
     return ElementTree.Element(element.tag, {**known, **element.attrib})
+
+
+def _kind(element: ElementTree.Element) -> str:
+    """Under which name defaults of an element stand."""
+    return "general" if element.tag in ACTUATORS else element.tag
+
+
+def _first(reading: _Reading, element: ElementTree.Element, name: str, place: str) -> float:
+    """The first number of an attribute; further ones, of higher powers, are noted."""
+    words = element.get(name, "0").split()
+    if len(words) > 1:
+        reading.notes.append(f"{place}: of its {name} the first number is used, not those of higher powers")
+    held = ElementTree.Element(element.tag, {name: " ".join(words[:1])})
+    return float(reading.reader.numbers(held, name, place, [0.0])[0])
 
 
 def _body(reading: _Reading, element: ElementTree.Element, parent: str, above: Array, inherited: str) -> None:
@@ -164,16 +187,18 @@ def _joint(
     bounded = limited == "true" or (limited == "auto" and reading.autolimits and "range" in element.attrib)
     low, high = -math.inf, math.inf
     if bounded:
-        low, high = reader.numbers(element, "range", place, [0.0, 0.0]) * (reading.turn if kind == "hinge" else 1.0)
+        ends = reader.numbers(element, "range", place, [0.0, 0.0]) * (reading.turn if kind == "hinge" else 1.0)
+        if limited == "true" or ends.any():  # "0 0" takes a limit of the class away
+            low, high = ends
     reading.joints[name] = UrdfJoint(
         name, KINDS.get(kind, kind), parent, link, frame @ pose(point=anchor), axis, float(low), float(high),
         math.inf, "", "",
     )  # fmt: skip
-    numbers = {one: float(reader.numbers(element, one, place, [0.0])[0]) for one in ("damping", "frictionloss")}
-    reading.drives[name] = UrdfDrive(numbers["damping"] or None, numbers["frictionloss"] or None)
+    friction = float(reader.numbers(element, "frictionloss", place, [0.0])[0])
+    reading.drives[name] = UrdfDrive(_first(reading, element, "damping", place) or None, friction or None)
     if float(reader.numbers(element, "armature", place, [0.0])[0]):
         reading.notes.append(f"joint {name}: armature not used, because the rotor's inertia needs a ratio")
-    if float(reader.numbers(element, "stiffness", place, [0.0])[0]):
+    if any(word.strip("+-0.") for word in element.get("stiffness", "").split()):
         reading.notes.append(f"joint {name}: its spring (stiffness) is not used: state it under counterbalances")
     return pose(point=-anchor)
 
@@ -191,6 +216,9 @@ def _inertial(reading: _Reading, element: ElementTree.Element, frame: Array, pla
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     else:
         tensor = np.diag(reader.numbers(found, "diaginertia", place, [0.0] * 3))
+    if reading.balanced and 2.0 * np.linalg.eigvalsh(tensor)[-1] > np.trace(tensor):
+        tensor = np.eye(3) * (np.trace(tensor) / 3.0)
+        reading.notes.append(f"{place}: no body has its moments of inertia: their mean, as the compiler is asked to")
     return checked_body(reader, place, mass, tensor, "<inertial>").seen_from(frame @ _pose(reading, found, place))
 
 
@@ -199,10 +227,8 @@ def _pose(reading: _Reading, element: ElementTree.Element, place: str) -> Array:
     reader = reading.reader
     point = reader.numbers(element, "pos", place, [0.0] * 3)
     if "quat" in element.attrib:
-        w, x, y, z = reader.numbers(element, "quat", place, [1.0, 0.0, 0.0, 0.0])
-        sine = math.sqrt(x * x + y * y + z * z)  # of whatever length
-        angle = 2.0 * math.atan2(sine, w)
-        return pose(exp_rotation(np.array([x, y, z]) * (angle / sine if sine else 0.0)), point)
+        numbers = reader.numbers(element, "quat", place, [1.0, 0.0, 0.0, 0.0])
+        return pose(rotation_from_quaternion(numbers[0], numbers[1:]), point)
     if "axisangle" in element.attrib:
         *axis, angle = reader.numbers(element, "axisangle", place, [0.0, 0.0, 1.0, 0.0])
         return pose(exp_rotation(_direction(reader, axis, element, place) * angle * reading.turn), point)
@@ -248,7 +274,10 @@ def _actuators(reading: _Reading, root: ElementTree.Element) -> None:
     motors, reader = [], reading.reader
     for written in (one for section in root.findall("actuator") for one in section):
         element = _filled(reading, written, "main")
-        place, turns = f"actuator {element.get('name', '')}", {element.get("joint", ""): 1.0}
+        place, turns = (
+            f"actuator {element.get('name', '')}",
+            {element.get("joint", element.get("jointinparent", "")): 1.0},
+        )
         if element.get("tendon", "") in shafts:
             turns = {one.get("joint", ""): float(reader.numbers(one, "coef", place, [0.0])[0])
                      for one in shafts[element.get("tendon", "")].findall("joint")}  # fmt: skip

@@ -16,7 +16,8 @@ from drivetrain.arm.files.xml import Reader, read_document
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.spatial.inertia import RigidBody
-from drivetrain.spatial.poses import pose_from_xyz_rpy
+from drivetrain.spatial.poses import pose, pose_from_xyz_rpy
+from drivetrain.spatial.rotations import rotation_from_quaternion
 
 REVOLUTE, PRISMATIC = ("revolute", "continuous"), ("prismatic",)
 MOVABLE = (*REVOLUTE, *PRISMATIC)
@@ -128,7 +129,11 @@ def _origin(reader: Reader, element: ElementTree.Element, place: str) -> Array:
     origin = element.find("origin")
     if origin is None:
         return np.eye(4)
-    reader.count_ignored(origin, (), ("xyz", "rpy"))
+    reader.count_ignored(origin, (), ("xyz", "rpy", "quat_xyzw"))
+    if "quat_xyzw" in origin.attrib:  # since URDF 1.1
+        numbers = reader.numbers(origin, "quat_xyzw", place, [0.0, 0.0, 0.0, 1.0])
+        point = reader.numbers(origin, "xyz", place, [0.0] * 3)
+        return pose(rotation_from_quaternion(numbers[3], numbers[:3]), point)
     return pose_from_xyz_rpy(
         reader.numbers(origin, "xyz", place, [0.0] * 3), reader.numbers(origin, "rpy", place, [0.0] * 3)
     )

@@ -14,18 +14,21 @@ from drivetrain.arm.files.xml import UNLIMITED, Reader, read_document
 from drivetrain.arrays import Array
 from drivetrain.errors import nearest
 from drivetrain.spatial.inertia import RigidBody
-from drivetrain.spatial.poses import inverse_pose, pose_from_xyz_rpy
-from drivetrain.spatial.rotations import unit
+from drivetrain.spatial.poses import inverse_pose, pose, pose_from_xyz_rpy
+from drivetrain.spatial.rotations import rotation_from_quaternion, unit
 
 WORLD, MODEL, PIN = "world", "__model__", "drake:ball_constraint"
+AXES_OF_THE_JOINT = (1, 5)  # version since when axes are in the joint's frame, not in the model's
 KINDS = {
     "revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic", "fixed": "fixed", "ball": "floating",
     "universal": "floating", "revolute2": "floating", "screw": "floating", "gearbox": "floating",
 }  # fmt: skip
 
 
-def read_sdf(path: Path) -> UrdfModel:
-    """The contents of an SDF file with one model. A link's frame is put where its joint sits.
+def read_sdf(path: Path) -> tuple[UrdfModel, Array | None]:
+    """The contents of an SDF file with one model, and the gravity of its world [m/s^2] or None.
+
+    A link's frame is put where its joint sits.
 
     Raises:
         InputError: Everything that cannot be read as an arm: included or nested models, joints of other kinds, frames
@@ -48,10 +51,14 @@ def read_sdf(path: Path) -> UrdfModel:
     places = _Places(reader, model)
     joints, drives, own = dict[str, UrdfJoint](), dict[str, UrdfDrive](), dict[str, Array]()
     elements = {_name(reader, one): one for one in model.findall("joint")}
+    notes = list[str]()
     for name, element in elements.items():
-        own[_text(element, "child")] = places.of(name)
+        own[places.link(_text(element, "child"))] = places.of(name)
+    aged = _before(root.get("version", ""), AXES_OF_THE_JOINT)
     for name, element in elements.items():
-        joints[name], drives[name] = _joint(reader, places, own, name, element)
+        joints[name], drives[name] = _joint(reader, places, own, name, element, aged)
+        if _number(reader, element.find("axis/dynamics"), "spring_stiffness", f"joint {name}", 0.0):
+            notes.append(f"joint {name}: its spring (spring_stiffness) is not used: state it under counterbalances")
     links = {_name(reader, one): one for one in model.findall("link")}
     found: dict[str, RigidBody | None] = {name: _body(reader, places, own, name, one) for name, one in links.items()}
     roots = [name for name in found if not any(joint.child == name for joint in joints.values())]
@@ -61,14 +68,24 @@ def read_sdf(path: Path) -> UrdfModel:
         joints[held.name], drives[held.name] = held, UrdfDrive()
     if any(joint.parent == WORLD for joint in joints.values()):
         found = {WORLD: None, **found}
+    falls = (root.findtext("world/gravity") or "").strip()
+    gravity = _numbers(reader, falls, "world, <gravity>", [0.0] * 3) if falls else None
     check_names(reader, found, joints)
     reader.faults.raise_any()
     drives = {name: drives[name] for name, joint in joints.items() if joint.movable}
     bare = [joint.child for joint in joints.values() if links[joint.child].find("inertial") is None]
-    notes = tuple(f"link {name}: no <inertial>, so 1 kg and 1 kg m^2 about each axis, SDF's default" for name in bare)
+    notes += [f"link {name}: no <inertial>, so 1 kg and 1 kg m^2 about each axis, SDF's default" for name in bare]
+    afloat = [name for name, one in links.items() if _text(one, "gravity").lower() in ("false", "0")]
+    notes += [f"link {name}: <gravity> not used: the drives must carry its weight" for name in afloat]
     pins = sum(one.tag == PIN for one in model)
-    notes += (f"{pins} pins of closed loops are left out: state them as closures",) if pins else ()
-    return UrdfModel(model.get("name", path.stem), str(path), found, joints, drives, (), notes)
+    notes += [f"{pins} pins of closed loops are left out: state them as closures"] if pins else []
+    return UrdfModel(model.get("name", path.stem), str(path), found, joints, drives, (), tuple(notes)), gravity
+
+
+def _before(written: str, version: tuple[int, int]) -> bool:
+    """Whether a version is an older one; what is none counts as new."""
+    parts = written.strip().split(".")
+    return len(parts) == 2 and all(part.isdigit() for part in parts) and (int(parts[0]), int(parts[1])) < version
 
 
 class _Places:
@@ -77,9 +94,14 @@ class _Places:
     def __init__(self, reader: Reader, model: ElementTree.Element):
         self._reader = reader
         self._elements = {one.get("name", ""): one for tag in ("link", "joint", "frame") for one in model.findall(tag)}
-        stand = _pose(reader, model.find("pose"), "model")
-        self._known = {MODEL: np.eye(4), WORLD: inverse_pose(stand), "": np.eye(4)}
+        self._known = {MODEL: np.eye(4), WORLD: np.eye(4), "": np.eye(4)}
         self._open: set[str] = set()
+        written = model.find("pose")
+        relative = "" if written is None else written.get("relative_to", "")
+        if relative not in ("", WORLD):
+            reader.faults.add("model", "its pose relative to a frame of the world is not read", relative)
+        placed = self.of(model.get("placement_frame", ""))
+        self._known[WORLD] = placed @ inverse_pose(_pose(reader, written, "model"))
 
     def of(self, name: str) -> Array:
         """Pose of something by its name, (4, 4); translation [m]."""
@@ -96,6 +118,15 @@ class _Places:
         relative = usual if written is None else written.get("relative_to", usual)
         self._known[name] = self.of(relative) @ _pose(self._reader, written, name)
         return self._known[name]
+
+    def link(self, name: str) -> str:
+        """The link that a frame is attached to; a name that leads to none, as it is."""
+        at, seen = name, set[str]()
+        while at in self._elements and at not in seen and self._elements[at].tag != "link":
+            seen.add(at)
+            element = self._elements[at]
+            at = _text(element, "child") if element.tag == "joint" else element.get("attached_to", "")
+        return at if at == WORLD or (at in self._elements and at not in seen) else name
 
 
 def _name(reader: Reader, element: ElementTree.Element) -> str:
@@ -122,9 +153,12 @@ def _number(reader: Reader, element: ElementTree.Element | None, tag: str, place
 def _pose(reader: Reader, written: ElementTree.Element | None, place: str) -> Array:
     if written is None:
         return np.eye(4)
-    if written.get("rotation_format", "euler_rpy") != "euler_rpy":
-        reader.faults.add(place, "its pose must be six numbers: x y z roll pitch yaw", written.get("rotation_format"))
-        return np.eye(4)
+    form = written.get("rotation_format", "euler_rpy")
+    if form == "quat_xyzw":
+        numbers = _numbers(reader, (written.text or "").strip(), f"{place}, <pose>", [0.0] * 6 + [1.0])
+        return pose(rotation_from_quaternion(numbers[6], numbers[3:6]), numbers[:3])
+    if form != "euler_rpy":
+        reader.faults.add(place, "its rotation_format must be euler_rpy or quat_xyzw", form)
     numbers = _numbers(reader, (written.text or "").strip(), f"{place}, <pose>", [0.0] * 6)
     turn = math.pi / 180.0 if written.get("degrees") in ("true", "1") else 1.0
     return pose_from_xyz_rpy(numbers[:3], numbers[3:] * turn)
@@ -133,6 +167,8 @@ def _pose(reader: Reader, written: ElementTree.Element | None, place: str) -> Ar
 def _body(reader: Reader, places: _Places, own: dict[str, Array], name: str, element: ElementTree.Element) -> RigidBody:
     inertial, place = element.find("inertial"), f"link {name}"
     inertial = ElementTree.Element("inertial") if inertial is None else inertial  # 1 kg then
+    if inertial.get("auto") in ("true", "1"):
+        reader.faults.add(place, "its <inertial> is to be computed from its collision shapes, which is not done")
     mass = _number(reader, inertial, "mass", place, 1.0)
     tensor, written = np.zeros((3, 3)), inertial.find("inertia")
     for i, j in SIX:
@@ -144,12 +180,12 @@ def _body(reader: Reader, places: _Places, own: dict[str, Array], name: str, ele
 
 
 def _joint(
-    reader: Reader, places: _Places, own: dict[str, Array], name: str, element: ElementTree.Element
+    reader: Reader, places: _Places, own: dict[str, Array], name: str, element: ElementTree.Element, aged: bool
 ) -> tuple[UrdfJoint, UrdfDrive]:
     place, kind = f"joint {name}", reader.text(element, "type", f"joint {name}")
     if kind and kind not in KINDS:
         reader.faults.add(place, f"its type must be one of {', '.join(KINDS)}", kind, nearest(kind, KINDS))
-    parent, child = _text(element, "parent"), _text(element, "child")
+    parent, child = places.link(_text(element, "parent")), places.link(_text(element, "child"))
     axis_element, here = element.find("axis"), places.of(name)
     limit = None if axis_element is None else axis_element.find("limit")
     dynamics = None if axis_element is None else axis_element.find("dynamics")
@@ -157,8 +193,10 @@ def _joint(
     written = None if axis_element is None else axis_element.find("xyz")
     if written is not None:
         axis = _numbers(reader, (written.text or "").strip(), f"{place}, <xyz>", [0.0, 0.0, 1.0])
-        if written.get("expressed_in"):
-            axis = here[:3, :3].T @ places.of(written.get("expressed_in", ""))[:3, :3] @ axis
+        usual = _text(axis_element, "use_parent_model_frame").lower() if axis_element is not None else ""
+        frame = MODEL if aged or usual in ("true", "1") else written.get("expressed_in")
+        if frame:
+            axis = here[:3, :3].T @ places.of(frame)[:3, :3] @ axis
     if not axis.any():
         reader.faults.add(place, "its axis must have a direction")
         axis = np.array([0.0, 0.0, 1.0])
