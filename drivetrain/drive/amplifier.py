@@ -16,6 +16,7 @@ from enum import StrEnum
 from typing import Any, NamedTuple, TypeVar
 
 from drivetrain.arrays import Array
+from drivetrain.drive.linear_interval import mean_square
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.jit import FAST, kernel, law
@@ -329,11 +330,10 @@ def overload_allows(amplifier: Any, held: Any, step: Any) -> Any:
     return 1.0 + (overload_room(amplifier) - held) / step
 
 
-@law
-def mean_square(series: Any, t: Any) -> Any:
-    """Of a series that is linear between samples, from one to the next; of the last its own."""
-    now, after = series[t], series[min(t + 1, len(series) - 1)]
-    return (now * now + now * after + after * after) / 3.0
+@law(fastmath=FAST)
+def mean_square_after(series: Any, t: Any) -> Any:
+    """Mean square of a series from a sample to the next one; the last sample is held."""
+    return mean_square(series[t], series[min(t + 1, len(series) - 1)])
 
 
 @law
@@ -350,11 +350,11 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
     most, held = 0.0, 0.0
     if known(constant):  # of the affine map of a round, the state that it leaves as it was
         for t in range(len(step)):
-            held = overload_after(amplifier, held, over * mean_square(series, t), step[t])
+            held = overload_after(amplifier, held, over * mean_square_after(series, t), step[t])
         held = held / -math.expm1(-length / constant)
         most = held
         for t in range(len(step)):
-            held = overload_after(amplifier, held, over * mean_square(series, t), step[t])
+            held = overload_after(amplifier, held, over * mean_square_after(series, t), step[t])
             most = max(most, held)
         return most
     if largest <= 1.0:  # never above the continuous current
@@ -365,7 +365,7 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
     for first in (True, False):  # from empty; what is left at the end of the first round is that of every one after it
         if first or held > 0.0:
             for t in range(len(step)):
-                held = overload_after(amplifier, held, over * mean_square(series, t), step[t])
+                held = overload_after(amplifier, held, over * mean_square_after(series, t), step[t])
                 most = max(most, held)
     if most == 0.0:
         return 0.0
@@ -377,7 +377,7 @@ def squares_of(series: Any, over: Any, step: Any) -> Any:
     """The integral of a factor times the square of a series, linear over each step [s], its length and largest."""
     total, length, largest = 0.0, 0.0, 0.0
     for t in range(len(step)):
-        square = over * mean_square(series, t)
+        square = over * mean_square_after(series, t)
         total += square * step[t]
         length += step[t]
         largest = max(largest, square)

@@ -155,12 +155,12 @@ def test_slivers_fold_into_a_neighbour_that_holds_and_are_not_searched_for(monke
     """Sets a to g up to 0.3, 0.5, 0.501, 0.502, 0.503, 0.504 and 1; looked at in steps of 0.25."""
     ends = dict(zip("abcdefg", (0.3, 0.5, 0.501, 0.502, 0.503, 0.504, 1.0), strict=True))
     row = Ladder([(name, end, 1.0 + 0.1 * i) for i, (name, end) in enumerate(ends.items())])
-    monkeypatch.setattr(curve, "_drawn", lambda *_: ())
+    monkeypatch.setattr(curve, "_piece_points", lambda *_: ())
     monkeypatch.setattr(curve, "_ended_by", lambda *_: "")
     found = [row.selected(value, None) for value in np.linspace(0.0, 1.0, 5)]
-    starts, narrow = [(0.0, found[0])], curve.SLIVER * 0.25
+    starts, narrow = [(0.0, found[0])], curve.NARROW * 0.25
     for one in found:
-        curve._between(row, starts, one, 1e-9, narrow)
+        curve._find_breakpoints(row, starts, one, 1e-9, narrow)
     assert len(starts) > 3
     pieces, folded = curve._pieces(row, starts, 1.0, 1e-9, narrow)
     assert folded >= 1 and [one.drives["j"][0] for one in pieces] == ["a", "b", "g"]

@@ -10,7 +10,7 @@ import pytest
 
 from drivetrain.errors import InputError
 from drivetrain.report.verdict_lines import fastest_lines, motion_csv
-from drivetrain.sizing.answers.fastest import CLOSE, Fastest, _paced, fastest, moves_of, retimed
+from drivetrain.sizing.answers.fastest import FACTOR_TOLERANCE, Fastest, _scaled_moves, fastest, moves_of, retimed
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.model import Study
@@ -72,11 +72,11 @@ def test_it_holds_and_any_move_made_quicker_does_not(study: Study, found: Fastes
     pace = np.array([move.after / move.before for move in found.moves])
     for index in range(len(moves)):
         quicker = pace.copy()
-        quicker[index] *= 1.0 - 15.0 * CLOSE
+        quicker[index] *= 1.0 - 15.0 * FACTOR_TOLERANCE
         result = evaluate(replace(study, cycle=retimed(study.cycle, moves, quicker)), DRIVES)
         checks = [check for joint in result.joints.values() for check in joint.checks]
         assert any(check.verdict is Verdict.FAIL for check in [*checks, *result.shared])
-    together = evaluate(changed(found.study, TaskChange(time=1.0 - 15.0 * CLOSE)), DRIVES)
+    together = evaluate(changed(found.study, TaskChange(time=1.0 - 15.0 * FACTOR_TOLERANCE)), DRIVES)
     assert not together.feasible
 
 
@@ -89,7 +89,7 @@ def test_it_is_no_slower_than_the_best_uniform_pace(study: Study, found: Fastest
             (middle, bad) if evaluate(changed(study, TaskChange(time=middle)), DRIVES).feasible else (good, middle)
         )
     uniform = good * sum(move.before for move in found.moves)
-    assert sum(move.after for move in found.moves) <= uniform * (1.0 + 8.0 * CLOSE)
+    assert sum(move.after for move in found.moves) <= uniform * (1.0 + 8.0 * FACTOR_TOLERANCE)
 
 
 def test_without_weight_a_torque_limit_gives_the_root_of_its_utilisation(study: Study) -> None:
@@ -108,8 +108,8 @@ def test_without_weight_a_torque_limit_gives_the_root_of_its_utilisation(study: 
     assert all(used.values())
     result = fastest(light, DRIVES)
     assert {move.check for move in result.moves} == {"gear repeated peak torque"}
-    kept = _paced(light, DRIVES, light.cycle, moves_of(light.cycle))
-    assert kept.edges.max() == pytest.approx(max(used.values()) ** 0.5, rel=8.0 * CLOSE)
+    kept = _scaled_moves(light, DRIVES, light.cycle, moves_of(light.cycle))
+    assert kept.edges.max() == pytest.approx(max(used.values()) ** 0.5, rel=8.0 * FACTOR_TOLERANCE)
     assert max(move.after / move.before for move in result.moves) < kept.edges.max()  # timed within
 
 
@@ -158,7 +158,7 @@ def test_moves_are_timed_within_where_no_heat_binds(study: Study, tmp_path: Path
     """Long rests: instants alone bind. Quicker than any pace of the study's own form, on the same way, and it holds."""
     text = study_template("planar-2r").replace("dwell: 0.5 s", "dwell: 6 s").replace("power: 100 W", "power: 1 kW")
     cool = load_study(text)
-    kept = _paced(cool, DRIVES, cool.cycle, moves_of(cool.cycle))
+    kept = _scaled_moves(cool, DRIVES, cool.cycle, moves_of(cool.cycle))
     quick = fastest(cool, DRIVES)
     assert kept.share == quick.share == 0.0 and quick.feasible
     rests = 12.0

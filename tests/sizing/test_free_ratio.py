@@ -39,7 +39,7 @@ def test_a_pure_inertia_has_the_matched_ratio(make):
     (joint,) = found.joints
     matched = math.sqrt(0.4 / study.catalog.motors["m1"].rotor_inertia)
     assert joint.best == pytest.approx(matched, rel=1e-4)
-    assert joint.alone == pytest.approx(matched, rel=1e-6)
+    assert joint.least_rms == pytest.approx(matched, rel=1e-6)
 
 
 def test_any_load_has_the_fourth_root(make):
@@ -97,7 +97,7 @@ def test_the_arm_is_no_worse_than_any_point_of_a_grid_and_than_each_motor_alone(
     found = free_ratios(study, goal=Goal.HEAT, free=free)
     best = tuple(joint.best for joint in found.joints)
     assert found.value == pytest.approx(total_heat(study, best), rel=1e-9)
-    assert found.value <= found.alone * (1.0 + 1e-9)
+    assert found.value <= found.value_at_least_rms * (1.0 + 1e-9)
     around = [tuple(b * f for b, f in zip(best, factors, strict=True)) for factors in
               ((1.01, 1.0), (0.99, 1.0), (1.0, 1.01), (1.0, 0.99), (1.01, 1.01), (0.99, 1.01))]  # fmt: skip
     for ratios in [*around, *((a, b) for a in np.geomspace(5, 200, 7) for b in np.geomspace(5, 200, 7))]:
@@ -109,8 +109,8 @@ def test_the_wrist_loads_the_shoulder(make):
     study = arm_study(make)
     found = free_ratios(study, free=dict.fromkeys(("j1", "j2"), FreeRatio(5.0, 200.0)))
     wrist = found.joints[1]
-    assert abs(wrist.best / wrist.alone - 1.0) > 1e-3
-    assert found.value < found.alone
+    assert abs(wrist.best / wrist.least_rms - 1.0) > 1e-3
+    assert found.value < found.value_at_least_rms
 
 
 @pytest.mark.parametrize("goal", list(Goal))
@@ -147,7 +147,7 @@ def test_a_scaled_gear_is_as_small_as_its_load_allows_and_the_catalogue_loses(ma
         assert 40.0 <= joint.low <= joint.best <= joint.high <= 120.0
         holding = [gear for gear in joint.gears if gear.verdict != "FAIL"]
         # A row is larger than its load needs, so it heats more; rows that fall may be too small to.
-        assert holding and all(gear.loss > 0.0 for gear in holding)
+        assert holding and all(gear.excess > 0.0 for gear in holding)
         assert list(joint.gears) == sorted(joint.gears, key=lambda g: abs(math.log(g.ratio / joint.best)))
     assert any("power laws" in note for note in found.notes)
 

@@ -18,8 +18,9 @@ from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search import front_tree
 from drivetrain.sizing.search.candidates import build_candidates
 from drivetrain.sizing.search.front import pareto_front
-from drivetrain.sizing.search.front_tree import NAMES, UTILISATION, FrontTree, SearchRegion
+from drivetrain.sizing.search.front_tree import NAMES, UTILISATION, FrontTree
 from drivetrain.sizing.search.problem import Problem, build_problem
+from drivetrain.sizing.search.search_region import SearchRegion
 from drivetrain.study.model import Mount
 from drivetrain.study.parts.selection import Wanted
 

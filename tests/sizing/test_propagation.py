@@ -11,10 +11,10 @@ from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.sizing.search.candidates import build_candidates
+from drivetrain.sizing.search.constraints.supply import power_range
 from drivetrain.sizing.search.problem import build_problem
 from drivetrain.sizing.search.propagate import ParameterRanges, Propagation
 from drivetrain.sizing.search.tree import NO_TEST_LIMIT, bisect_parameter
-from drivetrain.sizing.search.whole_sets import power_range
 from drivetrain.study.model import Mount
 from drivetrain.study.parts.selection import Wanted
 

@@ -11,7 +11,7 @@ from random_tasks import feasible_sets
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.chance_constraint import Decision, decide
+from drivetrain.sizing.search.constraints.chance import Decision, decide
 from drivetrain.sizing.search.robust import robust_select
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.monte_carlo import Chance, robustness

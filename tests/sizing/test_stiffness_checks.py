@@ -17,11 +17,12 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import gaps
 from drivetrain.sizing.judge.stiffness import tip_deviation
-from drivetrain.sizing.search.candidates import Domain, build_candidates
+from drivetrain.sizing.search.candidates import build_candidates
+from drivetrain.sizing.search.constraints.stiffness import arm_utilisation, lagrangian_bound, min_tip_motion
+from drivetrain.sizing.search.domains import Domain
 from drivetrain.sizing.search.front import pareto_front
 from drivetrain.sizing.search.problem import TipCut, build_problem
 from drivetrain.sizing.search.search import select
-from drivetrain.sizing.search.whole_sets import arm_utilisation, lagrangian_bound, min_tip_motion
 from drivetrain.study.model import DriveMass, StiffnessWish
 from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.parts.selection import Wanted

@@ -11,8 +11,7 @@ winding:
 - Parts alternate slowly against the winding, so in each part the winding comes to that part's own periodic state
   above the common housing. Faster alternation only evens its temperature out.
 - A motor whose data sheet gives a single node has no housing that evens heat out: each part comes to its own periodic
-state,
-  and the hottest counts.
+  state, and the hottest counts.
 
 So each part of a mix is a periodic cycle with a constant heat injected into its housing, such that the mean housing
 temperature is the common one; over the mix, by shares of time, these heats cancel.
@@ -28,6 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.linear_interval import mean_square
 from drivetrain.drive.motor import copper_coefficient, winding_resistance
 from drivetrain.drive.motor_limits import WINDING_SHARE, thermal_path
 from drivetrain.drive.thermal.exponentials import first, second
@@ -176,7 +176,7 @@ def interval_means(torque: Any, loss: Any, losses: Any) -> None:
     """Mean square of the torque and mean loss from each sample to the next, both linear between them."""
     before, after, lost, loses = torque[:-1], torque[1:], loss[:-1], loss[1:]
     for t in range(len(before)):
-        losses.square[t] = (before[t] * before[t] + before[t] * after[t] + after[t] * after[t]) * (1.0 / 3.0)
+        losses.square[t] = mean_square(before[t], after[t])
         losses.housing[t] = 0.5 * (lost[t] + loses[t])
     losses.square[len(before)], losses.housing[len(before)] = torque[-1] * torque[-1], loss[-1]
 

@@ -273,7 +273,7 @@ def free_ratio_charts(found: FreeRatios) -> tuple[Chart, ...]:
 
 def _free_joint(found: FreeRatios, joint: FreeJoint) -> Chart:
     goal = np.where(np.isfinite(joint.goal), joint.goal, np.nan)
-    gears = [(gear, found.value * (1.0 + gear.loss)) for gear in joint.gears if math.isfinite(gear.loss)]
+    gears = [(gear, found.value * (1.0 + gear.excess)) for gear in joint.gears if math.isfinite(gear.excess)]
     top = min(float(np.nanmax(goal)), 3.0 * found.value)
     top = max([top, found.value, *(min(height, 3.0 * found.value) for _, height in gears)])
     span = max(top - found.value, 1e-3 * abs(found.value))
@@ -287,8 +287,8 @@ def _free_joint(found: FreeRatios, joint: FreeJoint) -> Chart:
              label="gears of the catalogue", colours=[VERDICT_COLOURS[gear.verdict] for gear, _ in gears],
              tips=[f"{gear.key}: {gear.verdict}" for gear, _ in gears]),
     ]  # fmt: skip
-    if joint.family.low < joint.alone < joint.family.high:
-        marks.append(Mark("rule", x=[joint.alone], label="by formula, its motor only", colour="muted", dash=True))
+    if joint.family.low < joint.least_rms < joint.family.high:
+        marks.append(Mark("rule", x=[joint.least_rms], label="by formula, its motor only", colour="muted", dash=True))
     unit = f" [{printed_unit(found.goal.unit)}]" if printed_unit(found.goal.unit) else ""
     return Chart(f"{joint.joint}: {found.goal} of the arm over its ratio", "gear ratio [-]",
                  f"{found.goal} of the arm{unit}", marks, x_range=(joint.family.low / 1.06, joint.family.high * 1.06),

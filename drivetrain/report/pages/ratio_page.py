@@ -205,7 +205,7 @@ def free_ratio_report(found: FreeRatios) -> str:
 def free_ratio_sentence(found: FreeRatios) -> str:
     value = number(found.value) if found.goal.unit == "1" else with_unit(found.value, found.goal.unit)
     text = f"With the best ratios the {WORDS[found.goal]} of the arm is {value}"
-    more = found.alone / found.value - 1.0 if found.value else math.nan
+    more = found.value_at_least_rms / found.value - 1.0 if found.value else math.nan
     if math.isfinite(more):
         small = f"{number(100.0 * more, 2)} %" if abs(more) >= 1e-6 else "less than a ten-thousandth of a percent"
         text += f"; with every joint at the best for its own motor it is {small} more"
@@ -220,14 +220,14 @@ def free_ratio_lines(found: FreeRatios) -> list[str]:
         holding = [gear for gear in one.gears if gear.verdict not in ("FAIL", "NOT CHECKED")]
         beside = "of the catalogue's gears near it none holds"
         if holding:
-            least = min(holding, key=lambda gear: gear.loss)
-            beside = f"of the catalogue's, {least.key} loses least, {_loss(least.loss)} of the arm's {found.goal}"
+            least = min(holding, key=lambda gear: gear.excess)
+            beside = f"of the catalogue's, {least.key} loses least, {_excess(least.excess)} of the arm's {found.goal}"
         span = f"{number(one.low)} to {number(one.high)}"
         lines.append(f"{one.joint}: ratio {number(one.best)}, allowed {span}, {one.verdict}; {beside}")
     return lines
 
 
-def _loss(share: float) -> str:
+def _excess(share: float) -> str:
     return DASH if math.isnan(share) else f"{number(100.0 * share, 2)}\u00a0%"
 
 
@@ -236,9 +236,9 @@ def _table(found: FreeRatios) -> SheetTable:
     for one in found.joints:
         mass = one.gear.mass
         rows.append((
-            one.joint, one.motor, number(one.best), DASH if one.alone > NO_USE else number(one.alone), number(one.low),
-            number(one.high), one.ended_by, with_unit(one.gear.repeated_peak_torque, "N m"), with_unit(mass, "kg"),
-            chip(one.verdict),
+            one.joint, one.motor, number(one.best), DASH if one.least_rms > NO_USE else number(one.least_rms),
+            number(one.low), number(one.high), one.ended_by, with_unit(one.gear.repeated_peak_torque, "N m"),
+            with_unit(mass, "kg"), chip(one.verdict),
         ))  # fmt: skip
     headings = (
         "joint", "motor", "best for the arm", "by formula, motor only", "allowed from", "to",
@@ -249,7 +249,7 @@ def _table(found: FreeRatios) -> SheetTable:
 
 def _free_joint(one: FreeJoint) -> Section:
     rows = tuple(
-        (gear.key, number(gear.ratio), _loss(gear.loss), chip(gear.verdict),
+        (gear.key, number(gear.ratio), _excess(gear.excess), chip(gear.verdict),
          percent(gear.utilisation), gear.binding)
         for gear in one.gears
     )  # fmt: skip

@@ -24,7 +24,7 @@ from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.judge.vary import Number, Setup, Vary, edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.chance_constraint import CONFIDENCE, chance_of, has_tolerances
+from drivetrain.sizing.search.constraints.chance import CONFIDENCE, chance_of, has_tolerances
 from drivetrain.sizing.search.preconditions import unknown_terms
 from drivetrain.sizing.search.robust import robust_select
 from drivetrain.sizing.search.search import better_set, select
@@ -41,8 +41,8 @@ if TYPE_CHECKING:
 POINTS = 17
 TOLERANCE = 1e-6  # of a breakpoint, relative to the range of values
 EQUAL = 1e-9  # relative: rounding of objectives summed in another order
-SLIVER = 0.1  # of a grid step: narrower pieces are found by chance and have no practical use, so they are merged
-DRAWN = 9  # evaluated points of each piece
+NARROW = 0.1  # of a grid step: narrower pieces are found by chance and have no practical use, so they are merged
+PIECE_POINTS = 9  # evaluated points of each piece
 SAMPLES = 2048  # of each selected set, if tolerances are stated and no probability is required
 PROVEN = "optimal"
 PROVEN_ROBUST = "optimal among the sets that hold often enough"
@@ -185,31 +185,31 @@ def optimum_curve(
     what = varied(vary)
     unit = "degC" if what.unit == "C" else what.unit
     low, high = (quantity(end, unit, "span") if isinstance(end, str) else end for end in span)
-    row = _Row(study, what, _checked(study, what, payload, (low, high), points))
+    search = _CurveSearch(study, what, _checked(study, what, payload, (low, high), points))
     report = progress or (lambda done, total, text: None)
     grid = [float(value) for value in np.linspace(low, high, points)]
     found: list[CurvePoint] = []
     for done, value in enumerate(grid):
         report(done, points + 1, f"selecting at {value:.4g}")
-        found.append(row.selected(value, found[-1] if found else None, counted=True))
+        found.append(search.selected(value, found[-1] if found else None, counted=True))
     tolerance = TOLERANCE * (high - low)
     report(points, points + 1, "locating the breakpoints")
     starts = [(grid[0], found[0])]
     for before, one in itertools.pairwise(found):
-        if row.wanted is None:
-            _between(row, starts, one, tolerance, SLIVER * (grid[1] - grid[0]))
+        if search.wanted is None:
+            _find_breakpoints(search, starts, one, tolerance, NARROW * (grid[1] - grid[0]))
         elif one.drives != before.drives:  # testing a probability is too expensive for bisection
             starts.append((0.5 * (before.value + one.value), one))
     step = grid[1] - grid[0]
-    pieces, folded = _pieces(row, starts, grid[-1], tolerance, SLIVER * step)
+    pieces, folded = _pieces(search, starts, grid[-1], tolerance, NARROW * step)
     return OptimumCurve(
-        study, what, row.payload, row.number.now, tuple(sorted(row.made, key=lambda one: one.value)), pieces,
-        tolerance if row.wanted is None else 0.5 * step, tuple(_notes(row, step, folded)),
+        study, what, search.payload, search.number.now, tuple(sorted(search.made, key=lambda one: one.value)), pieces,
+        tolerance if search.wanted is None else 0.5 * step, tuple(_notes(search, step, folded)),
     )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
-class _Row:
+class _CurveSearch:
     """A task with one varied quantity, and the selections and evaluations made so far."""
 
     study: Study
@@ -306,13 +306,13 @@ def _robust(study: Study, value: float) -> CurvePoint:
     return CurvePoint(value, dict(best.drives), best.objective, best.criteria, proof, found.chosen.chance)
 
 
-def _between(
-    row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint, tolerance: float, narrow: float
+def _find_breakpoints(
+    search: _CurveSearch, starts: list[tuple[float, CurvePoint]], end: CurvePoint, tolerance: float, narrow: float
 ) -> None:  # fmt: skip
     """Find the breakpoints between the last known best set and the best set at a larger value.
 
     Args:
-        row: The task.
+        search: The task.
         starts: Value from which each set is the best, and the set, by rising value; breakpoints are appended.
         end: The best set at the larger value.
         tolerance: Accuracy of the breakpoints.
@@ -320,37 +320,37 @@ def _between(
     """
     while starts[-1][1].drives != end.drives:
         start = starts[-1][1]
-        low, high = edge(partial(_goes_on, row, start.drives, end.drives), start.value, end.value,
+        low, high = edge(partial(_first_is_better, search, start.drives, end.drives), start.value, end.value,
                          error=0.0, least=tolerance)  # fmt: skip
-        if end.value - start.value < narrow and math.isfinite(row.worth(end.drives, high)):
+        if end.value - start.value < narrow and math.isfinite(search.worth(end.drives, high)):
             starts.append((0.5 * (low + high), end))  # a third set between them would have a negligible piece
             return
-        before = row.selected(low, start)
+        before = search.selected(low, start)
         if before.drives != start.drives and low > start.value:
             # A third set is better somewhere before the breakpoint: find its own breakpoint first.
-            _between(row, starts, before, tolerance, narrow)
+            _find_breakpoints(search, starts, before, tolerance, narrow)
             continue
-        after = far = row.selected(high, end)
+        after = far = search.selected(high, end)
         if before.objective == after.objective and after.drives != end.drives:
             # Of many tied sets that become infeasible one by one, the one that lasts longest represents all.
-            far = row.selected(0.5 * (high + end.value), after)
-            if row.worth(far.drives, high) <= after.objective * (1.0 + EQUAL):
+            far = search.selected(0.5 * (high + end.value), after)
+            if search.worth(far.drives, high) <= after.objective * (1.0 + EQUAL):
                 after = replace(after, drives=far.drives)
         starts.append((0.5 * (low + high), after))
-        _between(row, starts, far, tolerance, narrow)
+        _find_breakpoints(search, starts, far, tolerance, narrow)
         if high >= end.value:
             return
 
 
-def _goes_on(row: _Row, first: Drives, last: Drives, value: float) -> bool:
+def _first_is_better(search: _CurveSearch, first: Drives, last: Drives, value: float) -> bool:
     """Whether the first of two sets is still the better one."""
     if not first:
-        return math.isinf(row.worth(last, value))
-    own = row.worth(first, value)
-    return math.isfinite(own) and own <= row.worth(last, value) * (1.0 + EQUAL)
+        return math.isinf(search.worth(last, value))
+    own = search.worth(first, value)
+    return math.isfinite(own) and own <= search.worth(last, value) * (1.0 + EQUAL)
 
 
-class _Run(NamedTuple):
+class _Interval(NamedTuple):
     """A range of values with its best set."""
 
     low: float
@@ -359,7 +359,7 @@ class _Run(NamedTuple):
 
 
 def _pieces(
-    row: _Row, starts: list[tuple[float, CurvePoint]], last: float, tolerance: float, narrow: float
+    search: _CurveSearch, starts: list[tuple[float, CurvePoint]], last: float, tolerance: float, narrow: float
 ) -> tuple[tuple[CurvePiece, ...], int]:  # fmt: skip
     """The pieces of the curve, and how many narrow ones were merged into a neighbour.
 
@@ -367,93 +367,96 @@ def _pieces(
     feasible there.
     """
     ends = [*(start for start, _ in starts[1:]), last]
-    runs = [_Run(low, high, one.drives) for (low, one), high in zip(starts, ends, strict=True)]
-    runs = _joined(runs, lambda run, drives: run.drives == drives)
+    intervals = [_Interval(low, high, one.drives) for (low, one), high in zip(starts, ends, strict=True)]
+    intervals = _merged(intervals, lambda one, drives: one.drives == drives)
     folded = 0
-    if row.wanted is None:
-        runs = _joined(runs, lambda run, _: run.high - run.low <= 2.0 * tolerance)
-        runs = _joined(runs, lambda run, drives: run.drives == drives or _as_good(row, drives, run))
-        folded = len(runs)
-        runs = _joined(
-            runs, lambda run, drives: run.high - run.low < narrow and _as_good(row, drives, run, at_any_cost=True)
+    if search.wanted is None:
+        intervals = _merged(intervals, lambda one, _: one.high - one.low <= 2.0 * tolerance)
+        intervals = _merged(intervals, lambda one, drives: one.drives == drives or _as_good(search, drives, one))
+        folded = len(intervals)
+        intervals = _merged(
+            intervals,
+            lambda one, drives: one.high - one.low < narrow and _as_good(search, drives, one, at_any_cost=True),
         )
-        folded -= len(runs)
+        folded -= len(intervals)
     return tuple(
         CurvePiece(
-            low, high, drives, _drawn(row, drives, low, high),
-            _ended_by(row, drives, low, -1) if low > runs[0].low else "",
-            _ended_by(row, drives, high, 1) if high < last else "",
+            low, high, drives, _piece_points(search, drives, low, high),
+            _ended_by(search, drives, low, -1) if low > intervals[0].low else "",
+            _ended_by(search, drives, high, 1) if high < last else "",
         )
-        for low, high, drives in runs
+        for low, high, drives in intervals
     ), folded  # fmt: skip
 
 
-def _joined(runs: list[_Run], gives_way: Callable[[_Run, Drives], bool]) -> list[_Run]:
-    """Merge neighbouring runs if one of them gives way to the other's set."""
-    found = [runs[0]]
-    for run in runs[1:]:
+def _merged(intervals: list[_Interval], may_be_replaced_by: Callable[[_Interval, Drives], bool]) -> list[_Interval]:
+    """Merge neighbouring intervals if the set of one of them may replace that of the other."""
+    found = [intervals[0]]
+    for interval in intervals[1:]:
         last = found[-1]
-        if gives_way(run, last.drives):
-            found[-1] = _Run(last.low, run.high, last.drives)
-        elif gives_way(last, run.drives):
-            found[-1] = _Run(last.low, run.high, run.drives)
+        if may_be_replaced_by(interval, last.drives):
+            found[-1] = _Interval(last.low, interval.high, last.drives)
+        elif may_be_replaced_by(last, interval.drives):
+            found[-1] = _Interval(last.low, interval.high, interval.drives)
         else:
-            found.append(run)
+            found.append(interval)
     return found
 
 
-def _as_good(row: _Row, drives: Drives, run: _Run, *, at_any_cost: bool = False) -> bool:
-    """Whether a set is feasible and no worse over the run of another set, at the evaluated points of the run."""
-    if not drives or not run.drives:
+def _as_good(search: _CurveSearch, drives: Drives, interval: _Interval, *, at_any_cost: bool = False) -> bool:
+    """Whether a set is feasible and no worse than the set of an interval, at the evaluated points of the interval."""
+    if not drives or not interval.drives:
         return False
-    inner, ends = np.linspace(run.low, run.high, DRAWN + 2)[1:-1], 1e-9 * (run.high - run.low)
-    for value in (inner[DRAWN // 2], run.low + ends, run.high - ends, *inner):
-        own, other = row.worth(drives, float(value)), row.worth(run.drives, float(value))
+    low, high, _ = interval
+    inner, ends = np.linspace(low, high, PIECE_POINTS + 2)[1:-1], 1e-9 * (high - low)
+    for value in (inner[PIECE_POINTS // 2], low + ends, high - ends, *inner):
+        own, other = search.worth(drives, float(value)), search.worth(interval.drives, float(value))
         if math.isinf(own) or not (at_any_cost or own <= other * (1.0 + EQUAL) < math.inf):
             return False
     return True
 
 
-def _ended_by(row: _Row, drives: Drives, value: float, direction: int) -> str:
+def _ended_by(search: _CurveSearch, drives: Drives, value: float, direction: int) -> str:
     """The check that fails just beyond an end of a piece, or that another set is better there."""
     if not drives:
         return ""
-    if row.wanted is not None:
+    if search.wanted is not None:
         return "another set is better, or it holds too seldom"
-    found = row.evaluated(drives, value + direction * 2.0 * TOLERANCE * max(abs(value), abs(row.number.now), 1e-9))
+    step = 2.0 * TOLERANCE * max(abs(value), abs(search.number.now), 1e-9)
+    found = search.evaluated(drives, value + direction * step)
     if found.feasible:
         return "another set is better"
     worst = worst_of_set(found)
     return f"{worst.check} at {worst.place}" if worst.place not in ("supply", "arm") else worst.check
 
 
-def _drawn(row: _Row, drives: Drives, low: float, high: float) -> tuple[CurvePoint, ...]:
-    values = [float(value) for value in np.linspace(low, high, DRAWN)] if drives else []
-    found = [(value, row.evaluated(drives, value)) for value in values]
+def _piece_points(search: _CurveSearch, drives: Drives, low: float, high: float) -> tuple[CurvePoint, ...]:
+    values = [float(value) for value in np.linspace(low, high, PIECE_POINTS)] if drives else []
+    found = [(value, search.evaluated(drives, value)) for value in values]
     return tuple(CurvePoint(value, drives, one.objective, one.criteria, "") for value, one in found)
 
 
-def _notes(row: _Row, step: float, folded: int) -> list[str]:
-    notes = list(row.missing)
+def _notes(search: _CurveSearch, step: float, folded: int) -> list[str]:
+    notes = list(search.missing)
     if folded:
         notes.append(
-            f"{folded} piece{'s' * (folded > 1)} narrower than {SLIVER * step:.3g} {row.vary.unit} folded into a "
+            f"{folded} piece{'s' * (folded > 1)} narrower than {NARROW * step:.3g} {search.vary.unit} folded into a "
             "neighbour, whose set is feasible there too and worth little less"
         )
-    if has_tolerances(row.study) and row.wanted is None:
+    if has_tolerances(search.study) and search.wanted is None:
         notes.append(
             "sets are those that hold with nominal numbers; with what probability each holds within the tolerances is "
             f"counted at each value of the grid over at most {SAMPLES} arms (`selection: holds` asks for sets that "
             "hold often enough)"
         )
-    elif row.wanted is not None:
+    elif search.wanted is not None:
         notes.append(
-            f"every set selected holds with at least {100.0 * row.wanted:g} % ({100.0 * CONFIDENCE:g} % confidence); "
-            f"between two selections a breakpoint is only known to {0.5 * step:.3g} {row.vary.unit}"
+            f"every set selected holds with at least {100.0 * search.wanted:g} % ({100.0 * CONFIDENCE:g} % "
+            f"confidence); between two selections a breakpoint is only known to {0.5 * step:.3g} {search.vary.unit}"
         )
-    notes += [f"not proven at {point.value:.4g}: {point.proof}" for point in row.made if not is_proven(point.proof)]
+    notes += [f"not proven at {point.value:.4g}: {point.proof}" for point in search.made if not is_proven(point.proof)]
     notes.append(f"a set that is best only within one step of the grid, {step:.3g}, can have been passed over")
-    if row.vary is Vary.CYCLE_TIME and row.study.arm is None:
+    if search.vary is Vary.CYCLE_TIME and search.study.arm is None:
         notes.append("the torques of the load table are kept at every pace")
     return notes
 

@@ -29,12 +29,12 @@ from drivetrain.sizing.results import Evaluation, Selection, every_drive
 from drivetrain.study.model import Study, refuse_moving_base
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
-MOST = 50.0  # largest factor of slowing down or speeding up
-STEP = 1.25  # factor between steps while an edge is bracketed
-CLOSE = 1e-3  # relative accuracy of the factor, on the safe side
-GRID = 160  # intervals of a retimed move
-FINEST = 1.0 / 400.0  # smallest distance between two points of its spline, relative to the length of the path
-REPAIRS = 60  # steps in which moves that fail together, though each is feasible alone, are slowed down
+MAX_FACTOR = 50.0  # largest factor of slowing down or speeding up
+BRACKET_STEP = 1.25  # factor between steps while an edge is bracketed
+FACTOR_TOLERANCE = 1e-3  # relative accuracy of the factor, on the safe side
+PATH_INTERVALS = 160  # intervals of a retimed move
+MIN_SPACING = 1.0 / 400.0  # smallest distance between two points of its spline, relative to the length of the path
+MAX_REPAIRS = 60  # steps in which moves that fail together, though each is feasible alone, are slowed down
 SPEED_LIMIT = "the arm's speed limit"
 OVER_THE_CYCLE = {"winding temperature"}  # reported with an instant, although it depends on the whole cycle
 
@@ -123,16 +123,16 @@ def fastest(study: Study | Evaluation | Selection, drives: Mapping[str, Given] |
     if not moves:
         raise InputError(Fault("cycle", "holds no move from rest to rest", hint="nothing can be made faster"))
     drives = given_drives(study, drives or {})
-    best = _paced(study, drives, cycle, moves)
+    best = _scaled_moves(study, drives, cycle, moves)
     if best.feasible and best.share == 0.0:
-        again = _paced(study, drives, *_timed(study, drives, best, cycle, moves))
+        again = _scaled_moves(study, drives, *_retimed_along_paths(study, drives, best, cycle, moves))
         if again.feasible and again.duration < best.duration:
             best = again
     return Fastest(best.evaluation.study, best.evaluation, cycle.duration, _move_times(cycle, moves, best), best.share)
 
 
 @dataclass(frozen=True, eq=False)
-class _Paced:
+class _ScaledCycle:
     """A cycle with a factor on the duration of each move."""
 
     cycle: Cycle  # before scaling
@@ -152,23 +152,23 @@ class _Paced:
         return self.evaluation.study.cycle.duration
 
 
-def _paced(study: Study, drives: Mapping[str, Given] | None, cycle: Cycle, moves: list[slice]) -> _Paced:
+def _scaled_moves(study: Study, drives: Mapping[str, Given] | None, cycle: Cycle, moves: list[slice]) -> _ScaledCycle:
     """Scale each move of a cycle uniformly to the smallest duration that the checks allow."""
     study = replace(study, cycle=cycle)
-    edges = np.array([_alone(study, drives, move) for move in moves])
+    edges = np.array([_min_factor(study, drives, move) for move in moves])
 
     def at(pace: Array) -> Evaluation:
         return evaluate(replace(study, cycle=retimed(cycle, moves, pace)), drives)
 
     edges = _repaired(at, moves, edges)
     share, least = 0.0, float(edges.min())
-    if not _holds(at(edges)):
-        share = _edge(lambda share: _holds(at(np.maximum(edges, share))), least, quicker=False)
+    if not _satisfied(at(edges)):
+        share = _smallest_factor(lambda share: _satisfied(at(np.maximum(edges, share))), least, quicker=False)
     pace = np.maximum(edges, share)
-    return _Paced(cycle, moves, edges, share, pace, at(pace), _over_cycle(at, edges, share))
+    return _ScaledCycle(cycle, moves, edges, share, pace, at(pace), _over_cycle(at, edges, share))
 
 
-class _Way(NamedTuple):
+class _MovePath(NamedTuple):
     """The path of a move over its path parameter from 0 to 1."""
 
     place: Array  # path parameter, (N,)
@@ -178,25 +178,25 @@ class _Way(NamedTuple):
     sample: Indices  # of the cycle, at or after each place, (N,)
 
 
-def _timed(
-    study: Study, drives: Mapping[str, Given] | None, best: _Paced, cycle: Cycle, moves: list[slice]
+def _retimed_along_paths(
+    study: Study, drives: Mapping[str, Given] | None, best: _ScaledCycle, cycle: Cycle, moves: list[slice]
 ) -> tuple[Cycle, list[slice]]:
     """Time-optimal parameterisation of a cycle's moves with constant limits of torque and speed; and the moves.
 
     The limits of gear torque, motor torque and speed of each joint are the values of the best cycle so far divided by
     their utilisations. ``evaluate`` decides in the end.
     """
-    ways = [_way(cycle, move) for move in moves]
+    paths = [_move_path(cycle, move) for move in moves]
     after = best.evaluation.study.cycle
     rates = [1.0 / (after.time[move.stop - 1] - after.time[move.start]) for move in best.moves]
 
     def torques(speeds: bool, pushed: str) -> list[Array]:
         """Torques at gears, at motors without friction and of friction, and motor speeds, (4, N, n) a move."""
         blocks = []
-        for way, rate in zip(ways, rates, strict=True):
-            acceleration = rate**2 * getattr(way, pushed) if pushed else np.zeros_like(way.first)
-            blocks.append((way.place / rate, rate * speeds * way.first, acceleration))
-        trial, places = _rebuilt(cycle, moves, ways, blocks)
+        for path, rate in zip(paths, rates, strict=True):
+            acceleration = rate**2 * getattr(path, pushed) if pushed else np.zeros_like(path.first)
+            blocks.append((path.place / rate, rate * speeds * path.first, acceleration))
+        trial, places = _rebuilt(cycle, moves, paths, blocks)
         series = [joint.series for joint in evaluate(replace(study, cycle=trial), drives).joints.values()]
         found = [
             [one.gear_torque, one.motor_torque - one.friction_torque, one.friction_torque, one.motor_speed]
@@ -208,7 +208,7 @@ def _timed(
     still, pushed, running = torques(False, ""), torques(False, "first"), torques(True, "second")
     torque, speed, (by_torque, by_turn) = _allowed(best)
     blocks = []
-    for way, rate, held, more, quick in zip(ways, rates, still, pushed, running, strict=True):
+    for path, rate, held, more, quick in zip(paths, rates, still, pushed, running, strict=True):
         turn = by_turn * quick[3] / rate
         # Three rows a joint: torque at the gear, at the motor, and volts over what there are.
         parts = (more - held) / rate**2, (quick - held) / rate**2, held
@@ -219,19 +219,19 @@ def _timed(
         most = np.maximum(most, 1.001 * np.abs(need).max(axis=0))
         v = np.hstack([np.zeros_like(turn), np.zeros_like(turn), turn])
         with np.errstate(divide="ignore"):
-            squares = np.min((speed / np.abs(way.first)) ** 2, axis=1)
+            squares = np.min((speed / np.abs(path.first)) ** 2, axis=1)
         square = quickest_squares(
-            way.place, np.hstack([p, -p]), np.hstack([q, -q]), np.hstack([most - need, most + need]),
-            np.minimum(squares, (MOST * rate) ** 2), np.hstack([v, -v]),
+            path.place, np.hstack([p, -p]), np.hstack([q, -q]), np.hstack([most - need, most + need]),
+            np.minimum(squares, (MAX_FACTOR * rate) ** 2), np.hstack([v, -v]),
         )  # fmt: skip
-        push = 0.5 * np.diff(square) / np.diff(way.place)
+        push = 0.5 * np.diff(square) / np.diff(path.place)
         push = np.concatenate([push[:1], 0.5 * (push[1:] + push[:-1]), push[-1:]])[:, None]
         x = square[:, None]
-        blocks.append((times(way.place, square), np.sqrt(x) * way.first, way.second * x + way.first * push))
-    return _rebuilt(cycle, moves, ways, blocks)
+        blocks.append((times(path.place, square), np.sqrt(x) * path.first, path.second * x + path.first * push))
+    return _rebuilt(cycle, moves, paths, blocks)
 
 
-def _allowed(best: _Paced) -> tuple[Array, Array, Array]:
+def _allowed(best: _ScaledCycle) -> tuple[Array, Array, Array]:
     """Limits of gear and motor torque [N m], (2, n), limits of joint speed, (n,), and use of the voltage, (2, n).
 
     The last is the share of the available voltage per unit of motor torque and of motor speed [1/(N m), s/rad].
@@ -252,28 +252,28 @@ def _allowed(best: _Paced) -> tuple[Array, Array, Array]:
         drawn = np.stack([series.motor_torque, series.motor_speed], axis=1)
         share, *_ = np.linalg.lstsq(drawn, series.voltage, rcond=None)
         volts[:, i] = share * used["voltage"] / np.abs(series.voltage).max()
-    return torque, np.minimum(speed, _limits(best.evaluation.study)), volts
+    return torque, np.minimum(speed, _speed_limits(best.evaluation.study)), volts
 
 
-def _way(cycle: Cycle, move: slice) -> _Way:
+def _move_path(cycle: Cycle, move: slice) -> _MovePath:
     """A cubic spline through the positions of a move over its chord length."""
     positions = cycle.position[move]
     chords = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     places = np.concatenate([[0.0], np.cumsum(chords)]) / chords.sum()
     kept = [0]
     for i, place in enumerate(places):
-        if place - places[kept[-1]] > FINEST and (1.0 - place > FINEST or i == len(places) - 1):
+        if place - places[kept[-1]] > MIN_SPACING and (1.0 - place > MIN_SPACING or i == len(places) - 1):
             kept.append(i)
     if kept[-1] != len(places) - 1:
         kept.append(len(places) - 1)
     spline = CubicSpline(places[kept], positions[kept])
-    grid = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, GRID + 1)))  # finer at both ends
+    grid = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, PATH_INTERVALS + 1)))  # finer at both ends
     sample = move.start + np.clip(np.searchsorted(places, grid), 1, len(places) - 1)
-    return _Way(grid, spline(grid), spline(grid, 1), spline(grid, 2), sample)
+    return _MovePath(grid, spline(grid), spline(grid, 1), spline(grid, 2), sample)
 
 
 def _rebuilt(
-    cycle: Cycle, moves: list[slice], ways: list[_Way], blocks: list[tuple[Array, Array, Array]]
+    cycle: Cycle, moves: list[slice], paths: list[_MovePath], blocks: list[tuple[Array, Array, Array]]
 ) -> tuple[Cycle, list[slice]]:
     """A cycle with the samples of its moves replaced by times from 0, speeds and accelerations; and its moves.
 
@@ -294,11 +294,11 @@ def _rebuilt(
         index[span] = count + np.arange(len(span))
         take(cycle.position[span], cycle.velocity[span], accelerations[span], steps[span], span)
 
-    for move, way, (time, velocity, acceleration) in zip(moves, ways, blocks, strict=True):
+    for move, path, (time, velocity, acceleration) in zip(moves, paths, blocks, strict=True):
         accelerations[[move.start, move.stop - 1]] = 0.0
         keep(done, move.start + 1)
         begin = int(index[move.start])
-        take(way.position, velocity, acceleration, np.diff(time, prepend=time[0]), way.sample)
+        take(path.position, velocity, acceleration, np.diff(time, prepend=time[0]), path.sample)
         steps[move.stop - 1] = 0.0
         keep(move.stop - 1, move.stop)
         done = move.stop
@@ -347,24 +347,24 @@ def retimed(cycle: Cycle, moves: list[slice], factors: Array) -> Cycle:
     )
 
 
-def _alone(study: Study, drives: Mapping[str, Given] | None, move: slice) -> float:
+def _min_factor(study: Study, drives: Mapping[str, Given] | None, move: slice) -> float:
     """Smallest factor on the duration of a move by the limits at an instant and the arm's speed limits."""
-    own = _cut(study.cycle, move)
+    own = _single_move(study.cycle, move)
     whole = [slice(0, len(own.time))]
 
     def holds(factor: float) -> bool:
         result = evaluate(replace(study, cycle=retimed(own, whole, np.array([factor]))), drives)
         return not any(_fails(check) for _, check in _instants(result))
 
-    return max(_edge(holds, 1.0), float(_speed_share(study, own.velocity).max()))
+    return max(_smallest_factor(holds, 1.0), float(_speed_share(study, own.velocity).max()))
 
 
 def _speed_share(study: Study, velocity: Array) -> Array:
     """Largest speed of each joint relative to the arm's limit, (n,)."""
-    return np.abs(velocity).max(axis=0) / _limits(study)
+    return np.abs(velocity).max(axis=0) / _speed_limits(study)
 
 
-def _limits(study: Study) -> Array:
+def _speed_limits(study: Study) -> Array:
     """Speed limits of the arm [rad/s or m/s], (n,)."""
     assert study.arm is not None
     return study.arm.speed_limits
@@ -373,18 +373,18 @@ def _limits(study: Study) -> Array:
 def _repaired(at: Callable[[Array], Evaluation], moves: list[slice], edges: Array) -> Array:
     """Factors with which the moves are feasible together: a neighbouring dwell may make a move more demanding."""
     pace = edges.copy()
-    for _ in range(REPAIRS):
+    for _ in range(MAX_REPAIRS):
         result = at(pace)
         time = result.study.cycle.time
         failed = [check.time for _, check in _instants(result) if _fails(check) and check.time is not None]
         slow = {k for k, move in enumerate(moves) for t in failed if time[move.start] <= t <= time[move.stop - 1]}
         if not slow:
             break
-        pace[list(slow)] *= 1.0 + 5.0 * CLOSE
+        pace[list(slow)] *= 1.0 + 5.0 * FACTOR_TOLERANCE
     return pace
 
 
-def _cut(cycle: Cycle, move: slice) -> Cycle:
+def _single_move(cycle: Cycle, move: slice) -> Cycle:
     """One move as a cycle of its own, with unchanged times."""
     arrays = {
         name: getattr(cycle, name)[move]
@@ -393,7 +393,7 @@ def _cut(cycle: Cycle, move: slice) -> Cycle:
     return replace(cycle, **arrays, parts=(), shares=(1.0,), part_names=("",))
 
 
-def _edge(holds: Callable[[float], bool], start: float, *, quicker: bool = True) -> float:
+def _smallest_factor(holds: Callable[[float], bool], start: float, *, quicker: bool = True) -> float:
     """The smallest feasible factor, bracketed from a start and found by bisection.
 
     If the start is feasible, smaller factors are tried only with ``quicker``.
@@ -401,21 +401,21 @@ def _edge(holds: Callable[[float], bool], start: float, *, quicker: bool = True)
     if holds(start):
         if not quicker:
             return start
-        good, bad = start, start / STEP
+        good, bad = start, start / BRACKET_STEP
         while holds(bad):
-            good, bad = bad, bad / STEP
-            if bad < start / MOST:
+            good, bad = bad, bad / BRACKET_STEP
+            if bad < start / MAX_FACTOR:
                 return good
     else:
-        bad, good = start, start * STEP
+        bad, good = start, start * BRACKET_STEP
         while not holds(good):
-            bad, good = good, good * STEP
-            if good > start * MOST:
+            bad, good = good, good * BRACKET_STEP
+            if good > start * MAX_FACTOR:
                 return good
-    return edge(holds, good, bad, error=CLOSE, geometric=True).inside
+    return edge(holds, good, bad, error=FACTOR_TOLERANCE, geometric=True).inside
 
 
-def _holds(evaluation: Evaluation) -> bool:
+def _satisfied(evaluation: Evaluation) -> bool:
     return not any(_fails(check) for _, check in _checks(evaluation))
 
 
@@ -443,13 +443,13 @@ def _over_cycle(at: Callable[[Array], Evaluation], edges: Array, share: float) -
     """Place and name of the check that fails just below the share that limits over the whole cycle allow."""
     if share == 0.0:
         return "", ""
-    result = at(np.maximum(edges, share / (1.0 + 3.0 * CLOSE)))
+    result = at(np.maximum(edges, share / (1.0 + 3.0 * FACTOR_TOLERANCE)))
     failed = [one for one in _checks(result) if _fails(one[1])]
     place, check = max(failed, key=lambda one: one[1].utilisation or 0.0, default=("", None))
     return (place, "" if check is None else check.name)
 
 
-def _move_times(before: Cycle, moves: list[slice], best: _Paced) -> tuple[MoveTime, ...]:
+def _move_times(before: Cycle, moves: list[slice], best: _ScaledCycle) -> tuple[MoveTime, ...]:
     found, result, after = [], best.evaluation, best.evaluation.study.cycle
     for own, move, least, final in zip(moves, best.moves, best.edges, best.pace, strict=True):
         length = float(before.time[own.stop - 1] - before.time[own.start])
@@ -457,7 +457,7 @@ def _move_times(before: Cycle, moves: list[slice], best: _Paced) -> tuple[MoveTi
         name = before.segment_names[before.segment[(own.start + own.stop - 1) // 2]]
         place, check, at = *best.over_cycle, math.nan
         if final <= least:
-            alone = evaluate(replace(result.study, cycle=_cut(after, move)), result.drives)
+            alone = evaluate(replace(result.study, cycle=_single_move(after, move)), result.drives)
             place, most = max(_instants(alone), key=lambda one: one[1].utilisation or 0.0, default=("", None))
             check, at = ("", math.nan) if most is None else (most.name, most.time or start)
             speed = _speed_share(result.study, after.velocity[move])

@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Amplifier
@@ -41,86 +40,17 @@ from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.objectives import amplifier_price
 from drivetrain.sizing.judge.parts import Parts, parts_of
+from drivetrain.sizing.search.affine_loads import (
+    NO_LOADS,
+    AffineLoads,
+    affine_loads,
+    bearing_loads,
+    min_cross,
+    min_magnitude,
+)
 from drivetrain.sizing.search.bounds import Brake, Offer, Sheets, bound_candidates, open_span, span_of
+from drivetrain.sizing.search.domains import Indices, Mask
 from drivetrain.study.model import JointTask, Study
-
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
-Pairs = tuple[int, ...]
-
-UNPRICED = -1e300  # lower bound on an unknown cost: below every cost, and sums of it stay finite
-UNTESTED, CHEAPEST, ALL = range(3)  # which candidates of a domain were tested against the current bounds
-
-
-@dataclass(frozen=True, eq=False)
-class Domain:
-    """The remaining candidates of one joint, K of them."""
-
-    pairs: Indices  # indices into the pairs of the study, (K,)
-    cost: Array  # lower bound on the cost of each, (K,) or (K, criteria)
-    exact: Mask  # whether the candidate was judged feasible and the cost is exact, (K,)
-    lower_bound: float = UNPRICED  # on the cost of the joint
-    tested: int = UNTESTED  # UNTESTED, CHEAPEST (those that may be the cheapest) or ALL
-
-    def __len__(self) -> int:
-        return len(self.pairs)
-
-    @property
-    def cheapest(self) -> int:
-        """Index of the candidate of smallest cost."""
-        return int(np.argmin(self.cost))
-
-    @property
-    def cheapest_is_exact(self) -> bool:
-        """Whether the cheapest candidate is feasible with an exact cost."""
-        return bool(self.exact[self.cheapest])
-
-    def subset(self, mask: Mask) -> Domain:
-        """The candidates of a mask; as the cheapest may be gone, its test counts no longer."""
-        if mask.all():
-            return self
-        tested = UNTESTED if self.tested == CHEAPEST else self.tested
-        return replace(self, pairs=self.pairs[mask], cost=self.cost[mask], exact=self.exact[mask], tested=tested)
-
-    def below(self, cost_limit: float) -> Domain:
-        """The candidates that cost less than a limit; the cheapest remains, so its test still counts."""
-        mask = self.cost < cost_limit
-        if mask.all():
-            return self
-        return replace(self, pairs=self.pairs[mask], cost=self.cost[mask], exact=self.exact[mask])
-
-    def sorted_by_cost(self) -> Domain:
-        """The same candidates, cheapest first."""
-        order = np.argsort(self.cost, kind="stable")
-        return replace(self, pairs=self.pairs[order], cost=self.cost[order], exact=self.exact[order])
-
-
-Domains = tuple[Domain, ...]
-
-
-def replace_domain(domains: Sequence[Domain], joint: int, domain: Domain) -> Domains:
-    """The domains with the one of a joint replaced."""
-    return (*domains[:joint], domain, *domains[joint + 1 :])
-
-
-def cheapest_pairs(domains: Sequence[Domain]) -> tuple[int, ...]:
-    """The cheapest candidate of every joint."""
-    return tuple(int(domain.pairs[domain.cheapest]) for domain in domains)
-
-
-def exclude_cheapest(domains: Domains) -> list[Domains]:
-    """Partition of all sets except the one of the cheapest candidates.
-
-    In each part the joints after some joint have their cheapest candidate, and that joint has another one.
-    """
-    parts = []
-    for joint in range(len(domains) - 1, -1, -1):
-        is_cheapest = np.arange(len(domains[joint])) == domains[joint].cheapest
-        if len(domains[joint]) > 1:
-            parts.append(replace_domain(domains, joint, domains[joint].subset(~is_cheapest)))
-        domains = replace_domain(domains, joint, domains[joint].subset(is_cheapest))
-    return parts
-
 
 TABLE = table()
 
@@ -135,35 +65,6 @@ class Judged:
     missing_check: Indices  # first essential check that could not be made, -1 for none, (K,)
     extra_price: Array  # of the amplifier above the joint's cheapest, infinite where unknown, (K,)
     checks: Array  # utilisation of every check, NaN where it was not made, (K, checks); (0, 0) unless asked for
-
-
-class AffineLoads(NamedTuple):
-    """Loads of a joint at some samples that are linear in the load parameters of K drives: base + parameters @ unit."""
-
-    base: Array  # without drives, (..., M); (0,) where the load is not needed
-    unit: Array  # load per unit of each parameter of each drive, (K, NUMBERS, size of base)
-    drives: Indices  # joints of the drives, the joint's own last if it counts, (K,)
-
-    def bounds(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Interval of the loads, shaped as ``base``; low, high: parameter ranges of all drives, (n, NUMBERS)."""
-        half, (bottom, top) = np.zeros(self.unit.shape[:2]), np.empty((2, self.base.size))
-        open_span(self.base.ravel(), self.drives, self.unit, low, high, half, bottom, top)
-        return bottom.reshape(self.base.shape), top.reshape(self.base.shape)
-
-    def min_magnitude(self, low: Array, high: Array) -> Array:
-        """Smallest magnitudes within the interval, shaped as ``base``."""
-        bottom, top = self.bounds(low, high)
-        return _min_magnitude(bottom, top)
-
-
-def affine_loads(base: Array, unit: Array, drives: Sequence[int]) -> AffineLoads:
-    """Affine loads; ``unit`` holds NUMBERS rows of the shape of ``base`` for each of the drives that has any."""
-    count = len(unit) // NUMBERS
-    unit = np.ascontiguousarray(unit).reshape(count, NUMBERS, base.size)
-    return AffineLoads(np.ascontiguousarray(base), unit, np.array(drives[:count], dtype=np.int64))
-
-
-NO_LOADS = AffineLoads(np.zeros(0), np.zeros((0, NUMBERS, 0)), np.zeros(0, dtype=np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,9 +114,9 @@ class JointCandidates:
         found = whole.still
         if self.bearing.base.size:
             bottom, top = self.bearing.bounds(low, high)
-            tilting, axial, radial = _bearing_loads(_min_magnitude(bottom, top))
+            tilting, axial, radial = bearing_loads(min_magnitude(bottom, top))
             found[:3] = tilting.max(), axial.max(), radial.max()
-            whole.tilts[:] = tilting**2, radial**2, _min_cross(bottom, top)
+            whole.tilts[:] = tilting**2, radial**2, min_cross(bottom, top)
         for at, loads in ((3, self.holding), (4, self.inertia), (5, self.ramp_stops)):
             if loads.base.size:
                 found[at] = loads.min_magnitude(low, high).max()
@@ -443,7 +344,7 @@ def _joint_candidates(
         load, of_others, of_own = (getattr(one, name)[..., at] for one in (bare.load, unit, bare.added))
         return affine_loads(load, np.concatenate([of_others, of_own]), drives)
 
-    bearing = NO_LOADS if demand.wrench is None else at_peaks("wrench", *_bearing_loads(bare.load.wrench))
+    bearing = NO_LOADS if demand.wrench is None else at_peaks("wrench", *bearing_loads(bare.load.wrench))
     holding = NO_LOADS if demand.static_torque is None else at_peaks("static", np.abs(demand.static_torque))
     ramp_stops = at_peaks("stop", np.abs(bare.load.stop)) if len(demand.stop.torque) else NO_LOADS
     brake, current_stops = _current_stops(bare, unit, others)
@@ -512,23 +413,6 @@ def _current_stops(work: Work, unit: Added, others: Sequence[int]) -> tuple[Brak
     )  # fmt: skip
     base = stacked(load.torque[at], load.inertia[at])
     return brake, affine_loads(base, stacked(unit.torque[:, at], unit.inertia[:, at]), others)
-
-
-def _bearing_loads(wrench: Array) -> tuple[Array, Array, Array]:
-    """Tilting moment [N m], axial and radial load [N] of wrenches (6, N), (N,) each."""
-    return np.hypot(wrench[0], wrench[1]), np.abs(wrench[5]), np.hypot(wrench[3], wrench[4])
-
-
-def _min_magnitude(low: Array, high: Array) -> Array:
-    """Smallest magnitude within intervals."""
-    return np.maximum(np.maximum(low, -high), 0.0)
-
-
-def _min_cross(low: Array, high: Array) -> Array:
-    """Smallest |mx fy - my fx| of wrenches within an interval, (N,)."""
-    ends = low, high
-    one, other = (np.array([a[i] * b[j] for a in ends for b in ends]) for i, j in ((0, 4), (1, 3)))
-    return _min_magnitude(one.min(axis=0) - other.max(axis=0), one.max(axis=0) - other.min(axis=0))
 
 
 def _peaks(values: Array) -> Indices:

@@ -16,8 +16,9 @@ from drivetrain.sizing.judge.cases import power_allowance
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.candidates import UNPRICED, Candidates, Domain, Domains, Indices, Mask
-from drivetrain.sizing.search.common_parts import CommonParts, common_parts
+from drivetrain.sizing.search.candidates import Candidates
+from drivetrain.sizing.search.constraints.common_parts import CommonParts, common_parts
+from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices, Mask
 from drivetrain.study.parts.mounting import mass_counts
 from drivetrain.study.parts.selection import SelectionOptions
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.search.candidates import ALL, CHEAPEST, UNTESTED, Domain, Domains, Mask
+from drivetrain.sizing.search.domains import ALL, CHEAPEST, UNTESTED, Domain, Domains, Mask
 from drivetrain.sizing.search.problem import Problem
 
 MAX_PASSES = 8

@@ -34,7 +34,8 @@ from drivetrain.sizing.judge.vary import (
 )
 from drivetrain.sizing.judge.words import AMPERES
 from drivetrain.sizing.results import Evaluation, RejectedPair
-from drivetrain.sizing.search.candidates import TABLE, Indices, build_candidates
+from drivetrain.sizing.search.candidates import TABLE, build_candidates
+from drivetrain.sizing.search.domains import Indices
 from drivetrain.sizing.search.problem import Problem, build_problem
 from drivetrain.sizing.search.tree import Tree, run_search
 from drivetrain.study.change import heaviest

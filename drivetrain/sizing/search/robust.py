@@ -16,7 +16,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.candidates import build_candidates
-from drivetrain.sizing.search.chance_constraint import (
+from drivetrain.sizing.search.constraints.chance import (
     CONFIDENCE,
     ChanceConstraint,
     Decision,

@@ -16,7 +16,8 @@ from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import Pair, evaluated
 from drivetrain.sizing.judge.missing import missing_words, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
-from drivetrain.sizing.search.candidates import Pairs, build_candidates
+from drivetrain.sizing.search.candidates import build_candidates
+from drivetrain.sizing.search.domains import Pairs
 from drivetrain.sizing.search.preconditions import check_keys, check_options, nothing_to_choose, same_study, why_nothing
 from drivetrain.sizing.search.problem import Problem, build_problem
 from drivetrain.sizing.search.rejected import Rejected, advice_on, alternatives, nearest_set

@@ -22,7 +22,11 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.candidates import (
+from drivetrain.sizing.search.constraints.chance import ChanceConstraint
+from drivetrain.sizing.search.constraints.common_parts import CommonParts
+from drivetrain.sizing.search.constraints.stiffness import apply_stiffness_cuts
+from drivetrain.sizing.search.constraints.supply import supply_may_be_feasible
+from drivetrain.sizing.search.domains import (
     Domains,
     Indices,
     Mask,
@@ -31,19 +35,10 @@ from drivetrain.sizing.search.candidates import (
     exclude_cheapest,
     replace_domain,
 )
-from drivetrain.sizing.search.chance_constraint import ChanceConstraint
-from drivetrain.sizing.search.common_parts import CommonParts
+from drivetrain.sizing.search.enumeration import FeasibleSet, can_enumerate, feasible_sets, min_energy_level
 from drivetrain.sizing.search.preconditions import satisfied
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.sizing.search.propagate import ParameterRanges, Propagation
-from drivetrain.sizing.search.whole_sets import (
-    FeasibleSet,
-    apply_stiffness_cuts,
-    can_enumerate,
-    feasible_sets,
-    min_energy_level,
-    supply_may_be_feasible,
-)
 
 REPORT_EVERY = 50  # nodes, sets
 

@@ -1,15 +1,20 @@
-"""Constraints on whole sets of drives: exact enumeration, the shared supply, and the stiffness of the arm.
+"""The stiffness of the arm and its stops: checked on whole sets of drives, and bounded for the domains of a node.
 
-Sets with equal objectives are ordered by their energy per cycle, sets of equal energy by their largest utilisation.
-Supply and arm stiffness are checked on whole sets, and bounded for the domains of a node.
+A set whose tip deflects too far gives a cut: the sample and direction of the deflection. The component of the tip
+deflection in that direction is a sum over the joints, and the contribution of a joint is at least that of the smallest
+torque of its interval on its gear's spring. So a cut is a linear constraint: one sum over the joints is bounded.
+Lagrangian relaxation of this constraint gives a lower bound on the cost of the sets that satisfy it.
+
+A set whose first resonance is too low gives a cut as well. If the lowest resonance is w or higher,
+f K^-1 f <= f M^-1 f / w^2 for any spring torques f (Rayleigh quotient of the inverses). No drive makes M smaller than
+that of the bare arm, so the compliance f K^-1 f, a sum over the joints, has an upper bound.
 """
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -17,10 +22,8 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
-from drivetrain.drive.friction import friction_torque
 from drivetrain.drive.spring import Spring, gear_spring, twist_under
 from drivetrain.sizing.judge.arm_stops import needs_arm_stops, stop_checks
-from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.stiffness import (
@@ -33,203 +36,15 @@ from drivetrain.sizing.judge.stiffness import (
     tip_levers,
     unsprung,
 )
-from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
-from drivetrain.sizing.search.bounds import power_ends
-from drivetrain.sizing.search.candidates import UNPRICED, Candidates, Domain, Domains, Mask, Pairs
-from drivetrain.sizing.search.problem import ROUNDING, Problem, ResonanceCut, TipCut
-from drivetrain.sizing.search.propagate import ParameterRanges
+from drivetrain.sizing.search.candidates import Candidates
+from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Mask
+from drivetrain.sizing.search.problem import Problem, ResonanceCut, TipCut
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import lacking
 
-MAX_LOSSES, MAX_LOSSES_BOTH = 24, 256  # candidates up to which losses are bounded one by one; for both bounds of power
 MAX_CUTS = 8
-OVER = 1.0 + 1e-9  # factor on stiffness limits that allows for rounding of sums
+ROUNDED_UP = 1.0 + 1e-9  # factor on stiffness limits that allows for rounding of sums
 MAX_LINES = 60  # iterations of the Lagrangian bound
-
-
-@dataclass(frozen=True, order=True)
-class FeasibleSet:
-    """A feasible set of drives, ordered by objective level, energy level, utilisation and pairs."""
-
-    level: int  # its objective in steps within which objectives are equal
-    energy_level: int  # its energy per cycle in steps within which energies are equal
-    utilisation: float  # the largest of all checks
-    pairs: Pairs  # one a joint
-    objective: float = field(compare=False)  # of the set
-    costs: tuple[float, ...] = field(compare=False)  # contribution of each pair to the objective
-
-
-@dataclass(frozen=True, eq=False)
-class _Partial:
-    """A partial set: drives of the last joints, with what they draw."""
-
-    pairs: Pairs  # of the last joints
-    costs: tuple[float, ...]  # of the same
-    parameters: Array  # load parameters of all joints' drives, those of the node where none is chosen, (n, NUMBERS)
-    energy: float  # per cycle [J]
-    utilisation: float  # the largest of all checks
-    power: Array  # electrical power, and its lower bound [W], (2, N); (1,) if the supply is not limited
-    hidden: Array  # power hidden by missing data [W], (2,)
-
-
-def can_enumerate(problem: Problem, decided: Mask) -> bool:
-    """Whether the sets of a node can be judged from the tip to the base.
-
-    The load of every joint must depend on decided drives and on drives of the joints after it only.
-
-    Args:
-        decided: Whether each drive's load parameters are decided, (n,).
-    """
-    return not np.tril(problem.is_loaded_by, -1)[:, ~decided].any()
-
-
-def feasible_sets(
-    problem: Problem, domains: Domains, ranges: ParameterRanges, limit: float
-) -> Iterator[FeasibleSet]:  # fmt: skip
-    """Enumerate the feasible sets of some domains below a limit, depth first from the tip to the base.
-
-    ``can_enumerate`` must hold; ``ranges`` are those of the domains.
-    """
-    lower = np.cumsum([0.0, *(domain.lower_bound for domain in domains)])  # of the joints before each one
-    limited = supply_limited(problem)
-
-    def extend(joint: int, partial: _Partial) -> Iterator[_Partial]:
-        """Complete sets from a partial one of the joints after ``joint``."""
-        if joint < 0:
-            yield partial
-            return
-        other_costs = sum(partial.costs) + lower[joint]
-        pairs = domains[joint].below(limit - other_costs).pairs
-        utilisation, energy, price = problem.judge(joint, pairs, partial.parameters)
-        cost = problem.cost(pairs, energy, price)
-        kept = np.isfinite(utilisation) & (cost + other_costs < limit)
-        pairs, utilisation, energy, cost = pairs[kept], utilisation[kept], energy[kept], cost[kept]
-        if limited:
-            power, hidden = problem.candidate_power(joint, pairs, partial.parameters)
-        else:
-            power, hidden = np.zeros(len(pairs)), np.zeros((len(pairs), 2))
-        for i in range(len(pairs)):
-            pair, parameters = int(pairs[i]), partial.parameters.copy()
-            parameters[joint] = problem.candidates.parameters[pair]
-            extended = _Partial(
-                (pair, *partial.pairs), (float(cost[i]), *partial.costs), parameters, partial.energy + energy[i],
-                max(partial.utilisation, utilisation[i]), partial.power + power[i], partial.hidden + hidden[i],
-            )  # fmt: skip
-            yield from extend(joint - 1, extended)
-
-    empty = _Partial((), (), ranges.low.copy(), 0.0, 0.0, np.zeros(1), np.zeros(2))
-    for one in extend(problem.n - 1, empty):
-        used = max(one.utilisation, supply_utilisation(problem, one.power, one.hidden)) if limited else one.utilisation
-        if used > 1.0 or not all(constraint.satisfied(one.pairs) for constraint in problem.constraints):
-            continue
-        used = max(used, arm_utilisation(problem, one.pairs))
-        if used <= 1.0:
-            cost, energy_level = sum(one.costs), math.floor(one.energy / problem.energy_step + 0.5)
-            yield FeasibleSet(problem.level(cost), energy_level, used, one.pairs, cost, one.costs)
-
-
-def min_energy_level(problem: Problem, domains: Domains, ranges: ParameterRanges) -> float:
-    """Lower bound on ``FeasibleSet.energy_level`` of the feasible sets of some domains."""
-    if not problem.candidates.power_known:
-        return -math.inf
-    total = 0.0
-    for offer, domain in zip(problem.candidates.joints, domains, strict=True):
-        energy = np.full(len(domain), -math.inf)
-        offer.torque_interval(ranges.low, ranges.high)
-        offer.bound(
-            domain.pairs, np.zeros(len(problem.fixed_cost)), energy, np.zeros(len(domain), np.bool_),
-            until=1.0 + ROUNDING, energies=True, weight=1.0,
-        )  # fmt: skip
-        total += float(energy[np.isfinite(energy)].min(initial=math.inf))
-    return total / problem.energy_step
-
-
-# Supply. Lower bound on the power of a drive: what it delivers to the link and to its rotor, without losses. Where few
-# candidates are left at a joint, the smallest copper loss among them is added. The upper bound needs the losses of
-# every candidate, each at its highest permitted temperature.
-
-
-def supply_limited(problem: Problem) -> bool:
-    """Whether the supply has a limit that can be checked."""
-    supply = problem.candidates.study.supply
-    return problem.candidates.power_known and any(getattr(supply, row.limit) is not None for row in SUPPLY_CHECKS)
-
-
-def supply_utilisation(problem: Problem, power: Array, hidden: Array) -> float:
-    """Largest utilisation of the supply's limits by a whole set.
-
-    Infinite if the limits are met only when missing data hide no power, unless the study fixes a drive.
-
-    Args:
-        power: Power of all drives together, and its lower bound [W], (2, N).
-        hidden: Power hidden by missing data [W], (2,).
-    """
-    any_fixed = any(offer.is_fixed for offer in problem.candidates.joints)
-    checks = supply_checks(problem.candidates.study, power, more=np.zeros(2) if any_fixed else hidden)
-    return math.inf if lacking(checks) else max((check.utilisation or 0.0 for check in checks), default=0.0)
-
-
-def supply_may_be_feasible(problem: Problem, domains: Domains, ranges: ParameterRanges) -> bool:
-    """Whether some set of the domains may meet the limits of the supply."""
-    study, supply = problem.candidates.study, problem.candidates.study.supply
-    if not supply_limited(problem):
-        return True
-    back, electronics = supply.regenerated_power, standby_power(study)
-    lower, upper = power_range(problem, domains, ranges, both=back is not None)
-    weights, over = study.cycle.weights, 1.0 + 1e-6
-    drawn, fed_back = np.maximum(lower + electronics, 0.0), np.maximum(-upper - electronics, 0.0)
-    if supply.peak_power is not None and drawn.max() > supply.peak_power * over:
-        return False
-    duration = float(weights.sum()) or math.inf
-    if supply.mean_power is not None and float(drawn @ weights) / duration > supply.mean_power * over:
-        return False
-    return back is None or float(fed_back @ weights) / duration <= back * over
-
-
-def power_range(problem: Problem, domains: Domains, ranges: ParameterRanges, *, both: bool) -> tuple[Array, Array]:
-    """Lower and upper bound on the power of all joints together at each sample [W], (N,) each.
-
-    The upper bound is infinite where it is not known, or not asked for by ``both``.
-    """
-    offered = problem.candidates
-    samples = len(offered.study.cycle.time)
-    lower, upper = np.zeros(samples), np.full(samples, 0.0 if both else np.inf)
-    for joint, domain in enumerate(domains):
-        offer, low, high = offered.joints[joint], np.zeros(samples), np.full(samples, np.inf)
-        torque = offer.torque_interval(ranges.low, ranges.high)
-        if len(domain) <= (MAX_LOSSES_BOTH if both else MAX_LOSSES):
-            power_ends(offer.records, domain.pairs, low, high)
-        else:
-            low = _lossless_power(problem, joint, domain, torque, ranges)
-        lower += low
-        upper += high
-    return lower, upper
-
-
-def _lossless_power(
-    problem: Problem, joint: int, domain: Domain, torque: tuple[Array, Array], ranges: ParameterRanges
-) -> Array:
-    """Lower bound on the power delivered to a joint's link and rotor, without losses [W], (N,)."""
-    offer, (low, high) = problem.candidates.joints[joint], torque
-    for i, unit in enumerate(offer.work.added.torque):  # load by its own drive, if that rides on the moved link
-        ends = np.stack([ranges.low[joint, i] * unit, ranges.high[joint, i] * unit])
-        low, high = low + ends.min(axis=0), high + ends.max(axis=0)
-    motion, ratio = offer.work.motion, problem.candidates.ratio[domain.pairs]
-    speed, rotor_inertia = motion.speed, problem.candidates.parameters[domain.pairs, 3]
-    friction = friction_torque(offer.demand.friction, speed)
-    power = (np.where(speed > 0.0, low, high) + friction) * speed
-    rotor_terms = (
-        (rotor_inertia * ratio**2, motion.acceleration), (rotor_inertia * ratio, motion.carrier_acceleration),
-    )  # fmt: skip
-    for factor, acceleration in rotor_terms:
-        power += np.minimum(factor.min() * acceleration * speed, factor.max() * acceleration * speed)
-    return power
-
-
-# Arm stiffness. A set whose tip deflects too far gives a cut: the sample and direction of the deflection. The component
-# of the tip deflection in that direction is a sum over the joints, and the contribution of a joint is at least that of
-# the smallest torque of its interval on its gear's spring. So a cut is a linear constraint: one sum over the joints is
-# bounded. Lagrangian relaxation of this constraint gives a lower bound on the cost of the sets that satisfy it.
 
 
 def arm_utilisation(problem: Problem, pairs: Sequence[int]) -> float:
@@ -298,7 +113,7 @@ def apply_stiffness_cuts(problem: Problem, domains: Domains, limit: float) -> tu
             low, high = problem.ranges(domains)
             budget = offered.study.stiffness.tip_deviation or 0.0
             shares = [min_tip_motion(offered, joint, domain, cut, low, high) for joint, domain in enumerate(domains)]
-        found, kept = lagrangian_bound(domains, shares, budget * OVER, limit)
+        found, kept = lagrangian_bound(domains, shares, budget * ROUNDED_UP, limit)
         bound = max(bound, found)
         if bound >= limit:
             return math.inf, domains
@@ -372,11 +187,6 @@ def min_tip_motion(offered: Candidates, joint: int, domain: Domain, cut: TipCut,
     return np.nan_to_num(of_gear, nan=math.inf)[offered.pairs[domain.pairs, 1]]
 
 
-# Resonance. If the lowest resonance is w or higher, f K^-1 f <= f M^-1 f / w^2 for any spring torques f (Rayleigh
-# quotient of the inverses). No drive makes M smaller than that of the bare arm, so the compliance f K^-1 f, a sum over
-# the joints, has an upper bound.
-
-
 @lru_cache(maxsize=MAX_CUTS)
 def allowed_compliance(study: Study, cut: ResonanceCut) -> float:
     """Largest f K^-1 f for the torques of a cut in an arm with the required resonance frequency [J]."""
@@ -424,7 +234,9 @@ def max_play(study: Study, smallest: tuple[float, ...], joint: int, values: tupl
 
     def too_loose(value: float) -> bool:
         plays = np.array([value if k == joint else one for k, one in enumerate(smallest)])
-        return bool(lost_motion(plays[:, None] * tip_levers(study)).max() > (study.stiffness.lost_motion or 0.0) * OVER)
+        return bool(
+            lost_motion(plays[:, None] * tip_levers(study)).max() > (study.stiffness.lost_motion or 0.0) * ROUNDED_UP
+        )
 
     place = bisect_left(values, True, key=too_loose)
     return values[place - 1] if place else -1.0
