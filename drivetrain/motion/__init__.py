@@ -1,4 +1,4 @@
-"""Motions over time and the duty cycle they make."""
+"""Motions over time, and the duty cycle made of them."""
 
 from typing import TYPE_CHECKING
 

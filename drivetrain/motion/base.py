@@ -1,4 +1,4 @@
-"""The given motion of what carries an arm: a ship, a vehicle, a gantry, along the cycle of the arm."""
+"""Prescribed motion of the base of an arm (on a ship, vehicle or gantry) over the arm's duty cycle."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
 from drivetrain.units import Duration, Quantity
 
-AXES = ("x", "y", "z", "yaw", "pitch", "roll")  # in the order of ``on_moving_base``
+AXES = ("x", "y", "z", "yaw", "pitch", "roll")  # the order in which ``on_moving_base`` expects them
 BASE_JOINTS = tuple(f"base_{axis}" for axis in AXES)
-PIECES = 64  # into which a period of a swing is cut at least
-ROUNDING = 1e-9  # of the length of a cycle: nearer instants are one
+PIECES = 64  # smallest number of samples per period of a harmonic motion
+ROUNDING = 1e-9  # instants closer than this share of the cycle's length count as one
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Swing:
     Attributes:
         amplitude: [m or rad].
         period: [s].
-        phase: As the cycle begins [rad].
+        phase: Phase at the start of the cycle [rad].
     """
 
     amplitude: float
@@ -36,7 +36,7 @@ class Swing:
 
 
 def swinging(swings: Mapping[str, Swing], time: Array) -> Motion:
-    """The base's motion where it swings along or about some of ``AXES``."""
+    """Motion of the base that is harmonic along or about the given ``AXES`` and zero in the others."""
     states = np.zeros((3, len(time), len(AXES)))
     for axis, swing in swings.items():
         rate = math.tau / swing.period
@@ -49,13 +49,13 @@ def swinging(swings: Mapping[str, Swing], time: Array) -> Motion:
 
 
 def swing_instants(swings: Mapping[str, Swing], duration: float) -> Array:
-    """Instants [s] that are dense enough for the quickest of some swings."""
+    """Equally spaced instants [s] from 0 to ``duration``, at least ``PIECES`` per period of the fastest swing."""
     shortest = min(swing.period for swing in swings.values())
     return np.linspace(0.0, duration, math.ceil(PIECES * duration / shortest) + 1)
 
 
 def base_states(base: Motion, time: Array) -> tuple[Array, Array, Array]:
-    """Position, velocity and acceleration of the base at instants [s], (N, 6) each; after its end it begins again."""
+    """Position, velocity and acceleration of the base at the instants ``time`` [s], (N, 6) each; the motion repeats."""
     end = base.time[-1]
     within = np.where(time > end, np.mod(time, end), time)
     found = [
@@ -66,10 +66,10 @@ def base_states(base: Motion, time: Array) -> tuple[Array, Array, Array]:
 
 
 def along(cycle: Cycle, motion: Motion) -> tuple[Cycle, Motion]:
-    """A cycle with samples at the instants of its base's motion too, and that motion at its samples.
+    """The cycle with samples added at the instants of its base's motion, and that motion at all samples of the result.
 
-    Of two samples of the base at one instant the first is taken a moment earlier, so that a step of its acceleration
-    stays one.
+    If the base's motion has two samples at one instant (a step of its acceleration), the first of them is moved earlier
+    by ``ROUNDING``, so that interpolation keeps the step.
     """
     time = motion.time - motion.time[0]
     steps = np.flatnonzero(np.diff(time) <= 0.0)
@@ -81,7 +81,7 @@ def along(cycle: Cycle, motion: Motion) -> tuple[Cycle, Motion]:
 
 
 def with_instants(cycle: Cycle, instants: Array) -> Cycle:
-    """A cycle of one part with samples at further instants, on the straight lines between its own."""
+    """The cycle (not a mix) with samples at further instants, interpolated linearly between its own samples."""
     time, near = cycle.time, 0.5 * ROUNDING * cycle.duration
     after = np.searchsorted(time, instants, side="right").clip(1, len(time) - 1)
     new = (np.abs(time[after] - instants) > near) & (np.abs(time[after - 1] - instants) > near)

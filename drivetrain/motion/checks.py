@@ -1,4 +1,4 @@
-"""Checks of sampled motions: what no drive can follow is a fault, what is hard to believe is a warning."""
+"""Checks of sampled motions: faults where no drive can follow, warnings where the data are implausible."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from drivetrain.motion.motion import Motion
 from drivetrain.motion.smoothing import UNIFORM, is_uniform
 from drivetrain.units import factor, from_si
 
-SHORTEST = 1e-12  # s between two instants: rates over less are rounding, and their squares overflow
-FAULTS_SHOWN = 5  # of one kind in one column
-GAP_IN_TIME = 5.0  # times the usual step between samples: reported
+SHORTEST = 1e-12  # [s] smallest time step: rates over shorter steps are rounding, and their squares overflow
+FAULTS_SHOWN = 5  # largest number of faults of one kind reported for a column
+GAP_IN_TIME = 5.0  # steps longer than this multiple of the median step are reported
 # A step between samples is a jump when it is this many times the third largest of the eight steps around it: a motion
-# that starts from rest has at least three large steps after the first, a glitch and its way back are only two.
+# that starts from rest has at least three large steps after the first; a glitch consists of two, out and back.
 JUMP = 8.0
-AROUND = 4
-SPIKE = 5.0  # the same for accelerations
-SPIKE_SHARE = 0.5  # and at least this share of the largest acceleration of the joint
+AROUND = 4  # neighbours on each side
+SPIKE = 5.0  # the same ratio for accelerations
+SPIKE_SHARE = 0.5  # a spike also reaches this share of the joint's largest acceleration
 SMALLEST_JUMP = 1e-4  # [rad or m]
-MISMATCH_FAULT = 0.15  # share of the span by which given rates and values may differ
-MISMATCH_WARNING = 0.03
-TURNS_BELIEVED = 4.0 * math.pi  # [rad] joints of arms seldom make more than two turns either way
-SPEED_BELIEVED = 30.0  # [rad/s] joints of arms seldom turn faster than 290 rpm
-SMALL_IN_DEGREES = 2.0 * math.pi  # a file in deg in which nothing exceeds this may be in rad
-CONFUSIONS = (
+MISMATCH_FAULT = 0.15  # largest accepted difference between values and integrated rates, as a share of the span
+MISMATCH_WARNING = 0.03  # the same ratio, above which there is a warning
+PLAUSIBLE_ANGLE = 4.0 * math.pi  # [rad] joints of arms seldom make more than two turns either way
+PLAUSIBLE_SPEED = 30.0  # [rad/s] joints of arms seldom turn faster than 290 rpm
+SMALL_IN_DEGREES = 2.0 * math.pi  # a file in degrees with no larger value may be in radians
+KNOWN_MISTAKES = (  # ratios of values to integrated rates that point to a known mistake
     (math.pi / 180.0, "the rates look like degrees, not radians"),
     (180.0 / math.pi, "the values look like degrees, not radians"),
     (2.0 * math.pi / 60.0, "the rates look like rpm, not rad/s"),
@@ -44,17 +44,17 @@ CONFUSIONS = (
 
 
 class Series(NamedTuple):
-    """One column on its way through the checks."""
+    """One column of a file, as the checks need it."""
 
-    name: str  # of the column as in the file
+    name: str  # header of the column in the file
     values: Array  # in SI, (N,)
     rows: tuple[int, ...]  # line number in the file of every sample
-    file: str  # the file
-    unit: str = ""  # of its values in the file, used in messages
+    file: str  # path of the file, used in messages
+    unit: str = ""  # unit in the file, used in messages
 
 
 def time_faults(time: Series, *, pairs: bool) -> list[Fault]:
-    """Where time does not go on."""
+    """Faults where time does not increase; with ``pairs``, two samples (not more) may share an instant."""
     step = np.diff(time.values)
     wrong = (step < 0.0 if pairs else step <= 0.0) | ((step > 0.0) & (step < SHORTEST))
     if pairs:
@@ -76,7 +76,7 @@ def time_faults(time: Series, *, pairs: bool) -> list[Fault]:
 
 
 def sampling_notes(time: Array, positions: list[Array]) -> list[str]:
-    """Notes on samples at unequal distances; a gap is only doubted when something moves in it."""
+    """Notes on non-uniform sampling; a gap gives a warning only if a joint moves during it."""
     distinct = np.unique(time)
     if len(distinct) < 3 or is_uniform(distinct):
         return []
@@ -91,7 +91,14 @@ def sampling_notes(time: Array, positions: list[Array]) -> list[str]:
 
 
 def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) -> list[Fault]:
-    """Where a position leaves its course within one or two samples."""
+    """Faults where a position jumps, or has a spike of one sample.
+
+    Args:
+        time: [s], (N,).
+        series: The positions.
+        resolution: Step between readings, in SI; jumps of up to 20 such steps are accepted.
+        turns: Whether the joint is revolute, so that a jump of 360 degrees is a wrapped angle.
+    """
     length, scale = np.diff(time), factor(series.unit)
     step = np.abs(np.diff(series.values))
     faults = [
@@ -124,7 +131,7 @@ def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) 
 
 
 def isolated(sizes: Array, times_larger: float) -> NDArray[np.bool_]:
-    """Which values tower over their eight neighbours."""
+    """Which values exceed ``times_larger`` times the third largest of their eight neighbours, (N,)."""
     if len(sizes) < 2 * AROUND + 2:
         return np.zeros(len(sizes), dtype=np.bool_)
     padded = np.pad(sizes, AROUND, mode="reflect")
@@ -135,7 +142,7 @@ def isolated(sizes: Array, times_larger: float) -> NDArray[np.bool_]:
 
 
 def spike_warnings(time: Array, acceleration: Array, joint: str, unit: str) -> list[str]:
-    """Warnings about accelerations of one or two samples, in the unit of the positions."""
+    """Warning about the largest spike of acceleration that lasts one or two samples, in the unit of the positions."""
     size = np.abs(acceleration)
     spikes = np.flatnonzero(isolated(size, SPIKE) & (size > SPIKE_SHARE * size.max()))
     if not len(spikes):
@@ -146,7 +153,14 @@ def spike_warnings(time: Array, acceleration: Array, joint: str, unit: str) -> l
 
 
 def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -> tuple[list[Fault], list[str]]:
-    """Whether given rates are the derivatives of given values, by integrating the rates."""
+    """Faults and warnings where the integrated rates differ from the given values.
+
+    Args:
+        time: [s], (N,).
+        values: The values.
+        rates: What is given as their time derivative.
+        smallest: Differences up to this are ignored, in SI.
+    """
     travel = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (rates.values[1:] + rates.values[:-1]))])
     wanted, travel = values.values - values.values.mean(), travel - travel.mean()
     span = max(float(np.ptp(wanted)), float(np.ptp(travel)))
@@ -156,23 +170,23 @@ def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -
         return [], []
     share = float(off[worst]) / span
     problem = f"is not the derivative of {values.name}: integrated, it misses by {100 * share:.3g} % of the span"
-    hint = _confusion(wanted, travel)
+    hint = _known_mistake(wanted, travel)
     if share > MISMATCH_FAULT:
         return [Fault(f"column {rates.name}", problem, None, hint, rates.file)], []
     return [], [f"warning: column {rates.name} {problem}" + (f"; {hint}" if hint else "")]
 
 
 def unit_warnings(column: str, unit: str, position: Array, joint: str) -> list[str]:
-    """Warnings about radians that look like degrees."""
+    """Warning if positions in radians are so large that they may be degrees."""
     largest = float(np.abs(position).max())
-    if unit.casefold().startswith("rad") and largest > TURNS_BELIEVED:
+    if unit.casefold().startswith("rad") and largest > PLAUSIBLE_ANGLE:
         turns = largest / (2.0 * math.pi)
         return [f"warning: column {column}: {joint} reaches {largest:.4g} rad, {turns:.3g} turns: are these degrees?"]
     return []
 
 
 def small_angle_warnings(columns: list[str], positions: list[Array]) -> list[str]:
-    """Warnings about a file in degrees in which nothing moves by more than 6.3 degrees."""
+    """Warning if no position in degrees exceeds 6.3 degrees, so that the values may be radians."""
     largest = max((float(np.abs(from_si(position, "rad", "deg")).max()) for position in positions), default=0.0)
     if 0.0 < largest <= SMALL_IN_DEGREES:
         return [f"warning: no angle of {', '.join(columns)} exceeds {largest:.3g} deg: are these radians?"]
@@ -180,20 +194,20 @@ def small_angle_warnings(columns: list[str], positions: list[Array]) -> list[str
 
 
 def speed_warnings(column: str, speed: Array, joint: str) -> list[str]:
-    """Warnings about joint speeds that look like degrees a second or rpm."""
+    """Warning if joint speeds in rad/s are so large that they may be deg/s, rpm or motor speeds."""
     largest = float(np.abs(speed).max())
-    if largest <= SPEED_BELIEVED:
+    if largest <= PLAUSIBLE_SPEED:
         return []
     return [f"warning: column {column}: {joint} reaches {largest:.4g} rad/s: is this deg/s, rpm or a motor's speed?"]
 
 
-def _confusion(wanted: Array, travel: Array) -> str:
-    """The fix when wanted = factor x travel with a factor of some well-known confusion."""
+def _known_mistake(wanted: Array, travel: Array) -> str:
+    """Message of the known mistake whose factor explains wanted = factor x travel; empty if there is none."""
     power = float(travel @ travel)
     if power == 0.0:
         return "the rates are zero"
     factor = float(wanted @ travel) / power
-    for known, words in CONFUSIONS:
+    for known, words in KNOWN_MISTAKES:
         if abs(factor / known - 1.0) < 0.02:
             return words
     return ""
@@ -205,11 +219,11 @@ def _place(series: Series, index: int) -> str:
 
 # ---------------------------------------------------------------- ranges of joints
 
-ROUNDING = 1e-6  # [rad or m] a limit may be passed by what a file's rounding leaves
+ROUNDING = 1e-6  # [rad or m] positions may exceed a limit by the rounding of numbers in files
 
 
 class LimitNotes(NamedTuple):
-    """What was found: faults that forbid the motion, warnings to show in the report."""
+    """Faults, which make the motion invalid, and warnings, which the report shows."""
 
     faults: tuple[Fault, ...]
     warnings: tuple[str, ...]
@@ -224,9 +238,16 @@ def limit_notes(
     name: str = "motion",
     slides: Sequence[bool] | None = None,
 ) -> LimitNotes:
-    """Where a motion leaves the joints' ranges (faults), and where it is quicker than they are said to be (warnings).
+    """Faults where a motion leaves the joints' ranges, and warnings where it exceeds the arm's speed limits.
 
-    A speed limit is only doubted: in a robot file it is that of the drives to be replaced.
+    Exceeding a speed limit is only a warning, because the limit in a robot file is that of the drives to be replaced.
+
+    Args:
+        motion: Motion or cycle of n joints.
+        lower, upper: Limits of position [rad or m], (n,).
+        speed_limits: [rad/s or m/s], (n,).
+        name: What messages call the motion.
+        slides: Which joints are prismatic, (n,), so that messages use m and deg; None: "rad or m".
     """
     faults: list[Fault] = []
     warnings: list[str] = []

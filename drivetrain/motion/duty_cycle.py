@@ -1,6 +1,6 @@
-"""The duty cycle: motions, dwells and payloads in the order in which they repeat for ever.
+"""The duty cycle: motions, dwells and payloads as one sequence that repeats indefinitely.
 
-A mix of several such cycles, each with its share of the time of use, is one ``Cycle`` too.
+A mix of several such cycles, each with its share of the operating time, is one ``Cycle`` too.
 """
 
 from __future__ import annotations
@@ -21,35 +21,35 @@ from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.units import Duration, Name
 
-GAP_ALLOWED = 1e-3  # [rad or m] what rounding in files leaves between two motions; more is a step no drive can make
+GAP_ALLOWED = 1e-3  # [rad or m] accepted as rounding between two motions; a larger gap is a step that no drive can make
 GAP_SEEN = 1e-6  # [rad or m] above this, the gap is reported
-SPEED_STEP_SEEN = 1e-3  # share of the joint's peak speed above which a step of speed is reported
+SPEED_STEP_SEEN = 1e-3  # steps of speed above this share of the joint's peak speed are reported
 
 Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """One period of the repeated task as one run of samples; of a mix, one period of each of its parts.
+    """Samples of one period of the repeated task; for a mix, of one period of each of its parts.
 
-    Every part repeats for ever by itself while it is in use, so the last sample of a part is followed by the first of
-    the same part.
+    Each part repeats by itself while it is in use, so the last sample of a part is followed by the first sample of the
+    same part.
 
     Attributes:
         joint_names: (n,).
-        time: From 0, never decreasing [s], (N,); the parts of a mix follow one another.
-        position: [rad or m], (N, n); from the integral of speed for a load table.
+        time: From 0, non-decreasing [s], (N,); the parts of a mix follow one another.
+        position: [rad or m], (N, n); for a load table, the integral of the speed.
         velocity: [rad/s or m/s], (N, n).
         acceleration: [rad/s^2 or m/s^2], (N, n).
-        torque: Given torque at the gear output [N m], (N, n); None when an arm decides it.
-        payload: Index into ``payload_names`` of what the tip carries, -1 for nothing, (N,), integers.
+        torque: Given torque at the gear output [N m], (N, n); None if it follows from an arm.
+        payload: Index into ``payload_names`` of the payload at the tip, -1 for none, (N,), integers.
         payload_names: Names of the payloads that occur.
         segment: Index into ``segment_names``, (N,), integers.
         segment_names: Names of motions and dwells in their order.
-        notes: Of the motions in it.
-        parts: The samples of each part of a mix, in their order; left out: one part, all samples.
-        shares: Of the time of use, one a part, their sum 1.
-        part_names: One a part; one empty name where the cycle is no mix.
+        notes: Notes of its motions, and warnings about gaps and steps of speed between them.
+        parts: Samples of each part of a mix, in their order; default: one part with all samples.
+        shares: Share of the operating time of each part; the sum is 1.
+        part_names: Name of each part; one empty name if the cycle is not a mix.
     """
 
     joint_names: tuple[str, ...]
@@ -68,7 +68,7 @@ class Cycle:
     part_names: tuple[str, ...] = ("",)
 
     def __post_init__(self) -> None:
-        if len(self.parts) <= 1:  # also of a cycle that was given other samples
+        if len(self.parts) <= 1:  # also after ``replace`` has changed the number of samples
             object.__setattr__(self, "parts", (slice(0, len(self.time)),))
         if not len(self.parts) == len(self.shares) == len(self.part_names):
             raise InputError(Fault("cycle.parts", "needs one share and one name a part", len(self.parts)))
@@ -81,15 +81,15 @@ class Cycle:
 
     @property
     def duration(self) -> float:
-        """Length of the period [s]; of a mix, of one period of each part together."""
+        """Length of the period [s]; for a mix, the sum over one period of each part."""
         return float(self.time[-1] - self.time[0])
 
     @cached_property
     def weights(self) -> Array:
-        """The time that each sample stands for in the mean use [s], (N,); their sum is ``duration``.
+        """Integration weight of each sample [s], (N,); their sum is ``duration``.
 
-        Integrals over the repeated task are sums over the samples with these weights. The samples of a part of a mix
-        share ``duration`` times the part's share of use.
+        An integral over the repeated task is the sum over the samples with these weights. For a mix, the weights of a
+        part add up to ``duration`` times the part's share of the operating time.
         """
         weights = sample_weights(self.time)
         if len(self.parts) > 1:
@@ -99,22 +99,22 @@ class Cycle:
 
     @cached_property
     def before(self) -> Indices:
-        """Index of the sample before each one, (N,), integers; before the first of a part comes its last."""
+        """Index of the preceding sample, (N,), integers; the first sample of a part is preceded by its last."""
         return np.concatenate([np.roll(np.arange(part.start, part.stop), 1) for part in self.parts])
 
     @cached_property
     def after(self) -> Indices:
-        """Index of the sample after each one, (N,), integers; after the last of a part comes its first."""
+        """Index of the following sample, (N,), integers; the last sample of a part is followed by its first."""
         return np.concatenate([np.roll(np.arange(part.start, part.stop), -1) for part in self.parts])
 
     def part_at(self, time: float) -> int:
-        """The part of a mix in which an instant lies.
+        """The part of a mix that contains an instant.
 
         Args:
-            time: On the cycle's own clock [s].
+            time: Time since the start of the cycle [s].
 
         Returns:
-            Index of the part; where two parts meet, of the first.
+            Index of the part; at the boundary of two parts, of the first.
         """
         ends = [float(self.time[part.stop - 1]) for part in self.parts]
         return min(int(np.searchsorted(ends, time)), len(ends) - 1)
@@ -125,11 +125,11 @@ class Step:
     """One entry of the cycle: a motion, a load table or a dwell.
 
     Attributes:
-        motion: What is run; None for a dwell.
-        dwell: How long the last position is held instead [s]; None for a motion.
-        repetitions: How often in a row.
-        payload: Name of what the tip carries meanwhile; None for nothing.
-        name: What to call it; empty: the motion's name, or ``dwell``.
+        motion: The motion or load table; None for a dwell.
+        dwell: Time for which the last position is held [s]; None for a motion.
+        repetitions: Number of consecutive repetitions.
+        payload: Name of the payload at the tip during the step; None for none.
+        name: Name of the step; empty: the motion's name, or ``dwell``.
     """
 
     motion: Motion | LoadTable | None = None
@@ -140,13 +140,13 @@ class Step:
 
     @property
     def label(self) -> str:
-        """The name shown."""
+        """Name used in messages and reports."""
         return self.name or (self.motion.name if self.motion is not None else "dwell")
 
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """Samples of one run of one step; columns are joints."""
+    """Samples of one repetition of a step; arrays are (N, n) except the time, (N,)."""
 
     label: str
     time: Array
@@ -157,22 +157,22 @@ class _Block:
 
 
 def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: Sequence[bool] | None = None) -> Cycle:
-    """The steps one after another as one period.
+    """Join steps into one period.
 
-    A dwell holds the position before it (the first one: the position after it) at no speed; between load tables it
-    holds the last torque. Where two steps meet there are two samples at one instant.
+    A dwell holds the position before it at zero speed (a dwell at the start: the position after it); between load
+    tables it holds the last torque. At the boundary of two steps there are two samples at one instant.
 
     Args:
-        steps: In their order; all motions, or all load tables, with dwells between.
-        may_stay_open: Let the last position differ from the first, for a task done once or an index table.
-        slides: Which joints slide, (n,), so that messages speak of m and deg; None: of rad or m.
+        steps: In their order: motions, or load tables, and dwells.
+        may_stay_open: Accept a last position that differs from the first, as for an indexing table.
+        slides: Which joints are prismatic, (n,), so that messages use m and deg; None: "rad or m".
 
     Returns:
-        The cycle, from time 0.
+        The cycle, starting at time 0.
 
     Raises:
-        InputError: Steps that are neither motion nor dwell, other joints, gaps of position between steps or between
-            the end and the start, motions mixed with load tables, or no time at all; all of them listed.
+        InputError: Steps that are neither motion nor dwell, different joints, gaps of position between steps or
+            between the end and the start, motions mixed with load tables, or zero duration; all of them listed.
     """
     raise_faults(_step_faults(steps))
     blocks, which = _blocks(steps)
@@ -208,7 +208,7 @@ def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: S
 
 
 def sample_weights(time: Array) -> Array:
-    """Weights [s] that turn values at the samples into their integral (trapezoidal rule); instants may come twice."""
+    """Weights [s] of the trapezoidal rule: their product with values at the samples sums to the integral; (N,)."""
     half = 0.5 * np.diff(time)
     weights = np.zeros(len(time))
     weights[:-1] += half
@@ -221,7 +221,7 @@ def _per_sample(labels: list[int], lengths: list[int]) -> Indices:
 
 
 def _step_faults(steps: Sequence[Step]) -> list[Fault]:
-    """What is wrong with single steps, and between their joints."""
+    """Faults of single steps, and of joints that differ between steps."""
     faults: list[Fault] = []
     motions = [step.motion for step in steps if step.motion is not None]
     if not motions:
@@ -245,7 +245,7 @@ def _step_faults(steps: Sequence[Step]) -> list[Fault]:
 
 
 def _blocks(steps: Sequence[Step]) -> tuple[list[_Block], list[int]]:
-    """The runs of all steps, each from time 0, and the step each belongs to."""
+    """Samples of all repetitions of all steps, each from time 0, and the index of the step of each."""
     blocks: list[_Block] = []
     which: list[int] = []
     before = _run(next(step for step in steps if step.motion is not None))
@@ -262,9 +262,9 @@ def _blocks(steps: Sequence[Step]) -> tuple[list[_Block], list[int]]:
 def _run(step: Step) -> _Block:
     motion = step.motion
     if isinstance(motion, LoadTable):
-        nowhere = np.zeros_like(motion.speed)
+        zero = np.zeros_like(motion.speed)
         time = motion.time - motion.time[0]
-        return _Block(step.label, time, nowhere, motion.speed, motion.acceleration, motion.torque)
+        return _Block(step.label, time, zero, motion.speed, motion.acceleration, motion.torque)
     if motion is None:
         raise InputError(Fault(step.label, "is not a motion"))
     time = motion.time - motion.time[0]
@@ -278,7 +278,7 @@ def _rest(step: Step, position: Array, torque: Array) -> _Block:
 
 
 def _from_integral(blocks: list[_Block]) -> list[_Block]:
-    """Load tables give no position: it is counted from zero along the cycle."""
+    """The blocks of load tables with the position as the integral of speed, from zero at the start of the cycle."""
     counted, start = [], np.zeros(blocks[0].velocity.shape[1])
     for block in blocks:
         half = 0.5 * np.diff(block.time)[:, np.newaxis]
@@ -289,14 +289,14 @@ def _from_integral(blocks: list[_Block]) -> list[_Block]:
     return counted
 
 
-def _meetings(blocks: list[_Block]) -> list[tuple[str, _Block, _Block, bool]]:
-    """Each block with the next one, the last with the first; True where the period closes."""
+def _boundaries(blocks: list[_Block]) -> list[tuple[str, _Block, _Block, bool]]:
+    """(label, block, next block, whether the period closes here) of each block; the last is followed by the first."""
     pairs = [(f"{a.label} to {b.label}", a, b, False) for a, b in itertools.pairwise(blocks)]
     return [*pairs, (f"end ({blocks[-1].label}) to start ({blocks[0].label})", blocks[-1], blocks[0], True)]
 
 
 def shown_unit(slides: Sequence[bool] | None, joint: int) -> tuple[str, float]:
-    """The unit in which a joint is reported, and its factor to SI."""
+    """The unit in which messages show a joint's position, and the factor from SI to it."""
     if slides is None:
         return "rad or m", 1.0
     return ("m", 1.0) if slides[joint] else ("deg", math.degrees(1.0))
@@ -305,10 +305,10 @@ def shown_unit(slides: Sequence[bool] | None, joint: int) -> tuple[str, float]:
 def _gaps(
     blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: bool, slides: Sequence[bool] | None
 ) -> list[str]:
-    """Notes on small gaps of position between steps; large ones raise."""
+    """Notes on small gaps of position between steps; large gaps raise ``InputError``."""
     faults: dict[str, Fault] = {}
     notes: dict[str, None] = {}
-    for where, before, after, closing in _meetings(blocks):
+    for where, before, after, closing in _boundaries(blocks):
         for i, (joint, end, start) in enumerate(zip(joint_names, before.position[-1], after.position[0], strict=True)):
             gap, (unit, times) = float(start - end), shown_unit(slides, i)
             text = f"{joint} stands at {times * end:.6g} and goes on from {times * start:.6g} [{unit}]"
@@ -329,7 +329,7 @@ def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...], slides: Seq
     """Notes on steps of speed between steps of the cycle."""
     peak = np.max([np.abs(block.velocity).max(axis=0) for block in blocks], axis=0)
     notes: dict[str, None] = {}
-    for where, before, after, _ in _meetings(blocks):
+    for where, before, after, _ in _boundaries(blocks):
         step = after.velocity[0] - before.velocity[-1]
         for index in np.flatnonzero(np.abs(step) > SPEED_STEP_SEEN * peak):
             unit, times = shown_unit(slides, int(index))
@@ -340,30 +340,30 @@ def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...], slides: Seq
     return list(notes)
 
 
-# Several repeated tasks in a mix: each with its share of the time of use, as one cycle of several parts
+# A mix: several repeated tasks, each with its share of the operating time, as one cycle of several parts
 
 
 SERIES = ("position", "velocity", "acceleration")
-WHOLE = 1e-6  # by which shares may miss 1: rounding of what was written, not a part forgotten
+SHARE_ROUNDING = 1e-6  # accepted difference of the sum of the shares from 1, as rounding of written numbers
 
 
 def build_mix(cycles: Sequence[Cycle], shares: Sequence[float], *, names: Sequence[str] | None = None) -> Cycle:
-    """Several cycles, each used for a share of the time, as one.
+    """Combine several cycles, each used for a share of the operating time, into one.
 
-    Each part repeats by itself while it is in use. Peaks are the worst over all parts; averages, RMS, energy and life
-    count each part by its share of the time. A part of share 0 is used so rarely that only its peaks count.
+    Each part repeats by itself while it is in use. Peaks are the largest over all parts; averages, RMS values, energy
+    and life weight each part by its share of the time. Of a part with share 0 only the peaks count.
 
     Args:
-        cycles: Of the same joints, all from motions or all from load tables; one alone is handed back as it is.
-        shares: Of the time of use, one a cycle, together 1.
-        names: What to call the parts; None: ``part 1`` and so on.
+        cycles: Cycles of the same joints, all from motions or all from load tables; a single one is returned unchanged.
+        shares: Share of the operating time of each cycle; the sum must be 1.
+        names: Names of the parts; None: ``part 1`` and so on.
 
     Returns:
         The mix; its time runs through one period of each part after another.
 
     Raises:
-        InputError: Shares that are no shares or do not add to 1, other joints, motions mixed with load tables; all of
-            them listed.
+        InputError: Shares outside 0 to 1 or with another sum, different joints, motions mixed with load tables; all
+            of them listed.
     """
     called = [f"part {i + 1}" for i in range(len(cycles))] if names is None else [str(name) for name in names]
     raise_faults(_faults(cycles, list(shares), called))
@@ -387,7 +387,9 @@ def build_mix(cycles: Sequence[Cycle], shares: Sequence[float], *, names: Sequen
             np.concatenate([cycle.segment + first for cycle, first in zip(cycles, segments, strict=False)])
         ),
         segment_names=tuple(name for cycle in cycles for name in cycle.segment_names),
-        notes=tuple(_said(name, note) for name, cycle in zip(called, cycles, strict=True) for note in cycle.notes),
+        notes=tuple(
+            _with_part_name(name, note) for name, cycle in zip(called, cycles, strict=True) for note in cycle.notes
+        ),
         parts=tuple(slice(first, stop) for first, stop in itertools.pairwise(stops)),
         shares=tuple(float(share) / total for share in shares),
         part_names=tuple(called),
@@ -395,13 +397,13 @@ def build_mix(cycles: Sequence[Cycle], shares: Sequence[float], *, names: Sequen
 
 
 def share_faults(shares: Sequence[float]) -> list[Fault]:
-    """What is wrong with shares of use."""
+    """Faults of shares of the operating time: outside 0 to 1, or a sum other than 1."""
     faults = [
         Fault(f"shares[{i}]", "must lie between 0 and 1 (0 % and 100 %)", share)
         for i, share in enumerate(shares)
         if not 0.0 <= share <= 1.0
     ]
-    if not faults and shares and abs(math.fsum(shares) - 1.0) > WHOLE:
+    if not faults and shares and abs(math.fsum(shares) - 1.0) > SHARE_ROUNDING:
         text = " + ".join(f"{100.0 * share:g} %" for share in shares)
         total = 100.0 * math.fsum(shares)
         faults.append(Fault("shares", f"must add to 100 %: {text} is {total:g} %", None, "what is left may be a dwell"))
@@ -429,13 +431,13 @@ def _faults(cycles: Sequence[Cycle], shares: list[float], names: list[str]) -> l
     return faults
 
 
-def _said(name: str, note: str) -> str:
-    """A note of a part, with its name; a warning still begins as one."""
+def _with_part_name(name: str, note: str) -> str:
+    """The note of a part with the part's name in front; a warning still begins with "warning:"."""
     warning = "warning: "
     return f"{warning}{name}: {note.removeprefix(warning)}" if note.startswith(warning) else f"{name}: {note}"
 
 
 def _renumbered(cycle: Cycle, names: tuple[str, ...]) -> Indices:
-    """What the tip carries, by its place in the payloads of all parts; -1 stays."""
+    """The cycle's payload indices, converted to indices into ``names``; -1 (none) stays."""
     places = np.array([*(names.index(name) for name in cycle.payload_names), -1], dtype=np.int64)
     return np.asarray(places[cycle.payload])

@@ -1,4 +1,4 @@
-"""Motions that other programs wrote, as tables in SI: ROS 2 trajectories (YAML), ROS bags, MATLAB's .mat files."""
+"""Motions in files of other programs as tables in SI: ROS 2 trajectories (YAML), ROS bags, MATLAB's .mat files."""
 
 from __future__ import annotations
 
@@ -24,11 +24,23 @@ IN_MATLAB = {
     "qdd": ("qdd", "ddq", "acc", "acceleration", "accelerations"),
 }
 BAGS = (".bag", ".db3", ".mcap")  # of ROS 1 and 2
-SHOWN = 5  # faults of one kind
+SHOWN = 5  # largest number of faults of one kind reported
 
 
 def foreign_table(path: str | Path, joint_names: Sequence[str], units: Sequence[str] | None = None) -> Table | None:
-    """The table in a ROS 2 trajectory (.yaml, .yml), a ROS bag or a .mat file; None for other endings."""
+    """Read a ROS 2 trajectory (.yaml, .yml), a ROS bag or a .mat file as a table in SI.
+
+    Args:
+        path: The file.
+        joint_names: Joints of the arm, (n,).
+        units: ``rad`` or ``m`` for each joint, (n,); None: all ``rad``.
+
+    Returns:
+        The table; None if the file has another suffix.
+
+    Raises:
+        InputError: A file that cannot be read, or lacks the joints, positions or times.
+    """
     reader = READERS.get(Path(path).suffix.lower())
     if reader is None:
         return None
@@ -42,7 +54,7 @@ def foreign_table(path: str | Path, joint_names: Sequence[str], units: Sequence[
     return Table(str(path), tuple(columns), tuple(range(1, len(time) + 1)), ())
 
 
-Read = tuple[Sequence[str], Array, dict[str, Array]]
+Read = tuple[Sequence[str], Array, dict[str, Array]]  # joint names, time [s] (N,), series by name (N, n)
 
 
 def _trajectory(path: Path, joint_names: Sequence[str]) -> Read:
@@ -63,7 +75,7 @@ def _trajectory(path: Path, joint_names: Sequence[str]) -> Read:
     if not isinstance(points, list) or len(points) < 2:
         faults.add("points", "must be a list of two or more")
     faults.raise_any()
-    time = np.array([_since(point, k, faults) for k, point in enumerate(points)])
+    time = np.array([_time_from_start(point, k, faults) for k, point in enumerate(points)])
     given = {
         name: word for name, word in SERIES.items() if any(isinstance(p, dict) and p.get(word) for p in points)
     } | {"q": SERIES["q"]}  # fmt: skip
@@ -85,8 +97,8 @@ def _unwrapped(document: Any) -> Any:
     return None
 
 
-def _since(point: Any, k: int, faults: Faults) -> float:
-    """Time of a point [s]; of ROS 2 (sec, nanosec) or ROS 1 (secs, nsecs)."""
+def _time_from_start(point: Any, k: int, faults: Faults) -> float:
+    """``time_from_start`` of point ``k`` [s], as ROS 2 (sec, nanosec) or ROS 1 (secs, nsecs) writes it."""
     since = point.get("time_from_start") if isinstance(point, dict) else None
     if isinstance(since, dict):
         parts: list[Any] = [since.get(two, since.get(one, 0)) for two, one in (("sec", "secs"), ("nanosec", "nsecs"))]
@@ -127,7 +139,7 @@ def _matlab(path: Path, joint_names: Sequence[str]) -> Read:
         raise InputError(Fault("file", "is of MATLAB 7.3, which is not read", None, hint, str(path))) from None
     except OSError as error:
         raise InputError(Fault("file", f"cannot be read: {error.strerror or error}", file=str(path))) from None
-    except Exception as error:  # what the reader of a damaged file raises is of many kinds
+    except Exception as error:  # for damaged files scipy raises many types of exceptions
         raise InputError(Fault("file", f"is no .mat file that can be read: {error}", file=str(path))) from None
     found = {what: next((held[one] for one in names if one in held), None) for what, names in IN_MATLAB.items()}
     faults, n, series = Faults(str(path)), len(joint_names), dict[str, Array]()
@@ -158,7 +170,7 @@ def _real(values: Any, name: str, faults: Faults) -> Array:
 
 
 def bag_messages(file: Path, kind: str) -> list[Any]:
-    """The messages of a kind in a ROS bag, a file or its folder, in the order in which they were recorded."""
+    """The messages of type ``kind`` in a ROS bag (its file or folder), in the order in which they were recorded."""
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
@@ -172,14 +184,16 @@ def bag_messages(file: Path, kind: str) -> list[Any]:
                 reader.deserialize(raw, connection.msgtype)
                 for connection, _, raw in (reader.messages(connections=topics) if topics else ())
             ]
-    except Exception as error:  # of many kinds, by the kind of the bag
+    except Exception as error:  # the type depends on the format of the bag
         raise InputError(Fault("file", f"cannot be read as a ROS bag: {error}", file.name)) from None
 
 
 def joint_states(file: Path, joints: Sequence[str]) -> tuple[Array, dict[str, Array]]:
-    """Instants [s] and what was measured of some joints in a ROS bag, each (N, n); of messages that name all of them.
+    """Measurements of joints in a ROS bag, from the JointState messages that name all of the joints.
 
-    Position, velocity and effort, as far as every such message holds them.
+    Returns:
+        Time from the first message [s], (N,), and position, velocity and effort by name, (N, n) each, in SI; a quantity
+        that some of these messages lack is left out.
     """
     states = [one for one in bag_messages(file, "JointState") if {*joints} <= {*one.name}]
     time = np.array([one.header.stamp.sec + 1e-9 * one.header.stamp.nanosec for one in states])
@@ -193,7 +207,7 @@ def joint_states(file: Path, joints: Sequence[str]) -> tuple[Array, dict[str, Ar
 
 
 def _bag(path: Path, joint_names: Sequence[str]) -> Read:
-    """Of the first trajectory of these joints that was sent, else of the positions that were measured."""
+    """The first JointTrajectory of these joints that was sent; if there is none, the measured positions."""
     wanted = {*joint_names}
     sent = next((one for one in bag_messages(path, "JointTrajectory") if wanted <= {*one.joint_names}), None)
     if sent is not None and len(sent.points) > 1:

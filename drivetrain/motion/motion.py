@@ -1,4 +1,4 @@
-"""Motions as samples: joint positions over time, or joint torques and speeds for users without an arm."""
+"""Sampled motions: joint positions over time, or torques and speeds at output shafts if there is no arm."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-PIECES = 400  # of the table's length, that a line on which torque or speed changes is cut into
+PIECES = 400  # samples per length of a load table wherever torque or speed changes
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,13 +26,13 @@ class Motion:
     acceleration has such pairs), so that integrals over the samples are exact.
 
     Attributes:
-        name: What to call it.
+        name: Name used in messages and reports.
         joint_names: (n,).
-        time: Never decreasing [s], (N,).
+        time: Non-decreasing [s], (N,).
         position: [rad or m], (N, n).
         velocity: [rad/s or m/s], (N, n).
         acceleration: [rad/s^2 or m/s^2], (N, n).
-        notes: How it was made: profile, file, smoothing used, warnings.
+        notes: Origin and processing: profile, file, smoothing used, warnings.
     """
 
     name: str
@@ -71,7 +71,7 @@ def _summary(samples: Motion | LoadTable) -> str:
 
 
 def _extremes(joints: tuple[str, ...], position: Array, velocity: Array, acceleration: Array) -> pd.DataFrame:
-    """Range and largest rates of each joint."""
+    """Table of each joint's range of position, largest speed and largest acceleration."""
     import pandas as pd
 
     return pd.DataFrame(
@@ -85,16 +85,16 @@ def _extremes(joints: tuple[str, ...], position: Array, velocity: Array, acceler
 
 @dataclass(frozen=True, eq=False)
 class LoadTable:
-    """Torque and speed at the output shafts over time, when there is no arm.
+    """Torque and speed at the output shafts over time, for sizing without an arm.
 
     Attributes:
-        name: What to call it.
+        name: Name used in messages and reports.
         joint_names: (n,).
-        time: Never decreasing [s], (N,).
-        torque: At the gear output, what the drive must deliver [N m], (N, n).
+        time: Non-decreasing [s], (N,).
+        torque: Torque that the drive must deliver at the gear output [N m], (N, n).
         speed: [rad/s], (N, n).
-        acceleration: [rad/s^2], (N, n); needed for the rotor's own inertia.
-        notes: How it was made.
+        acceleration: [rad/s^2], (N, n); needed for the torque of the rotor's inertia.
+        notes: Origin and processing, warnings.
     """
 
     name: str
@@ -110,10 +110,10 @@ class LoadTable:
 
 
 def sampled(table: LoadTable) -> LoadTable:
-    """The same table with samples along its lines and wherever a speed passes through zero.
+    """The same table with further samples between its rows, and wherever a speed crosses zero.
 
-    Currents are not straight where torque and speed are: losses change sides where the speed turns, and what heats is
-    a square. A table of a few corners would else be judged by its corners alone.
+    Between two rows, torque and speed are linear but current and heat are not: mesh losses change sign with the speed,
+    and heat grows with the square of the current. Checks evaluate samples only, so a table needs samples in between.
     """
     columns = np.hstack([table.torque, table.speed, table.acceleration])
     step = (table.time[-1] - table.time[0]) / PIECES
@@ -131,13 +131,16 @@ def sampled(table: LoadTable) -> LoadTable:
 
 
 def _shares(low: Array, high: Array, n: int, pieces: float) -> tuple[Array, Array]:
-    """Where on a line, from 0 to 1 without the ends, samples are added; and where which joint's speed is zero."""
+    """Positions of new samples between two rows, from 0 to 1 without the ends, (k,).
+
+    Also returns which joint's speed is zero at which of them, (k, n).
+    """
     if pieces == 0.0 or np.array_equal(low[: 2 * n], high[: 2 * n]):
         return np.empty(0), np.empty((0, n), dtype=bool)
     speed, after = low[n : 2 * n], high[n : 2 * n]
     turns = speed * after < 0.0
     zero = np.where(turns, speed / np.where(turns, speed - after, 1.0), np.nan)
-    count = np.ceil(pieces - 1e-6)  # rounding of equal steps is no reason for another cut
+    count = np.ceil(pieces - 1e-6)  # the margin keeps rounding of equal steps from adding a sample
     cuts = np.arange(1, count) / count
     shares = np.union1d(cuts, zero[turns])
     return shares, shares[:, np.newaxis] == zero

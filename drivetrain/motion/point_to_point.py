@@ -1,4 +1,4 @@
-"""Motions through waypoints: from point to point, at rest in each."""
+"""Motions through waypoints, at rest at each waypoint."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from drivetrain.errors import LARGEST, Fault, Faults, InputError, raise_faults
 from drivetrain.motion.motion import Motion
 from drivetrain.motion.profiles import Law, PathLimits, Profile
 
-TOO_SHORT = 1.0 - 1e-9  # a duration that misses the minimum by less was meant to be the minimum
+TOO_SHORT = 1.0 - 1e-9  # a duration that is shorter than the minimum by rounding only is accepted
 
-NO_TIME = 1e-9  # [s] a move that takes less is a blow
-MOST_SAMPLES = 1e7  # of one move
-STANDING = 1e-12  # [rad or m] below this, two points are one: rounding, not a move
+SHORTEST_MOVE = 1e-9  # [s] a shorter move is an impulse
+MOST_SAMPLES = 1e7  # largest number for one move
+SMALLEST_DISTANCE = 1e-12  # [rad or m] a smaller distance between two points is rounding, not a move
 
 
 @dataclass(frozen=True, eq=False)
 class MotionLimits:
-    """What each joint may do at most; a number counts for all joints, infinite is free.
+    """Limits of each joint; a number applies to all joints, infinity means no limit.
 
     Attributes:
         speed: [rad/s or m/s], number or (n,).
@@ -47,27 +47,27 @@ def waypoint_motion(
     dwell: Any = None,
     sample_time: float = 0.002,
 ) -> Motion:
-    """The motion through the points, at rest in each, all joints in step.
+    """The motion through the points, at rest at each; all joints start and stop together.
 
-    A move needs a duration or limits. With both, the fastest law within the limits is slowed to the duration. A move
-    of zero length by limits takes no time; by duration it is a wait.
+    A move needs a duration or limits. With both, the fastest profile within the limits is stretched to the duration. A
+    move of zero length takes no time if only limits are given; with a duration it is a dwell.
 
     Args:
-        name: What to call it.
+        name: Name of the motion.
         joint_names: (n,).
         points: Positions [rad or m], (k, n).
         profile: Such as ``Quintic()``, ``Trapezoid()`` or ``SCurve()``.
-        durations: Of each move [s], (k - 1,).
-        limits: Of each joint.
-        dwell: Wait in each point after reaching it [s], (k,).
-        sample_time: Largest distance between samples [s].
+        durations: Duration of each move [s], (k - 1,).
+        limits: Limits of speed, acceleration and jerk of each joint.
+        dwell: Time at rest at each point after reaching it [s], (k,).
+        sample_time: Largest time between samples [s].
 
     Returns:
-        The motion, from time 0.
+        The motion, starting at time 0.
 
     Raises:
-        InputError: Shapes, negative or missing times, limits that are not positive, or a move that its duration is
-            too short for; all of them listed.
+        InputError: Wrong shapes, negative or missing times, limits that are not positive, or a duration that is too
+            short for its move; all of them listed.
     """
     place = f"motion {name}"
     points = checked_array(points, (None, len(joint_names)), f"{place}: points")
@@ -91,7 +91,7 @@ def waypoint_motion(
     return joined(name, joint_names, blocks, f"{len(points)} waypoints, {type(profile).__name__} profile")
 
 
-waypoints = waypoint_motion  # as studies and the guide call it
+waypoints = waypoint_motion  # the name that studies and the guide use
 
 
 def limit_rows(limits: MotionLimits, n: int, place: str) -> Array:
@@ -124,11 +124,11 @@ def _check_times(times: Array | None, waits: Array, sample_time: float, place: s
 
 
 def _law(distance: Array, profile: Profile, duration: float | None, bounds: Array | None) -> Law | None:
-    """The law of one move; None when there is nothing to move."""
-    moving = distance > STANDING
+    """The path law s(t) of one move over ``distance`` [rad or m], (n,); None if no joint moves."""
+    moving = distance > SMALLEST_DISTANCE
     if not moving.any():
         return None
-    if duration is not None and duration < NO_TIME:
+    if duration is not None and duration < SHORTEST_MOVE:
         raise InputError(Fault("", "moves in zero time: an impulse, which no drive can give", duration))
     if bounds is None:
         if duration is None:
@@ -165,13 +165,13 @@ def sampled_law(law: Law, sample_time: float) -> Array:
 
 
 def rest(point: Array, start: float, length: float) -> Array:
-    """Standing still, like _move."""
+    """Samples at rest at ``point`` for ``length`` [s] from ``start`` [s], in the columns of ``joint_move``."""
     times = np.array([[start], [start + length]]) if length > 0.0 else np.array([[start]])
     return np.hstack([times, np.tile(point, (len(times), 1)), np.zeros((len(times), 2 * point.size))])
 
 
 def joined(name: str, joint_names: tuple[str, ...], blocks: list[Array], how: str) -> Motion:
-    """One run of samples; instants at which nothing changes are kept once, steps of acceleration twice."""
+    """Join blocks of samples into a motion, without repeated samples; a step of acceleration keeps its two samples."""
     begin = 0.0
     for block in blocks:
         block[:, 0] += begin
@@ -179,7 +179,7 @@ def joined(name: str, joint_names: tuple[str, ...], blocks: list[Array], how: st
     samples = np.concatenate(blocks)
     if begin <= 0.0:
         raise InputError(Fault(f"motion {name}", "takes no time: no two points differ, and there is no dwell"))
-    # A standstill of no length between two moves is no sample of its own, nor is a repeated one.
+    # A block of one sample is a dwell of zero length between two moves: it adds no sample. Nor does a repeated sample.
     lone = [len(block) == 1 for block in blocks]
     keep = np.concatenate([np.full(len(block), not single) for block, single in zip(blocks, lone, strict=True)])
     samples = samples[keep]

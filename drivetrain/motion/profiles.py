@@ -1,8 +1,8 @@
-"""Rest-to-rest profiles, and motions through waypoints made of them.
+"""Rest-to-rest profiles of moves.
 
-A move is a straight line in joint space: all joints share one law s(t) from 0 to 1, so they start and stop together.
-A law is a chain of polynomials. Where its acceleration steps, the sampled motion holds two samples at one instant, so
-that integrals over the samples see both sides.
+A move is a straight line in joint space: all joints share one path law s(t) from 0 to 1, so they start and stop
+together. A law is a sequence of polynomials. Where its acceleration steps, the sampled motion has two samples at one
+instant, so that integrals over the samples include both values.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from drivetrain.errors import Fault, InputError, raise_faults
 QUINTIC_SPEED = 15.0 / 8.0  # at the middle
 QUINTIC_ACCELERATION = 10.0 / math.sqrt(3.0)  # at u = (3 -+ sqrt 3)/6
 QUINTIC_JERK = 60.0  # at both ends
-SAMPLES_A_PIECE = 16  # at least, so that a short piece still shows its form
+SAMPLES_A_PIECE = 16  # at least, so that a short piece is still resolved
 
 
 class PathLimits(NamedTuple):
-    """Largest rates of s(t): speed [1/s], acceleration [1/s^2], jerk [1/s^3]; infinite where free."""
+    """Largest derivatives of s(t): speed [1/s], acceleration [1/s^2], jerk [1/s^3]; infinity means no limit."""
 
     speed: float
     acceleration: float
@@ -33,11 +33,11 @@ class PathLimits(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """How far along the move one is, from 0 at rest to 1 at rest."""
+    """The path law s(t) of a move: from 0, at rest, to 1, at rest, as a piecewise polynomial."""
 
-    knots: Array  # where polynomials meet [s], (p + 1,), from 0
-    coefficients: Array  # of ascending powers of the time since the piece began, (p, 6)
-    peak: PathLimits  # largest rates; infinite jerk where the acceleration steps
+    knots: Array  # boundaries of the pieces [s], (p + 1,), from 0
+    coefficients: Array  # by ascending powers of the time since the start of the piece, (p, 6)
+    peak: PathLimits  # largest derivatives; the jerk is infinite if the acceleration steps
 
     @property
     def duration(self) -> float:
@@ -45,14 +45,14 @@ class Law:
         return float(self.knots[-1])
 
     def stretched(self, duration: float) -> Law:
-        """The same form over another time [s], its rates changed by powers of the ratio."""
+        """The same law over another duration [s]; its derivatives scale with powers of the ratio of the durations."""
         slower = self.duration / duration
         powers = slower ** np.arange(6.0)
         peak = PathLimits(self.peak.speed * slower, self.peak.acceleration * slower**2, self.peak.jerk * slower**3)
         return Law(self.knots / slower, self.coefficients * powers, peak)
 
     def sampled(self, sample_time: float) -> Array:
-        """Time [s], s and two derivatives, at most a sample time [s] apart, both ends of each piece in, (N, 4)."""
+        """Time [s], s and two derivatives of s, (N, 4), at most ``sample_time`` [s] apart; both ends of each piece."""
         smooth = math.isfinite(self.peak.jerk)
         blocks: list[Array] = []
         for start, end, row in zip(self.knots[:-1], self.knots[1:], self.coefficients, strict=True):
@@ -69,17 +69,17 @@ class Law:
 
 
 class Profile(Protocol):
-    """A family of laws."""
+    """A family of path laws, with one member for a given duration or given limits."""
 
     def over(self, duration: float) -> Law:
-        """The usual member that takes this long [s]; raises InputError where shares of it are out of range."""
+        """The law with this duration [s]; raises ``InputError`` if the profile's shares are out of range."""
 
     def fastest(self, limits: PathLimits) -> Law:
-        """The quickest member within the limits; raises InputError for one that is missing or cannot be held."""
+        """The fastest law within the limits; raises ``InputError`` if a limit is missing or cannot be satisfied."""
 
 
 def _chain(lengths: list[float], accelerations: list[float], jerks: list[float], peak: PathLimits) -> Law:
-    """The law with these accelerations at the start of each piece and these constant jerks."""
+    """The law whose pieces have these lengths [s], accelerations at their starts and constant jerks."""
     rows, knots = [], [0.0]
     place = speed = 0.0
     for length, acceleration, jerk in zip(lengths, accelerations, jerks, strict=True):
@@ -93,7 +93,7 @@ def _chain(lengths: list[float], accelerations: list[float], jerks: list[float],
 
 
 def _check_shares(shares: dict[str, float]) -> None:
-    """Every share above 0 and at most 0.5, or one error for all that are not."""
+    """Raise one ``InputError`` that lists all shares that are not above 0 and at most 0.5."""
     faults = []
     for name, share in shares.items():
         try:
@@ -107,11 +107,11 @@ def _check_shares(shares: dict[str, float]) -> None:
 
 @dataclass(frozen=True)
 class Trapezoid(Profile):
-    """Constant acceleration, constant speed, constant deceleration; acceleration steps.
+    """Constant acceleration, constant speed, constant deceleration; the acceleration has steps.
 
     Attributes:
-        ramp_share: Share of the time spent speeding up when only a duration is given, above 0 to 0.5; with the usual
-            third, the peak speed is 1.5 times the mean.
+        ramp_share: Share of the duration spent accelerating if only a duration is given, above 0 to 0.5; with the
+            default of one third, the peak speed is 1.5 times the mean speed.
     """
 
     ramp_share: float = 1.0 / 3.0
@@ -140,7 +140,7 @@ class Trapezoid(Profile):
 
 @dataclass(frozen=True)
 class Quintic(Profile):
-    """One polynomial of degree five, with zero acceleration at both ends."""
+    """One polynomial of degree five, with zero speed and acceleration at both ends."""
 
     def over(self, duration: float) -> Law:
         peak = PathLimits(QUINTIC_SPEED / duration, QUINTIC_ACCELERATION / duration**2, QUINTIC_JERK / duration**3)
@@ -160,11 +160,11 @@ class Quintic(Profile):
 
 @dataclass(frozen=True)
 class SCurve(Profile):
-    """Seven pieces of constant jerk; acceleration is continuous and flat at its top.
+    """Seven pieces of constant jerk; the acceleration is continuous, with a constant part at its maximum.
 
     Attributes:
-        ramp_share: Share of the time spent speeding up when only a duration is given, above 0 to 0.5.
-        jerk_share: Share of each ramp in which the acceleration grows, above 0 to 0.5 (then it has no flat top).
+        ramp_share: Share of the duration spent accelerating if only a duration is given, above 0 to 0.5.
+        jerk_share: Share of each ramp in which the acceleration grows, above 0 to 0.5 (0.5: no constant acceleration).
     """
 
     ramp_share: float = 1.0 / 3.0
@@ -180,17 +180,18 @@ class SCurve(Profile):
         if not math.isfinite(jerk):
             hint = "without one the quickest profile is a trapezoid"
             raise InputError(Fault("profile", "an s-curve needs a jerk limit or a duration", None, hint))
-        # What unlimited speed and acceleration come to over this distance; keeps infinity out of the formulas.
+        # Largest speed and acceleration at this jerk over this distance: replaces infinite limits, which the formulas
+        # below could not use.
         shortest_rise = math.cbrt(0.5 / jerk)
         speed, acceleration = min(speed, jerk * shortest_rise**2), min(acceleration, jerk * shortest_rise)
         if speed * jerk >= acceleration**2:
             rise, ramp = acceleration / jerk, acceleration / jerk + speed / acceleration
-        else:  # full speed comes before full acceleration
+        else:  # the speed limit is reached before the acceleration limit
             rise = math.sqrt(speed / jerk)
             ramp = 2.0 * rise
         if speed * ramp <= 1.0:
             return self._law(rise, ramp, 1.0 / speed - ramp)
-        # Full speed is not reached: two ramps of half the distance each, with or without a flat top.
+        # The speed limit is not reached: two ramps of half the distance each, with or without constant acceleration.
         rise = acceleration / jerk
         flat_top = rise / 2.0 + math.sqrt(rise**2 / 4.0 + 1.0 / (rise * jerk))
         return self._law(rise, max(flat_top, 2.0 * rise), 0.0)

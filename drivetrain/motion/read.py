@@ -1,4 +1,4 @@
-"""Motions and load tables from CSV files, checked as a whole: all faults at once, warnings in the notes."""
+"""Motions and load tables from files; all faults are reported together, warnings are among the notes."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ TORQUE = Kind("torque", ("torque", "tau"), ("N m",), needed=True)
 SPEED = Kind("speed", ("speed", "velocity", "qd"), ("rad/s",), needed=True)
 ROTATION = Kind("acceleration", ("acceleration", "accel", "acc", "qdd"), ("rad/s^2",), needed=False)
 
-STILL = 1e-3  # share of the largest span below which a joint counts as standing
-COARSE = 0.03  # error of the acceleration by coarse sampling above which it is reported
+STILL = 1e-3  # share of the largest span of position below which a joint counts as at rest
+COARSE = 0.03  # relative error of the acceleration due to coarse sampling above which there is a warning
 
 
 def read_motion(
@@ -52,27 +52,27 @@ def read_motion(
     position_units: Sequence[str] | None = None,
     name: str = "",
 ) -> Motion:
-    """The motion in a CSV file, a ROS 2 trajectory (.yaml), a ROS bag or a .mat file.
+    """Read a motion from a CSV file, a ROS 2 trajectory (.yaml), a ROS bag or a .mat file.
 
     Columns: ``time [s]``; per joint ``q_<joint> [deg]`` (or ``position_<joint>``, the joint's bare name, or ``q1``,
-    ``q2`` in order); where known ``qd_<joint> [rad/s]`` and ``qdd_<joint> [rad/s^2]``. What is not given is
-    differentiated, and the notes say how. Two rows may share an instant (a step of acceleration) when all three are
-    given. Warnings are notes that begin with "warning:". The other formats are in SI: see ``foreign_table``.
+    ``q2`` in order); optionally ``qd_<joint> [rad/s]`` and ``qdd_<joint> [rad/s^2]``. Rates that are not given are
+    computed by differentiation, and the notes say by which method. Two rows may share an instant (a step of
+    acceleration) if all three are given. Warnings are notes that begin with "warning:". The other formats are in SI.
 
     Args:
         path: The file, or its text as a stream.
-        joint_names: (n,), in the order wanted.
-        smoothing: How to differentiate; None: parabolas, or a smoothing spline where the resolution of the numbers or
-            their noise would show in the acceleration.
-        position_units: ``rad`` or ``m`` for each joint, (n,), to be held against the file; None: as in the file.
-        name: What to call the motion; empty: the file's name.
+        joint_names: (n,), in the order of the result.
+        smoothing: Method of differentiation; None: parabolas, or a smoothing spline if resolution or noise of the
+            positions would be visible in the acceleration.
+        position_units: ``rad`` or ``m`` for each joint, (n,); other units in the file are faults. None: any.
+        name: Name of the motion; empty: the file's name.
 
     Returns:
         The motion, in SI.
 
     Raises:
-        InputError: Cells that are no numbers, missing or misspelt columns or units, time that goes back, jumps and
-            spikes of position, rates that are not the derivatives of what they should be; all of them listed.
+        InputError: Cells that are not numbers, missing or misspelt columns or units, time that decreases, jumps and
+            spikes of position, rates that are not the derivatives of the positions; all of them listed.
     """
     joints = tuple(joint_names)
     if not joints:
@@ -104,23 +104,23 @@ def read_motion(
 def read_load_table(
     path: str | Path | StringIO, joint_names: Sequence[str] | None = None, *, name: str = ""
 ) -> LoadTable:
-    """The torque-speed-time table in a CSV file, for users without an arm.
+    """Read a table of torque and speed over time from a CSV file, for sizing without an arm.
 
-    Columns: ``time [s]``; per joint ``torque_<joint> [N m]`` and ``speed_<joint> [rpm]``, where known
-    ``acceleration_<joint> [rad/s^2]``; with one joint the bare ``torque``, ``speed`` and ``acceleration`` will do.
-    Between rows speed is a straight line; where no joint's acceleration is given, each row inside becomes two samples
-    with the slopes before and after it. Two rows may share an instant: the torque steps.
+    Columns: ``time [s]``; per joint ``torque_<joint> [N m]`` and ``speed_<joint> [rpm]``, optionally
+    ``acceleration_<joint> [rad/s^2]``; with one joint also ``torque``, ``speed`` and ``acceleration`` without its name.
+    Between rows the speed is linear; if no acceleration is given, each inner row becomes two samples, with the slopes
+    before and after it. Two rows may share an instant (a step of torque).
 
     Args:
         path: The file, or its text as a stream.
-        joint_names: (n,), in the order wanted; None: as the columns name them.
-        name: What to call the table; empty: the file's name.
+        joint_names: (n,), in the order of the result; None: the joints that the columns name.
+        name: Name of the table; empty: the file's name.
 
     Returns:
         The table, in SI.
 
     Raises:
-        InputError: Cells that are no numbers, missing or misspelt columns or units, time that goes back, steps of
+        InputError: Cells that are not numbers, missing or misspelt columns or units, time that decreases, steps of
             speed, accelerations that are not the derivative of the speed; all of them listed.
     """
     table = read_table(path)
@@ -156,7 +156,7 @@ def _origin(table: Table) -> str:
 
 
 def _checked_time(table: Table, found: Assigned, faults: list[Fault], *, pairs: bool) -> Array:
-    """The time column [s]; raises what stands in the way of all further checks."""
+    """The time column [s], (N,); raises ``InputError`` for faults that make further checks impossible."""
     if faults or found.time is None:
         raise InputError(faults)
     raise_faults(time_faults(_series(found.time, table), pairs=pairs))
@@ -164,7 +164,7 @@ def _checked_time(table: Table, found: Assigned, faults: list[Fault], *, pairs: 
 
 
 def _kind_faults(found: Assigned, joints: tuple[str, ...], units: Sequence[str] | None, file: str) -> list[Fault]:
-    """Joints whose position, speed and acceleration do not all turn, or all slide."""
+    """Faults of joints whose position, speed and acceleration do not have units of one kind, rad or m."""
     faults = []
     for index, joint in enumerate(joints):
         position = found.found.get(("position", joint))
@@ -185,7 +185,7 @@ def _series(found: Found, table: Table) -> Series:
 
 
 def _resolution(found: Found) -> float:
-    """The step between readings, in SI."""
+    """The resolution of a column's numbers, in SI."""
     return detected_resolution(found.column.values) * factor(found.column.unit)
 
 
@@ -197,7 +197,10 @@ def _joint(
     smoothing: Smoothing | None,
     faults: list[Fault],
 ) -> tuple[Array, str, list[str]]:
-    """Position, velocity and acceleration of one joint, (3, N), how they came about, warnings; jumps are faults."""
+    """Position, velocity and acceleration of one joint, (3, N), how they were obtained, and warnings.
+
+    Jumps of position are added to ``faults``.
+    """
     position = found["position", joint]
     velocity, acceleration = found.get(("velocity", joint)), found.get(("acceleration", joint))
     wrong = jump_faults(time, _series(position, table), _resolution(position), turns=position.unit == "rad")
@@ -205,7 +208,7 @@ def _joint(
     if velocity is not None and acceleration is not None:
         given = np.stack([position.values, velocity.values, acceleration.values])
         return given, "velocity and acceleration as given", []
-    if wrong:  # nothing worth differentiating
+    if wrong:  # a position with jumps is not differentiated
         return np.zeros((3, len(time))), "", []
     source = position if velocity is None else velocity
     way = smoothing or chosen_smoothing(time, source.values, _resolution(source))
@@ -221,7 +224,7 @@ def _joint(
 
 
 def _differentiated(time: Array, values: Array, way: Smoothing) -> tuple[Array, Array]:
-    """Both derivatives; exactly zero for a joint that stands."""
+    """First and second derivative, (N,) each; exactly zero if the values are constant."""
     if float(np.ptp(values)) == 0.0:
         return np.zeros_like(values), np.zeros_like(values)
     first, second = way.derivatives(time, values)
@@ -229,7 +232,10 @@ def _differentiated(time: Array, values: Array, way: Smoothing) -> tuple[Array, 
 
 
 def _coarse(time: Array, values: Array, joint: str) -> list[str]:
-    """A warning where halving the samples changes the acceleration: the error falls with the square of the step."""
+    """Warning if leaving out every second sample changes the acceleration too much.
+
+    The error of the parabolas is proportional to the square of the step, so it is a third of that change.
+    """
     if len(time) < 9:
         return []
     second = Parabolas().derivatives(time, values).second[2:-2:2]
@@ -249,7 +255,7 @@ def _consistency(
     still: float,
     faults: list[Fault],
 ) -> list[str]:
-    """Warnings where given rates miss what they should be the derivative of; adds gross misses to the faults."""
+    """Warnings where given rates are not the derivatives of the values; large differences are added to ``faults``."""
     warnings: list[str] = []
     for kind, of in (("velocity", "position"), ("acceleration", "velocity")):
         rates, values = found.get((kind, joint)), found.get((of, joint))
@@ -263,7 +269,7 @@ def _consistency(
 
 
 def _unit_notes(found: dict[tuple[str, str], Found], joints: tuple[str, ...]) -> list[str]:
-    """Warnings about units, from the size of the values."""
+    """Warnings about units that the size of the values makes implausible."""
     notes: list[str] = []
     in_degrees = []
     for joint in joints:
@@ -279,7 +285,7 @@ def _unit_notes(found: dict[tuple[str, str], Found], joints: tuple[str, ...]) ->
 
 
 def _grouped(joints: tuple[str, ...], ways: list[str]) -> list[str]:
-    """One note for all joints that were treated alike."""
+    """One note for all joints whose rates were obtained by the same method."""
     return [
         f"{', '.join(j for j, other in zip(joints, ways, strict=True) if other == way)}: {way}"
         for way in dict.fromkeys(ways)
@@ -287,7 +293,7 @@ def _grouped(joints: tuple[str, ...], ways: list[str]) -> list[str]:
 
 
 def _named_joints(table: Table) -> tuple[str, ...]:
-    """The joints that torque columns name; one called axis when the torque stands alone."""
+    """The joints that the torque columns name; ``axis`` if the only torque column names none."""
     names = [column.name for column in table.columns if column.name.casefold().startswith("torque")]
     joints = tuple(name[len("torque") :].strip("_ .") for name in names)
     if joints in ((), ("",)):
@@ -298,7 +304,7 @@ def _named_joints(table: Table) -> tuple[str, ...]:
 def _speed_step_faults(
     time: Array, table: Table, found: dict[tuple[str, str], Found], joints: tuple[str, ...]
 ) -> list[Fault]:
-    """Speeds that differ at one instant: an impulse."""
+    """Faults where a speed has two values at one instant, which would need an impulse."""
     same = np.diff(time) == 0.0
     faults = []
     for joint in joints:
@@ -311,7 +317,7 @@ def _speed_step_faults(
 
 
 def _with_slopes(time: Array, torque: Array, speed: Array) -> tuple[Array, Array, Array, Array]:
-    """Time, torque, speed and acceleration with both ends of every interval as samples; equal neighbours once."""
+    """Time, torque, speed and acceleration with both ends of every interval as samples, without repeated samples."""
     length = np.diff(time)
     intervals = np.flatnonzero(length > 0.0)
     slope = np.diff(speed, axis=0)[intervals] / length[intervals, np.newaxis]

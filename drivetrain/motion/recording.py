@@ -1,4 +1,4 @@
-"""Recordings of a real arm: positions over its clock, with torques or currents, from many kinds of file."""
+"""Recordings of a real arm: positions over time, with torques or currents, from several file formats."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ CURRENT = Kind("current", ("current", "i"), ("A",), needed=False)
 RATES = (VELOCITY, ACCELERATION, TORQUE, MOTOR_TORQUE, CURRENT)
 _IN_MATLAB = dict.fromkeys(NAMES_OF_TIME, "s") | {
     prefix: kind.units[0] for kind in (POSITION, *RATES) for prefix in kind.prefixes if prefix
-}  # a variable's name cannot contain its unit there
+}  # units of variables of .mat files, whose names cannot contain a unit
 SUFFIXES = (".csv", ".npz", ".parquet", ".mat", *BAGS)
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredMotion:
-    """What was measured of an arm; None where the file has it not for every joint.
+    """Measurements of an arm; a quantity is None if the file does not have it for every joint.
 
     Attributes:
-        name: What to call it.
+        name: Name used in messages and reports.
         joint_names: (n,).
         time: Increasing [s], (N,).
         position: [rad or m], (N, n).
         velocity: [rad/s or m/s], (N, n).
         acceleration: [rad/s^2 or m/s^2], (N, n).
-        torque: At the joints, ``ratio`` times the motor's where there is a gear [N m or N], (N, n).
-        motor_torque: At the motors' shafts [N m], (N, n).
-        current: Of the motors, in the ampere of their torque constant [A], (N, n).
-        notes: Where it comes from, and what was passed over.
+        torque: Torque at the joint, ``ratio`` times the motor torque if there is a gear [N m or N], (N, n).
+        motor_torque: Torque at the motor shaft [N m], (N, n).
+        current: Motor current, in the convention of the motor's torque constant [A], (N, n).
+        notes: Origin, and what was not used.
     """
 
     name: str
@@ -75,7 +75,7 @@ class MeasuredMotion:
 def read_recording(
     path: str | Path, joint_names: Sequence[str], *, columns: Mapping[str, str] | None = None, name: str = ""
 ) -> MeasuredMotion:
-    """What a file holds of a measured motion.
+    """Read a measured motion from a file.
 
     Columns, or arrays: ``time [s]``; of each joint ``q_<joint> [deg]`` and, where measured, ``qd_<joint> [rad/s]``,
     ``qdd_<joint> [rad/s^2]``, ``torque_<joint> [N m]`` (at the joint), ``motor_torque_<joint> [N m]``,
@@ -87,16 +87,17 @@ def read_recording(
     Args:
         path: A .csv, .npz, .parquet, .mat (by scipy, not version 7.3), or a ROS 1 or 2 bag (.bag, .db3, .mcap or its
             folder; needs ``pip install drivetrain[bags]``).
-        joint_names: (n,), in the order wanted.
-        columns: What columns of the file are, where its own names do not say: ``{"t": "time [ms]", "phi": "q [deg]"}``.
-        name: What to call it; empty: the file's name.
+        joint_names: (n,), in the order of the result.
+        columns: Headers for columns whose own names do not say it: ``{"t": "time [ms]", "phi": "q [deg]"}``.
+        name: Name of the recording; empty: the file's name.
 
     Returns:
-        The recording, in SI; its clock as recorded: ``torque_from_positions`` and ``identify`` see whether it jitters.
+        The recording, in SI, with the instants as recorded; ``torque_from_positions`` and ``identify`` estimate their
+        jitter.
 
     Raises:
-        InputError: A file that cannot be read, columns, units or positions that are missing, cells that are no
-            numbers, time that goes back; all of them listed.
+        InputError: A file that cannot be read, missing columns, units or positions, cells that are not numbers, time
+            that decreases; all of them listed.
     """
     file, joints = Path(path), tuple(joint_names)
     if not is_there(file, Path.exists):
@@ -145,7 +146,7 @@ def _renamed(column: Column, columns: Mapping[str, str]) -> Column:
 
 
 def _table(file: Path, arrays: Mapping[str, Any], columns: Mapping[str, str]) -> Table:
-    """Arrays of a file as columns: one of n columns becomes n, numbered."""
+    """Table of the arrays in a file; an array of n columns becomes n columns with numbers after the name."""
     found: list[Column] = []
     held = {key: _numbers(value) for key, value in arrays.items()}
     lengths = [len(values) for values in held.values() if values is not None]
@@ -166,7 +167,7 @@ def _table(file: Path, arrays: Mapping[str, Any], columns: Mapping[str, str]) ->
 
 
 def _numbers(value: Any) -> Array | None:
-    """As (N, columns); None for what is no table of numbers."""
+    """The value as an array (N, columns); None if it is not a table of numbers."""
     array = np.asarray(value)
     if array.dtype.kind not in "iuf" or array.ndim not in (1, 2) or array.size < 3:
         return None
@@ -202,7 +203,7 @@ def _mat(file: Path) -> Mapping[str, Any]:
         return {key: value for key, value in loadmat(file).items() if not key.startswith("__")}
     except NotImplementedError:
         raise InputError(Fault("file", "is a .mat of version 7.3", file.name, "save it with -v7")) from None
-    except Exception as error:  # what the reader of a damaged file raises is of many kinds
+    except Exception as error:  # for damaged files scipy raises many types of exceptions
         raise InputError(Fault("file", f"cannot be read as .mat: {error}", file.name)) from None
 
 

@@ -1,8 +1,8 @@
-"""Speeds and accelerations from positions: three ways, and the choice between them.
+"""Speeds and accelerations from positions: three methods of differentiation, and the choice between them.
 
-Differencing twice multiplies noise by 1/dt^2: a 12-bit encoder at 1 kHz reads some hundred rad/s^2 at rest. So data
-of coarse resolution are first smoothed by as much as that resolution explains. So are those of a clock that jitters:
-an instant that is off by dt reads as a position that is off by speed times dt.
+Differentiating twice multiplies noise by 1/dt^2: a 12-bit encoder at 1 kHz shows some hundred rad/s^2 at rest.
+Positions of coarse resolution are therefore smoothed, by as much as the resolution justifies. The same holds for
+instants with jitter: an error dt of an instant is an error of speed times dt in the position.
 """
 
 from __future__ import annotations
@@ -16,24 +16,26 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 
-if TYPE_CHECKING:  # half a second that only studies with a recorded motion need: imported where it is used
+if TYPE_CHECKING:  # importing scipy.sparse takes half a second, so functions that need it import it
     from scipy.sparse import csr_array
 
-UNIFORM = 0.01  # largest deviation of a time step from the median that still counts as uniform, as a share
-NOISE_OF_RESOLUTION = 1.0 / math.sqrt(12.0)  # standard deviation of rounding, in steps
-RESOLUTION_COUNTS = 0.01  # share of the RMS acceleration that rounding may cause before it is smoothed
-EXPLAINED = 2.0  # times the noise of rounding: an estimate up to there is that same noise
+UNIFORM = 0.01  # largest relative deviation of a time step from the median step of uniform sampling
+NOISE_OF_RESOLUTION = 1.0 / math.sqrt(12.0)  # standard deviation of rounding errors, in steps of the resolution
+RESOLUTION_COUNTS = 0.01  # share of the RMS acceleration due to rounding above which the positions are smoothed
+ROUNDING_EXPLAINS = 2.0  # an estimated noise below this multiple of the rounding noise is taken as rounding noise
 NOISE_COUNTS = 0.03  # the same for noise estimated from the samples themselves, which is less certain
-SECOND_DIFFERENCE = math.sqrt(6.0)  # amplification of independent noise by 1, -2, 1
-ORDERS = (6, 8)  # of the differences that show noise
-WHITE = 0.7  # estimates from both must agree at least so well; those of a coarsely sampled wave do not
-SLOW = 0.1  # share of the samples, the slowest, that show the noise of the readings apart from the clock's
-MOVES = 0.05  # of the largest speed: where a joint is slower, a clock that jitters does not show
-LEAST_NOISE = 0.05  # of the readings, over the clock's at the median speed: turning points must not weigh everything
-MEDIAN_TO_DEVIATION = 1.0 / 0.6745  # of the absolute value of a normal variable
+SECOND_DIFFERENCE = math.sqrt(6.0)  # amplification of independent noise by the second difference 1, -2, 1
+ORDERS = (6, 8)  # orders of the divided differences from which noise is estimated
+WHITE = 0.7  # smallest ratio of the two orders' estimates; it is lower for a coarsely sampled wave
+SLOW = 0.1  # share of the samples, the slowest ones, in which jitter has little effect and position noise shows
+MOVES = 0.05  # share of the largest speed below which jitter has no visible effect
+# Smallest position noise, as a share of the noise from jitter at the median speed: otherwise the samples at turning
+# points, where jitter has no effect, would have nearly all the weight.
+LEAST_NOISE = 0.05
+MEDIAN_TO_DEVIATION = 1.0 / 0.6745  # ratio of standard deviation to median absolute value of a normal variable
 FEWEST_SAMPLES = 6  # a quintic through fewer is not defined
 DEGREE = 5
-LEAST_PENALTY, MOST_PENALTY = -16, 6  # powers of ten, of the noise's variance over that of third differences
+LEAST_PENALTY, MOST_PENALTY = -16, 6  # range of log10 of noise variance over variance of third differences
 
 
 class Derivatives(NamedTuple):
@@ -44,14 +46,14 @@ class Derivatives(NamedTuple):
 
 
 class Smoothing(Protocol):
-    """A way to differentiate samples."""
+    """A method of differentiating samples."""
 
     def derivatives(self, time: Array, values: Array) -> Derivatives:
         """First and second derivative at the samples."""
 
     @property
     def description(self) -> str:
-        """What was done, for the report."""
+        """Name and parameters of the method, for notes and reports."""
 
 
 @dataclass(frozen=True)
@@ -78,29 +80,29 @@ class Parabolas(Smoothing):
 
 @dataclass(frozen=True)
 class SmoothingSpline(Smoothing):
-    """The spline most likely to have been read with this much noise.
+    """Penalised quintic spline on equally spaced knots, for values with noise of a known size.
 
-    A quintic spline on equal knots, its third differences held small by as much as makes the readings most likely:
-    noise that is known against a motion whose third differences are random. So its deviation comes with it. Tried
-    against FITPACK's adaptive knots, which follow the counts at times: peaks 130 % too high once in forty, where this
-    one stays within 5 %.
+    The penalty on third differences of the coefficients is the one of largest likelihood, for noise of the given
+    variance and third differences that are random. The standard deviation of the result follows from the same model.
+    FITPACK's adaptive knots were compared with it: they sometimes follow the encoder's steps, and gave peaks 130 % too
+    high in one of forty cases; this spline stayed within 5 %.
 
     Reference: P. Eilers and B. Marx, Flexible smoothing with B-splines and penalties, Statistical Science 11 (1996);
-        the deviation: G. Wahba, Bayesian confidence intervals for the cross-validated smoothing spline, J. R. Statist.
-        Soc. B 45 (1983).
+        the standard deviation: G. Wahba, Bayesian confidence intervals for the cross-validated smoothing spline,
+        J. R. Statist. Soc. B 45 (1983).
     """
 
-    # step between neighbouring readings, or the noise's standard deviation times 3.46 [the values' unit]; None: taken
-    # from the samples
+    # step between neighbouring readings, or the noise's standard deviation times sqrt(12) [the values' unit]; None:
+    # detected from the samples
     resolution: float | None = None
-    # standard deviation of the instants that were written down [s]: noise that grows with the speed
+    # standard deviation of the recorded instants [s]; its effect is noise proportional to the speed
     jitter: float = 0.0
 
     def derivatives(self, time: Array, values: Array) -> Derivatives:
         return Derivatives(*self.fitted(time, values).rates[1:])
 
     def fitted(self, time: Array, values: Array) -> Fitted:
-        """Positions, speeds and accelerations of the spline at the samples, and how sure they are."""
+        """Positions, speeds and accelerations of the spline at the samples, with their covariances."""
         _check_count(time, FEWEST_SAMPLES)
         resolution = self.resolution if self.resolution is not None else detected_resolution(values)
         if not resolution > 0.0:
@@ -109,9 +111,9 @@ class SmoothingSpline(Smoothing):
         try:
             if self.jitter:
                 steepest = self.jitter * float(np.abs(np.diff(values)).sum()) / float(time[-1] - time[0])
-                speed = _likeliest(time, values, np.hypot(noise, steepest)).rates[1]
+                speed = _maximum_likelihood(time, values, np.hypot(noise, steepest)).rates[1]
                 noise = np.hypot(noise, self.jitter * speed)
-            return _likeliest(time, values, noise)
+            return _maximum_likelihood(time, values, noise)
         except np.linalg.LinAlgError:
             problem = "no spline fits: samples too far apart in time, or values too large for their resolution"
             raise InputError(Fault("smoothing", problem, float(np.diff(time).max()), "split the recording")) from None
@@ -124,24 +126,24 @@ class SmoothingSpline(Smoothing):
 
 
 class Fitted(NamedTuple):
-    """What a way to differentiate found at the samples."""
+    """Result of a spline fit at the samples."""
 
-    rates: Array  # position, speed, acceleration, (3, N)
-    covariance: Array  # of the three, at each sample, (N, 3, 3)
+    rates: Array  # position, speed and acceleration, (3, N)
+    covariance: Array  # of position, speed and acceleration at each sample, (N, 3, 3)
 
 
-def _likeliest(time: Array, values: Array, noise: Array) -> Fitted:
-    """The likeliest spline; more knots where a few cannot come as close as the noise."""
+def _maximum_likelihood(time: Array, values: Array, noise: Array) -> Fitted:
+    """The maximum-likelihood spline, with twice the knots if its residuals exceed the noise."""
     for samples_a_knot in (2.0, 1.0):
         count = max(math.ceil(len(time) / samples_a_knot), FEWEST_SAMPLES)
-        fitted = _on_knots(time, values, noise, count)
+        fitted = _fit_on_knots(time, values, noise, count)
         if _rms((fitted.rates[0] - values) / noise) <= 1.0:
             break
     return fitted
 
 
-def _on_knots(time: Array, values: Array, noise: Array, count: int) -> Fitted:
-    """The likeliest spline on equal knots."""
+def _fit_on_knots(time: Array, values: Array, noise: Array, count: int) -> Fitted:
+    """The maximum-likelihood spline with ``count`` equal intervals between knots."""
     from scipy.interpolate import BSpline
     from scipy.linalg import cho_solve_banded, cholesky_banded
     from scipy.optimize import minimize_scalar
@@ -153,27 +155,29 @@ def _on_knots(time: Array, values: Array, noise: Array, count: int) -> Fitted:
     size = basis.shape[1]
     third = diags_array([-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(size - 3, size))
     weighted = basis.T.multiply(noise**-2.0).tocsr()
-    close, rough, moment = _banded(weighted @ basis), _banded(third.T @ third), weighted @ values
+    normal_matrix, penalty, moment = _banded(weighted @ basis), _banded(third.T @ third), weighted @ values
 
-    def solved(power: float) -> tuple[Array, Array]:
-        factor = cholesky_banded(close + 10.0**power * rough)
+    def solve(power: float) -> tuple[Array, Array]:
+        factor = cholesky_banded(normal_matrix + 10.0**power * penalty)
         return factor, cho_solve_banded((factor, False), moment)
 
-    def unlikelihood(power: float) -> float:
+    def negative_log_likelihood(power: float) -> float:
         try:
-            factor, weights = solved(power)
-        except np.linalg.LinAlgError:  # so stiff that rounding eats the data
+            factor, weights = solve(power)
+        except np.linalg.LinAlgError:  # the penalty is so large that the data are lost in rounding
             return math.inf
         misfit = float(np.sum(((values - basis @ weights) / noise) ** 2))
         prior = 10.0**power * float(np.sum((third @ weights) ** 2)) - (size - 3) * power * math.log(10.0)
         return misfit + prior + 2.0 * float(np.sum(np.log(factor[-1])))
 
-    # The scale of the penalty is that of one over the variance of third differences.
+    # The penalty is the inverse of the variance of third differences.
     middle = -2.0 * math.log10(float(np.median(noise)))
     powers = middle + np.arange(LEAST_PENALTY, MOST_PENALTY + 1.0)
-    best = powers[int(np.argmin([unlikelihood(power) for power in powers]))]
-    found = minimize_scalar(unlikelihood, bounds=(best - 1.0, best + 1.0), method="bounded", options={"xatol": 0.02})
-    factor, weights = solved(float(found.x) if found.fun < unlikelihood(best) else float(best))
+    best = powers[int(np.argmin([negative_log_likelihood(power) for power in powers]))]
+    found = minimize_scalar(
+        negative_log_likelihood, bounds=(best - 1.0, best + 1.0), method="bounded", options={"xatol": 0.02}
+    )
+    factor, weights = solve(float(found.x) if found.fun < negative_log_likelihood(best) else float(best))
     spline = BSpline(knots, weights, DEGREE)
     rates = np.stack([spline.derivative(order)(time) for order in range(3)])
     at = np.clip(((time - time[0]) / width).astype(int), 0, count - 1)
@@ -182,7 +186,7 @@ def _on_knots(time: Array, values: Array, noise: Array, count: int) -> Fitted:
 
 
 def _local_basis(time: Array, knots: Array, at: np.ndarray, order: int) -> Array:
-    """The derivatives of the six splines that are not zero at each sample, (N, 6); knots are equal."""
+    """Derivatives of order ``order`` of the six B-splines that are non-zero at each sample, (N, 6); equal knots."""
     from scipy.interpolate import BSpline
 
     one = BSpline.basis_element(knots[: DEGREE + 2], extrapolate=False).derivative(order)
@@ -192,7 +196,7 @@ def _local_basis(time: Array, knots: Array, at: np.ndarray, order: int) -> Array
 
 
 def _inverse_blocks(factor: Array) -> Array:
-    """Blocks on the diagonal of the inverse of a banded matrix, from its upper factor; block j begins at row j.
+    """Diagonal blocks of the inverse of a banded matrix from its upper Cholesky factor; block j starts at row j.
 
     Reference: K. Takahashi, J. Fagan, M. Chin, Formation of a sparse bus impedance matrix, PICA Proceedings (1973).
     """
@@ -214,7 +218,7 @@ def _inverse_blocks(factor: Array) -> Array:
 
 
 def _banded(matrix: csr_array) -> Array:
-    """A symmetric matrix in the upper banded form of LAPACK."""
+    """A symmetric matrix in LAPACK's upper banded storage, (6, size)."""
     bands = np.zeros((DEGREE + 1, matrix.shape[1]))
     for offset in range(DEGREE + 1):
         bands[DEGREE - offset, offset:] = matrix.diagonal(offset)
@@ -227,7 +231,7 @@ def _rms(values: Array) -> float:
 
 @dataclass(frozen=True)
 class SavitzkyGolay(Smoothing):
-    """Polynomials fitted to a moving window, for those who know their window; uniform sampling only."""
+    """Polynomials fitted to a moving window of given length; for uniform sampling only."""
 
     window: float  # length [s]
     order: int = 5  # degree of the polynomials
@@ -251,14 +255,14 @@ class SavitzkyGolay(Smoothing):
 
 
 def is_uniform(time: Array) -> bool:
-    """Whether the samples stand at equal distances, to one per cent."""
+    """Whether all time steps are equal to one per cent."""
     step = np.diff(time)
     middle = float(np.median(step))
     return bool(np.abs(step - middle).max() <= UNIFORM * middle)
 
 
 def detected_resolution(values: Array) -> float:
-    """The step between neighbouring readings: decimals written, or the counts of an encoder."""
+    """Step between neighbouring readings, in the values' unit: that of the written decimals, or of an encoder."""
     size = max(float(np.abs(values).max(initial=0.0)), 1e-12)
     decimal = 0.0
     for digits in range(0, 10):
@@ -270,7 +274,7 @@ def detected_resolution(values: Array) -> float:
 
 
 def _count_step(values: Array, decimal: float) -> float:
-    """The step of an encoder: all levels are multiples of it, and the samples waver between them; else 0."""
+    """Step of an encoder, if all levels are multiples of it and the samples alternate between levels; else 0."""
     levels = np.unique(values)
     if len(levels) < 8:
         return 0.0
@@ -288,35 +292,39 @@ def _count_step(values: Array, decimal: float) -> float:
 
 
 def estimated_noise(time: Array, values: Array) -> float:
-    """Standard deviation of what no smooth motion explains, from high divided differences."""
+    """Standard deviation of the noise in the values, from divided differences of high order.
+
+    It is 0 for fewer than 12 samples, or if the two orders disagree, as for a coarsely sampled wave.
+    """
     if len(values) < 12:
         return 0.0
-    parts = [_wavering(time, values, order) for order in ORDERS]
-    deviations = [_spread(one if is_uniform(time) else one[_moves(speed)]) for one, speed in parts]
+    parts = [_scaled_differences(time, values, order) for order in ORDERS]
+    deviations = [_deviation(one if is_uniform(time) else one[_moves(speed)]) for one, speed in parts]
     if deviations[1] < WHITE * deviations[0]:
         return 0.0
-    # The estimate errs to the high side by about three of its own deviations: too little makes the spline follow it.
+    # The estimate is raised by about three of its own standard deviations: with too small a value the spline would
+    # follow the noise.
     return (1.0 + 4.0 / math.sqrt(len(values))) * max(deviations)
 
 
 def estimated_jitter(time: Array, values: Array, noise: float) -> float:
-    """How far the instants are off [s]: what wavers beyond the noise where the speed is high; 0 for uniform samples."""
+    """Standard deviation of the instants [s], from the noise at high speed in excess of ``noise``; 0 if uniform."""
     if len(values) < 12 or is_uniform(time):
         return 0.0
-    wavering, speed = _wavering(time, values, ORDERS[0])
+    wavering, speed = _scaled_differences(time, values, ORDERS[0])
     fast = speed >= np.median(speed[_moves(speed)])
     usual = float(np.sqrt(np.mean(speed[fast] ** 2)))
-    beyond = _spread(wavering[fast]) ** 2 - noise**2
+    beyond = _deviation(wavering[fast]) ** 2 - noise**2
     return math.sqrt(beyond) / usual if beyond > 0.0 and usual > 0.0 else 0.0
 
 
 def _moves(speed: Array) -> Any:
-    """Where a joint moves, (N,)."""
+    """Samples at which the joint's speed is not negligible, (N,), booleans."""
     return speed >= MOVES * speed.max()
 
 
-def _wavering(time: Array, values: Array, order: int) -> tuple[Array, Array]:
-    """Divided differences, so scaled that independent noise passes with its own deviation, and speeds beside them."""
+def _scaled_differences(time: Array, values: Array, order: int) -> tuple[Array, Array]:
+    """Divided differences, scaled so that independent noise keeps its standard deviation, and the speeds there."""
     instants = np.lib.stride_tricks.sliding_window_view(time, order + 1)
     gaps = (instants[:, :, None] - instants[:, None, :]) / (instants[:, -1] - instants[:, 0])[:, None, None]
     gaps[:, np.arange(order + 1), np.arange(order + 1)] = 1.0
@@ -326,19 +334,19 @@ def _wavering(time: Array, values: Array, order: int) -> tuple[Array, Array]:
     return found, np.abs((values[order:] - values[:-order]) / (time[order:] - time[:-order]))
 
 
-def _spread(values: Array) -> float:
-    """Standard deviation, by the median, of what is zero in the mean."""
+def _deviation(values: Array) -> float:
+    """Standard deviation of values with zero mean, from the median of their absolute values."""
     return float(np.median(np.abs(values))) * MEDIAN_TO_DEVIATION
 
 
 def chosen_smoothing(time: Array, values: Array, resolution: float) -> Smoothing:
-    """The spline where rounding, noise or a jittering clock would show in the acceleration, else parabolas."""
+    """Choose the smoothing spline if rounding, noise or jitter would show in the acceleration, else parabolas."""
     if len(time) < FEWEST_SAMPLES or np.ptp(values) == 0.0 or (np.diff(time) <= 0.0).any():
         return Parabolas()
     noise = max(resolution * NOISE_OF_RESOLUTION, 0.0)
     estimated = estimated_noise(time, values)
     step = float(np.median(np.diff(time)))
-    if estimated < EXPLAINED * noise:
+    if estimated < ROUNDING_EXPLAINS * noise:
         estimated = 0.0
     jitter = estimated_jitter(time, values, noise) if estimated else 0.0
     for deviation, share in ((estimated, NOISE_COUNTS), (noise, RESOLUTION_COUNTS)):
@@ -352,10 +360,10 @@ def chosen_smoothing(time: Array, values: Array, resolution: float) -> Smoothing
 
 
 def _with_jitter(time: Array, values: Array, noise: float, jitter: float) -> SmoothingSpline:
-    """The spline of a clock that jitters: what wavers where the speed is low counts as noise of the readings."""
-    wavering, speed = _wavering(time, values, ORDERS[0])
+    """The spline for instants with jitter; the noise of the positions is estimated from the slowest samples."""
+    wavering, speed = _scaled_differences(time, values, ORDERS[0])
     slow = speed <= np.quantile(speed, SLOW)
-    still = _spread(wavering[slow]) ** 2 - (jitter * float(np.mean(speed[slow]))) ** 2
+    still = _deviation(wavering[slow]) ** 2 - (jitter * float(np.mean(speed[slow]))) ** 2
     usual = float(np.median(speed[_moves(speed)]))
     own = max(noise, math.sqrt(max(still, 0.0)), LEAST_NOISE * jitter * usual)
     return SmoothingSpline(own / NOISE_OF_RESOLUTION, estimated_jitter(time, values, own))

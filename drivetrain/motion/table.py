@@ -1,4 +1,4 @@
-"""CSV tables with units in their headers, read cell by cell so that every fault has its row and column."""
+"""CSV tables with units in their headers; each fault states its row and column."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.units import number_of, split_header, to_si
 from drivetrain.whole_files import read_text
 
-LARGEST = 1e30  # in any unit, nanoseconds since 1970 too: squares of rates must not overflow
-FAULTS_A_COLUMN = 5  # shown before "and so on": a column of text would else list every row
+LARGEST = 1e30  # in any unit, nanoseconds since 1970 included: squares of rates must not overflow
+FAULTS_A_COLUMN = 5  # shown before "... more": a column of text would list every row
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """One column."""
+    """One column of a table, as written."""
 
     header: str  # as written
     name: str  # without the unit
@@ -34,7 +34,7 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A file read so far as it could be."""
+    """The parts of a file that could be read, and the faults of the others."""
 
     file: str  # its path
     columns: tuple[Column, ...]  # in their order
@@ -43,10 +43,10 @@ class Table:
 
 
 def read_table(source: str | Path | StringIO) -> Table:
-    """The columns of a CSV file.
+    """Read the columns of a CSV file.
 
     The separator is a comma, a semicolon (then numbers may have decimal commas) or a tab; empty lines and lines that
-    begin with # are passed over.
+    begin with # are skipped.
     """
     if isinstance(source, StringIO):
         file, text = "", source.getvalue()
@@ -74,7 +74,7 @@ def read_table(source: str | Path | StringIO) -> Table:
 
 
 def _lines(text: str, file: str) -> list[tuple[int, list[str]]]:
-    """Line numbers and stripped cells of all lines that hold any."""
+    """Line numbers and stripped cells of all non-empty lines."""
     numbered = list(enumerate(text.splitlines(), 1))
     held = [(number, line) for number, line in numbered if line.strip(" ,;\t") and not line.lstrip().startswith("#")]
     if len(held) < 3:
@@ -90,7 +90,7 @@ def _lines(text: str, file: str) -> list[tuple[int, list[str]]]:
 
 
 def _cells(line: str, separator: str, place: str, file: str) -> list[str]:
-    """One line by itself: a quote left open ends with it."""
+    """The cells of one line; parsing line by line ends an unclosed quote with its line."""
     try:
         return next(csv.reader([line], delimiter=separator, skipinitialspace=True))
     except csv.Error as error:
@@ -98,7 +98,7 @@ def _cells(line: str, separator: str, place: str, file: str) -> list[str]:
 
 
 def _numbers(cells: list[str], rows: list[int], header: str, faults: Faults) -> Array:
-    """The column as floats; adds a fault for every cell that is none, up to a few."""
+    """The column as floats, (N,); adds faults for cells that are not finite numbers, up to ``FAULTS_A_COLUMN``."""
     try:
         values = np.array(cells, dtype=np.float64)
     except ValueError:
@@ -114,23 +114,23 @@ def _numbers(cells: list[str], rows: list[int], header: str, faults: Faults) -> 
     return values
 
 
-# Which column of a table is which quantity of which joint
+# Assignment of columns to quantities and joints
 
 
 TIME = ("time", "t")
 
 
 class Kind(NamedTuple):
-    """A quantity that a table may hold for each joint."""
+    """A quantity that a table may contain for each joint."""
 
-    name: str  # what to call it
-    prefixes: tuple[str, ...]  # of the columns, before the joint's name; an empty one lets the bare name stand for it
+    name: str  # name of the quantity
+    prefixes: tuple[str, ...]  # of column names, before the joint's name; empty: the joint's name alone
     units: tuple[str, ...]  # SI units it may have
     needed: bool  # whether every joint must have it
 
 
 class Found(NamedTuple):
-    """A column in SI."""
+    """A column converted to SI."""
 
     column: Column  # as in the file
     values: Array  # in SI, (N,)
@@ -138,19 +138,19 @@ class Found(NamedTuple):
 
 
 class Assigned(NamedTuple):
-    """What a table holds."""
+    """The columns of a table by quantity and joint."""
 
     time: Found | None  # [s]
     found: dict[tuple[str, str], Found]  # by kind and joint
     faults: list[Fault]  # units, missing and doubled columns, misspelt names
-    notes: list[str]  # columns passed over
+    notes: list[str]  # columns that are not used
 
 
 def assigned_columns(table: Table, joint_names: tuple[str, ...], kinds: tuple[Kind, ...]) -> Assigned:
-    """The columns of a table by kind and joint.
+    """Assign the columns of a table to quantities and joints.
 
-    Columns are named ``<prefix>_<joint>``, or by number in the order of the joints (``q1`` or ``q_1``); capitals do
-    not count. A column that is none of these but nearly one of them is a fault, any other is noted and passed over.
+    Columns are named ``<prefix>_<joint>``, or by number in the order of the joints (``q1`` or ``q_1``); case is
+    ignored. A name that is similar to one of these is a fault; any other column is noted and not used.
     """
     names = spellings(joint_names, kinds)
     faults, notes = Faults(table.file), list[str]()
@@ -176,7 +176,7 @@ def assigned_columns(table: Table, joint_names: tuple[str, ...], kinds: tuple[Ki
 
 
 def spellings(joint_names: tuple[str, ...], kinds: tuple[Kind, ...]) -> dict[str, tuple[Kind, str]]:
-    """Every name a column may have, in small letters, to kind and joint; names of joints before numbers."""
+    """Map of every accepted column name, in lower case, to quantity and joint; joint names take precedence."""
     names: dict[str, tuple[Kind, str]] = {}
     for kind in kinds:
         for prefix in kind.prefixes:
@@ -194,7 +194,7 @@ def spellings(joint_names: tuple[str, ...], kinds: tuple[Kind, ...]) -> dict[str
 
 
 def _converted(column: Column, units: tuple[str, ...], faults: Faults) -> Found | None:
-    """The column in the first of the units that fits; else adds a fault."""
+    """The column converted to the first of ``units`` that fits; None, with a fault added, if none does."""
     place = f"column {column.header}"
     if not column.unit:
         example = " or ".join(f"{column.name} [{unit}]" for unit in units)

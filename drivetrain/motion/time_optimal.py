@@ -1,9 +1,9 @@
-"""The quickest way along a path under limits that are straight in acceleration and square of speed along it.
+"""Time-optimal speed along a path under limits that are linear in acceleration, speed and square of speed.
 
-Torque limits of joints are of that kind: with s the place on the path, ``torque = m(s) sdd + c(s) sd^2 + g(s)``; what
-falls with speed, such as the torque that a voltage leaves, adds a multiple of ``sd``.
-Backwards from the end, the largest squares of speed from which the rest can still be run; forwards from the start, the
-largest acceleration that stays below them.
+Torque limits of joints have this form: with s the position along the path, ``torque = m(s) sdd + c(s) sd^2 + g(s)``;
+limits that fall with speed, such as the torque available at a given voltage, add a multiple of ``sd``.
+A backward pass from the end computes the largest squares of speed from which the end can be reached; a forward pass
+from the start takes the largest acceleration that stays below them.
 
 Reference: Pham and Pham, A new approach to time-optimal path parameterization based on reachability analysis, IEEE
     Trans. Robotics 34 (2018) 645-659.
@@ -16,19 +16,27 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 
-HALVINGS = 50
+HALVINGS = 50  # bisections of the square of speed
 
-Rows = tuple[Array, Array, Array, Array]  # by acceleration, by square, by speed, limit; (k,) each
+Rows = tuple[Array, Array, Array, Array]  # coefficients of acceleration, square, speed; limit; (k,) each
 
 
 def quickest_squares(
     place: Array, by_acceleration: Array, by_square: Array, limit: Array, most: Array, by_speed: Array | None = None
 ) -> Array:
-    """Squares of the speed along a path, at rest at both ends, as large as its limits allow, (N,).
+    """Largest squares of the speed along a path that its limits allow, at rest at both ends, (N,).
 
-    Between two places (N,), the acceleration is constant. In every row, (N, k), ``by_acceleration sdd + by_square sd^2
-    + by_speed sd <= limit``; standing still must be allowed: no negative limit. ``most`` are the largest
-    squares of speed, (N,).
+    The acceleration is constant between two grid points.
+
+    Args:
+        place: Grid points of s, increasing, (N,).
+        by_acceleration, by_square, by_speed: Coefficients of the limits ``by_acceleration sdd + by_square sd^2
+            + by_speed sd <= limit``, (N, k) each; None for ``by_speed``: zeros.
+        limit: Right-hand sides, (N, k); not negative, since the path must be allowed to be at rest everywhere.
+        most: Largest allowed squares of speed, (N,).
+
+    Raises:
+        InputError: A negative limit.
     """
     if (limit < 0.0).any():
         raise InputError(Fault("limit", "is broken standing still", int(np.argmax((limit < 0.0).any(axis=1)))))
@@ -48,18 +56,21 @@ def quickest_squares(
 
 
 def _between(rows: Rows, square: float) -> tuple[float, float]:
-    """The least and the largest acceleration at a square of speed."""
+    """Smallest and largest acceleration that the limits allow at a square of speed; (inf, -inf) if there is none."""
     p, q, v, limit = rows
-    room = limit - q * square - v * square**0.5
-    low = (room[p < 0.0] / p[p < 0.0]).max(initial=-np.inf)
-    high = (room[p > 0.0] / p[p > 0.0]).min(initial=np.inf)
-    if (room[p == 0.0] < 0.0).any():
+    margin = limit - q * square - v * square**0.5
+    low = (margin[p < 0.0] / p[p < 0.0]).max(initial=-np.inf)
+    high = (margin[p > 0.0] / p[p > 0.0]).min(initial=np.inf)
+    if (margin[p == 0.0] < 0.0).any():
         return np.inf, -np.inf
     return float(low), float(high)
 
 
 def _largest(rows: Rows, most: float) -> float:
-    """The largest square of speed at which some acceleration is left; those below it all are so, zero among them."""
+    """The largest square of speed, up to ``most``, at which the limits allow some acceleration, by bisection.
+
+    They allow one at zero speed, and the allowed squares of speed form an interval.
+    """
 
     def allowed(square: float) -> bool:
         low, high = _between(rows, square)
@@ -75,6 +86,6 @@ def _largest(rows: Rows, most: float) -> float:
 
 
 def times(place: Array, square: Array) -> Array:
-    """When each place is reached, from 0 [s], (N,)."""
+    """Time at which each grid point is reached, from 0 [s], (N,)."""
     mean = 0.5 * (np.sqrt(square[1:]) + np.sqrt(square[:-1]))
     return np.concatenate([[0.0], np.cumsum(np.diff(place) / mean)])

@@ -13,7 +13,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.checks import FAR, LENGTH, called, farthest, mean_density, millimetres
-from drivetrain.motion.checks import TURNS_BELIEVED
+from drivetrain.motion.checks import PLAUSIBLE_ANGLE
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.study.document import Place
@@ -142,7 +142,7 @@ def _check_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -
             text = value if isinstance(value, str) else f"{value} {units[i % len(units)] or unit}"
             at = quantity(text, unit, "")
             limit = arm.upper[i] if at > 0.0 else -arm.lower[i]
-            most = TURNS_BELIEVED if turns else TRAVELLED
+            most = PLAUSIBLE_ANGLE if turns else TRAVELLED
             allowed = limit < (DEGREES[0] if turns else math.inf)  # else the range is unknown, or doubted itself
             deliberate = "deg" in text or "°" in text if turns else "mm" in text
             share = abs(at) / most

@@ -16,7 +16,7 @@ from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.arrays import Array
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.base import AXES, Swing, along, swing_instants, swinging
-from drivetrain.motion.checks import TURNS_BELIEVED, limit_notes
+from drivetrain.motion.checks import PLAUSIBLE_ANGLE, limit_notes
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle, Step, build_cycle, build_mix, share_faults
 from drivetrain.motion.motion import LoadTable, Motion, sampled
 from drivetrain.motion.point_to_point import MotionLimits, waypoint_motion
@@ -273,7 +273,7 @@ def _hold_against(motion: Motion, arm: Arm, ledger: Ledger, place: Place) -> Non
     """Positions outside the joints' ranges are faults, speeds above theirs warnings."""
     found = limit_notes(motion, arm.lower, arm.upper, arm.speed_limits, name=motion.name, slides=arm.slides)
     for fault in found.faults:
-        believed = TURNS_BELIEVED * (math.degrees(1.0) if "[deg]" in fault.problem else 1.0)
+        believed = PLAUSIBLE_ANGLE * (math.degrees(1.0) if "[deg]" in fault.problem else 1.0)
         slip = isinstance(fault.value, float) and abs(fault.value) > believed
         hint = "check the unit: degrees given as rad, mm as m?" if slip else ""
         ledger.faults.append(ledger.document.fault(place, f"{fault.place}: {fault.problem}", fault.value, hint))
