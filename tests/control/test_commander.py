@@ -299,7 +299,7 @@ def test_closed_loops_in_c_are_the_same(tmp_path: Path, which: str) -> None:
         targets[0] += start
         targets[1] *= rng.choice([1.0, 0.003, 0.0])
         targets[3] = targets[3] + targets[0] if k % 4 == 0 else targets[0]
-        before, kept = state.copy(), places["place"].copy()
+        before, kept, cooler = state.copy(), places["place"].copy(), commander.winding_temperature.copy()
         told = there.arm_step(at(state), *(at(row) for row in (*targets, current)))
         try:
             ours = commander(*targets)
@@ -311,14 +311,15 @@ def test_closed_loops_in_c_are_the_same(tmp_path: Path, which: str) -> None:
             continue
         assert told == 0
         worst, largest = max(worst, np.abs(ours - current).max()), max(largest, np.abs(current).max())
+        # The rise of one tick, as differences of rounding add up over all of them; a temperature has 16 digits.
+        rise, ours_rise = (state - before)[2 * n : 3 * n], commander.winding_temperature - cooler
+        np.testing.assert_allclose(rise, ours_rise, rtol=0.0, atol=1e-12 * np.abs(cooler).max())
         # Pins stay closed wherever the arm has come.
         if k % 50 == 0:
             wanted = whole_motion(commander.study.arm.linkage, targets[:1], targets[1:2], targets[2:3])
             np.testing.assert_allclose(places["place"], wanted.position[0], atol=1e-9)
         np.testing.assert_allclose(state[4 * n :], places["place"], atol=1e-12)
     assert worst <= 1e-12 * largest and 10 < refused < 1000
-    # A state of 1500 ticks: rounding of currents that differ by 1e-12 adds up in it.
-    np.testing.assert_allclose(state[2 * n : 3 * n], commander.winding_temperature, rtol=1e-11)
     commander.reset()
     np.testing.assert_array_equal(places["place"], commander._start)
 
