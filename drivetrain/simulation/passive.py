@@ -166,9 +166,9 @@ def stopped_by(arm: Arm, solution: Solution) -> Event | None:
     """What ended a run before its time."""
     if not solution.stopped:
         return None
-    if solution.culprit is None:
+    if solution.fault_index is None:
         return Event(solution.stopped_at, "solver", solution.stopped)
-    culprit = solution.culprit
+    culprit = solution.fault_index
     if culprit >= 2 * arm.n:  # the work of the torques: it is a joint that runs away
         culprit = int(np.argmax(np.abs(solution.states[-1, : 2 * arm.n])))
     signal = f"{arm.joint_names[culprit % arm.n]}.{('position', 'speed')[culprit // arm.n]}"

@@ -1,4 +1,4 @@
-"""Steppers for y' = f(t, y) behind one interface, and the loop that drives them."""
+"""Numerical integration of y' = f(t, y): methods with their settings, and the integration loops with events."""
 
 from typing import TYPE_CHECKING
 

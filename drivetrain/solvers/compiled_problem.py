@@ -1,4 +1,4 @@
-"""What the compiled solvers are given: a right-hand side by address, its data, its events, what is known of it."""
+"""The problem that a compiled solver integrates: right-hand side, Jacobian, events and hooks by address, and data."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from drivetrain.solvers.compiled_function import address_of
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """Instants that a solver must find and stop at."""
+    """State events: the solver locates where an event function becomes negative, and ends the step there."""
 
-    # compiled function that fills the values of all events, which must not be negative; one that is negative at once,
-    # after a jump or a change of mode, happens at once
+    # Compiled function that fills the values of all m event functions. An event fires when its value becomes negative;
+    # if it is negative already after a jump or a change of mode, the event fires at once.
     values: Any
-    # compiled function called at an event, to change state, numbers and words: its ``result`` is not zero for those
-    # that have happened. It must force the change that belongs to the event: one that asks anew "which mode?" at v = 0
-    # can go to and fro for ever.
+    # Compiled function that is called at an event and may change state, numbers and words. On entry its ``result`` is
+    # -1 for the events that have fired and 0 for the others. The handler must force the transition that belongs to the
+    # event: a handler that decides the mode anew from the state (v = 0) may switch back and forth without end.
     handler: Any
-    names: tuple[str, ...]  # what to call them, (m,)
+    names: tuple[str, ...]  # names of the events in messages, (m,)
 
     def __post_init__(self) -> None:
         address_of(self.values, "events.values", needed=True)
@@ -34,34 +34,36 @@ class Events:
 
 @dataclass(frozen=True, eq=False)
 class Hooks:
-    """What an owner does beside the integration; compiled functions, or None."""
+    """Optional compiled functions that are called beside the integration; None: not called."""
 
-    # called at two Gauss points of each kept step, in the order of time; ``result[0]`` is the time each stands for [s].
-    # It may add up in numbers.
+    # Called in order of time at the two Gauss points of each accepted step; ``result[0]`` is the weight of the point
+    # [s]. It integrates quantities that are not states, such as energies, in the problem's ``numbers``.
     account: Any = None
-    tell: Any = None  # fills a row at a wanted instant in place of the state
-    width: int = 0  # of that row
-    opens: Any = None  # called where a segment begins, before its rates are asked for; it may change x
+    output: Any = None  # fills an output row; without it the row is the state
+    width: int = 0  # number of columns of that output row
+    segment_start: Any = None  # called at the beginning of each segment, before its first rates; it may change x
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledProblem:
-    """A right-hand side by address, and what belongs to it."""
+    """An initial value problem whose functions are given by address."""
 
     rates: Any  # compiled function that fills dx/dt [per s]; see ``compiled_function``
     size: int  # number of states n
-    numbers: Array = field(default_factory=lambda: np.zeros(1))  # its own float64 data; copied for each run
-    words: Any = field(default_factory=lambda: np.zeros(1, dtype=np.int64))  # its own int64 data; copied for each run
-    # compiled function that fills n + 1 columns of n: the derivatives by each state, then by time. None: differences.
+    numbers: Array = field(default_factory=lambda: np.zeros(1))  # float64 data of the functions; copied for each run
+    words: Any = field(default_factory=lambda: np.zeros(1, dtype=np.int64))  # int64 data, likewise
+    # Compiled function that fills n + 1 columns of length n: derivatives of the rates by each state, then by time.
+    # None: the solver computes finite differences.
     jacobian: Any = None
-    events: Events | None = None  # or None
-    hooks: Hooks | None = None  # or None
-    names: tuple[str, ...] = ()  # what to call the states in messages, (n,)
-    # the rates may jump where the state passes through and goes on, as at a damped wall: short steps pass such a jump.
-    # One to which the state comes back at once is refused all the same. False: any is refused.
+    events: Events | None = None  # None: no events
+    hooks: Hooks | None = None  # None: no hooks
+    names: tuple[str, ...] = ()  # names of the states in messages, (n,)
+    # Whether the rates may be discontinuous on a surface that the state crosses once, such as a damped wall: the solver
+    # then passes it with short steps. A discontinuity to which the state returns at once still stops the run. False:
+    # every discontinuity stops the run.
     may_jump: bool = False
-    # how many right-hand sides ``jacobian`` asks for itself, and the solver for the derivatives by time which it then
-    # leaves to it; 0: it asks for none
+    # Number of evaluations of the right-hand side per Jacobian, for the counters, where ``jacobian`` itself uses finite
+    # differences; it then leaves the derivative by time to the solver. 0: the Jacobian evaluates no rates.
     differences: int = 0
 
     def __post_init__(self) -> None:
@@ -82,19 +84,20 @@ class CompiledProblem:
             raise InputError(Fault("problem.names", f"must have {self.size} entries", self.names))
 
     def name(self, index: int) -> str:
+        """How messages name a state."""
         return f"state {self.names[index]!r}" if self.names else f"state {index}"
 
     def addresses(self) -> dict[str, int]:
-        """Where its functions lie, by their names in ``records.CALLS``; 0 for none."""
+        """Addresses of the functions, by their field in the ``calls`` of ``records.RUN``; 0 where there is none."""
         events, hooks = self.events, self.hooks or Hooks()
         functions = {"rates": self.rates, "jacobian": self.jacobian}
         functions |= {"values": events.values if events else None, "handler": events.handler if events else None}
-        functions |= {"account": hooks.account, "tell": hooks.tell, "opens": hooks.opens}
+        functions |= {"account": hooks.account, "output": hooks.output, "segment_start": hooks.segment_start}
         return {name: address_of(function, name) for name, function in functions.items()}
 
 
 def _own_numbers(given: Any) -> Array:
-    """A read-only copy; infinity is allowed, as a limit that is none."""
+    """A read-only copy of the data, checked; infinity is allowed, since it stands for a limit that does not exist."""
     numbers = np.array(given, dtype=np.float64)
     frozen_array(np.where(np.isinf(numbers), 0.0, numbers), (None,), "problem.numbers")
     numbers.setflags(write=False)

@@ -1,4 +1,4 @@
-"""The loop around a solver: wanted instants, jumps that no step may cross, corrections after each step, failures."""
+"""Integration of a right-hand side written in Python: output times, breakpoints, corrections after a step, failures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.solvers.compiled_function import in_c
+from drivetrain.solvers.compiled_function import as_c_function
 from drivetrain.solvers.compiled_problem import CompiledProblem
 from drivetrain.solvers.integrate_compiled import integrate_compiled
 from drivetrain.solvers.solver import (
@@ -22,8 +22,8 @@ from drivetrain.solvers.solver import (
     FixedStep,
     Solver,
     Work,
-    inner_points,
-    wanted_and_start,
+    checked_times_and_start,
+    inner_breakpoints,
 )
 
 Rates = Callable[[float, Array], Array]
@@ -33,14 +33,14 @@ MOST_FIXED_STEPS = 1e9  # from one breakpoint to the next
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """States at the wanted instants, as far as the solver came."""
+    """The states at the output times, up to where the solver came."""
 
-    times: Array  # instants [s], (N,), those wanted, fewer if it stopped early
-    states: Array  # one row an instant [their own units], (N, m)
-    work: Work  # what it cost
-    stopped: str = ""  # why it ended early, with what could help; empty when it did not
-    stopped_at: float = math.inf  # when [s]; the end of the wanted instants when it did not
-    culprit: int | None = None  # index of the state that was no number any more; None when that was not the reason
+    times: Array  # output times [s], (N,); fewer than requested if the solver stopped early
+    states: Array  # one row per output time [the states' own units], (N, m)
+    work: Work  # counters of the computing effort
+    stopped: str = ""  # why the solver stopped early, with advice; empty if it did not
+    stopped_at: float = math.inf  # time at which it stopped [s]; the last output time if it did not stop early
+    fault_index: int | None = None  # index of the state that became NaN or infinite; None: another reason
 
 
 def integrate(
@@ -53,37 +53,50 @@ def integrate(
     correct: Correct | None = None,
     most_steps: int = MOST_STEPS,
 ) -> Solution:
-    """The states of y' = f(t, y) at wanted instants.
+    """Integrate y' = f(t, y) and return the states at the output times.
 
-    Steps never cross a breakpoint, and on each side the right-hand side is asked only for instants of that side: one
-    at the breakpoint itself is moved to just before it while coming from the left. So a right-hand side that jumps
-    there, and has its new value from there on, is never seen on the wrong side by any stage of any method.
+    Args:
+        solver: Method and settings.
+        rates: The right-hand side f(t [s], y (m,)), returns dy/dt (m,).
+        start: State at the first output time, (m,).
+        times: Output times [s], increasing, (N,), N >= 2.
+        breakpoints: Times at which the right-hand side is discontinuous [s]. No step crosses one, and on each side the
+            right-hand side is evaluated only at times of that side: an evaluation at the breakpoint itself is moved to
+            just before it while the step before it is computed. So no stage of a method sees the wrong side of a jump.
+        correct: Called after each step with (t, y); returns the corrected state, or None to leave it as it is.
+        most_steps: Number of steps after which the integration stops.
+
+    Returns:
+        The states, counters, and the reason if the integration stopped early.
+
+    Raises:
+        InputError: No solver, no valid times or start, or a correction together with a solver that runs compiled only.
     """
     if not isinstance(solver, Solver):
         problem = "must be a solver, such as RungeKutta4(0.001) or DormandPrince853()"
         raise InputError(Fault("solver", problem, solver))
-    wanted, state = wanted_and_start(times, start)
+    output_times, state = checked_times_and_start(times, start)
     if not isinstance(solver, FixedStep | DormandPrince853):
-        return _by_compiled_loop(solver, rates, state, wanted, breakpoints, correct, most_steps)
-    work, rows, t = Work(), [state], float(wanted[0])
-    ends = [*inner_points(breakpoints, wanted[0], wanted[-1]), float(wanted[-1])]
+        return _by_compiled_loop(solver, rates, state, output_times, breakpoints, correct, most_steps)
+    work, rows, t = Work(), [state], float(output_times[0])
+    ends = [*inner_breakpoints(breakpoints, output_times[0], output_times[-1]), float(output_times[-1])]
     for end in ends:
         seen = _counted(rates, work, math.inf if end == ends[-1] else math.nextafter(end, -math.inf))
-        # A state that runs away is found after the step, and reported.
+        # A state that overflows is detected after the step, and reported.
         with np.errstate(over="ignore", invalid="ignore"):
             kind = _FixedStepper if isinstance(solver, FixedStep) else _ScipyStepper
             stepper: _FixedStepper | _ScipyStepper = kind(solver, seen, t, state, end)  # type: ignore[arg-type]
-            stopped = _run(stepper, work, wanted, rows, correct, most_steps)
+            stopped = _run(stepper, work, output_times, rows, correct, most_steps)
         if stopped:
             bad = np.flatnonzero(~np.isfinite(stepper.y))
-            culprit = int(bad[0]) if len(bad) else None
-            return Solution(wanted[: len(rows)], np.array(rows), work, stopped, stepper.t, culprit)
+            fault_index = int(bad[0]) if len(bad) else None
+            return Solution(output_times[: len(rows)], np.array(rows), work, stopped, stepper.t, fault_index)
         t, state = end, stepper.y
-    return Solution(wanted, np.array(rows), work, stopped_at=t)
+    return Solution(output_times, np.array(rows), work, stopped_at=t)
 
 
 def _counted(rates: Rates, work: Work, last: float) -> Rates:
-    """The right-hand side, counted, that sees no later instant than the last."""
+    """The right-hand side with a counter; times are limited to ``last`` [s], the end of the segment."""
 
     def seen(t: float, y: Array) -> Array:
         work.rates += 1
@@ -101,25 +114,28 @@ def _by_compiled_loop(
     correct: Correct | None,
     most_steps: int,
 ) -> Solution:
-    """The compiled loop asks a right-hand side in Python."""
+    """Integrate with the compiled loop, which calls the Python right-hand side through ctypes."""
     if correct is not None:
         hint = "take one such as RungeKutta4(0.001) or DormandPrince853()"
         raise InputError(Fault("solver", "cannot have its states corrected after each step", solver, hint))
-    function, raised = in_c(rates, len(start))
+    function, raised = as_c_function(rates, len(start))
     problem = CompiledProblem(ctypes.cast(function, ctypes.c_void_p).value, len(start))
     with np.errstate(over="ignore", invalid="ignore"):
         found = integrate_compiled(problem, solver, start, times, breakpoints=breakpoints, most_steps=most_steps)
     if raised:
         raise raised[0]
-    culprit = found.culprit if found.stopped else None
-    return Solution(found.times, found.states, found.work, found.stopped, found.stopped_at, culprit)
+    fault_index = found.fault_index if found.stopped else None
+    return Solution(found.times, found.states, found.work, found.stopped, found.stopped_at, fault_index)
 
 
 def _run(
-    stepper: _FixedStepper | _ScipyStepper, work: Work, wanted: Array, rows: list[Array], correct: Correct | None,
+    stepper: _FixedStepper | _ScipyStepper, work: Work, output_times: Array, rows: list[Array], correct: Correct | None,
     most_steps: int,
 ) -> str:  # fmt: skip
-    """Step to the end of a segment, and put the states at the wanted instants into the rows; why it stopped, if so."""
+    """Step to the end of a segment and append the states at the output times to ``rows``.
+
+    Returns the reason if the integration must stop, else an empty string.
+    """
     while stepper.t < stepper.end:
         if work.steps >= most_steps:
             return f"{most_steps} steps taken; allow a longer step or a looser tolerance"
@@ -129,20 +145,20 @@ def _run(
         work.steps += 1
         if not np.isfinite(stepper.y).all():
             return "the state is no number any more: it diverges; try a shorter step"
-        slack = 1e-12 * max(1.0, abs(stepper.t))  # an instant may miss the end of a step by rounding
-        while len(rows) < len(wanted) and wanted[len(rows)] < stepper.t - slack:
-            rows.append(stepper.within(float(wanted[len(rows)])))
+        slack = 1e-12 * max(1.0, abs(stepper.t))  # an output time may differ from the end of a step by rounding
+        while len(rows) < len(output_times) and output_times[len(rows)] < stepper.t - slack:
+            rows.append(stepper.dense_output(float(output_times[len(rows)])))
         corrected = correct(stepper.t, stepper.y) if correct else None
         if corrected is not None:
             work.restarts += 1
             stepper.resume(corrected)
-        while len(rows) < len(wanted) and wanted[len(rows)] <= stepper.t + slack:
+        while len(rows) < len(output_times) and output_times[len(rows)] <= stepper.t + slack:
             rows.append(stepper.y)
     return ""
 
 
 class _FixedStepper:
-    """Steps of equal length; only the last may be shorter, so that it ends where it should."""
+    """Steps of equal length in one segment; only the last is shorter, to end at the end of the segment."""
 
     def __init__(self, method: FixedStep, rates: Rates, t: float, y: Array, end: float):
         length, step = end - t, method.step
@@ -153,37 +169,40 @@ class _FixedStepper:
         self._method, self._rates, self._start = method, rates, t
         self._count, self._total = 0, max(1, math.ceil(length / step * (1.0 - 1e-12)))
         self._before, self._from = t, y
-        self._first = self._slope = None  # type: Any  # at the beginning of the step and at its end, once it is known
+        self._first = self._slope = None  # type: Any  # rates at the beginning of the step, and at its end once known
 
     def step(self) -> str:
+        """Take one step; returns an empty string, since a fixed step cannot fail."""
         self._count += 1
-        # Multiples of the step, not sums: a million additions lose five digits of the time.
-        later = self.end if self._count >= self._total else self._start + self._count * self._method.step
+        # Times are multiples of the step, not sums: a million additions would lose five digits.
+        reached = self.end if self._count >= self._total else self._start + self._count * self._method.step
         self._before, self._from = self.t, self.y
         self._first = self._rates(self.t, self.y) if self._slope is None else self._slope
-        self.y = self._method.advance(self._rates, self.t, self.y, self._first, later - self.t)
-        self.t, self._slope = later, None
+        self.y = self._method.advance(self._rates, self.t, self.y, self._first, reached - self.t)
+        self.t, self._slope = reached, None
         return ""
 
-    def within(self, t: float) -> Array:
+    def dense_output(self, t: float) -> Array:
+        """Dense output: the state at a time within the last step, cubic or linear, (m,)."""
         h, rise = self.t - self._before, self.y - self._from
         s = (t - self._before) / h
-        if s > 1.0 - 1e-9:  # but for rounding the end
+        if s > 1.0 - 1e-9:  # the end of the step, apart from rounding
             return self.y
         line = self._from + s * rise
         if not self._method.cubic:
             return line
         if self._slope is None:
-            self._slope = self._rates(self.t, self.y)  # the next step begins with it
+            self._slope = self._rates(self.t, self.y)  # also the first stage of the next step
         ends = (1.0 - s) * (h * self._first - rise) - s * (h * self._slope - rise)
         return np.asarray(line + s * (1.0 - s) * ends)
 
     def resume(self, y: Array) -> None:
+        """Continue from a corrected state; the rates at the end of the step are no longer valid."""
         self.y, self._slope = y, None
 
 
 class _ScipyStepper:
-    """Steps of scipy's DOP853."""
+    """Adaptive steps of scipy's DOP853 in one segment; same interface as ``_FixedStepper``."""
 
     def __init__(self, settings: Adaptive, rates: Rates, t: float, y: Array, end: float):
         self.t, self.y, self.end = t, y, end
@@ -191,6 +210,7 @@ class _ScipyStepper:
         self._inner, self._curve = self._begin(None), None  # type: Any, Any
 
     def _begin(self, first_step: float | None) -> Any:
+        """A new integrator from the present time and state."""
         from scipy.integrate import DOP853  # takes long to import, and few runs use it
 
         own = self._settings
@@ -200,6 +220,7 @@ class _ScipyStepper:
         )
 
     def step(self) -> str:
+        """Take one step; returns the reason if it fails, else an empty string."""
         message = self._inner.step()
         if self._inner.status == "failed":
             hint = "loosen rtol and atol, or look for a jump in the right-hand side: jumps belong into breakpoints"
@@ -207,12 +228,14 @@ class _ScipyStepper:
         self.t, self.y, self._curve = float(self._inner.t), self._inner.y.copy(), None
         return ""
 
-    def within(self, t: float) -> Array:
+    def dense_output(self, t: float) -> Array:
+        """Dense output: the state at a time within the last step, (m,)."""
         if self._curve is None:
             self._curve = self._inner.dense_output()
         return np.asarray(self._curve(t))
 
     def resume(self, y: Array) -> None:
+        """Continue from a corrected state, with the step length reached so far."""
         self.y = y
         if self.t < self.end:
             self._inner = self._begin(min(float(self._inner.step_size), self.end - self.t))

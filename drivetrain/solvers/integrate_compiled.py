@@ -1,4 +1,4 @@
-"""Integration of a right-hand side given by address, with events and resumption."""
+"""Integration of a ``CompiledProblem``, whose functions are given by address, with events, pause and resumption."""
 
 from __future__ import annotations
 
@@ -13,38 +13,38 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.solvers import records as r
 from drivetrain.solvers.compiled_problem import CompiledProblem, Hooks
-from drivetrain.solvers.solver import MOST_STEPS, Solver, Work, inner_points, wanted_and_start
+from drivetrain.solvers.solver import MOST_STEPS, Solver, Work, checked_times_and_start, inner_breakpoints
 
 _FOREVER = 2**62
 
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """The state of a run between two steps; a run that goes on from it gives the same bits as one never stopped."""
+    """Complete state of an integration between two steps; resuming from it is bit-identical to never having stopped."""
 
-    # see ``records``, (1,), (n,) and (m,)
+    # records RUN (1,), STATE (n,) and EVENT (m,)
     run: Any
     states: Any
     events: Any
-    jacobian: Array  # the last one, by columns, which a refused step uses again, (n + 1, n)
-    # the data of the problem, as its handler has left them
+    jacobian: Array  # last Jacobian, column by column, which the next try after a rejected step reuses, (n + 1, n)
+    # data of the problem, with the changes made by its handler
     numbers: Array
     words: Any
-    rows: Array  # states at the wanted instants, as far as it came
+    rows: Array  # output rows; those not yet reached are zero
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledSolution:
-    """States at the wanted instants, as far as the solver came."""
+    """The states at the output times, up to where the solver came."""
 
-    times: Array  # instants [s], (N,), those wanted, fewer if it stopped early
-    states: Array  # one row an instant [their own units], (N, n), or what ``Hooks.tell`` fills in
-    work: Work  # what it cost
-    stopped: str  # why it ended early, with what could help; empty when it did not
-    stopped_at: float  # when [s]; the last wanted instant when it did not
-    culprit: int | None  # index of the state, or of the event, that the reason names; None when it names none
-    final: Array  # state at ``stopped_at``, before which every number can be trusted, (n,)
-    checkpoint: Checkpoint  # to go on from
+    times: Array  # output times [s], (N,); fewer than requested if the solver stopped early
+    states: Array  # one row per output time [the states' own units], (N, n), or the row that ``Hooks.output`` fills
+    work: Work  # counters of the computing effort
+    stopped: str  # why the solver stopped early, with advice; empty if it did not
+    stopped_at: float  # time at which it stopped [s]; the last output time if it did not stop early
+    fault_index: int | None  # index of the state, or of the event, that the reason names; None if it names none
+    final: Array  # state at ``stopped_at``, the last valid one, (n,)
+    checkpoint: Checkpoint  # from which the integration can be resumed
 
 
 def integrate_compiled(
@@ -58,17 +58,33 @@ def integrate_compiled(
     pause_after: int | None = None,
     resume: Checkpoint | None = None,
 ) -> CompiledSolution:
-    """The states at wanted instants, without a call of Python between the first step and the last.
+    """Integrate a compiled problem, without a call of Python between the first step and the last.
 
-    Steps never cross a breakpoint, and on each side the right-hand side is asked only for instants of that side.
+    Args:
+        problem: Right-hand side, events and data.
+        solver: A method that runs compiled, such as Rodas5P.
+        start: State at the first output time, (n,); ignored when resuming.
+        times: Output times [s], increasing, (N,), N >= 2.
+        breakpoints: Times at which the right-hand side is discontinuous [s]. No step crosses one, and on each side the
+            right-hand side is evaluated only at times of that side.
+        most_steps: Number of steps after which the integration stops.
+        pause_after: Number of attempted steps after which it returns with a checkpoint; None: never.
+        resume: Checkpoint of a paused integration of the same problem; None: begin at ``start``.
+
+    Returns:
+        The output rows, counters, the reason if the integration stopped early, and a checkpoint.
+
+    Raises:
+        InputError: No valid times or start, a start of another size than the problem's, or a solver that does not run
+            compiled.
     """
-    from drivetrain.solvers.loop import advance  # compiles, or is read from disk: only when needed
+    from drivetrain.solvers.loop import advance  # imported here, since it compiles or reads the disk cache
 
-    wanted, state = wanted_and_start(times, start)
+    output_times, state = checked_times_and_start(times, start)
     if len(state) != problem.size:
         raise InputError(Fault("start", f"must have {problem.size} entries, one a state", f"{len(state)} entries"))
     tableau, atol, settings = solver.compiled_settings(problem.size)
-    kept = _fresh(problem, wanted, state) if resume is None else copy.deepcopy(resume)
+    kept = _new_checkpoint(problem, output_times, state) if resume is None else copy.deepcopy(resume)
     kept.states["atol"] = atol
     settings |= {"may_jump": problem.may_jump, "differences": problem.differences, "most_steps": most_steps}
     data = {"numbers": kept.numbers.ctypes.data, "words": kept.words.ctypes.data}
@@ -79,71 +95,74 @@ def integrate_compiled(
     n = problem.size
     code = advance(
         tableau.record, kept.run, kept.states, np.empty(n), np.empty(n), kept.jacobian, np.empty((n, n)),
-        np.empty(n, dtype=np.uint64), kept.events, np.zeros(len(kept.events)), wanted, kept.rows,
-        _segments(breakpoints, wanted),
+        np.empty(n, dtype=np.uint64), kept.events, np.zeros(len(kept.events)), output_times, kept.rows,
+        _segments(breakpoints, output_times),
     )  # fmt: skip
-    return _solution(problem, kept, wanted, int(code))
+    return _solution(problem, kept, output_times, int(code))
 
 
-def _segments(breakpoints: Sequence[float], wanted: Array) -> Any:
-    """From breakpoint to breakpoint; all but the last see no instant but their own."""
-    ends = np.array([*inner_points(breakpoints, wanted[0], wanted[-1]), wanted[-1]])
+def _segments(breakpoints: Sequence[float], output_times: Array) -> Any:
+    """Records SEGMENT from breakpoint to breakpoint; all but the last evaluate rates strictly before their end only."""
+    ends = np.array([*inner_breakpoints(breakpoints, output_times[0], output_times[-1]), output_times[-1]])
     segments = np.empty(len(ends), dtype=r.SEGMENT)
     segments["end"], segments["limit"] = ends, np.nextafter(ends, -np.inf)
     segments["limit"][-1] = ends[-1]
     return segments
 
 
-def _fresh(problem: CompiledProblem, wanted: Array, x: Array) -> Checkpoint:
+def _new_checkpoint(problem: CompiledProblem, output_times: Array, x: Array) -> Checkpoint:
+    """The checkpoint from which a new integration starts, at the first output time and state x."""
     n, hooks = problem.size, problem.hooks or Hooks()
     run, states = np.zeros(1, dtype=r.RUN), np.zeros(n, dtype=r.STATE)
     clock = run["clock"]
-    clock["time"], clock["last_event"], clock["last_jump"] = wanted[0], -np.inf, -np.inf
+    clock["time"], clock["last_event"], clock["last_jump"] = output_times[0], -np.inf, -np.inf
     states["x"] = x
     events = np.zeros(len(problem.events.names) if problem.events else 0, dtype=r.EVENT)
-    rows = np.zeros((len(wanted), hooks.width if hooks.tell else n))
+    rows = np.zeros((len(output_times), hooks.width if hooks.output else n))
     return Checkpoint(run, states, events, np.zeros((n + 1, n)), problem.numbers.copy(), problem.words.copy(), rows)
 
 
-def _solution(problem: CompiledProblem, kept: Checkpoint, wanted: Array, code: int) -> CompiledSolution:
+def _solution(problem: CompiledProblem, kept: Checkpoint, output_times: Array, code: int) -> CompiledSolution:
+    """The result of the integration, from the records and the return code of the compiled loop."""
     count, done = kept.run["count"][0], int(kept.run["count"]["rows"][0])
     work = Work(**{one.name: int(count[one.name]) for one in fields(Work)})
-    culprit = int(count["culprit"]) if code >= r.NO_NUMBER else None
+    fault_index = int(count["fault_index"]) if code >= r.NOT_FINITE else None
     return CompiledSolution(
-        wanted[:done].copy(), kept.rows[:done].copy(), work, _reason(problem, kept, code),
-        float(kept.run["clock"]["time"][0]), culprit, kept.states["x"].copy(), kept,
+        output_times[:done].copy(), kept.rows[:done].copy(), work, _reason(problem, kept, code),
+        float(kept.run["clock"]["time"][0]), fault_index, kept.states["x"].copy(), kept,
     )  # fmt: skip
 
 
 def _reason(problem: CompiledProblem, kept: Checkpoint, code: int) -> str:
-    """Why it ended early, and what could help."""
+    """Why the integration ended early, with advice, from the return code; empty if it did not."""
     run = kept.run[0]
-    t, culprit = float(run["clock"]["time"]), int(run["count"]["culprit"])
+    t, fault_index = float(run["clock"]["time"]), int(run["count"]["fault_index"])
     if code == r.DONE:
         return ""
     if code == r.PAUSED:
         return f"paused at {t:.9g} s; go on from its checkpoint"
-    if code == r.TOO_MANY:
+    if code == r.TOO_MANY_STEPS:
         return f"{int(run['settings']['most_steps'])} steps taken at {t:.9g} s; allow more, or a looser tolerance"
     if code == r.ZENO and problem.events:
-        name = problem.events.names[culprit]
+        name = problem.events.names[fault_index]
         return f"{name} happens again and again at {t:.9g} s and time does not pass; its handler must force a change"
-    name = problem.name(culprit)
-    if code == r.NO_NUMBER:
+    name = problem.name(fault_index)
+    if code == r.NOT_FINITE:
         return f"the rate of {name} is no number at {t:.9g} s"
-    if code == r.RUNS_AWAY:
+    if code == r.DIVERGES:
         return f"{name} runs away at {t:.9g} s: no step is short enough to stay among the numbers; it diverges"
     if code == r.JUMP:
-        return _jump(problem, kept, name)
+        return _jump_message(problem, kept, name)
     return f"no step is short enough for the tolerance of {name} at {t:.9g} s; loosen it, or look for a jump there"
 
 
-def _jump(problem: CompiledProblem, kept: Checkpoint, name: str) -> str:
-    clock, argument = kept.run[0]["clock"], int(kept.run[0]["count"]["argument"])
+def _jump_message(problem: CompiledProblem, kept: Checkpoint, name: str) -> str:
+    """The message for a discontinuity of the rates: when, on which state it depends, its size, and what to do."""
+    clock, jump_state = kept.run[0]["clock"], int(kept.run[0]["count"]["jump_state"])
     sizes = f"from {clock['before']:.6g} to {clock['after']:.6g}"
     jumps = f"the right-hand side jumps at {clock['jump_at']:.12g} s"
-    if argument < 0:
+    if jump_state < 0:
         return f"{jumps}: the rate of {name} {sizes}; make that instant a breakpoint"
-    where = f"{problem.name(argument)} = {kept.states['x'][argument]:.6g}"
+    where = f"{problem.name(jump_state)} = {kept.states['x'][jump_state]:.6g}"
     fix = "make the jump an event with a handler, or use a set-valued method; sign() is no right-hand side"
     return f"{jumps}, {where}: the rate of {name} {sizes}; {fix}"

@@ -1,7 +1,7 @@
-"""The Jacobian and the systems of equations that a step solves with it.
+"""The Jacobian, and LU factorisation and solution of the linear systems of an implicit step.
 
-A right-hand side brings its own Jacobian, or it is found by differences. It is kept column by column,
-``jacobian[state, rate]``, with the derivatives by time behind the last.
+A problem provides its own Jacobian, or the Jacobian is computed by finite differences. It is stored column by column,
+``jacobian[state, rate]``, (n + 1, n), with the derivatives by time in the last column.
 """
 
 from __future__ import annotations
@@ -12,84 +12,93 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.jit import law
-from drivetrain.solvers.compiled_function import call, call_rates, load
+from drivetrain.solvers.compiled_function import call, call_rates, load_state
 
-_DIAGONAL = 10.0  # so many times smaller than another entry a diagonal may be and stay the pivot
-# Indices without a sign: numba asks of others whether they count from the end.
+_PIVOT_THRESHOLD = 10.0  # rows are exchanged only for an entry this many times larger than the diagonal
+# Unsigned indices: for signed ones numba generates a test whether they count from the end.
 _ONE: Any = np.uint64(1)
-_SMALL = float(np.sqrt(np.finfo(np.float64).eps))
-_LOOK = 16  # every so many Jacobians one column that looks too steep is looked at again
-_MATTERS = 1e3  # a jump within a step matters when it moves a state by so many tolerances
+_SQRT_EPSILON = float(np.sqrt(np.finfo(np.float64).eps))  # relative increment of finite differences
+_JUMP_TEST_EVERY = 16  # in one of this many Jacobians suspiciously steep columns are tested for a discontinuity
+_STEEP = 1e3  # change of a state within a step, in tolerances, above which a column counts as steep
 
 
 @law
-def fill_jacobian(run: Any, states: Any, point: Array, answer: Array, jacobian: Array, h: float) -> bool:
-    """Fill the Jacobian and df/dt at the state, for a step; False when the rates jump there."""
+def fill_jacobian(run: Any, states: Any, point: Array, result: Array, jacobian: Array, h: float) -> bool:
+    """Compute the Jacobian and df/dt at the current state, for a step of length h [s].
+
+    Returns False when the rates are found to be discontinuous there; count and clock then say which rate and state.
+    """
     run.count.jacobians += 1
-    load(states, point)
+    load_state(states, point)
     if run.calls.jacobian:
         call(run, run.calls.jacobian, run.clock.time, point, jacobian)
         for i in range(len(states)):
-            states[i].drift = jacobian[len(states), i]
+            states[i].time_derivative = jacobian[len(states), i]
         if not run.settings.differences:
             return True
         run.count.rates += run.settings.differences - 1
-    # df/dt, by a difference that stays within the step
+    # df/dt by a forward difference that stays within the step and the segment
     t = run.clock.time
-    later = min(t + min(h, _SMALL * max(abs(t), h)), run.clock.limit)
-    call_rates(run, later, point, answer)
+    t_next = min(t + min(h, _SQRT_EPSILON * max(abs(t), h)), run.clock.limit)
+    call_rates(run, t_next, point, result)
     for i in range(len(states)):
-        states[i].drift = (answer[i] - states[i].rates) / (later - t) if later > t else 0.0
+        states[i].time_derivative = (result[i] - states[i].rates) / (t_next - t) if t_next > t else 0.0
     if run.calls.jacobian:
         return True
-    return _by_differences(run, states, point, answer, jacobian, h)
+    return _finite_differences(run, states, point, result, jacobian, h)
 
 
 @law
-def _by_differences(run: Any, states: Any, point: Array, answer: Array, jacobian: Array, h: float) -> bool:
-    """Fill the Jacobian by differences; False when the rates jump at this very state."""
+def _finite_differences(run: Any, states: Any, point: Array, result: Array, jacobian: Array, h: float) -> bool:
+    """Compute the Jacobian by forward differences; False when the rates are discontinuous at this state."""
     for j in range(len(states)):
         state = states[j]
         size, floor = max(abs(state.x), h * abs(state.rates)), state.atol / run.settings.rtol
         size = max(size, floor if floor < np.inf else 1e-3)
-        move = _SMALL * size if state.rates >= 0.0 else -_SMALL * size  # in the direction in which it goes
-        state.move = (state.x + move) - state.x
-        point[j] = state.x + state.move
-        call_rates(run, run.clock.time, point, answer)
+        # in the direction in which the state moves
+        increment = _SQRT_EPSILON * size if state.rates >= 0.0 else -_SQRT_EPSILON * size
+        state.increment = (state.x + increment) - state.x
+        point[j] = state.x + state.increment
+        call_rates(run, run.clock.time, point, result)
         point[j] = state.x
-        inverse, worst, culprit = 1.0 / state.move, 0.0, 0
+        inverse, worst, steepest = 1.0 / state.increment, 0.0, 0
         for i in range(len(states)):
-            change = answer[i] - states[i].rates
+            change = result[i] - states[i].rates
             jacobian[j, i] = change * inverse
             if abs(change) * h > worst * states[i].tolerance:
-                worst, culprit = abs(change) * h / states[i].tolerance, i
-        if run.count.jacobians % _LOOK == 1 and worst > _MATTERS and _jumps(run, states, point, answer, j, culprit):
+                worst, steepest = abs(change) * h / states[i].tolerance, i
+        if (
+            run.count.jacobians % _JUMP_TEST_EVERY == 1
+            and worst > _STEEP
+            and _is_discontinuous(run, states, point, result, j, steepest)
+        ):
             return False
     return True
 
 
 @law
-def _jumps(run: Any, states: Any, point: Array, answer: Array, j: int, i: int) -> bool:
-    """Whether rate i changes by the same, however little state j is moved."""
-    x, rate, moved_rate = states[j].x, states[i].rates, answer[i]
+def _is_discontinuous(run: Any, states: Any, point: Array, result: Array, j: int, i: int) -> bool:
+    """Whether rate i is discontinuous in state j: its change stays the same when the increment gets smaller."""
+    x, rate, moved_rate = states[j].x, states[i].rates, result[i]
     change = moved_rate - rate
     for part in (16.0, 256.0):
-        point[j] = x + states[j].move / part
-        call_rates(run, run.clock.time, point, answer)
+        point[j] = x + states[j].increment / part
+        call_rates(run, run.clock.time, point, result)
         moved = point[j] != x
         point[j] = x
-        if not (moved and abs(answer[i] - rate - change) < 0.1 * abs(change)):
+        if not (moved and abs(result[i] - rate - change) < 0.1 * abs(change)):
             return False
-    run.count.culprit, run.count.argument = i, j
+    run.count.fault_index, run.count.jump_state = i, j
     run.clock.before, run.clock.after = rate, moved_rate
     return True
 
 
 @law
 def factor(jacobian: Array, diagonal: float, factors: Array, pivots: Any) -> None:
-    """Lower times upper triangle of a number on the diagonal less the Jacobian, a row exchanged where a pivot is small.
+    """LU factorisation of ``diagonal`` times the identity minus the Jacobian, with threshold row pivoting.
 
-    Both are kept column by column, ``factors[column, row]``, with inverse pivots on the diagonal.
+    Both triangles are stored column by column in ``factors[column, row]``, (n, n), with inverse pivots on the diagonal;
+    ``pivots`` is the row permutation, (n,).
     """
     n = np.uint64(len(pivots))
     for j in range(n):
@@ -98,7 +107,7 @@ def factor(jacobian: Array, diagonal: float, factors: Array, pivots: Any) -> Non
             factors[j, i] = -jacobian[j, i]
         factors[j, j] += diagonal
     for k in range(n):
-        best, pivot = _DIAGONAL * abs(factors[k, k]), k
+        best, pivot = _PIVOT_THRESHOLD * abs(factors[k, k]), k
         for i in range(k + _ONE, n):
             if abs(factors[k, i]) > best:
                 best, pivot = abs(factors[k, i]), i
@@ -117,17 +126,17 @@ def factor(jacobian: Array, diagonal: float, factors: Array, pivots: Any) -> Non
 
 
 @law
-def solve(factors: Array, pivots: Any, goal: Array, room: Array) -> None:
-    """Solve with the factors, in place."""
+def solve(factors: Array, pivots: Any, rhs: Array, scratch: Array) -> None:
+    """Solve the factorised system in place: ``rhs`` holds the right-hand side, then the solution, (n,)."""
     n = np.uint64(len(pivots))
     for i in range(n):
-        room[i] = goal[pivots[i]]
+        scratch[i] = rhs[pivots[i]]
     for j in range(n):
-        value = room[j]
+        value = scratch[j]
         for i in range(j + _ONE, n):
-            room[i] -= factors[j, i] * value
+            scratch[i] -= factors[j, i] * value
     for back in range(n):
         j = n - _ONE - back
-        goal[j] = value = room[j] * factors[j, j]
+        rhs[j] = value = scratch[j] * factors[j, j]
         for i in range(j):
-            room[i] -= factors[j, i] * value
+            scratch[i] -= factors[j, i] * value

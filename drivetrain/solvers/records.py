@@ -1,11 +1,12 @@
-"""What the compiled loop works on: records with names, and the arrays of them."""
+"""Data of the compiled integration loop: numpy record types with named fields, and its return codes."""
 
 from __future__ import annotations
 
 import numpy as np
 
-# Why the loop came back.
-DONE, PAUSED, TOO_MANY, NO_NUMBER, RUNS_AWAY, TOO_SHORT, JUMP, ZENO = range(8)
+# Return codes of the loop: finished, budget of steps used up, too many steps, rate not finite, state diverges, step too
+# short, discontinuity of the rates, events without progress of time.
+DONE, PAUSED, TOO_MANY_STEPS, NOT_FINITE, DIVERGES, STEP_TOO_SHORT, JUMP, ZENO = range(8)
 
 MOST_STAGES = 8
 
@@ -20,49 +21,53 @@ METHOD = np.dtype([
     ("a", np.float64, (MOST_STAGES + 1, MOST_STAGES)), ("c", np.float64, (MOST_STAGES, MOST_STAGES)),
     ("curve", np.float64, (4, MOST_STAGES)),
 ])  # fmt: skip
-"""A ``Tableau``, zeros behind its own stages."""
+"""A ``Tableau``, padded with zeros to ``MOST_STAGES``."""
 
 STATE = np.dtype([
-    *_record(np.float64, "x rates drift"),  # now, its rate, that rate's derivative by time; all else is found anew
-    *_record(np.float64, "atol tolerance"),  # error allowed in a step near zero, and here
-    *_record(np.float64, "next next_rates error"),  # at the end of the step tried
-    ("move", np.float64),  # by which differences are taken
+    # current value, its rate, partial derivative of the rate by time; all other fields are recomputed in each step
+    *_record(np.float64, "x rates time_derivative"),
+    *_record(np.float64, "atol tolerance"),  # absolute tolerance, and the tolerance at the current value
+    *_record(np.float64, "next next_rates error"),  # value, rate and error estimate at the end of the attempted step
+    ("increment", np.float64),  # increment of the finite difference
     ("stages", np.float64, MOST_STAGES),
-    ("curve", np.float64, 4),  # within the step: x(s) = x + s (c0 + s (c1 + s (c2 + s c3))), s from 0 to 1
+    ("curve", np.float64, 4),  # dense output: x(s) = x + s (c0 + s (c1 + s (c2 + s c3))), s from 0 to 1
 ])  # fmt: skip
-"""One a state."""
+"""One state."""
 
-EVENT = np.dtype(_record(np.float64, "old later new"))
-"""Values of an event: at the beginning of the step, of the search in it, and where asked last."""
+EVENT = np.dtype(_record(np.float64, "start left latest"))
+"""Value of an event function: at the beginning of the step, at that of the searched subinterval, and the latest."""
 
 SEGMENT = np.dtype(_record(np.float64, "end limit"))
-"""One from breakpoint to breakpoint: its end, and the last instant that it may see [s]."""
+"""An interval between breakpoints: its end, and the latest time at which functions may be evaluated in it [s]."""
 
 RUN = np.dtype([
-    # addresses of functions, 0 for none, and of their data
-    ("calls", _record(np.int64, "rates jacobian values handler account tell opens numbers words")),
-    # of the solver, times in s, and of the problem, see ``CompiledProblem``
+    # addresses of the functions, 0 where there is none, and of their data
+    ("calls", _record(np.int64, "rates jacobian values handler account output segment_start numbers words")),
+    # settings of the solver (times in s) and of the problem (see ``CompiledProblem``)
     ("settings", [
         *_record(np.float64, "rtol largest_step smallest_step fixed_step"),
-        ("first_step", np.float64),  # 0: chosen from the rates
+        ("first_step", np.float64),  # 0: estimated from the rates
         *_record(np.int64, "may_jump differences most_steps"),
     ]),
     ("clock", [
-        *_record(np.float64, "time limit"),  # now, and the last instant that the present segment may see [s]
-        *_record(np.float64, "step refused last_step"),  # proposed, the last one refused, the last one kept [s]
-        ("last_error", np.float64),  # of the last step kept
-        ("origin", np.float64),  # from which steps of fixed length are counted [s]
-        *_record(np.float64, "last_event last_jump"),  # [s]
-        *_record(np.float64, "jump_at before after"),  # where a rate jumps [s], from what to what
+        *_record(np.float64, "time limit"),  # current time, latest time for evaluations in the present segment [s]
+        *_record(np.float64, "step rejected_step last_step"),  # step proposed, last one rejected, last one accepted [s]
+        ("last_error", np.float64),  # scaled error of the last accepted step
+        ("origin", np.float64),  # time from which steps of fixed length are counted [s]
+        *_record(np.float64, "last_event last_jump"),  # times [s]
+        *_record(np.float64, "jump_at before after"),  # time of a discontinuity [s], rate on its two sides
     ]),
     ("count", [
-        *_record(np.int64, "rates jacobians factorisations steps rejected restarts event_values"),  # what it cost
-        ("budget", np.int64),  # steps that may still be tried before the loop comes back
-        *_record(np.int64, "segment rows strides"),  # segments and rows done; steps since the origin
-        *_record(np.int64, "opened fresh fresh_jacobian was_rejected"),  # flags
-        *_record(np.int64, "failures jumps busy"),  # refusals in a row, jumps, events without progress of time
-        *_record(np.int64, "fired last_fired"),  # the event just found, and the one before
-        *_record(np.int64, "culprit argument"),  # the state, or event, to name; the state whose move makes a jump
+        *_record(np.int64, "rates jacobians factorisations steps rejected restarts event_values"),  # as in ``Work``
+        ("budget", np.int64),  # steps that may still be attempted before the loop returns
+        *_record(np.int64, "segment rows fixed_steps"),  # segments and rows finished; fixed steps since the origin
+        # flags: the segment has begun, rates and Jacobian belong to the current state, the last attempt was rejected
+        *_record(np.int64, "opened fresh_rates fresh_jacobian was_rejected"),
+        # rejections in a row, discontinuities passed in a row, events without progress of time
+        *_record(np.int64, "failures jumps without_progress"),
+        *_record(np.int64, "fired last_fired"),  # index of the event just located, and of the one before
+        # index of the state or event that a message names; index of the state on which a discontinuity depends
+        *_record(np.int64, "fault_index jump_state"),
     ]),
 ])  # fmt: skip
-"""A run without its states."""
+"""A run, without its states: addresses, settings, times and counters."""

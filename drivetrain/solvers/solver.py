@@ -1,7 +1,7 @@
-"""The methods and their settings: frozen dataclasses, checked when they are built.
+"""The integration methods and their settings: frozen dataclasses, checked when they are built.
 
-Those with a tableau run compiled (``integrate_compiled``), the others in Python (``integrate``), some both ways. None
-of a fixed step controls its error: halve the step and see.
+Methods with a tableau run compiled (``integrate_compiled``), the others in Python (``integrate``), some both ways.
+Methods with a fixed step do not control their error: compare with a run at half the step.
 """
 
 from __future__ import annotations
@@ -19,45 +19,45 @@ from drivetrain.solvers import tableaux
 from drivetrain.solvers.tableaux import Tableau
 
 MOST_STEPS = 100_000_000
-SMALLEST_RTOL = 100.0 * float(np.finfo(np.float64).eps)  # below this scipy raises it, with a warning
-Method = tuple[Tableau, Array, dict[str, float]]
+SMALLEST_RTOL = 100.0 * float(np.finfo(np.float64).eps)  # scipy replaces a smaller one by this, with a warning
+Method = tuple[Tableau, Array, dict[str, float]]  # tableau, absolute tolerances (n,), settings of ``records.RUN``
 
 
 @dataclass
 class Work:
-    """What an integration has cost so far."""
+    """Counters of the computing effort of an integration so far."""
 
-    rates: int = 0  # evaluations of the right-hand side [-], exactly
-    steps: int = 0  # steps that were kept [-]
-    restarts: int = 0  # times the state was changed from outside, so that memory of earlier steps was dropped [-]
-    rejected: int = 0  # steps that were tried and not kept [-]; counted by the methods that say so
-    jacobians: int = 0  # jacobians [-]; the evaluations that differences cost are in ``rates`` too
-    factorisations: int = 0  # of matrices [-]
-    event_values: int = 0  # evaluations of the values of events [-]
+    rates: int = 0  # evaluations of the right-hand side [-], exact
+    steps: int = 0  # accepted steps [-]
+    restarts: int = 0  # how often the state was changed by an event or a correction, so that the method restarted [-]
+    rejected: int = 0  # rejected steps [-]; counted by the compiled methods only
+    jacobians: int = 0  # Jacobians [-]; the evaluations for their finite differences are in ``rates`` too
+    factorisations: int = 0  # matrix factorisations [-]
+    event_values: int = 0  # evaluations of the event functions [-]
 
 
 class Solver:
-    """A method and its settings."""
+    """An integration method with its settings."""
 
     def compiled_settings(self, size: int) -> Method:
-        """Tableau, absolute tolerances and settings (``records.RUN``) for the compiled loop and so many states."""
+        """Tableau, absolute tolerances (n,) and settings (``records.RUN``) of the compiled loop for ``size`` states."""
         problem = "must be a solver that runs compiled: Rodas4, Rodas5P, DormandPrince54, RungeKutta4 or Euler"
         raise InputError(Fault("solver", problem, self))
 
 
 @dataclass(frozen=True)
 class FixedStep(Solver):
-    """Base of the methods whose steps are all alike."""
+    """Base of the methods with a fixed step."""
 
-    step: float
-    cubic: ClassVar[bool] = False  # between the ends of a step a cubic with the right slopes, else a line
-    tableau: ClassVar[Tableau | None] = None
+    step: float  # [s]
+    cubic: ClassVar[bool] = False  # whether the dense output is a cubic Hermite polynomial, else linear
+    tableau: ClassVar[Tableau | None] = None  # None: the method does not run compiled
 
     def __post_init__(self) -> None:
         check_positive(f"{type(self).__name__}.step", self.step, "s")
 
     def advance(self, rates: Any, t: float, y: Array, first: Array, h: float) -> Array:
-        """The state a step later, from the state and its rates."""
+        """The state at t + h, (m,), from the state y at t and its rates ``first``; h and t in s."""
         raise NotImplementedError
 
     def compiled_settings(self, size: int) -> Method:
@@ -68,10 +68,10 @@ class FixedStep(Solver):
 
 @dataclass(frozen=True)
 class Euler(FixedStep):
-    """Euler's method, the book's: first order, gains energy in swinging motions. One evaluation a step.
+    """Explicit Euler method: first order, one evaluation per step; oscillations gain energy.
 
     Attributes:
-        step: [s].
+        step: Time step [s].
 
     Reference: Modern Robotics, section 8.5, Euler integration algorithm.
     """
@@ -84,13 +84,13 @@ class Euler(FixedStep):
 
 @dataclass(frozen=True)
 class SemiImplicitEuler(FixedStep):
-    """Euler's method with positions that follow the new speeds: first order, but energy stays bounded in swings.
+    """Semi-implicit (symplectic) Euler method: first order, but the energy of oscillations stays bounded.
 
-    The state must be positions, then as many speeds; an odd number after them is stepped as by Euler. One evaluation a
-    step.
+    Positions advance with the new speeds. The state must consist of positions followed by as many speeds; one further
+    state after them advances as with Euler's method. One evaluation per step.
 
     Attributes:
-        step: [s].
+        step: Time step [s].
     """
 
     def advance(self, rates: Any, t: float, y: Array, first: Array, h: float) -> Array:
@@ -101,10 +101,10 @@ class SemiImplicitEuler(FixedStep):
 
 @dataclass(frozen=True)
 class RungeKutta4(FixedStep):
-    """The classical Runge-Kutta method: fourth order, four evaluations a step.
+    """The classical Runge-Kutta method: fourth order, four evaluations per step.
 
     Attributes:
-        step: [s].
+        step: Time step [s].
 
     Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), table II.1.2.
     """
@@ -121,12 +121,12 @@ class RungeKutta4(FixedStep):
 
 @dataclass(frozen=True)
 class Adaptive(Solver):
-    """Base of the methods that choose their own step to hold a tolerance."""
+    """Base of the methods with step size control."""
 
-    rtol: float = 1e-8  # error allowed in a step, as a share of each state [-]
-    atol: Any = 1e-10  # error allowed in a step where a state is near zero [the state's own unit]
-    # [s]; None: as long as the tolerance allows. What happens within one step and leaves no trace at its stages is not
-    # seen.
+    rtol: float = 1e-8  # relative tolerance of the error per step [-]
+    atol: Any = 1e-10  # absolute tolerance of the error per step [the state's own unit]
+    # [s]; None: as long as the tolerances allow. A pulse of the right-hand side that lies between the stages of a step
+    # is missed.
     largest_step: float | None = None
 
     def __post_init__(self) -> None:
@@ -145,12 +145,12 @@ class Adaptive(Solver):
 
 @dataclass(frozen=True)
 class DormandPrince853(Adaptive):
-    """Dormand and Prince's explicit method of order 8, for smooth motions and tight tolerances (scipy's DOP853)."""
+    """Explicit Runge-Kutta method of order 8 (scipy's DOP853), for smooth motions and tight tolerances."""
 
 
 @dataclass(frozen=True)
 class DormandPrince54(Adaptive):
-    """Dormand and Prince's explicit method of order 5 with a fourth-order check."""
+    """Explicit Runge-Kutta method of Dormand and Prince, order 5 with an embedded error estimate of order 4."""
 
     def compiled_settings(self, size: int) -> Method:
         largest = math.inf if self.largest_step is None else self.largest_step
@@ -159,20 +159,20 @@ class DormandPrince54(Adaptive):
 
 @dataclass(frozen=True)
 class Rodas4(Adaptive):
-    """RODAS: order 4 with a check of order 3, L-stable; for stiff equations that do not jump between breakpoints.
+    """RODAS, a Rosenbrock method of order 4 with an embedded error estimate of order 3, L-stable.
 
-    It solves linear systems only, so a step has a fixed price and no iteration to fail; the price of that is an exact
-    Jacobian at each step.
+    For stiff equations that are continuous between breakpoints. A step solves linear systems only, so its cost is fixed
+    and no iteration can fail to converge; in return it needs an accurate Jacobian in each step.
 
     Attributes:
-        rtol: Error allowed in a step, as a share of each state [-].
-        atol: Error allowed in a step where a state is near zero [the state's own unit]; one number, or one a state.
-            Infinity leaves a state out of the control. None: a thousandth of ``rtol``, and in a simulation what each
-            state says does not matter.
-        largest_step: [s]; None: as long as the tolerance allows. What happens within one step and leaves no trace at
-            its stages is not seen.
-        smallest_step: Shorter ones stop the run [s]; 0: the resolution of the time itself.
-        first_step: To begin with [s]; None: chosen from the rates.
+        rtol: Relative tolerance of the error per step [-].
+        atol: Absolute tolerance of the error per step [the state's own unit]; one number, or one per state. Infinity
+            excludes a state from the error control. None: a thousandth of ``rtol``; in a simulation, the absolute
+            tolerance that each state declares.
+        largest_step: [s]; None: as long as the tolerances allow. A pulse of the right-hand side that lies between the
+            stages of one step is missed.
+        smallest_step: The run stops if a shorter step is needed [s]; 0: the resolution of the time in floating point.
+        first_step: Length of the first step [s]; None: estimated from the rates.
 
     Reference: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.7.
     """
@@ -212,7 +212,9 @@ class Rodas4(Adaptive):
 
 @dataclass(frozen=True)
 class Rodas5P(Rodas4):
-    """RODAS5P: order 5 with a check of order 4, L-stable; settings as of ``Rodas4``, eight stages instead of six.
+    """RODAS5P, a Rosenbrock method of order 5 with an embedded error estimate of order 4, L-stable.
+
+    Settings are those of ``Rodas4``; a step has eight stages instead of six.
 
     Reference: Steinebach, BIT Numerical Mathematics 63 (2023) 27.
     """
@@ -221,25 +223,29 @@ class Rodas5P(Rodas4):
 
 
 def check_positive(place: str, value: float, unit: str) -> None:
-    """Refuse a setting that is not a positive, finite number."""
+    """Raise InputError if a setting is not a positive, finite number; ``place`` and ``unit`` go into the message."""
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not number or not 0.0 < value < float("inf"):
         raise InputError(Fault(place, f"must be a positive number [{unit}]", value))
 
 
-def wanted_and_start(times: Any, start: Any) -> tuple[Array, Array]:
-    """The wanted instants, which must rise [s], (N,), N >= 2, and a copy of the start, (m,); all faults at once."""
+def checked_times_and_start(times: Any, start: Any) -> tuple[Array, Array]:
+    """The output times [s], (N,), and a copy of the initial state, (m,), checked.
+
+    Raises:
+        InputError: Fewer than two output times, times that do not increase, or values that are not finite; all at once.
+    """
     faults = Faults()
-    wanted = faults.attempt(checked_array, times, (None,), "times")
-    if wanted is not None and (len(wanted) < 2 or not (np.diff(wanted) > 0.0).all()):
-        faults.add("times", "must be at least two instants that rise [s]", wanted[:5].tolist())
+    output_times = faults.attempt(checked_array, times, (None,), "times")
+    if output_times is not None and (len(output_times) < 2 or not (np.diff(output_times) > 0.0).all()):
+        faults.add("times", "must be at least two instants that rise [s]", output_times[:5].tolist())
     state = faults.attempt(checked_array, start, (None,), "start")
     faults.raise_any()
-    assert wanted is not None and state is not None
-    return wanted, state.copy()
+    assert output_times is not None and state is not None
+    return output_times, state.copy()
 
 
-def inner_points(breakpoints: Sequence[float], first: float, last: float) -> list[float]:
-    """The breakpoints strictly between two instants, rising, each once [s]."""
+def inner_breakpoints(breakpoints: Sequence[float], first: float, last: float) -> list[float]:
+    """The breakpoints strictly between ``first`` and ``last`` [s], increasing, without duplicates."""
     points = checked_array(np.asarray(breakpoints, dtype=np.float64).reshape(-1), (None,), "breakpoints")
     return [float(point) for point in np.unique(points) if first < point < last]

@@ -1,13 +1,13 @@
-"""The methods as data: one form for Rosenbrock methods and for explicit Runge-Kutta methods.
+"""The integration methods as tableaux: one form for Rosenbrock methods and for explicit Runge-Kutta methods.
 
-A Rosenbrock method, in the form that multiplies by no matrix, with W = 1/(h gamma) - J:
+A Rosenbrock method, in the form without matrix-vector products, solves for each stage s with W = 1/(h gamma) - J
 
     W u_s = f(t + times_s h, x + sum_j a_sj u_j) + sum_j c_sj u_j / h + gammas_s h df/dt.
 
-An explicit one has gamma 0 and u_s = h f(t + times_s h, x + sum_j a_sj u_j). For both the result is
-x + sum_j a_Sj u_j with the last row of a, its error sum_j error_j u_j, and the polynomial between the ends of a step
-has the coefficients curve @ u, the rise from end to end on top of the first. A test holds the tables against the
-conditions of order.
+An explicit method has gamma = 0 and u_s = h f(t + times_s h, x + sum_j a_sj u_j). For both, the result is
+x + sum_j a_Sj u_j with the last row of a, and the error estimate is sum_j error_j u_j. The dense output is a polynomial
+of order 4 with the coefficients curve @ u, where the difference between both ends of the step is added to the first.
+A test checks the tables against the order conditions.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from drivetrain.solvers.records import METHOD
 
 @dataclass(frozen=True, eq=False)
 class Tableau:
-    """A method with S stages."""
+    """The coefficients of a method with S stages."""
 
-    adaptive: bool  # whether it estimates its error
-    order: float  # power of the step with which the error grows; what step control takes the root of
-    reuses: bool  # whether the last stage's rates are those at the end of the step
+    adaptive: bool  # whether it has an error estimate, for step size control
+    order: float  # the error of a step grows with this power of its length; the exponent of step size control
+    reuses: bool  # whether the last stage is the rates at the end of the step, so that the next step needs no first one
     gamma: float  # 0 for an explicit method
     # (S,)
     times: Array
@@ -40,13 +40,13 @@ class Tableau:
 
     @cached_property
     def record(self) -> Any:
-        """The same for compiled code, (1,) of ``records.METHOD``."""
+        """The coefficients for compiled code, a record ``records.METHOD``, (1,)."""
         made = np.zeros(1, dtype=METHOD)
         made["stages"] = len(self.times)
         for name, value in vars(self).items():
-            room = made[name][0]
+            entry = made[name][0]
             if isinstance(value, np.ndarray):
-                room[tuple(slice(n) for n in value.shape)] = value
+                entry[tuple(slice(n) for n in value.shape)] = value
             else:
                 made[name] = value
         return made
@@ -55,8 +55,8 @@ class Tableau:
 Rows = tuple[tuple[float, ...], ...]
 
 
-def _filled(rows: Rows, count: int, width: int) -> Array:
-    """A lower triangle whose last rows are given; zeros elsewhere."""
+def _lower_triangle(rows: Rows, count: int, width: int) -> Array:
+    """A lower triangular table, (count, width), from its last rows; zeros elsewhere."""
     table = np.zeros((count, width))
     for i, row in enumerate(rows, start=count - len(rows)):
         table[i, : len(row)] = row
@@ -66,32 +66,37 @@ def _filled(rows: Rows, count: int, width: int) -> Array:
 def _rosenbrock(
     order: float, gamma: float, times: tuple[float, ...], gammas: tuple[float, ...], a: Rows, c: Rows, d: Rows
 ) -> Tableau:
-    """A stiffly accurate method whose last stage is its error.
+    """The tableau of a stiffly accurate Rosenbrock method whose last stage is the error estimate.
 
-    Its last stages start from the one before plus that one's own u. Between the ends of a step
-    y(s) = (1-s) y_0 + s (y_1 + (1-s) (B_1 + s (B_2 + ...))), where B_k = sum_j d_kj u_j.
+    Each of its last stages is evaluated at the state of the stage before it plus that stage's u. The dense output is
+    y(s) = (1-s) y_0 + s (y_1 + (1-s) (B_1 + s (B_2 + ...))) with B_k = sum_j d_kj u_j.
     """
     stages = len(c) + 1
     while len(a) < stages:
         a = (*a, (*a[-1], 1.0))
-    ends, bends = _filled(a, stages + 1, stages), np.zeros((5, stages))
+    weights, curve = _lower_triangle(a, stages + 1, stages), np.zeros((5, stages))
     for k, row in enumerate(d):
-        bends[k, : len(row)] += row
-        bends[k + 1, : len(row)] -= row
+        curve[k, : len(row)] += row
+        curve[k + 1, : len(row)] -= row
     error = np.zeros((1, stages))
     error[0, -1] = 1.0
-    late = np.array([*times, *[1.0] * (stages - len(times))])
-    slopes = np.array([*gammas, *[0.0] * (stages - len(gammas))])
-    return Tableau(True, order, False, gamma, late, slopes, error, ends, _filled(c, stages, stages), bends[:4].copy())
+    all_times = np.array([*times, *[1.0] * (stages - len(times))])
+    all_gammas = np.array([*gammas, *[0.0] * (stages - len(gammas))])
+    c_table = _lower_triangle(c, stages, stages)
+    return Tableau(True, order, False, gamma, all_times, all_gammas, error, weights, c_table, curve[:4].copy())
 
 
 def _explicit(order: float, times: Array, a: Array, error: Array, curve: Array, *, reuses: bool) -> Tableau:
+    """The tableau of an explicit Runge-Kutta method.
+
+    ``curve`` gives the whole dense output, (4, S); the rise over the step, which ``take_step`` adds, is taken off it.
+    """
     curve = curve.copy()
     curve[0] -= a[-1]
     stages = len(times)
-    nothing = np.zeros((stages, stages))
+    no_c = np.zeros((stages, stages))
     adaptive = bool(error.any())
-    return Tableau(adaptive, order, reuses, 0.0, times, np.zeros(stages), error.reshape(1, -1), a, nothing, curve)
+    return Tableau(adaptive, order, reuses, 0.0, times, np.zeros(stages), error.reshape(1, -1), a, no_c, curve)
 
 
 RODAS4 = _rosenbrock(
@@ -114,7 +119,7 @@ RODAS4 = _rosenbrock(
         (-0.6762803392801253, 6.087714651680015, 16.43084320892478, 24.76722511418386, -6.594389125716872),
     ),
 )  # fmt: skip
-"""Order 4 with a check of order 3, L-stable.
+"""Order 4 with an embedded error estimate of order 3, L-stable.
 
 Reference: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.7 and the program RODAS.
 """
@@ -150,7 +155,7 @@ RODAS5P = _rosenbrock(
          -59.78993625266729, -0.15582684282751913, 4.883087185713722),
     ),
 )  # fmt: skip
-"""Order 5 with a check of order 4, L-stable; its polynomial is of order 4.
+"""Order 5 with an embedded error estimate of order 4, L-stable; its dense output is of order 4.
 
 Reference: Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia
 Differential Equations package, BIT Numerical Mathematics 63 (2023) 27; the digits as its author's code ships them.
@@ -159,11 +164,11 @@ Differential Equations package, BIT Numerical Mathematics 63 (2023) 27; the digi
 
 @cache
 def dormand_prince() -> Tableau:
-    """Order 5 with a check of order 4, as scipy ships it.
+    """The explicit method of order 5 with an embedded error estimate of order 4, with scipy's coefficients.
 
     Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), table II.5.2.
     """
-    from scipy.integrate import RK45  # takes long to import, and few runs use it
+    from scipy.integrate import RK45  # imported here: the import is slow, and few runs need it
 
     a = np.pad(np.vstack([np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B, RK45.B]), ((0, 0), (0, 1)))
     return _explicit(5.0, np.append(RK45.C, 1.0), a, RK45.E.copy(), np.ascontiguousarray(RK45.P.T), reuses=True)
@@ -172,7 +177,7 @@ def dormand_prince() -> Tableau:
 _WEIGHTS = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
 RUNGE_KUTTA = _explicit(
     4.0, np.array([0.0, 0.5, 0.5, 1.0, 1.0]),
-    _filled(((0.5,), (0.0, 0.5), (0.0, 0.0, 1.0), _WEIGHTS, _WEIGHTS), 6, 5), np.zeros(5),
+    _lower_triangle(((0.5,), (0.0, 0.5), (0.0, 0.0, 1.0), _WEIGHTS, _WEIGHTS), 6, 5), np.zeros(5),
     np.array([
         (1.0, 0.0, 0.0, 0.0, 0.0),
         (-1.5, 1.0, 1.0, 0.5, -1.0),
@@ -180,7 +185,7 @@ RUNGE_KUTTA = _explicit(
         (0.0, 0.0, 0.0, 0.0, 0.0),
     ]), reuses=True,
 )  # fmt: skip
-"""The classical method of order 4, between the ends of a step a cubic with the right slopes.
+"""The classical method of order 4, with cubic Hermite dense output.
 
 Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), table II.1.2.
 """

@@ -145,7 +145,7 @@ def test_bouncing_ball_comes_to_rest_and_is_told(solver: Rodas4) -> None:
     found = integrate_compiled(problem, solver, [1.0, 0.0], [0.0, 5.0])
     wanted = fall * (1.0 + 2.0 * np.cumsum(np.concatenate([[0.0], rest ** np.arange(1, 12)])))
     np.testing.assert_allclose(found.checkpoint.numbers[2:14], wanted, atol=1e-11)
-    assert "bounce happens again and again" in found.stopped and found.culprit == 0
+    assert "bounce happens again and again" in found.stopped and found.fault_index == 0
     assert abs(found.stopped_at - fall * 3.0) < 1e-6
 
 
@@ -221,7 +221,7 @@ def test_divergence_is_told_with_state_and_instant(solver: Rodas4) -> None:
     found = integrate_compiled(
         CompiledProblem(_explodes, 2, names=("a", "b")), solver, [1.0, 0.0], np.linspace(0, 2, 21)
     )
-    assert "state 'a'" in found.stopped and found.culprit == 0
+    assert "state 'a'" in found.stopped and found.fault_index == 0
     assert abs(found.stopped_at - 1.0) < 1e-2
     assert np.isfinite(found.states).all() and found.times[-1] <= found.stopped_at and np.isfinite(found.final).all()
 
@@ -341,7 +341,7 @@ def _doubles(t, x, nothing, p, w):
 
 def test_what_opens_a_segment_sees_the_state_there() -> None:
     """x' = 1, y' = x: at 0, 1, 2 and 3 s y becomes 2 y + x, also where the last segment ends."""
-    problem = CompiledProblem(_clock, 2, hooks=Hooks(opens=_doubles))
+    problem = CompiledProblem(_clock, 2, hooks=Hooks(segment_start=_doubles))
     found = integrate_compiled(
         problem, RungeKutta4(0.125), [0.0, 1.0], [0.0, 0.5, 1.0, 2.0, 3.0], breakpoints=[1.0, 2.0]
     )

@@ -164,7 +164,7 @@ def test_divergence_is_told_with_its_instant() -> None:
     solution = integrate(Euler(0.01), explode, [0.0, 0.0], np.linspace(0.0, 1.0, 11))
     assert "diverges" in solution.stopped
     assert 0.5 < solution.stopped_at < 0.53
-    assert solution.culprit == 1
+    assert solution.fault_index == 1
     assert len(solution.times) == len(solution.states) == 6
     assert np.isfinite(solution.states).all()
 
