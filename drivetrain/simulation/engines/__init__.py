@@ -1,1 +1,1 @@
-"""The engines: inverse, fixed step, adaptive step; and where a run begins."""
+"""The simulation engines (inverse, fixed step, adaptive step) and the initial state of a run."""

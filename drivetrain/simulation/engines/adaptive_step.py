@@ -1,12 +1,13 @@
-"""E2: steps as long as a tolerance allows, friction's modes changed at located events: the engine for accuracy.
+"""E2: integration with an adaptive step, where contact modes change at located events: the engine for accuracy.
 
-The same effects, mechanics and friction as the fixed implicit step, whose limit for short steps it is. No step crosses
-a breakpoint or a sample; on each side the laws are asked only for instants of that side.
+Effects, mechanics and friction are those of the fixed implicit step, which converges to this engine for short steps. No
+step crosses a breakpoint or a sampling time, and on each side the laws are evaluated only at times of that side.
 
-Friction has a mode a coordinate: stuck, or sliding one way. Within a step the mode is given, so the rates are smooth;
-it changes at an event, located by the solver: a sliding coordinate comes to rest, or what a stuck one holds reaches its
-bound. Then the change that belongs to the event is forced, and only what it does to the others is left to
-complementarity: who asks "which mode?" anew at rest gets the old answer back, for ever.
+Every coordinate has a contact mode: stick, or slip in one direction. The modes are fixed within a step, so that the
+rates are smooth. A mode changes at an event that the solver locates: a slipping coordinate comes to rest, or the
+friction of a stuck one reaches its bound. The handler then forces the transition that belongs to this event, and only
+the modes of the other coordinates follow from complementarity: at rest, complementarity alone would return the old mode
+again and again.
 """
 
 from __future__ import annotations
@@ -65,21 +66,25 @@ from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
 from drivetrain.solvers.solver import Adaptive, Rodas4, Rodas5P, Solver
 
-AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is at rest
-TOGETHER = 1e-9  # of its friction: what is closer to its bound when another lets go does so too
-QUIET = 3e-8  # [rad/s^2 or m/s^2]: less beyond its bound a mesh does not let go; more than what comes to rest needs
-PUSH = 1e-300  # [rad/s]: a speed that marks in which direction a coordinate was pushed off
+AT_REST = 1e-5  # below this speed a coordinate whose speed changes its sign is at rest [rad/s or m/s]
+TOGETHER = 1e-9  # a stuck coordinate this close to its bound, as a share of its friction, slips together with another
+# Acceleration beyond its bound up to which a mesh sticks; larger than ``friction.CALM``, up to which one comes to rest.
+QUIET = 3e-8  # [rad/s^2 or m/s^2]
+PUSH = 1e-300  # initial speed that marks the direction in which a coordinate starts to slip [rad/s]
 
 
 @part
 def _solve(run: Run, t: float, x: Any) -> None:
-    """The equations at an instant."""
+    """Solve the equations of motion at time t [s] and state x."""
     put_states(run, x)
     solve_at(run, t)
 
 
 def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
-    """How far each coordinate and each guard is from changing its mode; negative when it has overdone it."""
+    """The event functions: the margin of each coordinate's contact mode, then the value of each guard.
+
+    Positive while the mode is consistent; negative beyond the event.
+    """
     coordinates, guards, memory = coordinates_of(run), guards_of(run), memory_of(run)
     guarded = len(guards) > 0
     for i in range(len(coordinates)):
@@ -95,10 +100,10 @@ def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
         if not one.dry.active:
             result[i] = 1.0
         elif one.dry.mode == 0:
-            # A mesh without load has no bound: the first push would come at 1e-150 s, or by rounding.
+            # A mesh without load has a bound of zero: without this margin a rounding error would make it slip.
             result[i] = one.margin + (QUIET * pairs_of(run)[i, i].matrix if one.dry.driven != 0.0 else 0.0)
             if one.margin < 0.0:
-                # It breaks loose the way in which it gave, also where the force at the event itself is zero.
+                # Direction of breakaway, noted here since the force at the located event itself may be zero.
                 one.gave = 1 if one.friction >= 0.0 else -1
         else:
             result[i] = one.dry.mode * (x[len(coordinates) + i] - one.surface)
@@ -106,14 +111,14 @@ def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
 
 @part
 def _own_states(run: Run, x: Any) -> None:
-    """States of effects, which these have changed."""
+    """Copy the states of effects, which their laws may have changed, back to the solver's state."""
     states, memory = states_of(run), memory_of(run)
     for k in range(2 * len(coordinates_of(run)), engine_of(run).moving):
         x[k] = memory[states[k].value]
 
 
 def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
-    """Force the change of mode that an event stands for, and let the others at rest find theirs."""
+    """The event handler: force the transitions of the fired events, then solve for the modes of the others at rest."""
     coordinates = coordinates_of(run)
     c, letting_go = len(coordinates), False
     _solve(run, t, x)
@@ -122,7 +127,7 @@ def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
     for i in range(c):
         one = coordinates[i]
         one.before = one.dry.mode
-        # Who reaches its bound at the same instant lets go with the first.
+        # Coordinates that reach their bounds at the same time start to slip together.
         joins = letting_go and one.dry.mode == 0 and one.margin <= TOGETHER * abs(one.friction)
         if (crossed[i] == 0.0 and not joins) or not one.dry.active:
             continue
@@ -132,7 +137,7 @@ def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
             x[c + i] = one.surface + one.gave * max(PUSH, 4e-16 * abs(one.surface))
         elif abs(x[c + i] - one.surface) <= AT_REST:
             x[c + i] = one.surface
-            one.dry.mode = 0  # what comes to rest sticks, unless that asks too much of friction
+            one.dry.mode = 0  # at rest it sticks, unless that needs more friction than its bound
     guards = guards_of(run)
     if len(guards):
         account_at(run, t)
@@ -149,43 +154,45 @@ def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
 
 
 def _account(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
-    """Powers and what effects remember, over the time that this instant stands for."""
+    """Add the powers at this quadrature point to the energies; ``result[0]`` is the weight of the point [s]."""
     h = result[0]
     memory, powers, energies = memory_of(run), words_of(run, AT.powers), numbers_of(run, AT.energies)
     _solve(run, t, x)
-    # Powers are those of the instant; with h > 0 effects put out means over a fixed step that begins here.
+    # With h = 0 effects output the powers at this time; with h > 0 they would output means over a fixed step.
     account_at(run, t)
     for k in range(len(powers)):
         energies[k] += h * memory[powers[k]]
 
 
 def _record(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+    """Fill one output row at time t [s] and state x."""
     _solve(run, t, x)
     account_at(run, t)
     put_row(run, t, result)
 
 
 def _opens(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
-    """Samples that are due where a segment begins."""
+    """At the beginning of a segment: change the payload and take the samples that are due at this time."""
     put_states(run, x)
     pass_payloads(run, t)
     take_samples(run, t, 0.0, 1e-6)
     _own_states(run, x)
 
 
-ROOM = 20_000  # events stored; more are counted
-CHUNK = 20_000  # steps between two looks at the progress
-USUAL = 1e-6  # the rtol to which the states' own tolerances belong
+ROOM = 20_000  # mode changes stored; more are only counted
+CHUNK = 20_000  # steps between two calls of the progress callback
+USUAL = 1e-6  # relative tolerance to which the absolute tolerances declared by states refer
 
 
 @dataclass(frozen=True)
 class AdaptiveStep(Engine):
-    """The engine for accuracy.
+    """The engine for accuracy: adaptive steps, with events located where contact modes change.
 
     Attributes:
-        solver: Rodas5P or Rodas4, or, to compare with, another solver that runs compiled. Where one of these two has no
-            absolute tolerances of its own, those of the plan's states are taken, in proportion to its relative one.
-        most_steps: After so many a run stops and reports how far it has come; resumed, it may take as many again.
+        solver: Rodas5P or Rodas4, or, for comparison, another solver that runs compiled. Where Rodas5P or Rodas4 has no
+            absolute tolerances, those that the states declare are used, scaled with its relative tolerance.
+        most_steps: Number of steps after which a run stops and reports how far it has come; a resumed run may take as
+            many again.
     """
 
     solver: Solver = field(default_factory=Rodas5P)
@@ -207,7 +214,7 @@ class AdaptiveStep(Engine):
         return replace(self, solver=replace(self.solver, rtol=0.1 * self.solver.rtol, atol=tenth))
 
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
-        """Run a plan with steps that hold a tolerance."""
+        """Compute the motion of a plan with adaptive steps."""
         if options.resume is None:
             numbers, first, kept = started(plan, options.start), 0.0, None
         else:
@@ -226,7 +233,10 @@ class AdaptiveStep(Engine):
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """What stays the same from chunk to chunk, and a run's numbers, which the problem refers to by addresses."""
+    """The arguments of the integration that are the same for all chunks of a run.
+
+    ``numbers`` is the run's memory: the problem refers to it by addresses, so it must stay alive.
+    """
 
     numbers: Array
     problem: CompiledProblem
@@ -237,7 +247,7 @@ class _Run:
     most_steps: int
 
     def looped(self, plan: Plan, options: RunOptions, resume: Checkpoint | None) -> Outcome:
-        """Integrate chunk by chunk, and report progress."""
+        """Integrate chunk by chunk with reports of the progress, until the run has ended."""
         stopped, end = None, plan.scene.duration
         most_steps = self.most_steps + (0 if resume is None else int(resume.run["count"]["steps"][0]))
         while True:
@@ -257,7 +267,7 @@ class _Run:
 
 
 def _extended(plan: Plan, numbers: Array, hangs: Any) -> Array:
-    """A run's numbers with what the adaptive engine itself needs behind them: a log, room of the Jacobian."""
+    """A run's memory with further sections at its end: the log of mode changes and the memory of the Jacobian."""
     sizes = plan.memory.atol[: plan.memory.moving] / USUAL
     sections = {"log": np.zeros(ROOM, MODE_CHANGE), **jacobian.room(sizes, plan.body.c, hangs)}
     engine, listed = plan.memory.view(numbers, "engine")[0], plan.memory.view(numbers, "sections")
@@ -271,6 +281,7 @@ def _extended(plan: Plan, numbers: Array, hangs: Any) -> Array:
 
 
 def _problem(plan: Plan, numbers: Array) -> CompiledProblem:
+    """The initial value problem of a plan for the compiled solver; it works on the memory ``numbers`` by address."""
     guarded = tuple(one.title for one in plan.instances if one.ports.guard)
     watched = (*plan.coordinates, *guarded)
     changes = Events(right_side(_values), right_side(_handler), watched)
@@ -286,7 +297,7 @@ def _problem(plan: Plan, numbers: Array) -> CompiledProblem:
 
 
 def _tuned(solver: Solver, plan: Plan) -> Solver:
-    """The solver with the tolerances of the plan's states."""
+    """The solver with the absolute tolerances of the plan's states, if it has none of its own."""
     if isinstance(solver, Rodas4) and solver.atol is None:
         atol = plan.memory.atol[: plan.memory.moving] * (solver.rtol / USUAL)
         return replace(solver, atol=tuple(float(a) for a in atol))
@@ -294,6 +305,7 @@ def _tuned(solver: Solver, plan: Plan) -> Solver:
 
 
 def _instants(plan: Plan, options: RunOptions, first: float) -> Array:
+    """Output times from ``first`` to the end of the run [s], (N,), N >= 2."""
     end = plan.scene.duration
     wanted = np.append(options.interval * np.arange(int(np.floor(end / options.interval * (1.0 - 1e-12))) + 1), end)
     later = wanted[wanted > first + 1e-9 * options.interval]
@@ -301,7 +313,7 @@ def _instants(plan: Plan, options: RunOptions, first: float) -> Array:
 
 
 def _breaks(plan: Plan, tolerance: float) -> Array:
-    """Breakpoints, knots and samples [s]."""
+    """All times that no step may cross, inside the run [s]: breakpoints, knots of tables and sampling times."""
     end = plan.scene.duration
     breaks: list[Array] = [np.asarray(plan.breakpoints)]
     breaks += [np.asarray(one.effect.knots(tolerance), dtype=np.float64) for one in plan.instances]
@@ -309,12 +321,12 @@ def _breaks(plan: Plan, tolerance: float) -> Array:
         breaks.append(np.asarray(period * np.arange(1, int(np.ceil(end / period))), dtype=np.float64))
     every = np.unique(np.concatenate(breaks))
     every = every[(every > 0.0) & (every < end)]
-    # Of instants that differ by rounding alone the later one counts: all have then happened.
+    # Of times that differ only by rounding the last is kept: then everything due at them has happened.
     return np.asarray(every[np.append(np.diff(every) > 1e-9, True)]) if len(every) else every
 
 
 def _stopped(done: CompiledSolution, plan: Plan, numbers: Array) -> Event:
-    """What ended the run."""
+    """The event that describes why the run ended early."""
     t, solved = done.stopped_at, int(plan.memory.view(numbers, "engine")["solved"][0])
     if solved == OPEN:
         return Event(t, "apart", OPEN_WORDS)
@@ -334,6 +346,7 @@ def _stopped(done: CompiledSolution, plan: Plan, numbers: Array) -> Event:
 
 
 def _outcome(done: CompiledSolution, plan: Plan, numbers: Array, stopped: Event | None, skipped: int) -> Outcome:
+    """The result of the run, without the first ``skipped`` output rows."""
     work, kept, logged = done.work, done.checkpoint, int(plan.memory.view(numbers, "engine")["logged"][0])
     first, size, _ = plan.memory.view(numbers, "sections")[AT.log]
     log = numbers[first : first + size].view(MODE_CHANGE)[: min(logged, ROOM)]
@@ -351,9 +364,9 @@ def _outcome(done: CompiledSolution, plan: Plan, numbers: Array, stopped: Event 
 
 
 def _checkpoint(kept: dict[str, Array], plan: Plan, run: _Run) -> Checkpoint:
-    """Where an earlier run was, in terms of this one."""
+    """The solver's checkpoint of an earlier run, with the output rows and the data of this one."""
     size, own = plan.memory.moving, kept["run"].copy().view(at.RUN)
-    # Segments and rows count from here; the first row is where the earlier run ended, and is not stored again.
+    # Segments and rows count from here; the first row, where the earlier run ended, is not stored again.
     own["count"]["segment"], own["count"]["rows"] = 0, 1
     rows = np.zeros((len(run.times), run.problem.hooks.width if run.problem.hooks else size))
     states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size + 1, size)

@@ -1,4 +1,4 @@
-"""The engines of forward simulation, as descriptions: what is wanted of each, and what it gives back to be recorded."""
+"""The interface of the simulation engines: the options of a run, and the result that is made into a recording."""
 
 from __future__ import annotations
 
@@ -13,46 +13,49 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event, Series
 
-Progress = Callable[[float], bool | None]  # called with the share done [-]; False stops the run
+Progress = Callable[[float], bool | None]  # called with the finished share of the run [-]; returning False stops it
 
 
 @dataclass(frozen=True, eq=False)
 class RunOptions:
-    """What is wanted of a run."""
+    """The options of a run."""
 
-    interval: float  # between two recorded instants [s]
-    progress: Progress | None = None  # called with the progress of the run; None: not shown
-    resume: dict[str, Any] | None = None  # what an earlier run kept, by name; None: from the start
-    # states at the start that are given, by name [their own units]; all others are in equilibrium
+    interval: float  # time between two output rows [s]
+    progress: Progress | None = None  # called from time to time with the finished share; None: not called
+    resume: dict[str, Any] | None = None  # ``Outcome.kept`` of an earlier run, to continue it; None: begin at the start
+    # initial states that are given, by name [their own units]; all others are in equilibrium
     start: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What an engine gives back."""
+    """The result of a run of an engine."""
 
-    rows: Array  # time, states, signals, energies at the wanted instants, (N, 1 + states + signals + powers)
-    counters: dict[str, int]  # what it cost, by name [-]
-    events: tuple[Event, ...] = ()  # what happened
-    stopped_by: Event | None = None  # what ended the run before its time; None when nothing did
-    kept: dict[str, Any] = field(default_factory=dict)  # what the run must keep to go on later, by name
-    # what is to be recorded instead of rows, by name; empty: the rows
+    rows: Array  # output rows: time, states, signals, energies of powers, (N, 1 + states + signals + powers)
+    counters: dict[str, int]  # computing effort, by name [-]
+    events: tuple[Event, ...] = ()
+    stopped_by: Event | None = None  # what ended the run early; None when nothing did
+    kept: dict[str, Any] = field(default_factory=dict)  # the data needed to resume the run, by name
+    # series to be recorded instead of the rows, by name; empty: the rows are recorded
     series: dict[str, Series] = field(default_factory=dict)
-    times: Array | None = None  # instants of those series [s]
+    times: Array | None = None  # times of those series [s], (N,)
 
 
 class Engine(ABC):
-    """A way to run a plan."""
+    """A method to compute the motion of a plan."""
 
     @property
     def tolerance(self) -> float:
-        """Relative, that is wanted of it [-]; 0: it has none."""
+        """Relative tolerance of the integration [-]; 0: the engine has none."""
         return 0.0
 
     def finer(self, period: float = math.inf) -> Engine:
-        """The same at half the step, or of samples no further apart than a period [s], or a tenth of the tolerance."""
+        """The engine with a smaller error: half the fixed step, or a tenth of the tolerance.
+
+        ``period`` is the shortest sampling period of the scene [s]: half of it is used where the step is longer.
+        """
         raise InputError(Fault("verify", "needs an engine with a step or a tolerance", type(self).__name__))
 
     @abstractmethod
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
-        """Run a plan."""
+        """Compute the motion of a plan over its duration."""

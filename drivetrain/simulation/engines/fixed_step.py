@@ -1,8 +1,8 @@
-"""E1: the fixed implicit step. Every joint in one system, sticking is exact.
+"""E1: implicit integration with a fixed time step. All joints are solved in one system, and stuck joints stay exactly.
 
-Compiled from node to node, over breakpoints and samples, with a row a wanted instant. A step never crosses a breakpoint
-or a sample: it is shortened to end there. The grid counts from the last of them, so that to stop and to go on changes
-nothing.
+The compiled loop runs from grid point to grid point of the time grid and fills one output row per output time. No step
+crosses a breakpoint or a sampling time: it is shortened to end there, and the time grid counts from there on. The grid
+does not depend on where a run is interrupted, so a resumed run gives the same result.
 """
 
 from __future__ import annotations
@@ -56,41 +56,41 @@ from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 from drivetrain.solvers.solver import check_positive
 
-DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS, APART = range(7)  # why the kernel came back
-SLACK = 1e-9  # of a step: what rounding may leave
-BEYOND = 1e60
-MOST_TRIES = 30  # of a step, for effects that must provide another value
-SHORTEST = 1.0 / 4096.0  # of a step, for effects that cannot follow a longer one
-MUCH_SHORTER = 0.8  # of a step: it is parted
+# Return codes of the kernel: finished, output rows full, budget of steps used up, a state diverges, a mesh jams, no
+# consistent set of contact modes, closed loops cannot be closed.
+DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS, APART = range(7)
+SLACK = 1e-9  # share of a step up to which two times count as equal
+BEYOND = 1e60  # a larger state counts as diverged
+MOST_TRIES = 30  # solutions of a step, at most, while effects correct a value that they provide
+SHORTEST = 1.0 / 4096.0  # shortest substep as a share of the grid's step
+MUCH_SHORTER = 0.8  # a step is repeated with substeps if an effect limits its length to less than this share
 
 
 @dataclass
 class Clock:
-    """All that a run must keep besides its numbers."""
+    """Times and counters of a run: all that it must keep between two steps, besides its numbers."""
 
-    # now, and of the run [s]
-    time: float
-    end: float
-    anchor: float  # where the grid counts from [s]
-    next_row: float  # instant of the next row [s]
-    # of the grid, and between rows [s]
-    step: float
-    interval: float
-    in_segment: int  # steps since the anchor
+    time: float  # current time [s]
+    end: float  # end of the run [s]
+    anchor: float  # origin of the time grid: the last breakpoint or sampling time on it [s]
+    next_row: float  # time of the next output row [s]
+    step: float  # step of the time grid [s]
+    interval: float  # time between two output rows [s]
+    in_segment: int  # grid steps since the origin
     next_break: int  # index of the next breakpoint
-    # counted so far
+    # counters so far: steps, solutions of the equations, output rows
     steps: int
     solves: int
     instants: int
-    soft: int  # whether the next step is to calm a stiff spring
-    node: float  # where the grid's present step ends [s]
-    wanted: float  # longest step that effects stand, which parts it [s]
-    parted: int  # steps that were shorter than the grid's
-    # filled so far
+    soft: int  # whether the next step is fully implicit (theta = 1), to damp a stiff spring after a jump
+    node: float  # end of the present step of the time grid [s]
+    wanted: float  # longest step that the effects allow; a shorter one than the grid's divides it into substeps [s]
+    parted: int  # number of steps that were substeps
+    # output rows and events in the present call of the kernel
     rows: int
     events: int
-    culprit: int  # what ended the run: a coordinate or state
-    budget: int  # steps left before the kernel comes back
+    culprit: int  # index of the coordinate or state that ended the run
+    budget: int  # steps that may still be taken before the kernel returns
 
 
 CLOCK = record_type(Clock, np.int64)
@@ -98,7 +98,7 @@ CLOCK = record_type(Clock, np.int64)
 
 @part
 def _next_sample(run: Run) -> float:
-    """The next instant at which something is sampled."""
+    """Time of the next sample of any sampled effect [s]; infinite if there is none."""
     samples = calls_of(run, AT.samples)
     first = math.inf
     for k in range(len(samples)):
@@ -108,7 +108,11 @@ def _next_sample(run: Run) -> float:
 
 @part
 def _record(run: Run, t: float, row: Any) -> None:
-    """A row at a node; the modes of friction stay as they are."""
+    """Fill one output row at a grid point, from the accelerations and forces at this time.
+
+    Evaluating the forces may change the contact modes of dry friction (stick or slip), so these are saved and restored:
+    recording a row must not influence the motion.
+    """
     keep_modes(coordinates_of(run))
     solve_at(run, t)
     account_at(run, t)
@@ -118,7 +122,11 @@ def _record(run: Run, t: float, row: Any) -> None:
 
 @part
 def _accept(run: Run, t: float, h: float, theta: float) -> int:
-    """Move on by a solved step; a coordinate or state that is no number any more, or -1."""
+    """Advance coordinates, states and energies by a solved step of length h [s], from time t [s].
+
+    Returns the index of the last state that is not finite or exceeds ``BEYOND``, so that the run can report it; -1 if
+    there is none.
+    """
     coordinates, states, memory = coordinates_of(run), states_of(run), memory_of(run)
     powers, energies = words_of(run, AT.powers), numbers_of(run, AT.energies)
     c, bad = len(coordinates), -1
@@ -133,7 +141,7 @@ def _accept(run: Run, t: float, h: float, theta: float) -> int:
     for i in range(c):
         one = coordinates[i]
         if one.dry.mode == 0:
-            # Exactly the speed of what it slides on, not what rounding makes of it.
+            # A stuck coordinate gets exactly the speed of its contact surface, free of rounding errors.
             one.speed, one.last = one.surface, 0.0
         else:
             one.speed += one.change
@@ -152,7 +160,7 @@ def _accept(run: Run, t: float, h: float, theta: float) -> int:
 
 @part
 def _next_node(run: Run, clock: Any, breaks: Any) -> float:
-    """Where the step ends: on the grid, or on what comes first."""
+    """End of the next step of the time grid [s]: a grid point, or an earlier breakpoint, sampling time or end."""
     inner = min(breaks[clock.next_break], _next_sample(run))
     mark, slack = min(clock.end, inner), SLACK * clock.step
     to = clock.anchor + clock.step * (clock.in_segment + 1)
@@ -164,16 +172,19 @@ def _next_node(run: Run, clock: Any, breaks: Any) -> float:
         return inner
     if to <= mark + slack:
         clock.in_segment += 1
-        return to  # the end, as it would be if the run went on
+        return to  # the same rounded time as if the run continued beyond its end
     return mark
 
 
 @part
 def _solve(run: Run, t: float, h: float, theta: float) -> int:
-    """Solve a step, and ask its powers; how many solutions it took, negative where there is none.
+    """Solve one step of length h [s] from time t [s], and evaluate its forces and powers.
 
-    The first guess are the speeds of the middle, if the last accelerations go on. Effects whose provided value
-    does not fit the result provide another one, until it does.
+    The first guess for the speeds in the middle of the step assumes that the accelerations of the last step continue.
+    An effect whose provided value does not agree with the solution (a voltage limit, for example) asks for another
+    solution with a corrected value, at most ``MOST_TRIES`` times.
+
+    Returns the number of solutions of the equations, or a negative code if there is none.
     """
     coordinates, world, total = coordinates_of(run), world_of(run), 0
     for tries in range(MOST_TRIES):
@@ -197,9 +208,9 @@ def _solve(run: Run, t: float, h: float, theta: float) -> int:
 
 @part
 def _part(clock: Any, t: float, wanted: float) -> float:
-    """The step: what is left of the grid's, or an equal part of it that is no longer than wanted."""
+    """Length of the next step [s]: the rest of the grid's step, or an equal part of it not longer than ``wanted``."""
     left = clock.node - t
-    # A whole step is exactly that, however the clock is rounded: laws may keep what they have made for it.
+    # A whole step has always exactly the same length, in spite of rounded times: laws may cache values made for it.
     whole = clock.step if abs(left - clock.step) <= SLACK * clock.step else left
     if wanted >= left:
         return whole
@@ -208,22 +219,34 @@ def _part(clock: Any, t: float, wanted: float) -> float:
 
 @part
 def _pass_breaks(run: Run, clock: Any, breaks: Any, to: float, slack: float) -> None:
-    """Breakpoints that the step has come to."""
+    """At the end of a step at time ``to`` [s]: pass the breakpoints there, and the payloads picked up or set down."""
     if to >= breaks[clock.next_break] - slack:
         while breaks[clock.next_break] <= to + slack:
             clock.next_break += 1
         pass_payloads(run, to)
-        # Half a step ahead a stiff spring would ring for ever after a jump; a whole one calms it.
+        # With theta = 1/2 a stiff spring would ring undamped after a jump; one step with theta = 1 damps it.
         clock.soft = engine_of(run).stiff
 
 
 def _advance(
     run: Any, clock_at: Any, breaks_at: Any, rows_at: Any, most: Any, width: Any, log_at: Any, room: Any
 ) -> int:  # fmt: skip
-    """Step until the end, until the rows are full, or until the budget of steps is spent; why it came back.
+    """Step until the end, until the output rows are full, or until the budget of steps is used up.
 
-    All by pointers, as numba counts references to whatever comes as an array. ``breaks`` are instants, rising, an
-    infinity last [s]; ``modes`` is room for three numbers a coordinate.
+    All data are pointers, since numba counts references to every array argument.
+
+    Args:
+        run: Addresses of the sections of the run's memory.
+        clock_at: Record CLOCK.
+        breaks_at: Breakpoints [s], increasing, followed by infinity.
+        rows_at: Output rows, (most, width).
+        most: Number of output rows that there is room for.
+        width: Number of columns of an output row.
+        log_at: Records MODE_CHANGE, (room,).
+        room: Number of mode changes that there is room for; further ones are only counted.
+
+    Returns:
+        One of the return codes above.
     """
     clock = carray(clock_at, 1, CLOCK)[0]
     c, breaks, rows = world_of(run).coordinates, carray(breaks_at, 2**31), carray(rows_at, (most, width))
@@ -282,24 +305,24 @@ _NUMBERS, _MEMORY, _WHOLE = types.CPointer(types.float64), types.voidptr, types.
 
 @lru_cache(maxsize=1)
 def advance() -> Any:
-    """The loop over nodes, compiled at the first call or taken from the disk cache; called as a function of C."""
+    """The time loop as a C function, compiled at the first call or taken from the disk cache."""
     kinds = (PARTS, _MEMORY, _NUMBERS, _NUMBERS, _WHOLE, _WHOLE, _MEMORY, _WHOLE)
     return callback(_WHOLE(*kinds), _advance).ctypes
 
 
 DOUBLES, ADDRESSES = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_void_p)
-NUMBERS = 2**22  # of the rows of a chunk, at most
-EVENTS = 4096  # a chunk; more are counted, not stored
-MOST_STEPS = 1e11
-CHUNK = 20000  # steps between two looks at the progress
+NUMBERS = 2**22  # values in a block of output rows, at most
+EVENTS = 4096  # mode changes stored per call of the kernel; more are counted, not stored
+MOST_STEPS = 1e11  # in a run
+CHUNK = 20000  # steps between two calls of the progress callback
 
 
 @dataclass(frozen=True)
 class FixedStep(Engine):
-    """The default engine.
+    """The default engine: implicit integration with a fixed time step, dry friction as a complementarity problem.
 
     Attributes:
-        step: [s]; shortened where a breakpoint or a sample comes first.
+        step: Time step [s]; shortened where a breakpoint or a sampling time comes first.
     """
 
     step: float = 1e-3
@@ -311,7 +334,7 @@ class FixedStep(Engine):
         return FixedStep(0.5 * min(self.step, period))
 
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
-        """Run a plan with fixed steps."""
+        """Compute the motion of a plan with fixed steps."""
         if plan.scene.duration > MOST_STEPS * self.step:
             problem = f"makes more than {MOST_STEPS:g} steps in {plan.scene.duration:g} s"
             raise InputError(Fault("FixedStep.step", problem, self.step))
@@ -322,7 +345,7 @@ class FixedStep(Engine):
         else:
             numbers = resumed(options.resume, plan, {"clock": clocks.itemsize // 8})
             clocks[:] = np.asarray(options.resume["clock"]).view(CLOCK)
-            # The instant at which the two runs join stands in the first already.
+            # The time at which the two runs join is already an output row of the first.
             recorded = math.floor(clock["time"] / options.interval + 1e-6)
             clock["next_row"] = min(options.interval * (recorded + 1.0), plan.scene.duration)
             if clock["step"] != self.step:
@@ -335,7 +358,7 @@ class FixedStep(Engine):
 
 
 def _looped(plan: Plan, options: RunOptions, numbers: Array, clocks: Any, breaks: Array) -> Outcome:
-    """Call the kernel until it is done."""
+    """Call the kernel, chunk by chunk with reports of the progress, until the run has ended."""
     clock, parts, done, filled, logged = clocks[0], parts_of(numbers), [], 0, []
     rows, log = _room(plan, options, clock), np.zeros(EVENTS, MODE_CHANGE)
     while True:
@@ -369,14 +392,14 @@ def _looped(plan: Plan, options: RunOptions, numbers: Array, clocks: Any, breaks
 
 
 def _room(plan: Plan, options: RunOptions, clock: Any) -> Array:
-    """Rows for the rest of a run, as far as one block may go."""
+    """An empty block of output rows for the rest of a run, limited to ``NUMBERS`` values."""
     left = (clock["end"] - clock["time"]) / options.interval
     width = 1 + len(plan.layout.columns)
     return np.empty((int(min(left + 3.0, max(NUMBERS // width, 64))), width))
 
 
 def _stopped(code: int, plan: Plan, clock: Any) -> Event | None:
-    """What ended the run, if anything did."""
+    """The event for a return code that ends the run early; None for the others."""
     t, culprit = float(clock["time"]), int(clock["culprit"])
     if code == DIVERGED:
         name = list(plan.memory.states)[culprit]
@@ -391,7 +414,7 @@ def _stopped(code: int, plan: Plan, clock: Any) -> Event | None:
 
 
 def mode_event(plan: Plan, time: float, coordinate: int, before: int, after: int) -> Event:
-    """A change of friction's mode, in words; or that another change would have been as right."""
+    """The event for a change of contact mode, or for a change that has another equally valid solution."""
     if after == UNDECIDED:
         name = plan.coordinates[coordinate]
         detail = (
@@ -405,7 +428,11 @@ def mode_event(plan: Plan, time: float, coordinate: int, before: int, after: int
 
 
 def resumed(kept: dict[str, Any], plan: Plan, sizes: dict[str, int]) -> Array:
-    """The numbers of a run that goes on."""
+    """The memory of a run that is resumed, from what the earlier run kept.
+
+    Raises:
+        InputError: The kept arrays do not have the sizes that this plan and engine need (``sizes``, by name).
+    """
     sizes = {"numbers": int(plan.memory.changing.sum()), **sizes}
     if any(name not in kept or np.size(kept[name]) != size for name, size in sizes.items()):
         hint = "resume with the same effects, joints and engine"

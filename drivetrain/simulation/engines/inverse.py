@@ -1,11 +1,13 @@
-"""E0: the command taken as done, and asked what it takes by the laws of a scene's own effects; nothing solved in time.
+"""E0: inverse simulation. The commanded motion is assumed to happen, and the laws of the scene's own effects give the
+torques and currents that it requires; nothing is integrated in time.
 
-Valid while nothing touches the arm and every motor can do what is asked. It refuses the rest: a command pressed into a
-wall asks for torques that no motor will ever give.
+Valid while the arm touches nothing and every motor can provide what is required; other scenes are refused, since a
+command into a wall, for example, would require torques without limit.
 
-With each link on its command its spring carries a torque T that is known, so the motor stands at q + twist(T) behind
-the gear, and the rotor takes J d2 twist(T) / dt2 on top of what a rigid joint takes. That asks for a command whose jerk
-does not jump: else the motor would have to be struck, so what the spring does is left out, and said.
+With each link on its command the torque T in its spring is known, so the motor is at q + windup(T), seen at the output
+of the gear, and the rotor requires J d2 windup(T) / dt2 in addition to the torque of a rigid joint. This needs a
+command with a continuous jerk; otherwise the torque would be impulsive, so the contribution of the spring is left out
+and an event reports that.
 
 Reference: Spong, Trans. ASME J. Dynamic Systems, Measurement and Control 109 (1987) 310, for the springs.
 """
@@ -41,24 +43,28 @@ COMMANDS = {*COMMANDED, *(signal.name for signal in named.SHAFT_COMMANDS)}
 
 @dataclass(frozen=True, eq=False)
 class Demand:
-    """What a command takes; arrays (N, n). Where motors are coupled torques and friction are those of the shafts."""
+    """What a command requires, (N, n) each. Where motors are coupled, torques and friction are those of the shafts."""
 
     time: Array  # [s], (N,)
-    # as commanded [rad or m, and per s, s^2]
+    # of the joint, as commanded [rad or m, and per s, s^2]
     position: Array
     speed: Array
     acceleration: Array
-    shaft_speed: Array  # of the shaft behind the gear, the joint's own where no motors are coupled
-    mesh_torque: Array  # through the mesh, at the output [N m or N]
+    shaft_speed: Array  # of the gear's output shaft; the joint's own speed where no motors are coupled
+    mesh_torque: Array  # transmitted by the mesh, at the gear's output [N m or N]
     joint_friction: Array  # dry friction at the joint [N m or N]
     motor_torque: Array  # electromagnetic [N m]
-    # at the motor's terminals [A], [V]; NaN where no motor is known
+    # of the equivalent DC machine [A], [V]; NaN where the motor's data sheet is unknown
     current: Array
     voltage: Array
 
 
 def demanded(plan: Plan, times: Array) -> Demand:
-    """What a scene's command takes, by the laws of its own effects."""
+    """Torques, currents and voltages that a scene's command requires at times [s], (N,), with all springs rigid.
+
+    Raises:
+        InputError: Joints without a command, or effects that are a contact.
+    """
     _refuse(plan)
     passive = planned(replace(plan.scene, effects=_passive(plan)))
     demands = _demands(passive, times)
@@ -89,7 +95,7 @@ def demanded(plan: Plan, times: Array) -> Demand:
 
 
 def _refuse(plan: Plan) -> None:
-    """No command, or something in the way."""
+    """Raise InputError for joints without a command, and for contacts."""
     given = plan.signals.givers
     faults = [
         Fault(
@@ -110,7 +116,10 @@ def _refuse(plan: Plan) -> None:
 
 
 def _passive(plan: Plan) -> dict[str, tuple[Effect, ...]]:
-    """The effects without motors and controllers, each with states replaced by what stands in for it."""
+    """The passive mechanical effects by place: without motors, controllers and springs.
+
+    An effect with states is replaced by its quasi-static substitute.
+    """
     kept: dict[str, list[Effect]] = {}
     for one in plan.instances:
         effect: Effect | None = one.effect
@@ -122,14 +131,17 @@ def _passive(plan: Plan) -> dict[str, tuple[Effect, ...]]:
 
 
 def _mechanical(one: Instance) -> bool:
-    """Whether an effect only makes torques, bounds and commands, out of motion and commands."""
+    """Whether an effect computes only torques, friction bounds and commands, from nothing electrical."""
     out = {name.rpartition(".")[2] for name in (*one.provides, *one.contributes)}
     electrical = any(name.rpartition(".")[2].startswith(("current", "voltage")) for name in one.needs)
     return out <= MECHANICAL | COMMANDS | {PAYLOAD} and not electrical and (bool(out) or not one.needs)
 
 
 def _demands(passive: Plan, times: Array) -> dict[str, Array]:
-    """All outputs of the passive effects and the mechanics along the command; commands are those of the coordinates."""
+    """Outputs of the passive effects and of the mechanics along the command, by name.
+
+    (N, n) each, commands those of the coordinates; ``mass`` and ``turned`` (the rotors' part of it) are (N, n, n).
+    """
     joints, n, memory = passive.scene.joints, passive.body.n, passive.memory
     bound = () if passive.body.coupled is None else passive.body.coupled.shafts
     found: dict[str, Any] = {
@@ -142,21 +154,21 @@ def _demands(passive: Plan, times: Array) -> dict[str, Array]:
     commanded = np.array([*found["command_position"], *found["command_speed"]])
     wanted = np.concatenate(list(found.values())).astype(np.int64)
     rows = equations.evaluate_commanded(memory.numbers.copy(), times, moved, commanded, wanted)
-    rows[:, wanted < 0] = 0.0  # what a joint does not have
+    rows[:, wanted < 0] = 0.0  # signals that a joint does not have
     ends = np.cumsum([len(own) for own in found.values()])[:-1]
     demands = dict(zip(found, np.split(rows, ends, axis=1), strict=True))
     return demands | {name: demands[name].reshape(-1, n, n) for name in ("mass", "turned")}
 
 
 def _coordinate(joint: str, name: str, bound: bool) -> str:
-    """Name of the signals of a joint's coordinate: its shaft's where motors are coupled."""
+    """Full name of a signal of a joint's coordinate, which is its shaft where motors are coupled; empty if none."""
     if name in COMMANDED:
         return f"{joint}.shaft_{name}" if bound else f"{joint}.{name}"
     return f"{joint}.{name}" if bound or not name.startswith("shaft_") else ""
 
 
 def _directions(passive: Plan, demands: Mapping[str, Array]) -> Array:
-    """Which way each joint slides: 1, -1, or 0 where it rests."""
+    """Direction in which each joint slips: 1, -1, or 0 at rest, (N, n)."""
     ways = np.zeros_like(demands["command_speed"])
     for i in range(passive.body.n):
         speed, acceleration = demands["command_speed"][:, i], demands["command_acceleration"][:, i]
@@ -165,31 +177,34 @@ def _directions(passive: Plan, demands: Mapping[str, Array]) -> Array:
 
 
 def motor_of(effects: tuple[Effect, ...]) -> Motor | None:
-    """The sheet of a joint's motor."""
+    """The data sheet of a joint's motor; None if no effect has one."""
     sheets = [getattr(effect, "motor", None) for effect in effects]
     return next((sheet for sheet in sheets if isinstance(sheet, Motor)), None)
 
 
 def _holding_of(effects: tuple[Effect, ...]) -> float:
-    """Which of the torques that hold a load at rest counts, see ``Gear.holding``."""
+    """Which of the motor torques that hold a load at rest is assumed, see ``Gear.holding``."""
     sheets = [getattr(effect, "gear", None) for effect in effects]
     return next((sheet.holding for sheet in sheets if isinstance(sheet, Gear)), 0.0)
 
 
-APART = 2e-3  # s, between the instants of a difference, less noise than samples of 1 ms make; of a short run its share
-SMOOTH = 0.1  # of the largest second derivative: what half the distance may change
+# Step of the finite differences [s], in runs shorter than 1 s the same share of the duration; a shorter one shows the
+# noise of commands that are sampled every millisecond.
+APART = 2e-3
+SMOOTH = 0.1  # change of the second derivative with half the step, over its maximum, up to which a command is smooth
 
 
 def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]:
-    """A rigid demand with what springs add to motor speed, torque, current and voltage; joints where that is left out.
+    """Add the contribution of springs to motor torque, current and voltage of a rigid demand.
 
-    Friction and drag at the motor are those of its rigid speed.
+    Also returns an event for each joint where the contribution is left out, because the command is not smooth enough.
+    Friction and drag at the motor stay those at its rigid speed.
     """
     springs = plan.body.springs
     if not springs:
         return demand, ()
     apart = APART * min(plan.scene.duration, 1.0)
-    # A command that begins or ends under way goes on beyond the run; one at rest stays there.
+    # Where a command begins or ends in motion, the differences are taken inside the run; one at rest stays at rest.
     first, last = (apart if demand.speed[k].any() else 0.0 for k in (0, -1))
     time = np.clip(demand.time, first, plan.scene.duration - last)
     speed, ahead = _twisting(plan, time, apart)
@@ -215,9 +230,9 @@ def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]
 
 
 def _twisting(plan: Plan, time: Array, apart: float) -> tuple[Array, Array]:
-    """First and second derivative of the twists, by central differences, (N, n) each.
+    """First and second derivative of the wind-ups [rad/s, rad/s^2], by central differences, (N, n) each.
 
-    Dry friction at the joint jumps as the joint turns round: its share of the torque is left out.
+    Dry friction at the joint jumps where the motion reverses, so its share of the torque is left out.
     """
     twists = []
     for shift in (-apart, 0.0, apart):
@@ -234,16 +249,20 @@ def _twisting(plan: Plan, time: Array, apart: float) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Inverse(Engine):
-    """The inverse engine.
+    """The inverse engine: torques and currents that the commanded motion requires.
 
     Attributes:
-        share: Of a limit that a command may reach, 1 for all of it.
+        share: Share of a limit of current or voltage that the command may use [-].
     """
 
     share: float = 1.0
 
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
-        """What the command takes at the wanted instants."""
+        """Compute what the command requires at the output times.
+
+        Raises:
+            InputError: A motor that would exceed its current or voltage, besides what ``demanded`` refuses.
+        """
         times = recorded_times(plan.scene.duration, options.interval)
         demand, events = with_springs(plan, demanded(plan, times))
         raise_faults(
@@ -253,7 +272,7 @@ class Inverse(Engine):
         return Outcome(np.empty((0, 0)), counters, events, series=_series(plan, demand), times=times)
 
     def _limits(self, plan: Plan, demand: Demand, joint: int, name: str) -> list[Fault]:
-        """What the joint's motor cannot do."""
+        """Faults for a joint whose motor would exceed its peak current or its voltage."""
         effects = plan.scene.effects.get(name, ())
         faults = []
         for what, values, unit in (("peak_current", demand.current, "A"), ("voltage", demand.voltage, "V")):
@@ -269,6 +288,7 @@ class Inverse(Engine):
 
 
 def _series(plan: Plan, demand: Demand) -> dict[str, Series]:
+    """The series to be recorded, by name."""
     series = {}
     columns: tuple[tuple[str, str, Any], ...] = (
         ("position", "rad", demand.position), ("speed", "rad/s", demand.speed),

@@ -1,7 +1,8 @@
-"""Where a run begins: in equilibrium, so that nothing moves that is not commanded to.
+"""The initial state of a run: equilibrium, so that nothing moves that is not commanded to.
 
-A spring is twisted by what it carries, currents flow that hold the load, and so does what an integrator asks for or,
-without one, the loop for a motor that stays behind its command. Dry friction holds nothing, a mesh loses nothing.
+Springs have the wind-up of the load that they carry, and the motor currents hold the load: integrators of the loops are
+set so that they command these currents; a loop without an integrator needs a position error, so its motor starts behind
+its command. Dry friction carries no load in equilibrium, and meshes have no loss.
 """
 
 from __future__ import annotations
@@ -19,19 +20,23 @@ from drivetrain.simulation.core import equations
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 
-PASSES = 6  # states that depend on states that depend on states
-NEGLIGIBLE = 1e-6  # of a current
-STILL = 1e-6  # rad/s^2 or m/s^2, below which what friction holds only seems to move
+PASSES = 6  # iterations of the equilibrium, at most, since initial states may depend on one another
+NEGLIGIBLE = 1e-6  # relative difference of currents that is not reported
+STILL = 1e-6  # acceleration below which a joint counts as held by friction [rad/s^2 or m/s^2]
 
 
 def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
+    """The memory of a run at its start: all states in equilibrium, except those that are given by name.
+
+    Equilibrium is found by fixed-point iteration over the springs, the holding currents and the states of the effects.
+    """
     memory = plan.memory
     numbers = memory.numbers.copy()
     at, states = memory.view(numbers, "coordinates"), memory.view(numbers, "states")
     held, known = _held(plan), _Known(memory.places, numbers)
     _put_motion(plan, at, *_commanded(plan))
     equations.evaluate_signals(numbers)
-    for joint in held:  # where the command is, with empty integrators, no loop asks for anything
+    for joint in held:  # at the commanded position, with empty integrators, the command is the feed-forward current
         known.read[f"{joint}.{s.FED_CURRENT}"] = known.get(f"{joint}.{s.CURRENT_COMMAND.name}", 0.0)
     position, speed = _motion(plan)
     _put_motion(plan, at, position, speed)
@@ -53,7 +58,7 @@ def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
         if np.array_equal(np.append(numbers[states["value"]], at["position"]), before):
             break
     _put_given(plan, numbers, given or {})
-    # Who slid while states did not fit yet would else go on sliding at no speed.
+    # Contact modes found before the iteration has converged are discarded: at speed zero all coordinates start stuck.
     at["dry"]["mode"] = 0
     found = equations.evaluate_rates(numbers, numbers[states["value"][: memory.moving]])
     rate = found[plan.body.c : 2 * plan.body.c]
@@ -62,12 +67,17 @@ def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
 
 
 def _put_motion(plan: Plan, at: Any, position: Array, speed: Array) -> None:
+    """Write positions and speeds of the joints, (n,), into the coordinates."""
     n = plan.body.n
     at["position"][:n], at["speed"][:n] = plan.body.coordinates_of(position), plan.body.coordinates_of(speed)
 
 
 def _put_given(plan: Plan, numbers: Array, given: Mapping[str, float]) -> None:
-    """Given states, in place of those in equilibrium."""
+    """Overwrite states with given values.
+
+    Raises:
+        InputError: Names that are no states of the scene.
+    """
     unknown = [name for name in given if name not in plan.memory.states]
     if unknown:
         faults = [Fault("start", f"the scene has no state {name}", None, nearest(name, list(plan.memory.states)))
@@ -79,8 +89,10 @@ def _put_given(plan: Plan, numbers: Array, given: Mapping[str, float]) -> None:
 
 
 class _Known(Mapping[str, float]):
-    """Signals by name, looked up one by one: of hundreds an effect asks for three. And signals that exist only at
-    the start.
+    """The signals of a run by name, read from its memory when asked for.
+
+    An effect reads only a few of hundreds, so no dictionary of all is built. ``read`` adds signals that exist only
+    during the start, such as the holding current.
     """
 
     def __init__(self, places: Mapping[str, int], values: Array) -> None:
@@ -98,7 +110,7 @@ class _Known(Mapping[str, float]):
 
 
 def _commanded(plan: Plan) -> tuple[Array, Array]:
-    """Positions and speeds where a command begins; zero without one."""
+    """Positions and speeds of the joints at the beginning of their command, (n,) each; zero without a command."""
     position, speed = np.zeros(plan.body.n), np.zeros(plan.body.n)
     for one in plan.instances:
         begin = getattr(one.effect, "begins_at", None)
@@ -109,7 +121,7 @@ def _commanded(plan: Plan) -> tuple[Array, Array]:
 
 
 def _motion(plan: Plan) -> tuple[Array, Array]:
-    """Positions and speeds at the start: the scene's own, else where a command begins."""
+    """Initial positions and speeds of the joints, (n,) each: those of the scene, else those of the command."""
     scene, n = plan.scene, plan.body.n
     position, speed = _commanded(plan)
     if scene.position is not None:
@@ -121,7 +133,7 @@ def _motion(plan: Plan) -> tuple[Array, Array]:
 
 
 def _held(plan: Plan) -> dict[str, Motor]:
-    """Motors of joints that a current can hold; where motors are coupled each load is the matter of several."""
+    """The motors of the joints that a current can hold, by joint; without coupled motors, which share their loads."""
     found = {}
     for one in plan.instances:
         sheet = getattr(one.effect, "motor", None)
@@ -131,12 +143,12 @@ def _held(plan: Plan) -> dict[str, Motor]:
 
 
 def _load(known: Mapping[str, float], joint: str) -> float:
-    """What the joint must be given to stay as fast as it is [N m or N]."""
+    """Torque that the drive must provide to keep the joint at constant speed [N m or N]."""
     return known.get(f"{joint}.{s.BIAS_TORQUE.name}", 0.0) - known.get(f"{joint}.{s.JOINT_TORQUE.name}", 0.0)
 
 
 def _holding(known: Mapping[str, float], plan: Plan, joint: str, motor: Motor) -> float:
-    """The current that gives it, beside what other torques at the motor's shaft do [A]."""
+    """The motor current that holds this load, given the other torques at the motor's shaft [A]."""
     housing = known.get(f"{joint}.{s.HOUSING_TEMPERATURE.name}", 0.0)
     warmed = f"{joint}.{s.HOUSING_TEMPERATURE.name}" in plan.signals.givers
     constant = float(torque_constant(motor, housing if warmed else motor.reference_temperature))
@@ -146,9 +158,12 @@ def _holding(known: Mapping[str, float], plan: Plan, joint: str, motor: Motor) -
 
 
 def _behind(plan: Plan, known: Mapping[str, float], at: Any) -> Array:
-    """How far links stay behind their command: the twist of their springs, and what loops without integrators need."""
+    """By how much each joint lags its command in equilibrium [rad or m], (n,).
+
+    The wind-up of its spring, and the position error that a loop without an integrator needs to hold the load.
+    """
     behind = np.zeros(plan.body.n)
-    looped = {one.place.joint for one in plan.instances if hasattr(one.effect, "sag")}  # the motor, not the link
+    looped = {one.place.joint for one in plan.instances if hasattr(one.effect, "sag")}  # loops on the motor's position
     for i in looped & set(plan.body.springs):
         behind[i] = at["position"][plan.body.motors[i]]
     for one in plan.instances:
@@ -159,7 +174,7 @@ def _behind(plan: Plan, known: Mapping[str, float], at: Any) -> Array:
 
 
 def start_words(plan: Plan, row: Mapping[str, float], given: Mapping[str, float]) -> str:
-    """How a run began, for its reader."""
+    """A description of the initial state, for the recording."""
     currents = [(joint, row.get(f"{joint}.{s.CURRENT.name}", 0.0)) for joint in plan.scene.joints]
     holds = ", ".join(f"{joint} {value:.3g} A" for joint, value in currents if abs(value) > 0.0)
     text = "equilibrium" + (f", held by {holds}" if holds else "")
@@ -167,7 +182,10 @@ def start_words(plan: Plan, row: Mapping[str, float], given: Mapping[str, float]
 
 
 def sinking(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
-    """Joints that give way to their load at the start though nothing is commanded: less current flows than holds it."""
+    """Events for joints that yield to their load at the start though no motion is commanded.
+
+    Their current is smaller than the holding current, because of a limit for example.
+    """
     events = []
     for joint, motor in _held(plan).items():
         if f"{joint}.{s.COMMAND_SPEED.name}" not in row:
