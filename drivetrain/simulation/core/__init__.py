@@ -1,1 +1,1 @@
-"""The compiled equations of motion of a scene, on records: one system a step."""
+"""The compiled equations of motion of a scene, on records: assembly of the linear system, friction, Jacobian."""

@@ -1,8 +1,9 @@
-"""The linear system of a step, the laws that bend within it, and what follows from its solution.
+"""The linear system of a step, Newton iteration on piecewise laws, and the forces that follow from the solution.
 
-Laws that bend within a step are asked again at what the solution makes of it, until both agree: Newton's method on what
-springs, flanks and walls answer. Each only grows with its rate, so a chord between a rate that was too slow and one
-that was too fast helps where that goes round in circles.
+Springs with several stiffnesses, tooth flanks and walls are piecewise linear. Their laws are evaluated again at the
+motion that the solution gives, and the system is solved again, until both agree: Newton's method. Each of these torques
+increases monotonically with its rate. So, where Newton's method cycles between pieces, a secant between a rate that was
+too low and one that was too high makes it converge.
 """
 
 from __future__ import annotations
@@ -34,12 +35,14 @@ from drivetrain.simulation.core.records import (
     world_of,
 )
 
-STIFF_FROM = 1.5  # inertia with springs and dampers in it, over that without: a step no longer follows what they do
+# Ratio of a diagonal entry of the system matrix, with springs and dampers, to the inertia alone, above which a spring
+# counts as stiff: the step does not resolve its oscillation.
+STIFF_FROM = 1.5
 
 
 @part
 def show_coupled(run: Run) -> None:
-    """What joints whose motors are coupled do when the shafts behind the gears do what has been found."""
+    """Fill the motion of the connectors of joints with coupled motors, from that of the gears' output shafts."""
     coordinates, joints, turns = coordinates_of(run), joints_of(run), turns_of(run)
     for i in range(len(joints)):
         if coordinates[i].coupled:
@@ -53,7 +56,7 @@ def show_coupled(run: Run) -> None:
 
 @part
 def _add_coupled(run: Run, h: float, theta: float) -> None:
-    """Smooth torques at joints whose motors are coupled join the linear system of their shafts."""
+    """Add the smooth torques at joints with coupled motors to the linear system, in the coordinates of the shafts."""
     coordinates, pairs, joints, turns = coordinates_of(run), pairs_of(run), joints_of(run), turns_of(run)
     n = len(joints)
     for i in range(n):
@@ -76,7 +79,7 @@ def _add_coupled(run: Run, h: float, theta: float) -> None:
 
 @part
 def _bounds(run: Run, i: int, m: int) -> bool:
-    """The bounds of dry friction of a joint and its motor; whether there are any."""
+    """Collect the friction bounds of joint i and of its motor, whose coordinate is m; whether any is not zero."""
     coordinates = coordinates_of(run)
     joint, size = joints_of(run)[i], abs(coordinates[i].ratio)
     link, rotor, load, motor, mesh = coordinates[i].dry, coordinates[m].dry, joint.load, joint.motor, joint.mesh
@@ -102,7 +105,10 @@ def _bounds(run: Run, i: int, m: int) -> bool:
 
 @part
 def _mesh(run: Run, h: float, i: int, soft: float, torque: float) -> None:
-    """What the mesh of a rigid joint transmits, and how that changes with the speeds."""
+    """Torque transmitted by the mesh of a rigid joint, as a linear function of the changes of speed.
+
+    ``soft`` and ``torque`` are damping and torque at the joint. The inertia that acts on the motor side is left out.
+    """
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     coordinates[i].transmitted = coordinates[i].bias - coordinates[i].felt_bias - torque
     for k in range(len(coordinates)):
@@ -112,7 +118,10 @@ def _mesh(run: Run, h: float, i: int, soft: float, torque: float) -> None:
 
 @part
 def _spring(run: Run, h: float, theta: float, i: int, m: int, late: float) -> None:
-    """The spring of a flexible joint between its link i and its rotor m."""
+    """Add the spring of a flexible joint, between the coordinates of its link i and its rotor m, to the linear system.
+
+    ``late`` is the difference between the spring's rate at which its law was evaluated and that before the step.
+    """
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     spring = joints_of(run)[i].spring
     slope = spring.damping + theta * h * spring.stiffness
@@ -132,7 +141,7 @@ def _spring(run: Run, h: float, theta: float, i: int, m: int, late: float) -> No
 
 @part
 def assemble(run: Run, h: float, theta: float) -> bool:
-    """The linear system of the step, and the bounds of friction."""
+    """Assemble the linear system of a step and the friction bounds; whether there is any dry friction."""
     coordinates, pairs, joints = coordinates_of(run), pairs_of(run), joints_of(run)
     c, engine, dry = len(coordinates), engine_of(run), False
     for i in range(c):
@@ -171,13 +180,13 @@ def assemble(run: Run, h: float, theta: float) -> bool:
     return dry
 
 
-AGREED = 1e-12  # of a spring's torque that a solution may be off
-PATIENCE = 6  # solutions before chords help
+AGREED = 1e-12  # relative error of a spring's torque at which the Newton iteration has converged
+PATIENCE = 6  # Newton iterations before the secant is used
 
 
 @part
 def ask_again(run: Run, t: float, h: float, theta: float) -> None:
-    """Ask springs and surroundings of the tip again, at the motion that the solution makes."""
+    """Evaluate the laws of springs and tip contacts again, at the motion that the present solution gives."""
     coordinates, joints = coordinates_of(run), joints_of(run)
     for i in range(len(coordinates)):
         one = coordinates[i]
@@ -197,10 +206,11 @@ def ask_again(run: Run, t: float, h: float, theta: float) -> None:
 
 @part
 def _chord(rotor: Any, rate: float, torque: float, expected: float) -> float:
-    """Note a rate that was tried; the slope of the chord between one too slow and one too fast, or -1.
+    """Update the bracket of a spring's rate, and return the slope of the secant across it; -1 if there is no bracket.
 
-    A spring's torque only grows with its rate, and its rate only falls with its torque: what answers more than expected
-    turns too fast, what answers less too slowly. Where Newton's method goes round in circles the chord stays between.
+    The spring's torque increases with its rate, and the rate that the equations of motion give decreases with the
+    torque. So a rate at which the torque exceeds the expected one is too high, and otherwise too low. Where Newton's
+    method cycles, the secant stays inside the bracket.
 
     Reference: Dowell and Jarratt, A modified regula falsi method (Illinois), BIT 11 (1971) 168.
     """
@@ -212,7 +222,7 @@ def _chord(rotor: Any, rate: float, torque: float, expected: float) -> float:
         own, other = slow, fast
     again = abs(own.rate) < math.inf
     own.rate, own.expected, own.off = rate, expected, torque - expected
-    if not slow.rate < fast.rate:  # other springs have moved on: earlier trials no longer count
+    if not slow.rate < fast.rate:  # the other springs have changed, so the earlier bracket is no longer valid
         other.rate = -math.inf if too_fast else math.inf
     if not abs(other.rate) < math.inf:
         return -1.0
@@ -223,7 +233,10 @@ def _chord(rotor: Any, rate: float, torque: float, expected: float) -> float:
 
 @part
 def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
-    """Whether springs and surroundings of the tip answer what the solution expects of them."""
+    """Whether the Newton iteration has converged: torques of springs and forces at the tip agree with the solution.
+
+    From iteration ``PATIENCE`` on, springs get the slope of the secant for the next solution.
+    """
     coordinates, joints, pairs = coordinates_of(run), joints_of(run), pairs_of(run)
     good = True
     for i in range(len(joints)):
@@ -252,6 +265,7 @@ def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
 
 @part
 def show_energies(run: Run) -> None:
+    """Fill kinetic and potential energy of the mechanics [J]."""
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     c = len(coordinates)
     kinetic, potential = 0.0, 0.0
@@ -261,7 +275,7 @@ def show_energies(run: Run) -> None:
     if engine_of(run).looped:
         potential = engine_of(run).potential
     elif engine_of(run).arm:
-        # All that the first link carries has been gathered in its body; what the base carries stands in its own.
+        # The first link's body holds the composite moments of all bodies after it; rotors on the base have their own.
         bodies, rotors = bodies_of(run), rotors_of(run)
         upwards = vector(bodies[len(bodies) - 1].dv)
         potential = dot(upwards, vector(bodies[0].first))
@@ -276,7 +290,10 @@ def show_energies(run: Run) -> None:
 
 @part
 def find_forces(run: Run, h: float, theta: float) -> None:
-    """Speeds of the true middle as the guess, and what follows from the solution."""
+    """Compute accelerations, friction torques, mesh torques and powers from the solution.
+
+    The speeds in the middle of the step are updated from the guess to those of the solution.
+    """
     coordinates, pairs, joints = coordinates_of(run), pairs_of(run), joints_of(run)
     for i in range(len(coordinates)):
         one = coordinates[i]
@@ -308,9 +325,10 @@ def find_forces(run: Run, h: float, theta: float) -> None:
 
 @part
 def _split(link: Any, rotor: Any, rigid: bool, load: float) -> tuple[float, float]:
-    """Friction of joint and of motor (both counted at the joint) from what they are together with the mesh.
+    """Split the friction of a coordinate into those of joint and motor, both referred to the joint [N m or N].
 
-    Sliding, each is at its bound. Stuck, only the sum is known, and each takes a share as large as its bound.
+    While it slips, each is at its bound. While it sticks, only the sum of both and of the mesh is determined; it is
+    divided in proportion to the bounds.
     """
     dry = rotor.dry
     mode = dry.mode
@@ -323,7 +341,7 @@ def _split(link: Any, rotor: Any, rigid: bool, load: float) -> tuple[float, floa
 
 @part
 def _share(rotor: Any, which: Any, load: float) -> float:
-    """The share of stuck friction that one of its bounds takes."""
+    """Part of a stuck coordinate's friction, in proportion to one of its bounds (``which``)."""
     dry, forward = rotor.dry, rotor.friction > 0.0
     mesh = max(dry.driving, dry.driven) * abs(load)
     if forward:

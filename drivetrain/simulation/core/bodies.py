@@ -1,4 +1,4 @@
-"""Mass matrix and bias of a scene along its coordinates, and where the tip of an arm is and what surrounds it."""
+"""Mass matrix and bias torques of a scene in its coordinates; pose of the arm's tip and forces on it."""
 
 from __future__ import annotations
 
@@ -28,31 +28,31 @@ from drivetrain.simulation.planning.mechanics import PAYLOAD
 
 @part
 def bodies_of(run: Run) -> Any:
-    """The bodies of an arm as they move, links first, the base last."""
+    """The moving bodies of an arm, records BODY: links, then rotors, the base last."""
     return carray(run[AT.bodies], count_of(run, AT.bodies), BODY)
 
 
 @part
 def rotors_of(run: Run) -> Any:
-    """The rotors of an arm that need a pass of their own."""
+    """The rotors of an arm that are bodies of their own, records ROTOR."""
     return carray(run[AT.rotors], count_of(run, AT.rotors), ROTOR)
 
 
 @part
 def links_of(run: Run) -> Any:
-    """The constants of an arm's links, rotors on their own and rotors."""
+    """The constant data of an arm's links, of rotors behind springs, and of all other rotors, records LINK."""
     return carray(run[AT.links], count_of(run, AT.links), LINK)
 
 
 @part
 def turns_of(run: Run) -> Any:
-    """Joints' motion from that of the coordinates, where motors are coupled, (n, n)."""
+    """Matrix from the motion of the coordinates (shafts) to that of the joints, where motors are coupled, (n, n)."""
     return rows_of(run, AT.turns, world_of(run).joints, world_of(run).joints)
 
 
 @part
 def carry(run: Run, t: float) -> None:
-    """Put what the tip carries at an instant into the constants of the last link."""
+    """Set the inertial data of the last link to those with the payload that the tip carries at time t [s]."""
     links, payloads, entry = links_of(run), carray(run[AT.payloads], count_of(run, AT.payloads), PAYLOAD), 0
     for k in range(1, len(payloads)):
         if payloads[k].time <= t:
@@ -66,10 +66,10 @@ def carry(run: Run, t: float) -> None:
 
 @part
 def _move_arm(run: Run, t: float) -> None:
-    """Mass matrix and bias of an arm.
+    """Mass matrix and bias torques of an arm.
 
-    Where motors are coupled the bodies' coordinates (joints, rotors on their own, rotors that follow several joints)
-    follow from those of the mechanics by ``spread``; else they are the same.
+    Where motors are coupled, the coordinates of the bodies (joints, rotors behind springs, rotors that turn with
+    several joints) are ``spread`` times those of the mechanics; otherwise both are the same.
     """
     engine, coordinates, pairs = engine_of(run), coordinates_of(run), pairs_of(run)
     e, c = engine.bodies, len(coordinates)
@@ -99,7 +99,7 @@ def _move_arm(run: Run, t: float) -> None:
 
 @part
 def clear_bodies(run: Run) -> None:
-    """Nothing moves with the coordinates yet but reflected rotors at shafts."""
+    """Reset mass matrix and bias torques, to the inertias of the rotors reflected to their shafts."""
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     for i in range(len(coordinates)):
         coordinates[i].bias = coordinates[i].felt_bias = 0.0
@@ -109,9 +109,10 @@ def clear_bodies(run: Run) -> None:
 
 @part
 def add_bodies(run: Run, first: int, spread: Any, mass: Any, felt: Any, bias: Any, felt_bias: Any) -> None:
-    """Mass matrix and bias of bodies, of which ``first`` is the first, that move as ``spread`` times the coordinates.
+    """Add mass matrix and bias torques of bodies whose motion is ``spread`` times that of the coordinates.
 
-    With G for ``spread``: G^T M G and G^T b; a motor feels the row of what it turns.
+    With G for ``spread``: G^T M G and G^T b. ``first`` is the row of the first of these bodies. The part that acts on a
+    motor's rotor (``felt``) is the row of the body that the motor turns.
     """
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     e, c = spread.shape
@@ -136,7 +137,7 @@ def add_bodies(run: Run, first: int, spread: Any, mass: Any, felt: Any, bias: An
 
 @part
 def move_bodies(run: Run, t: float) -> None:
-    """Mass matrix and bias at the places and guessed speeds."""
+    """Compute mass matrix and bias torques at the positions and guessed speeds of the middle of the step."""
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     if engine_of(run).arm:
         _move_arm(run, t)
@@ -151,10 +152,10 @@ def move_bodies(run: Run, t: float) -> None:
 
 @part
 def show_bodies(run: Run) -> None:
-    """Provide mass matrix and bias to effects, and the pose of the tip if it is used."""
+    """Provide mass matrix and bias torques to the effects, and the motion of the tip if an effect uses it."""
     coordinates, pairs, joints, c = coordinates_of(run), pairs_of(run), joints_of(run), world_of(run).coordinates
     mass = rows_of(run, AT.mass, c, c)
-    for i in range(c):  # for effects, as a plain matrix
+    for i in range(c):  # effects read it as a plain matrix
         for k in range(c):
             mass[i, k] = pairs[i, k].mass
     for i in range(len(joints)):
@@ -165,7 +166,7 @@ def show_bodies(run: Run) -> None:
 
 @part
 def show_tip(run: Run) -> None:
-    """Fill place, speed and turning of the tip, along the axes of the base."""
+    """Fill position, velocity and angular velocity of the tip, in the base frame."""
     engine, tip, body = engine_of(run), world_of(run).tip, bodies_of(run)[engine_of(run).last]
     place = plus(vector(body.origin), turned(body.rotation, vector(engine.tip_offset)))
     turning = vector(body.w)
@@ -180,13 +181,13 @@ def show_tip(run: Run) -> None:
 
 @part
 def softness(tip: Any, step: float, k: int) -> float:
-    """Entry k (xx, xy, xz, yy, yz, zz) of damping and stiffness together [N s/m]."""
+    """Entry k (xx, xy, xz, yy, yz, zz) of the effective damping at the tip, damping + step * stiffness [N s/m]."""
     return tip.damping[k] + step * tip.stiffness[k]
 
 
 @part
 def _resisting(tip: Any, step: float, a: Vector) -> Vector:
-    """Damping and stiffness together, times a speed [N]."""
+    """Effective damping at the tip times a velocity [N]."""
     xx, xy, xz = softness(tip, step, 0), softness(tip, step, 1), softness(tip, step, 2)
     yy, yz, zz = softness(tip, step, 3), softness(tip, step, 4), softness(tip, step, 5)
     return (
@@ -198,7 +199,7 @@ def _resisting(tip: Any, step: float, a: Vector) -> Vector:
 
 @part
 def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
-    """Turning of the tip, and speed at the base's origin, for a unit speed of a coordinate."""
+    """Column of the tip's Jacobian for coordinate k: angular velocity, and velocity at the base's origin."""
     bodies, engine = bodies_of(run), engine_of(run)
     if engine.direct:
         return vector(bodies[k].turn), vector(bodies[k].slide)
@@ -212,14 +213,14 @@ def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
 
 @part
 def _column(run: Run, k: int) -> Vector:
-    """Speed of the tip for a unit speed of a coordinate."""
+    """Velocity of the tip per unit speed of coordinate k."""
     turn, slide = _screw(run, k)
     return plus(slide, cross(turn, vector(engine_of(run).tip_place)))
 
 
 @part
 def try_tip(run: Run, shift: float) -> None:
-    """Move the tip from the guess to the trial, and note what force a solution expects."""
+    """Move the tip to the trial speeds of the coordinates, and store the force that the solution assumed there."""
     engine, tip, coordinates = engine_of(run), world_of(run).tip, coordinates_of(run)
     before, speed, turning = vector(tip.speed), vector(engine.tip_speed), vector(engine.tip_turning)
     for k in range(world_of(run).joints):
@@ -236,7 +237,7 @@ def try_tip(run: Run, shift: float) -> None:
 
 @part
 def calm_tip(run: Run) -> None:
-    """Take the mean of how forces fall now and of how they did when last asked: it ends going round in circles."""
+    """Average the tip's damping and stiffness with those of the iteration before: this ends a cycle between pieces."""
     engine, tip = engine_of(run), world_of(run).tip
     for k in range(6):
         tip.damping[k] = 0.5 * (tip.damping[k] + engine.tip_damping[k])
@@ -245,7 +246,7 @@ def calm_tip(run: Run) -> None:
 
 @part
 def tip_agrees(run: Run, shift: float) -> bool:
-    """Whether the surroundings answer what the solution expects of them."""
+    """Whether the force at the tip agrees with the force that the solution assumed, apart from rounding."""
     tip, expected, off, size = world_of(run).tip, engine_of(run).tip_expected, 0.0, 0.0
     for r in range(3):
         off = max(off, abs(tip.force[r] - expected[r]))
@@ -258,7 +259,7 @@ def tip_agrees(run: Run, shift: float) -> bool:
 
 @part
 def clear_tip(tip: Any) -> None:
-    """Nothing acts on the tip yet."""
+    """Reset the forces on the tip, before effects contribute to them."""
     for k in range(3):
         tip.force[k] = tip.moment[k] = 0.0
     for k in range(6):
@@ -267,7 +268,7 @@ def clear_tip(tip: Any) -> None:
 
 @part
 def add_tip(run: Run, h: float, theta: float) -> None:
-    """What the surroundings do to the tip joins the linear system, and what meshes transmit."""
+    """Add the forces on the tip to the linear system, and to the torques transmitted by the meshes."""
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     tip, joints = world_of(run).tip, world_of(run).joints
     step, moment, force = theta * h, vector(tip.moment), vector(tip.force)

@@ -1,11 +1,12 @@
-"""The equations of motion of a scene at an instant or in the middle of a step: mechanics, effects, one linear system.
+"""The equations of motion of a scene: mechanics and effects, solved over a step or at an instant as one linear system.
 
-Speeds v change by w over a step h. Smooth forces are taken at the middle, and in their change linear: with D and K the
-dampings and stiffnesses that effects contribute, ``(M + theta h (D + theta h K)) w = h (F + (D + theta h K)(v' - v))``,
-F at the guessed middle (x + theta h v', v'). At an instant h = 1, theta = 0, and w is the acceleration.
+Over a step of length h the speeds v change by w. Smooth forces F are evaluated at a guessed intermediate state
+(x + theta h v', v'), in the middle of the step for theta = 1/2, and linearised there. With the damping D and stiffness
+K that effects contribute, ``(M + theta h (D + theta h K)) w = h (F + (D + theta h K)(v' - v))``. At an instant, h = 1
+and theta = 0 in these equations, and w is the acceleration.
 
-``motion`` (the change of speeds) and ``forces`` (what follows from it) are compiled once and called by address, so that
-every engine shares them. With h = 0 they are at an instant; ``theta`` of a step stands in the engine's record.
+``motion`` (the changes of speed) and ``forces`` (all that follows from them) are compiled once and called by address,
+so that all engines share them. With h = 0, they are evaluated at an instant; ``theta`` is in the engine's record.
 """
 
 from __future__ import annotations
@@ -47,14 +48,14 @@ from drivetrain.simulation.core.records import (
 from drivetrain.simulation.planning.mechanics import PAYLOAD
 from drivetrain.solvers.compiled_function import evaluate
 
-MOST = 60  # solutions of a step, at most
-OPEN = -1002  # instead of their count: joints that follow in closed loops cannot
+MOST = 60  # Newton iterations of a step, at most
+OPEN = -1002  # returned instead of a count: the closed loops cannot be closed in this position
 OPEN_WORDS = "joints that follow in closed loops cannot: the linkage does not reach so far, or stands at a dead centre"
 
 
 @part
 def guess_still(run: Run) -> None:
-    """Take the speeds of the states as those of the middle."""
+    """Set the guessed speeds to the current ones, for an evaluation at an instant."""
     coordinates = coordinates_of(run)
     for i in range(len(coordinates)):
         coordinates[i].guess = coordinates[i].speed
@@ -62,7 +63,7 @@ def guess_still(run: Run) -> None:
 
 @part
 def show_motion(run: Run, shift: float) -> None:
-    """Fill the connectors' motion from the states, moved on by ``shift`` at the guessed speeds."""
+    """Fill the motion of the connectors, with positions extrapolated by ``shift`` [s] at the guessed speeds."""
     coordinates, joints = coordinates_of(run), joints_of(run)
     for i in range(len(coordinates)):
         coordinates[i].trial = coordinates[i].guess
@@ -84,7 +85,7 @@ def show_motion(run: Run, shift: float) -> None:
 
 @part
 def show_states(run: Run, shift: float) -> None:
-    """Copy states of effects to the connectors of their names, moved on by ``shift`` at their last rates."""
+    """Copy states of effects to the connectors that show them, extrapolated by ``shift`` [s] with their last rates."""
     numbers = memory_of(run)
     states = states_of(run)
     for k in range(len(states)):
@@ -95,14 +96,14 @@ def show_states(run: Run, shift: float) -> None:
 
 @part
 def _clear(flange: Any) -> None:
-    """Nothing acts on a flange yet."""
+    """Reset torques and friction bounds of a flange, before effects contribute to them."""
     flange.torque = flange.damping = flange.stiffness = 0.0
     flange.hold_forward = flange.hold_backward = flange.slide_forward = flange.slide_backward = 0.0
 
 
 @part
 def compute(run: Run, t: float, h: float) -> None:
-    """The laws of all effects, contributions from zero."""
+    """Reset all contributions, and evaluate the laws (``compute``) of all effects, at time t [s] in a step h [s]."""
     joints = joints_of(run)
     for i in range(len(joints)):
         joint = joints[i]
@@ -121,10 +122,10 @@ def compute(run: Run, t: float, h: float) -> None:
 
 @part
 def _start_modes(run: Run, h: float, any_dry: bool) -> None:
-    """The modes with which friction is tried first.
+    """Set the contact modes with which the complementarity problem is started.
 
-    Over a step what moves slides, what rests does as it did. At an instant (h = 0) the mode of what moves is given, and
-    all are while they are held; what rests stays so or starts.
+    Over a step, a moving coordinate slips, and one at rest keeps its mode. At an instant (h = 0) the mode of a moving
+    coordinate is fixed; one at rest may stick or start to slip. While the engine holds the modes, all are fixed.
     """
     coordinates, held = coordinates_of(run), engine_of(run).held != 0
     for i in range(len(coordinates)):
@@ -141,15 +142,16 @@ def _start_modes(run: Run, h: float, any_dry: bool) -> None:
 
 @part
 def solve(run: Run, t: float, h: float, theta: float) -> int:
-    """The change of speeds over a step, forces at its middle; at an instant (h = 0, theta = 0) accelerations.
+    """Solve for the changes of speed over a step from time t [s]; at an instant (h = 0, theta = 0) for accelerations.
 
-    Springs and surroundings of the tip are asked again until they answer what the solution expects of them: Newton's
-    method, where nothing bends within the step the first look agrees. It ends after ``MOST`` solutions, which are
-    counted.
+    Piecewise laws of springs and tip contacts are iterated with Newton's method until they agree with the solution,
+    with at most ``MOST`` iterations. Where no piece changes within the step, the first solution agrees.
+
+    Returns the number of solutions, or a negative code: -1 - i if coordinate i jams, ``NO_SET``, or ``OPEN``.
     """
     span, middle, total = h if h > 0.0 else 1.0, t + theta * h, 0
     if theta == 1.0:
-        # What jumps at the end of the step is not seen yet, however the sum was rounded.
+        # A law that jumps at the end of the step is evaluated just before its jump, however the sum was rounded.
         middle = np.nextafter(np.nextafter(middle, t), t)
     show_motion(run, theta * h)
     call_equations(run, engine_of(run).bodies_law, middle, h)
@@ -177,6 +179,7 @@ def solve(run: Run, t: float, h: float, theta: float) -> int:
 
 @part
 def _show_rates(run: Run) -> None:
+    """Fill the rates of the coordinates' states from the solution at an instant."""
     coordinates = coordinates_of(run)
     for i in range(len(coordinates)):
         coordinates[i].position_rate, coordinates[i].speed_rate = coordinates[i].speed, coordinates[i].change
@@ -188,27 +191,27 @@ def _show_rates(run: Run) -> None:
 
 @cache
 def equation(function: Any) -> Any:
-    """A part of the equations with an address, compiled at the first call (some seconds) or taken from the disk."""
+    """A part of the equations as a function with an address, compiled at the first call or read from the disk cache."""
     return callback(EQUATIONS, function)
 
 
 def bodies(t: Any, h: Any, run: Any) -> None:
-    """Mass matrix and bias; apart, since what is compiled in one piece is optimised in each."""
+    """Compute mass matrix and bias torques; a function of its own, so that it is compiled and optimised only once."""
     move_bodies(run, t)
 
 
 def friction(t: Any, h: Any, run: Any) -> None:
-    """The linear system with friction solved."""
+    """Solve the linear system with dry friction."""
     engine_of(run).solved = solve_friction(coordinates_of(run), pairs_of(run), h)
 
 
 def outcomes(t: Any, h: Any, run: Any) -> None:
-    """Whether another set of modes fits as well."""
+    """Find out whether another set of contact modes satisfies the equations as well."""
     engine_of(run).undecided = several_outcomes(coordinates_of(run), pairs_of(run), h)
 
 
 def motion(t: Any, h: Any, run: Any) -> None:
-    """The change of speeds."""
+    """Solve for the changes of speed over a step, or (h = 0) for accelerations and rates at an instant."""
     if h == 0.0:
         guess_still(run)
     engine_of(run).solved = solve(run, t, h, engine_of(run).theta if h > 0.0 else 0.0)
@@ -217,7 +220,7 @@ def motion(t: Any, h: Any, run: Any) -> None:
 
 
 def forces(t: Any, h: Any, run: Any) -> None:
-    """Forces, and motion at the true middle."""
+    """Compute the forces of the solution, and the motion in the middle of the step, or (h = 0) the energies."""
     theta = engine_of(run).theta if h > 0.0 else 0.0
     find_forces(run, h if h > 0.0 else 1.0, theta)
     show_motion(run, theta * h)
@@ -226,20 +229,20 @@ def forces(t: Any, h: Any, run: Any) -> None:
 
 
 _DOUBLES = types.CPointer(types.float64)
-# As solvers call it: their words are the addresses of a run's sections, their numbers are none.
+# Signature of the solvers' functions: the int64 data are the addresses of a run's sections, float64 data are unused.
 RIGHT_SIDE = types.void(types.float64, _DOUBLES, _DOUBLES, _DOUBLES, PARTS)
 NO_NUMBERS = np.zeros(1)
 
 
 @cache
 def right_side(function: Any) -> Any:
-    """A function (t, x, result, numbers, run) that solvers call, compiled likewise."""
+    """A function (t, x, result, numbers, run) with an address for the solvers, compiled or read from the disk cache."""
     return callback(RIGHT_SIDE, function)
 
 
 @part
 def put_states(run: Run, x: Any) -> None:
-    """Put the states that follow rates among the numbers."""
+    """Copy the solver's state vector into the run's memory."""
     states, memory = states_of(run), memory_of(run)
     for k in range(engine_of(run).moving):
         memory[states[k].value] = x[k]
@@ -247,7 +250,7 @@ def put_states(run: Run, x: Any) -> None:
 
 @part
 def clear_rates(run: Run) -> None:
-    """No rate is known yet."""
+    """Reset the rates of all states."""
     states, memory = states_of(run), memory_of(run)
     for k in range(len(states)):
         if states[k].rate >= 0:
@@ -256,21 +259,21 @@ def clear_rates(run: Run) -> None:
 
 @part
 def solve_at(run: Run, t: float) -> None:
-    """The equations at an instant, with the states as they are."""
+    """Solve the equations of motion at time t [s], at the states in the run's memory."""
     clear_rates(run)
     call_equations(run, engine_of(run).motion, t, 0.0)
 
 
 @part
 def account_at(run: Run, t: float) -> None:
-    """Forces, and what effects put out, at an instant at which the equations are solved."""
+    """Compute forces and the outputs of effects at time t [s], after ``solve_at``."""
     call_equations(run, engine_of(run).forces, t, 0.0)
     call_laws(run, AT.accounts, t, 0.0)
 
 
 @part
 def _energy_at(run: Run, t: float) -> float:
-    """Kinetic and potential energy at an instant, with the states as they are."""
+    """Kinetic plus potential energy at time t [s], at the states in the run's memory [J]."""
     guess_still(run)
     show_motion(run, 0.0)
     call_equations(run, engine_of(run).bodies_law, t, 0.0)
@@ -280,7 +283,7 @@ def _energy_at(run: Run, t: float) -> float:
 
 @part
 def pass_payloads(run: Run, t: float) -> None:
-    """Payloads that come or go at an instant bring or take their energy, each once."""
+    """Add the energies of payloads picked up or set down until time t [s] to the energy balance, each once."""
     payloads, world = carray(run[AT.payloads], count_of(run, AT.payloads), PAYLOAD), world_of(run)
     for k in range(world.payloads_passed + 1, len(payloads)):
         instant = payloads[k].time
@@ -294,7 +297,7 @@ def pass_payloads(run: Run, t: float) -> None:
 
 @part
 def rates_at(run: Run, t: float) -> None:
-    """All rates at an instant, with the states as they are."""
+    """Compute the rates of all states at time t [s], at the states in the run's memory."""
     solve_at(run, t)
     if engine_of(run).late:
         account_at(run, t)
@@ -303,7 +306,10 @@ def rates_at(run: Run, t: float) -> None:
 
 @part
 def take_samples(run: Run, t: float, early: float, share: float) -> None:
-    """Samples that are due; all laws are computed before the first."""
+    """Take the samples that are due at time t [s]; before the first, all laws are evaluated.
+
+    A sample counts as due up to ``early`` [s] and a ``share`` of its period before its time, to allow for rounding.
+    """
     samples, fresh = calls_of(run, AT.samples), False
     for k in range(len(samples)):
         sample = samples[k]
@@ -321,7 +327,7 @@ def take_samples(run: Run, t: float, early: float, share: float) -> None:
 
 @part
 def put_row(run: Run, t: float, row: Any) -> None:
-    """What is recorded of an instant that is accounted for."""
+    """Fill one output row, after ``account_at``: the time, then the recorded numbers of the memory."""
     memory, columns = memory_of(run), words_of(run, AT.columns)
     row[0] = t
     for k in range(len(columns)):
@@ -329,7 +335,7 @@ def put_row(run: Run, t: float, row: Any) -> None:
 
 
 def rates(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
-    """The rates of all states; those that have no answer are NaN."""
+    """The right-hand side for solvers: the rates of all states, NaN if the equations have no solution."""
     put_states(run, x)
     rates_at(run, t)
     states, memory = states_of(run), memory_of(run)
@@ -338,13 +344,13 @@ def rates(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
 
 
 def signals(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
-    """Everything at an instant, with the states as they are among the numbers."""
+    """Compute all signals at time t [s], at the states in the run's memory."""
     solve_at(run, t)
     account_at(run, t)
 
 
 def evaluate_rates(numbers: Array, states: Array, t: float = 0.0) -> Array:
-    """Rates of the states that follow them, in a run's numbers."""
+    """The rates of the states at time t [s], (m,), with a run's memory ``numbers`` as workspace."""
     found = np.zeros(len(states))
     evaluate(right_side(rates).address, t, states, found, NO_NUMBERS, parts_of(numbers))
     return found
@@ -355,7 +361,7 @@ def _along(
     address: int, times: Array, numbers: Array, nothing: Array, parts: Any, moved: Any, commanded: Any, wanted: Any,
     rows: Array,
 ) -> None:  # fmt: skip
-    """Fill a row an instant: a first pass provides the command, a second everything else of that motion."""
+    """Fill one row per time: a first pass computes the command, a second all signals at the commanded motion."""
     at = nothing.ctypes.data
     for k in range(len(times)):
         for _ in range(2):
@@ -367,12 +373,20 @@ def _along(
 
 
 def evaluate_commanded(numbers: Array, times: Array, moved: Any, commanded: Any, wanted: Any) -> Array:
-    """Wanted numbers along a command, (N, K), with ``moved`` numbers of the motion as those that command them."""
+    """Signals along a command at times [s], (N,): one row per time, (N, K).
+
+    Args:
+        numbers: A run's memory, used as workspace.
+        times: [s], (N,).
+        moved: Indices of the positions and speeds of the coordinates in the memory.
+        commanded: Indices of their commands, in the same order.
+        wanted: Indices of the signals to return, (K,).
+    """
     rows = np.empty((len(times), len(wanted)))
     _along(right_side(signals).address, times, numbers, NO_NUMBERS, parts_of(numbers), moved, commanded, wanted, rows)
     return rows
 
 
 def evaluate_signals(numbers: Array, t: float = 0.0) -> None:
-    """Everything at an instant, with the states that are among a run's numbers."""
+    """Compute all signals at time t [s], at the states in a run's memory ``numbers``, which is changed."""
     evaluate(right_side(signals).address, t, np.zeros(1), np.zeros(1), NO_NUMBERS, parts_of(numbers))

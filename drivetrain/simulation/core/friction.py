@@ -1,17 +1,19 @@
-"""Set-valued friction of all coordinates at once: which stick, which slide in which direction, exactly.
+"""Set-valued dry friction of all coordinates: the contact modes (stick or slip) as a linear complementarity problem.
 
-The equations ``A w = r - h f``, w the change of speeds over a step: a coordinate sticks (its speed after the step is
-that of what it slides on, f whatever that takes, within bounds) or slides (f at its bound, against the motion). What a
-mesh takes grows with the torque it transmits, so the bound of what slides is in the matrix: with kappa = side * loss,
-``(A + h kappa N) w = r - ...``, N the rows of the transmitted torque.
+In the equations ``A w = r - h f``, w are the changes of speed over a step and f the friction. A coordinate either
+sticks (its speed after the step equals that of its contact surface, and f is whatever this requires, within its bounds)
+or slips (f is at its bound, against the motion). The loss of a mesh is proportional to the torque that it transmits, so
+the bound of a slipping coordinate enters the matrix: with kappa = sign * loss, ``(A + h kappa N) w = r - ...``, where N
+are the rows of the transmitted torque.
 
-Modes are guessed from the step before and corrected where the answer contradicts them, all at once, and one by one
-(least index first, which ends) if that goes round in circles. An answer that contradicts no mode is exact: stuck speeds
-are equal to the bit.
+The modes are guessed from the step before, and those that the solution contradicts are corrected: all at once, and one
+by one, the least index first, if that does not converge; this rule terminates. A solution that contradicts no mode is
+exact: stuck coordinates have exactly the speed of their surface.
 
-Where static friction is above Coulomb friction several sets of modes may fit: of coordinates that reach their bounds at
-one instant, one that slides may relieve another. The rule: all that are beyond their bounds let go together, and what
-then does not slide its way sticks again. ``several_outcomes`` finds out whether another set fits too.
+Where static friction exceeds Coulomb friction, several sets of modes may satisfy the equations: of coordinates that
+reach their bounds at the same time, one that slips may relieve another. The rule here: all that exceed their bounds
+start to slip together, and those that then do not move in that direction stick again. ``several_outcomes`` tests
+whether another set is a solution as well.
 
 Reference: Murty, Linear Complementarity, Linear and Nonlinear Programming (1988), section 4.1 (least index).
 """
@@ -22,15 +24,16 @@ from typing import Any
 
 from drivetrain.simulation.core.records import part
 
-ROUNDING = 1e-12  # of a bound: less is no reason to break loose
-CALM = 1e-8  # [rad/s^2 or m/s^2]: less beyond its bound a mesh that comes to rest sticks; without load it has no bound
-MOST_LOOSE = 8  # coordinates that let go at once, of which all sets are tried
-NO_SET = -1001  # no set of modes fits
+ROUNDING = 1e-12  # share of its bound by which friction may exceed it without breaking loose
+# Acceleration beyond its bound up to which a mesh sticks [rad/s^2 or m/s^2], since without load its bound is zero.
+CALM = 1e-8
+MOST_LOOSE = 8  # coordinates that start to slip together, at most, for which all combinations are tested
+NO_SET = -1001  # return code: no consistent set of contact modes was found
 
 
 @part
 def hold(bounds: Any, direction: int) -> float:
-    """What holds at rest against a push in a direction, at least what slides [N m]."""
+    """Bound of static friction against motion in a direction, at least that of sliding friction [N m]."""
     if direction > 0:
         return max(bounds.hold_forward, bounds.slide_forward)
     return max(bounds.hold_backward, bounds.slide_backward)
@@ -38,13 +41,13 @@ def hold(bounds: Any, direction: int) -> float:
 
 @part
 def slide(bounds: Any, direction: int) -> float:
-    """What sliding in a direction takes [N m]."""
+    """Friction while slipping in a direction [N m]."""
     return bounds.slide_forward if direction > 0 else bounds.slide_backward
 
 
 @part
 def _limit(dry: Any, transmitted: float, direction: int) -> float:
-    """The friction that must be passed to break loose in a direction."""
+    """Friction of joint, motor and mesh that must be exceeded to break loose in a direction [N m]."""
     joint = hold(dry.joint, direction)
     load = transmitted + direction * joint
     mesh = dry.driving * load if direction * load > 0.0 else -dry.driven * load
@@ -53,7 +56,7 @@ def _limit(dry: Any, transmitted: float, direction: int) -> float:
 
 @part
 def _fill(coordinates: Any, pairs: Any, h: float) -> int:
-    """The equations of the sliding coordinates; how many these are."""
+    """Fill the reduced system of the slipping coordinates; returns how many there are."""
     c, count = len(coordinates), 0
     for i in range(c):
         one = coordinates[i]
@@ -88,7 +91,10 @@ def _fill(coordinates: Any, pairs: Any, h: float) -> int:
 
 @part
 def _solve(coordinates: Any, pairs: Any, h: float) -> int:
-    """Changes of speed with the modes as they are; a coordinate whose pivot is not positive, or -1."""
+    """Solve for the changes of speed with the present modes, by LU factorisation of the reduced system.
+
+    Returns -1, or the coordinate whose pivot is not positive: its mesh jams.
+    """
     count = _fill(coordinates, pairs, h)
     for a in range(count):
         i = coordinates[a].sliding
@@ -113,7 +119,7 @@ def _solve(coordinates: Any, pairs: Any, h: float) -> int:
 
 @part
 def taken_by_friction(coordinates: Any, pairs: Any, i: int, h: float) -> float:
-    """What dry friction takes of a coordinate whose equation it closes [N m]."""
+    """Friction of coordinate i, as the residual of its equation of motion [N m]."""
     force = coordinates[i].right
     for k in range(len(coordinates)):
         force -= pairs[i, k].matrix * coordinates[k].change
@@ -122,7 +128,7 @@ def taken_by_friction(coordinates: Any, pairs: Any, i: int, h: float) -> float:
 
 @part
 def _correct_stuck(coordinates: Any, pairs: Any, h: float, i: int, load: float) -> bool:
-    """Whether a stuck coordinate must break loose; its mode is changed."""
+    """Change the mode of a stuck coordinate whose friction exceeds its bounds to slip; whether it was changed."""
     one, force = coordinates[i], taken_by_friction(coordinates, pairs, i, h)
     dry, forward, backward = one.dry, _limit(one.dry, load, 1), _limit(one.dry, load, -1)
     slack = ROUNDING * (abs(forward) + abs(backward)) + (CALM * pairs[i, i].mass if dry.driven != 0.0 else 0.0)
@@ -137,7 +143,10 @@ def _correct_stuck(coordinates: Any, pairs: Any, h: float, i: int, load: float) 
 
 @part
 def _correct_sliding(one: Any, load: float) -> bool:
-    """Whether a sliding coordinate leaves its mode; the mode is changed."""
+    """Change the mode of a slipping coordinate that has reversed to stick; whether its mode was changed.
+
+    A change of the sign of the transmitted torque counts too, since the loss of the mesh depends on it.
+    """
     dry = one.dry
     one.margin = (one.relative + one.change) * dry.mode
     if one.margin < 0.0 and not dry.given:
@@ -152,7 +161,7 @@ def _correct_sliding(one: Any, load: float) -> bool:
 
 @part
 def _correct(coordinates: Any, pairs: Any, h: float, single: bool) -> int:
-    """Change the modes that the answer contradicts; returns how many."""
+    """Correct the modes that the solution contradicts, or (``single``) only the first; returns how many."""
     c, corrected = len(coordinates), 0
     for i in range(c):
         one = coordinates[i]
@@ -176,7 +185,11 @@ def _correct(coordinates: Any, pairs: Any, h: float, single: bool) -> int:
 
 @part
 def solve_friction(coordinates: Any, pairs: Any, h: float) -> int:
-    """Changes of speed over a step, or accelerations (h = 1, relative speeds 0)."""
+    """Solve for the changes of speed over a step, or for accelerations (h = 1, relative speeds 0).
+
+    Returns the number of solutions of the linear system, or a negative code: -1 - i if the mesh of coordinate i jams,
+    or ``NO_SET``.
+    """
     c = len(coordinates)
     for attempt in range(50 + 20 * c):
         jammed = _solve(coordinates, pairs, h)
@@ -189,7 +202,7 @@ def solve_friction(coordinates: Any, pairs: Any, h: float) -> int:
 
 @part
 def keep_modes(coordinates: Any) -> None:
-    """Keep what friction does while something else is tried."""
+    """Save the contact modes, before others are tried."""
     for i in range(len(coordinates)):
         one = coordinates[i]
         one.found_mode, one.found_sign, one.found_given = one.dry.mode, one.dry.load_sign, one.dry.given
@@ -197,7 +210,7 @@ def keep_modes(coordinates: Any) -> None:
 
 @part
 def put_back_modes(coordinates: Any) -> None:
-    """What friction did before."""
+    """Restore the contact modes saved by ``keep_modes``."""
     for i in range(len(coordinates)):
         one = coordinates[i]
         one.dry.mode, one.dry.load_sign, one.dry.given = one.found_mode, one.found_sign, one.found_given
@@ -205,9 +218,10 @@ def put_back_modes(coordinates: Any) -> None:
 
 @part
 def several_outcomes(coordinates: Any, pairs: Any, h: float) -> int:
-    """Of coordinates that have let go together one that may as well hold, all else consistent; -1: there is none.
+    """Find out whether the contact modes of the solution are unique.
 
-    The solution stays what it is.
+    Tests all combinations in which some of the coordinates that have started to slip together stick instead. Returns a
+    coordinate that sticks in another consistent set of modes, or -1 if there is none. The solution is left unchanged.
     """
     c, count, held = len(coordinates), 0, -1
     for i in range(c):

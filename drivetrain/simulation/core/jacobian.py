@@ -1,11 +1,11 @@
-"""The Jacobian of a scene, by few differences: states whose torques do not meet are moved together.
+"""The Jacobian of a scene by grouped finite differences: states with disjoint columns are perturbed together.
 
-Which rates hang on which states follows from what the effects of a plan say they read and write. Accelerations all hang
-together through the inertia, so in the Jacobian of an arm hardly a state can be moved together with another. The
-torques behind them do not: a current moves its own motor, a twist its own link and motor. So the rows of accelerations
-stand here for those of the torques: inertia times accelerations gives which came from which state, and the factors of
-the inertia, left behind by the undisturbed rates, spread each over all accelerations again. Of what changes the inertia
-itself every state is moved alone. Friction keeps its modes while this is done.
+Which rates depend on which states follows from the signals that the effects of a plan declare to read and write. All
+accelerations are coupled by the inertia, so hardly any two columns of an arm's Jacobian would be disjoint. The torques
+behind them are sparse: a current acts on its own motor, a wind-up on its own link and motor. So the sparsity pattern is
+that of the torques. The mass matrix times the differences of the accelerations gives those of the torques, which can be
+assigned to the states of a group; the factors of the mass matrix, from the evaluation at the unperturbed state, then
+give the accelerations. States that change the inertia itself are perturbed alone. Contact modes are fixed meanwhile.
 
 Reference: Curtis, Powell, Reid, J. Inst. Maths Applics 13 (1974) 117, for the groups.
 """
@@ -40,20 +40,24 @@ from drivetrain.simulation.core.records import (
 from drivetrain.simulation.planning.plan import Plan
 
 TIP = tuple(signal.name for signal in named.TIP_TAKEN)
+# Signals on which a power of the mechanics depends, besides the motion.
 BEHIND_POWERS = {
     named.MOTOR_FRICTION_POWER.name: (named.MOTOR_SLIDE_FORWARD, named.MOTOR_SLIDE_BACKWARD),
     named.MESH_POWER.name: (named.GEAR_TORQUE, named.MESH_DRIVING, named.MESH_DRIVEN),
 }
-PROBES = 2  # postures
+PROBES = 2  # random states at which the dependence of the inertia is tested
 
 
 def dependence(plan: Plan) -> NDArray[np.bool_]:
-    """Where a rate's derivative by a state can differ from zero; of a torque, where the rate is an acceleration."""
+    """The sparsity pattern of the Jacobian, (rates, states): True where a derivative may differ from zero.
+
+    Rows of accelerations hold the pattern of the torques behind them.
+    """
     states, c = plan.memory.states, plan.body.c
     known = _motion(plan)
     places, speeds = (1 << c) - 1, ((1 << 2 * c) - 1) ^ ((1 << c) - 1)
     rows = [0] * len(states)
-    for _ in range(3):  # what one effect adds after another of its kind has read
+    for _ in range(3):  # repeated, since an effect may contribute after another of its kind has read the sum
         for one in plan.instances:
             read = 0
             for name in one.needs:
@@ -90,7 +94,7 @@ def dependence(plan: Plan) -> NDArray[np.bool_]:
 
 
 def _coordinates(plan: Plan) -> list[list[int]]:
-    """Coordinates on which torques of a joint act: its own and its motor's, and those of shafts coupled to it."""
+    """For each joint, the coordinates on which its torques act: its own, its motor's, and those of coupled shafts."""
     n = plan.body.n
     together = [] if plan.body.coupled is None else list(plan.body.coupled.shafts)
     found = []
@@ -101,7 +105,7 @@ def _coordinates(plan: Plan) -> list[list[int]]:
 
 
 def _motion(plan: Plan) -> dict[str, int]:
-    """States behind each signal that is known before any law, one bit a state."""
+    """For each signal that the mechanics provide, the states on which it depends, as a bit mask."""
     c, states = plan.body.c, plan.memory.states
     known = {name: 1 << k for name, k in states.items()}
     everything = (1 << 2 * c) - 1
@@ -114,11 +118,11 @@ def _motion(plan: Plan) -> dict[str, int]:
     for name in ("scene.mass_matrix", *(signal.name for signal in named.TIP_GIVEN)):
         known[name] = everything
     every = (1 << len(states)) - 1
-    for i, joint in enumerate(plan.scene.joints):  # of the evaluation before, if a law reads them at all
+    for i, joint in enumerate(plan.scene.joints):  # known after the solution only; they may depend on everything
         for signal in named.AFTER:
             known[f"{joint}.{signal.name}"] = every
-        # Sliding, dry friction at a motor takes its bound, a mesh behind a spring a share of what that carries; stuck,
-        # no power.
+        # While slipping, dry friction at a motor is at its bound, and the loss of a mesh behind a spring is a share of
+        # the spring's torque; while sticking, there is no power.
         known[f"{joint}.{named.MOTOR_FRICTION_POWER.name}"] = known[f"{joint}.{named.MOTOR_SPEED.name}"]
         if i in plan.body.springs:
             own = known[f"{joint}.{named.DEFLECTION.name}"] | known[f"{joint}.{named.DEFLECTION_SPEED.name}"]
@@ -127,7 +131,10 @@ def _motion(plan: Plan) -> dict[str, int]:
 
 
 def _inertial(plan: Plan, moving: int) -> int:
-    """States on which inertia or bias of an arm hang, one bit a state; 0 where the inertia is constant."""
+    """The states on which the mass matrix or the bias torques depend, as a bit mask; 0 without an arm.
+
+    Found numerically, by perturbing one state after another at random states.
+    """
     memory, c = plan.memory, plan.body.c
     if plan.body.arm is None:
         return 0
@@ -151,11 +158,12 @@ def _inertial(plan: Plan, moving: int) -> int:
     return found & moving
 
 
-MOVE = 1.4901161193847656e-08  # of its size: how far a state is moved, the root of the resolution
+MOVE = 1.4901161193847656e-08  # relative perturbation of a state: the square root of the machine precision
 
 
 @part
 def _rates_at(run: Run, t: float, moved: Any, to: Any) -> None:
+    """Put the rates at time t [s] and state ``moved`` into ``to``, (m,); NaN if the equations have no solution."""
     states, memory = states_of(run), memory_of(run)
     put_states(run, moved)
     rates_at(run, t)
@@ -165,7 +173,7 @@ def _rates_at(run: Run, t: float, moved: Any, to: Any) -> None:
 
 @part
 def _keep_factors(run: Run, factors: Any, slid: Any) -> int:
-    """Keep the factors of the inertia of what slides, and which coordinates that are; how many."""
+    """Save the factors of the mass matrix of the slipping coordinates, and their indices; returns their number."""
     coordinates, pairs, count = coordinates_of(run), pairs_of(run), 0
     for i in range(len(coordinates)):
         if coordinates[i].dry.mode != 0:
@@ -179,7 +187,7 @@ def _keep_factors(run: Run, factors: Any, slid: Any) -> int:
 
 @part
 def _to_torques(factors: Any, count: int, vector: Any) -> None:
-    """Inertia times accelerations, in place, from its factors."""
+    """Multiply accelerations by the mass matrix, given by its factors, in place."""
     for a in range(count):
         value = 0.0
         for b in range(a + 1, count):
@@ -192,7 +200,7 @@ def _to_torques(factors: Any, count: int, vector: Any) -> None:
 
 @part
 def _to_accelerations(factors: Any, count: int, vector: Any) -> None:
-    """Accelerations under torques, in place, with the factors."""
+    """Solve the factorised mass matrix for the accelerations under torques, in place."""
     for b in range(count):
         for a in range(b):
             vector[b] -= factors[b, a] * factors[a, a] * vector[a]
@@ -203,7 +211,7 @@ def _to_accelerations(factors: Any, count: int, vector: Any) -> None:
 
 
 def jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
-    """The derivatives of all rates by all states, by columns."""
+    """The Jacobian for solvers: derivatives of all rates by all states, column by column, at time t [s] and state x."""
     sizes, found, later = numbers_of(run, AT.sizes), numbers_of(run, AT.found), numbers_of(run, AT.later)
     moved, torques, own = numbers_of(run, AT.moved), numbers_of(run, AT.torques), numbers_of(run, AT.own)
     slid, groups, members = words_of(run, AT.slid), words_of(run, AT.groups), words_of(run, AT.members)
@@ -253,7 +261,13 @@ def jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
 
 
 def room(sizes: Array, c: int, hangs: Any) -> Mapping[str, Any]:
-    """What it needs of a run's memory: its sections, by name."""
+    """The sections of a run's memory that the Jacobian needs, by name.
+
+    Args:
+        sizes: Magnitude of each state below which the perturbation is no longer reduced, (m,).
+        c: Number of coordinates.
+        hangs: The sparsity pattern, (m, m), of ``dependence``.
+    """
     m = len(sizes)
     groups, members, row_starts, rows = column_groups(hangs, m)
     return {
@@ -264,7 +278,11 @@ def room(sizes: Array, c: int, hangs: Any) -> Mapping[str, Any]:
 
 
 def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:
-    """Groups of columns that share no row, so that one difference serves them all."""
+    """Groups of columns that share no row, so that one evaluation of the rates serves all columns of a group.
+
+    Returns the start of each group in the list of columns, that list, the start of each column in the list of rows, and
+    that list.
+    """
     full = np.asarray(sparsity, dtype=bool)
     groups: list[list[int]] = []
     taken: list[Any] = []

@@ -1,8 +1,8 @@
-"""Mass matrix and bias of an arm with closed loops, along its driven joints and the rotors on their own.
+"""Mass matrix and bias torques of an arm with closed loops, in its driven joints and the rotors behind springs.
 
-Newton's method finds the joints that follow, from where they were, so no run drifts open (``dynamics/core/loops.py``).
-All rows of the chains (joints, rotors on their own) then move as ``G`` times the coordinates, and ideal pins do no
-work: ``M = sum G^T M_chain G``, and the bias is ``G^T (b + M_chain G' qd)``.
+Newton's method solves the loop closure for the passive joints, from their last positions, so the loops do not drift
+open (``dynamics/core/loops.py``). All rows of the chains (joints, rotors behind springs) then move as ``G`` times the
+coordinates. Ideal pins do no work, so ``M = sum G^T M_chain G``, and the bias torque is ``G^T (b + M_chain G' qd)``.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.2.
 """
@@ -40,23 +40,24 @@ from drivetrain.simulation.core.records import (
     world_of,
 )
 
-FAR = 1e6  # strides
+FAR = 1e6  # largest motion between two solutions of the loop closure, in strides of ``follow``; practically no limit
 
 
 @part
 def _whole_of(run: Run) -> Any:
-    """The joints of the whole linkage."""
+    """All joints of the linkage, records WHOLE."""
     return carray(run[AT.whole], count_of(run, AT.whole), WHOLE)
 
 
 @part
 def _chains_of(run: Run) -> Any:
+    """The chains of the linkage, records CHAIN."""
     return carray(run[AT.chains], count_of(run, AT.chains), CHAIN)
 
 
 @part
 def _pins_of(run: Run) -> Any:
-    """What closes the loops, and memory."""
+    """The loop closures with their working memory, as ``follow`` takes them."""
     whole, passive, rows = _whole_of(run), words_of(run, AT.follow), count_of(run, AT.body_places)
     p, columns, ends = len(passive), len(whole) + 2, count_of(run, AT.ends)
     return Pins(
@@ -70,7 +71,7 @@ def _pins_of(run: Run) -> Any:
 
 @part
 def _follow(run: Run) -> bool:
-    """All joints where the coordinates are, moving with them; whether they come there."""
+    """Solve the loop closure for positions and speeds of the passive joints; whether there is a solution."""
     coordinates, pins = coordinates_of(run), _pins_of(run)
     for w in range(len(pins.whole)):
         one = pins.whole[w]
@@ -81,7 +82,7 @@ def _follow(run: Run) -> bool:
 
 @part
 def _spread(run: Run) -> None:
-    """How all rows move with the coordinates, and how they accelerate where these do not."""
+    """Fill the matrix G from the coordinates to all rows, and the accelerations of the rows without theirs, G' qd."""
     coordinates, whole = coordinates_of(run), _whole_of(run)
     found = rows_of(run, AT.followed, count_of(run, AT.follow), len(whole) + 2)
     joint_of, rates = words_of(run, AT.row_joints), numbers_of(run, AT.body_rates)
@@ -89,7 +90,7 @@ def _spread(run: Run) -> None:
     spread, m = rows_of(run, AT.spread, len(places), len(coordinates)), len(whole)
     for r in range(len(places)):
         joint = joint_of[r]
-        if joint < 0:  # a rotor on its own
+        if joint < 0:  # a rotor behind a spring
             places[r], speeds[r] = coordinates[-1 - joint].place, coordinates[-1 - joint].guess
         elif whole[joint].coordinate < 0:
             a = whole[joint].follower
@@ -101,7 +102,7 @@ def _spread(run: Run) -> None:
 
 @part
 def _add_chain(run: Run, chain: Any, spread: Any) -> float:
-    """Mass matrix and bias of a chain join those of the coordinates; its potential energy."""
+    """Add mass matrix and bias torques of a chain to those of the coordinates; returns its potential energy [J]."""
     size, entry = chain.rows, chain.entry
     first, last = chain.row, chain.row + size
     links = links_of(run)[chain.link : chain.link + size + chain.rotors]
@@ -127,7 +128,7 @@ def _add_chain(run: Run, chain: Any, spread: Any) -> float:
 
 
 def loop_bodies(t: Any, h: Any, run: Any) -> None:
-    """Mass matrix and bias of an arm with loops, as ``bodies`` of an open one."""
+    """Compute mass matrix and bias torques of an arm with closed loops; the counterpart of ``equations.bodies``."""
     engine, chains = engine_of(run), _chains_of(run)
     engine.open = 0 if _follow(run) else 1
     if engine.open:

@@ -1,7 +1,7 @@
-"""The memory of a run, with names: records of joints, coordinates, calls and states over one block of numbers.
+"""The memory of a run as named records: one block of float64 numbers, divided into sections of records.
 
-Python lays the block out (``memory.py``) and hands the addresses of its sections to compiled code as ``run``: there
-``coordinates_of(run)[i].change`` or ``pairs_of(run)[i, k].mass`` is a number of that memory.
+Python lays out the block (``memory.py``) and passes the addresses of its sections to compiled code as ``run``. There,
+``coordinates_of(run)[i].change`` or ``pairs_of(run)[i, k].mass`` reads or writes a number of the block.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ EQUATIONS = types.void(types.float64, types.float64, PARTS)
 
 @dataclass
 class Bounds:
-    """Of dry friction, all positive [N m]."""
+    """Bounds of dry friction at rest (hold) and while slipping (slide) by direction, all positive [N m]."""
 
     hold_forward: float = 0.0
     hold_backward: float = 0.0
@@ -39,30 +39,30 @@ class Bounds:
 class Dry:
     """Dry friction of a coordinate."""
 
-    # bounds of the joint and, at the joint, of the motor
+    # bounds of the joint, and of the motor referred to the joint
     joint: Bounds
     motor: Bounds
-    # loss of the mesh over the torque it transmits [-]
+    # loss of the mesh over the torque that it transmits, when the motor drives and when the load drives [-]
     driving: float = 0.0
     driven: float = 0.0
-    active: int = 0  # whether there is any
-    mode: int = 0  # 1 slides forward, -1 backward, 0 sticks
-    load_sign: int = 1  # of the transmitted torque
-    given: int = 0  # whether the mode is not to be changed
+    active: int = 0  # whether the coordinate has dry friction
+    mode: int = 0  # contact mode: 1 slips forward, -1 slips backward, 0 sticks
+    load_sign: int = 1  # sign of the torque transmitted by the mesh
+    given: int = 0  # whether the mode is fixed
 
 
 @dataclass
 class Tried:
-    """A rate of a spring that was tried: what the solution expected of the spring, and by how much it was off."""
+    """One end of the bracket of a spring's rate in the Newton iteration."""
 
-    rate: float = 0.0
-    expected: float = 0.0
-    off: float = 0.0
+    rate: float = 0.0  # rate at which the spring's law was evaluated [rad/s]
+    expected: float = 0.0  # torque that the solution assumed there [N m]
+    off: float = 0.0  # torque of the law minus that [N m]
 
 
 @dataclass
 class Coordinate:
-    """A coordinate of the mechanics: of a joint (or its shaft, where motors are coupled), or of a rotor on a spring."""
+    """A coordinate of the mechanics: of a joint (its shaft where motors are coupled) or of a rotor behind a spring."""
 
     # of a joint: its motor's coordinate, motor angle over joint coordinate, whether motors are coupled there
     motor: int
@@ -73,42 +73,41 @@ class Coordinate:
     weight: float
     phase: float
     rotor: float
-    # where motors are coupled or loops closed: the body whose turning the motor feels (-1: none), and the inertia of
+    # where motors are coupled or loops closed: row of the body that the motor turns (-1: none), and the inertia of
     # reflected rotors at the shaft [kg m^2 or kg]
     felt: int
     own: float
     dry: Dry
-    # between which rates of its spring the answer lies
+    # bracket of the rate of its spring in the Newton iteration
     slow: Tried
     fast: Tried
-    # states; of a rotor the wind-up of its spring [rad]
+    # the states [rad or m, and per s]; the position of a rotor behind a spring is the wind-up of the spring
     position: float = 0.0
     speed: float = 0.0
-    # of these, at an instant
+    # rates of the states at an instant
     position_rate: float = 0.0
     speed_rate: float = 0.0
     last: float = 0.0  # acceleration of the last step [rad/s^2]
-    right: float = 0.0  # impulse without friction [N m s]
-    change: float = 0.0  # of the speed over a step [rad/s], at an instant the acceleration
-    relative: float = 0.0  # speed over what it slides on [rad/s]
-    surface: float = 0.0  # speed of that [rad/s]
-    transmitted: float = 0.0  # torque through the mesh without changes of speed [N m]
-    friction: float = 0.0  # what dry friction takes [N m]
-    margin: float = 0.0  # how far its mode is from changing
-    # position, and guessed speed of the middle of a step [rad or m, and per s]
+    right: float = 0.0  # right-hand side of the linear system: impulse without dry friction [N m s]
+    change: float = 0.0  # change of speed over a step [rad/s]; at an instant the acceleration
+    relative: float = 0.0  # speed relative to its contact surface [rad/s]
+    surface: float = 0.0  # speed of that surface [rad/s]
+    transmitted: float = 0.0  # torque transmitted by the mesh if no speed changed [N m]
+    friction: float = 0.0  # torque of dry friction [N m]
+    margin: float = 0.0  # distance from a change of the contact mode: a torque while it sticks, a speed while it slips
+    # position and guessed speed in the middle of a step [rad or m, and per s]
     place: float = 0.0
     guess: float = 0.0
-    trial: float = 0.0  # speed of the middle at which springs and the tip's surroundings were asked [rad/s]
-    # torque at constant speed, and the part of it that the motor feels [N m or N]
+    trial: float = 0.0  # speed in the middle of the step at which piecewise laws were evaluated [rad/s]
+    # bias torque (at zero acceleration), and the part of it that acts on the motor's rotor [N m or N]
     bias: float = 0.0
     felt_bias: float = 0.0
-    sliding: int = 0  # of the coordinates that slide, the one at this place
-    # mode before a step or an event, and the direction in which it was last seen to give while stuck
+    sliding: int = 0  # entry k of this field is the k-th slipping coordinate
+    # contact mode before a step or an event, and the direction in which friction last exceeded its bound while stuck
     before: int = 0
     gave: int = 0
-    # of those that let go together the one at this place, and what friction does in the solution that is kept, while
-    # others are tried
-    loose: int = 0
+    loose: int = 0  # entry k of this field is the k-th coordinate that has just started to slip
+    # saved contact mode, while others are tried
     found_mode: int = 0
     found_sign: int = 1
     found_given: int = 0
@@ -116,55 +115,55 @@ class Coordinate:
 
 @dataclass
 class Pair:
-    """What a coordinate has to do with another."""
+    """Entry (i, k) of the matrices of the mechanics."""
 
-    # entry of the mass matrix, and the part of it that the motor feels [kg m^2 or kg]
+    # mass matrix, and the part of it that acts on the motor's rotor [kg m^2 or kg]
     mass: float = 0.0
     felt: float = 0.0
-    matrix: float = 0.0  # inertia with dampers and springs in it
-    transmitted: float = 0.0  # torque through the mesh for a change of speed [N m s]
-    reduced: float = 0.0  # the system of what slides
+    matrix: float = 0.0  # matrix of the linear system: mass matrix with dampers and springs
+    transmitted: float = 0.0  # torque transmitted by the mesh of i per change of speed of k [N m s]
+    reduced: float = 0.0  # matrix of the slipping coordinates, then its factors
 
 
 @dataclass
 class Call:
-    """A law to be called: its address, first number of its records, how many; of samples the period and how many."""
+    """A call of a law for consecutive records of effects of one kind."""
 
-    law: int
-    own: int
-    count: int
-    period: float = 0.0
-    taken: int = 0
+    law: int  # address of the compiled law
+    own: int  # index of the first number of the records
+    count: int  # number of records
+    period: float = 0.0  # sampling period [s]; 0: not sampled
+    taken: int = 0  # number of samples taken so far
 
 
 @dataclass
 class Guard:
-    """What must not become negative, and the law that makes the change when it would: address, first number, one."""
+    """A guard of an effect: a value that must not become negative, and the law that changes the mode when it does."""
 
-    value: int
-    law: int
+    value: int  # index of the value
+    law: int  # address of the law, as in ``Call``
     own: int
     count: int
 
 
 @dataclass
 class State:
-    """Where a state and its rate are among the numbers, and the connector that shows it (-1: none)."""
+    """Indices of a state, of its rate and of the connector that shows it in the memory; -1: none."""
 
     value: int
     rate: int
     shown: int
-    last: float = 0.0  # its rate over the last step
+    last: float = 0.0  # rate over the last step
 
 
-UNDECIDED = 2  # in the place of a mode: the coordinate might as well have held
+UNDECIDED = 2  # in place of a contact mode: the coordinate could as well have stuck
 
 
 @dataclass
 class ModeChange:
-    """Of a coordinate's friction: instant [s], coordinate, mode before and after."""
+    """A change of the contact mode of a coordinate, with the modes before and after."""
 
-    time: float
+    time: float  # [s]
     coordinate: int
     before: int
     after: int
@@ -172,21 +171,23 @@ class ModeChange:
 
 @dataclass
 class Chain:
-    """Of an arm with loops a chain: its first row, link, rotor, body and entry of its mass matrix, and how many."""
+    """A chain of an arm with closed loops."""
 
+    # index of its first row, link, rotor, body, and entry of the mass matrices
     row: int
     link: int
     rotor: int
     body: int
     entry: int
+    # how many there are; rows are joints, then rotors behind springs
     joints: int
-    rows: int  # joints, then rotors on their own
+    rows: int
     rotors: int
 
 
 @dataclass
 class Section:
-    """A part of the memory: its first number, how many numbers there are, and how many records."""
+    """A section of the memory: index of its first number, how many numbers it has, and how many records."""
 
     first: int
     size: int
@@ -194,60 +195,62 @@ class Section:
 
 
 SECTIONS = (
-    "numbers", "joints", "mass", "engine", "sections",  # all of it; what laws see; what the engine keeps; this list
+    # the whole memory; what laws see (joints, mass matrix); data of the equations; this list of sections
+    "numbers", "joints", "mass", "engine", "sections",
     # mechanics
     "coordinates", "pairs", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places",
     "body_speeds", "body_bias", "body_felt_bias", "body_mass", "body_felt", "between",
-    # of closed loops
+    # closed loops
     "body_rates", "row_joints", "chains", "whole", "follow", "ends", "screws", "loop_links", "pins", "followed",
     "lower",
-    # laws, states, and what is recorded
+    # calls of laws, states, and recorded numbers
     "computes", "repeats", "accounts", "accepts", "samples", "guards", "states", "powers", "energies", "columns",
-    # of the adaptive engine: its log, and what its Jacobian needs
+    # of the adaptive engine: its log of mode changes, and the memory of its Jacobian
     "log", "sizes", "found", "later", "moved", "factors", "slid", "torques", "own", "groups", "members", "row_starts",
     "rows",
 )  # fmt: skip
-AT: Any = namedtuple("AT", SECTIONS)(*range(len(SECTIONS)))  # type: ignore[misc]  # where each stands in such a list
+AT: Any = namedtuple("AT", SECTIONS)(*range(len(SECTIONS)))  # type: ignore[misc]  # index of each section
 
 
 @dataclass
 class Engine:
-    """What the equations of motion keep for themselves."""
+    """Settings and working data of the equations of motion."""
 
-    # whether there is an arm, whether an effect looks at the tip, whether motors are coupled, whether loops are closed,
-    # and whether neither is: then the bodies have the coordinates for their own, of which there are else as many
+    # flags: there is an arm, an effect uses the tip, motors are coupled, loops are closed; neither of the last two:
+    # then the bodies have the coordinates of the mechanics
     arm: int
     uses_tip: int
     coupled: int
     looped: int
     direct: int
-    bodies: int
-    last: int  # link that carries the tip
+    bodies: int  # number of coordinates of the bodies
+    last: int  # index of the link that carries the tip
     # addresses of the compiled equations
     motion: int
     forces: int
     bodies_law: int
     friction_law: int
     outcomes_law: int
-    moving: int  # how many states follow rates
-    open: int  # whether loops could not be closed
-    potential: float  # energy of the bodies of an arm with loops [J]
-    tip_offset: Annotated[Array, 3]  # of the tip in the last link's frame [m]
-    theta: float  # share of the step at which forces are taken [-]
-    solved: int  # solutions of the last step; negative: which coordinate jams, below -1000 none fits or loops are open
-    undecided: int  # A coordinate that has let go together with others and may as well have held; -1: none
-    stiff: int  # whether springs or dampers made the last step's inertia a good deal larger
-    held: int  # whether modes of friction are given
-    unsettled: int  # steps on which solution and springs never agreed
-    rates_calls: int  # evaluations of the rates
-    late: int  # whether any state's rate is known only once motion and forces are
-    logged: int  # changes of modes so far, of the adaptive engine
-    # of the guess; the force that a solution expects
+    moving: int  # number of states that have rates
+    open: int  # whether the loops could not be closed
+    potential: float  # potential energy of an arm with closed loops [J]
+    tip_offset: Annotated[Array, 3]  # position of the tip in the last link's frame [m]
+    theta: float  # share of the step at which forces are evaluated [-]
+    # number of solutions of the last step; negative: -1 - i if coordinate i jams, NO_SET or OPEN
+    solved: int
+    undecided: int  # a coordinate that could as well have stuck (see ``several_outcomes``); -1: none
+    stiff: int  # whether a spring or damper is stiff for the step, see ``assembly.STIFF_FROM``
+    held: int  # whether all contact modes are fixed
+    unsettled: int  # number of steps in which the Newton iteration did not converge
+    rates_calls: int  # number of evaluations of the rates
+    late: int  # whether the rate of any state needs the forces, see ``State.late`` of the effects
+    logged: int  # number of mode changes so far, of the adaptive engine
+    # motion of the tip at the guessed speeds, and the force that the solution assumed
     tip_place: Annotated[Array, 3]
     tip_speed: Annotated[Array, 3]
     tip_turning: Annotated[Array, 3]
     tip_expected: Annotated[Array, 3]
-    # how forces fell when last asked
+    # damping and stiffness at the tip in the iteration before
     tip_damping: Annotated[Array, 6]
     tip_stiffness: Annotated[Array, 6]
 
@@ -257,11 +260,11 @@ COORDINATE, PAIR, CALL, GUARDED, STATE, MODE_CHANGE, SECTION, ENGINE, CHAIN = (
 )
 
 
-Run = Any  # in compiled code: where the addresses of a run's sections stand, of the kind PARTS
+Run = Any  # in compiled code: pointer to the addresses of a run's sections, of type PARTS
 
 
 def parts_of(numbers: Array) -> Any:
-    """Addresses of the sections of a run's memory, which must outlive them, and of its effects' tables, of int64."""
+    """Addresses of the sections of a run's memory and of its effects' tables, int64; the memory must stay alive."""
     listed = numbers[(WORLD.itemsize + ENGINE.itemsize) // 8 :]
     size = listed[: len(SECTIONS) * SECTION.itemsize // 8].view(SECTION)["size"][AT.sections]
     return np.asarray(numbers.ctypes.data + 8 * listed[:size].view(SECTION)["first"])
@@ -269,83 +272,85 @@ def parts_of(numbers: Array) -> Any:
 
 @part
 def world_of(run: Run) -> Any:
-    """The record of the scene."""
+    """The record of the whole scene, WORLD."""
     return carray(run[AT.numbers], 1, WORLD)[0]
 
 
 @part
 def engine_of(run: Run) -> Any:
-    """What the engine keeps for itself."""
+    """Settings and working data of the equations of motion, record ENGINE."""
     return carray(run[AT.engine], 1, ENGINE)[0]
 
 
 @part
 def count_of(run: Run, which: int) -> int:
-    """How many records or numbers a section has."""
+    """Number of records (or plain numbers) in a section."""
     return carray(run[AT.sections], len(SECTIONS), SECTION)[which].count
 
 
 @part
 def memory_of(run: Run) -> Any:
+    """The whole memory as float64 numbers."""
     return carray(run[AT.numbers], world_of(run).size, np.float64)
 
 
 @part
 def numbers_of(run: Run, which: int) -> Any:
+    """A section of float64 numbers."""
     return carray(run[which], count_of(run, which), np.float64)
 
 
 @part
 def words_of(run: Run, which: int) -> Any:
-    """A section of whole numbers."""
+    """A section of int64 numbers."""
     return carray(run[which], count_of(run, which), np.int64)
 
 
 @part
 def rows_of(run: Run, which: int, rows: int, columns: int) -> Any:
-    """A section of numbers in rows."""
+    """A section of float64 numbers as a matrix, (rows, columns)."""
     return carray(run[which], (rows, columns), np.float64)
 
 
 @part
 def joints_of(run: Run) -> Any:
-    """The connectors of the joints, records JOINT, (n,)."""
+    """Connectors of the joints, records JOINT, (n,)."""
     return carray(run[AT.joints], world_of(run).joints, JOINT)
 
 
 @part
 def coordinates_of(run: Run) -> Any:
-    """Records COORDINATE, (c,); the first n are those of the joints."""
+    """Coordinates of the mechanics, records COORDINATE, (c,); the first n are those of the joints."""
     return carray(run[AT.coordinates], world_of(run).coordinates, COORDINATE)
 
 
 @part
 def pairs_of(run: Run) -> Any:
-    """Records PAIR of two coordinates, (c, c)."""
+    """Matrices of the mechanics, records PAIR, (c, c)."""
     return carray(run[AT.pairs], (world_of(run).coordinates, world_of(run).coordinates), PAIR)
 
 
 @part
 def states_of(run: Run) -> Any:
-    """Where states, their rates and what shows them are, records STATE."""
+    """The states, records STATE."""
     return carray(run[AT.states], count_of(run, AT.states), STATE)
 
 
 @part
 def calls_of(run: Run, which: int) -> Any:
-    """The calls of a section, records CALL."""
+    """A section of calls of laws, records CALL."""
     return carray(run[which], count_of(run, which), CALL)
 
 
 @part
 def guards_of(run: Run) -> Any:
-    """What must not become negative, records GUARDED."""
+    """Guards of effects, records GUARDED."""
     return carray(run[AT.guards], count_of(run, AT.guards), GUARDED)
 
 
 @part
 def log_changes(run: Run, t: float, log: Any, logged: int) -> int:
-    """Write down the modes that have changed, as long as there is room; how many changes there are by now."""
+    """Append the contact modes that have changed to the log, as long as it has room; returns their number so far."""
     coordinates, undecided = coordinates_of(run), engine_of(run).undecided
     for i in range(len(coordinates)):
         one = coordinates[i]
@@ -360,6 +365,7 @@ def log_changes(run: Run, t: float, log: Any, logged: int) -> int:
 
 @part
 def _put_change(log: Any, at: int, t: float, coordinate: int, before: int, after: int) -> None:
+    """Write entry ``at`` of the log, if it has room."""
     if at < len(log):
         change = log[at]
         change.time, change.coordinate, change.before, change.after = t, coordinate, before, after
@@ -367,13 +373,14 @@ def _put_change(log: Any, at: int, t: float, coordinate: int, before: int, after
 
 @part
 def call_law(run: Run, call: Any, t: float, h: float) -> None:
+    """Call a law for its records, at time t [s] in a step of length h [s]."""
     own = memory_of(run).ctypes.data + 8 * call.own
     call_address(call.law, (t, h, own, call.count, run))
 
 
 @part
 def call_laws(run: Run, which: int, t: float, h: float) -> None:
-    """Call the laws of a section in their order."""
+    """Call the laws of a section in order."""
     calls = calls_of(run, which)
     for k in range(len(calls)):
         call_law(run, calls[k], t, h)
@@ -381,5 +388,5 @@ def call_laws(run: Run, which: int, t: float, h: float) -> None:
 
 @part
 def call_equations(run: Run, address: int, t: float, h: float) -> None:
-    """Call a part of the equations of motion, such as the engine's ``motion``."""
+    """Call a part of the equations of motion by its address, such as the engine record's ``motion``."""
     call_address(address, (t, h, run))
