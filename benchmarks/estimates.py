@@ -30,8 +30,7 @@ SHIPPED_STEP = 1e-4  # s, where estimates take a quarter of a millisecond
 def shipped(name: str) -> list[Row]:
     """A shipped study with the drives that it gives or that ``select`` chooses."""
     study = dt.load_study(ROOT / "examples" / name / "study.yaml")
-    given = all(task.drive is not None for task in study.joints)
-    found = dt.evaluate(study) if given else every_drive(dt.select(study))
+    found = dt.evaluate(study) if study.gives_all_drives else every_drive(dt.select(study))
     full = full_scene(found, study.simulation)
     return estimated_and_measured(full, basis_of(full, found), SHIPPED_STEP)
 

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import MISSING, Field, fields
 from pathlib import Path
 from typing import Any
 
-import drivetrain as dt
-from drivetrain.effects.effect import Effect
-from drivetrain.sizing.judge.checks import ARM, GEAR, HEAT, REQUIREMENTS, SPEED, STOP, SUPPLY, TORQUE, Requirement
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent))  # the code beside these pages, not an installed package
 
-HERE = Path(__file__).parent
+import drivetrain as dt  # noqa: E402
+from drivetrain.effects.effect import Effect  # noqa: E402
+from drivetrain.sizing.judge.checks import (  # noqa: E402
+    ARM,
+    GEAR,
+    HEAT,
+    REQUIREMENTS,
+    SPEED,
+    STOP,
+    SUPPLY,
+    TORQUE,
+    Requirement,
+)
+
 HEADINGS = {
     GEAR: "Gear and output bearing",
     SPEED: "Speed, stages behind the gear, brake, inertia, amplifier",

@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivetrain.errors import LARGEST, Fault, Faults, InputError
 
 Array = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]
+Mask = NDArray[np.bool_]
 
 
 def frozen_array(value: Any, shape: Sequence[int | None], name: str) -> Array:

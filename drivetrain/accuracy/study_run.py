@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from drivetrain.accuracy.auto import COARSE, choose_effects
 from drivetrain.accuracy.costs import interval_of
-from drivetrain.accuracy.decision import basis_of
+from drivetrain.accuracy.decision import Basis, basis_of
 from drivetrain.accuracy.scenes import full_scene, wanted_scene, without
 from drivetrain.accuracy.verify import refuse_resumed, verified
 from drivetrain.drive.drive import Drive
@@ -89,17 +89,39 @@ def simulate(
         ready, basis = built.scene, basis_of(built.full, evaluation)
         usual = interval_of(built.scene.duration if duration is None else duration) if interval is None else interval
         engine = engine_of(settings) if solver is None else run.engine_of(solver)
+    return run_scene(
+        ready, engine, basis, duration=duration, interval=usual, resume=resume, progress=progress, verify=verify,
+        start=start,
+    )  # fmt: skip
+
+
+def run_scene(
+    scene: Scene | Plan,
+    engine: Engine,
+    basis: Basis | None,
+    *,
+    interval: float,
+    duration: float | None = None,
+    resume: Recording | None = None,
+    progress: Progress | None = None,
+    verify: bool = False,
+    start: str | Mapping[str, float] = run.EQUILIBRIUM,
+) -> Recording:
+    """The recording of a scene, with ``verify`` of a finer run too; options as of ``simulate``.
+
+    ``basis``: what the decision quantities are computed from; None: the scene itself.
+    """
     refuse_resumed(verify, resume)
     recording = run.simulate(
-        ready, solver=engine, duration=duration, interval=usual, resume=resume, progress=progress,
-        start=start, checked=not verify,
+        scene, solver=engine, duration=duration, interval=interval, resume=resume, progress=progress, start=start,
+        checked=not verify,
     )  # fmt: skip
     if not verify:
         return recording
-    same = ready.scene if isinstance(ready, Plan) else ready
+    same = scene.scene if isinstance(scene, Plan) else scene
     if duration is not None:
         same = replace(same, duration=float(duration))
-    return verified(recording, same, engine, basis or basis_of(same), interval=usual, progress=progress, start=start)
+    return verified(recording, same, engine, basis or basis_of(same), interval=interval, progress=progress, start=start)
 
 
 def study_scene(
@@ -145,7 +167,7 @@ def _evaluation(
         if own:
             raise InputError(Fault("drives", "must be drives, or keys of (motor, gear), not both", sorted(own)))
         return evaluate(what, {name: keys for name, keys in drives.items() if not isinstance(keys, Drive)})
-    if all(task.drive is not None for task in what.joints):
+    if what.gives_all_drives:
         return evaluate(what)
     chosen = select(what)
     if not chosen.drives:

@@ -14,7 +14,7 @@ import numpy as np
 
 from drivetrain.arm.checks import checked_inertia, checked_pose, checked_screw, each, warn_of_inertias
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
-from drivetrain.arrays import Array, axes_of, frozen_array, read_only, real_array
+from drivetrain.arrays import Array, Mask, axes_of, frozen_array, read_only, real_array
 from drivetrain.errors import Fault, Faults, InputError, nearest, raise_faults
 from drivetrain.notebook import shown
 from drivetrain.spatial.poses import axis_point, pose
@@ -92,9 +92,9 @@ class Arm:
         return len(self.masses)
 
     @property
-    def slides(self) -> list[bool]:
+    def slides(self) -> Mask:
         """Which joints are prismatic, (n,)."""
-        return [not screw[:3].any() for screw in self.screws]
+        return np.asarray(~self.screws[:, :3].any(axis=1))
 
     @property
     def axes(self) -> Array:

@@ -74,7 +74,7 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
         from drivetrain.sizing.as_one import judged_as_one
 
         refuse_unsimulated(study)
-    if all(task.drive is not None for task in study.joints):
+    if study.gives_all_drives:
         with working("checking the given drives"):
             return judged_as_one(evaluate(study)) if runs else evaluate(study)
     say("note: the study does not name all drives; they are selected first", errors=True)

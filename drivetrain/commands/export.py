@@ -142,12 +142,11 @@ def export(
     ] = False,
 ) -> bool:
     """Export the arm with its drives for another tool, and list what its format cannot represent."""
-    from drivetrain.arm.arm import refuse_loops
     from drivetrain.control.c_code import write_c
     from drivetrain.control.commander import Commander
     from drivetrain.export.fmu import write_fmu
     from drivetrain.export.limits import write_drive_urdf, write_physx, write_ros2
-    from drivetrain.export.losses import lost
+    from drivetrain.export.losses import lost, refuse_unsupported
     from drivetrain.export.mjcf import write_mjcf
     from drivetrain.export.sdf import write_sdf
 
@@ -162,8 +161,7 @@ def export(
         lambda: load_chosen(study),
     )
     if loaded.arm is not None:  # before drives are sought for it
-        closed = to not in (Format.URDF, Format.DRAKE)
-        refuse_loops(loaded.arm, shared=to in (Format.MJCF, Format.C), closed=closed)
+        refuse_unsupported(loaded.arm, to.value)
     result = chosen(loaded)
     notes: tuple[str, ...]
     if to is Format.MJCF:

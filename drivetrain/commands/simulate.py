@@ -188,12 +188,11 @@ def _run_study(
     """Run a study's cycle with its drives, and write what happens; whether every check holds on what was simulated."""
     from drivetrain.accuracy.costs import interval_of
     from drivetrain.accuracy.decision import basis_of, decision
-    from drivetrain.accuracy.study_run import engine_of, study_scene
-    from drivetrain.accuracy.verify import refuse_resumed, verified
+    from drivetrain.accuracy.study_run import engine_of, run_scene, study_scene
+    from drivetrain.accuracy.verify import refuse_resumed
     from drivetrain.report.pages.simulation_page import SimulationFound, simulation_lines, simulation_report
     from drivetrain.simulation.planning.plan import plan
     from drivetrain.simulation.recording import load_recording
-    from drivetrain.simulation.run import simulate
     from drivetrain.simulation.study_scene import refuse_unsimulated
     from drivetrain.sizing.results import Verdict
     from drivetrain.study.parts.simulation import Simulation
@@ -223,16 +222,12 @@ def _run_study(
     ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))
     say(next(iter(str(ready).splitlines())))
     given = _given(start, ready)
-    interval, engine = interval_of(ready.scene.duration), engine_of(options)
+    interval, basis = interval_of(ready.scene.duration), basis_of(built.full, result)
     with _share("simulating") as share:
-        recording = simulate(
-            ready.scene, solver=engine, interval=interval, resume=earlier[0], progress=share, start=given,
-            checked=not verify,
+        recording = run_scene(
+            ready, engine_of(options), basis, interval=interval, resume=earlier[0], progress=share, verify=verify,
+            start=given,
         )  # fmt: skip
-    basis = basis_of(built.full, result)
-    if verify:
-        with _share("once more, finer") as share:
-            recording = verified(recording, ready.scene, engine, basis, interval=interval, progress=share, start=given)
     whole = options.solver != "inverse" and recording.stopped_by is None
     decided = decision(recording, built.scene, basis) if whole else None
     found = SimulationFound(result, recording, decided, str(ready), built.words, _limits(result))

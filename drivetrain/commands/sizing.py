@@ -234,6 +234,7 @@ def _spread(result: Evaluation | Selection) -> tuple[Evaluation | Selection, Spr
 
 def _summarise(study: Study, *, errors: bool) -> None:
     from drivetrain.report.pages.views import passed_over
+    from drivetrain.study.model import pair_name
 
     cycle = study.cycle
     say(
@@ -244,7 +245,7 @@ def _summarise(study: Study, *, errors: bool) -> None:
     for task in study.joints:
         text = f"no drive given; {len(task.pairs)} pairs may be chosen"
         if task.drive is not None:
-            text = f"{' + '.join(key for key in task.drive if key)} given"
+            text = f"{pair_name(*task.drive)} given"
         say(f"  {task.name}: {text}", errors=errors)
     for names, counts in passed_over(study.joints):
         for line in (f"candidates of {names}:", *(f"  {count}" for count in counts)):

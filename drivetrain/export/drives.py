@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm, refuse_loops
+from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import at_level
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arrays import Array
@@ -19,6 +19,7 @@ from drivetrain.drive.gear import complete, drag_torque, mesh_of
 from drivetrain.drive.motor import copper_coefficient, torque_constant, winding_resistance
 from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.errors import Fault, Faults, InputError, nearest
+from drivetrain.export.losses import refuse_unsupported
 from drivetrain.records import as_record
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.spatial.inertia import RigidBody, combined
@@ -57,12 +58,11 @@ class DriveData:
     thermal: tuple[float, float, float, float, float] | None
 
 
-def exported(
-    evaluation: Evaluation, payload: str | None = None, *, shared: bool = False, closed: bool = False
-) -> tuple[Arm, list[DriveData]]:
+def exported(evaluation: Evaluation, format_name: str, payload: str | None = None) -> tuple[Arm, list[DriveData]]:
     """The arm with its drives and a payload, rotors at the level ``reflected``, and what is known of the drives.
 
-    ``shared``, ``closed``: whether the format supports two motors on an axis, and closed loops.
+    Raises:
+        InputError: A study without an arm, an unknown payload, or an arm that the format cannot represent.
     """
     study = evaluation.study
     if study.arm is None:
@@ -72,7 +72,7 @@ def exported(
         raise InputError(Fault("payload", "is none of the study's", payload, nearest(payload, names)))
     drives = {name: joint.drive for name, joint in evaluation.joints.items()}
     arm = loaded_arm(study, drives, -1 if payload is None else names.index(payload))
-    refuse_loops(arm, shared=shared, closed=closed)
+    refuse_unsupported(arm, format_name)
     data = [_drive(study, task, evaluation.joints[task.name]) for task in study.joints]
     return at_level(arm, RotorLevel.REFLECTED), data
 

@@ -11,6 +11,7 @@ from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Re
 from pythonfmu.enums import Fmi2Status
 
 from drivetrain.export.fmu import AXIS_FILE, INPUTS, OUTPUTS, AxisRun, read_axis
+from drivetrain.study.model import pair_name
 from drivetrain.version import __version__
 
 
@@ -22,7 +23,7 @@ class DriveSlave(Fmi2Slave):
     def __init__(self, **given: Any):
         super().__init__(**given)
         self.axis = read_axis((Path(self.resources) / AXIS_FILE).read_text(encoding="utf-8"))
-        self.description = f"{self.axis.motor.key} and {self.axis.gear.key or 'no gear'} at {self.axis.joint}"
+        self.description = f"{pair_name(self.axis.motor.key, self.axis.gear.key)} at {self.axis.joint}"
         self.version = __version__
         parameters = self.axis.parameters()
         self.parameters = {name: value for name, (value, _, _) in parameters.items()}

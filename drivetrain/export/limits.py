@@ -33,7 +33,7 @@ def write_drive_urdf(evaluation: Evaluation, path: str | Path, *, payload: str |
     Raises:
         InputError: As of ``write_urdf``; a study without an arm, an unknown payload.
     """
-    arm, drives = exported(evaluation, payload)
+    arm, drives = exported(evaluation, "urdf", payload)
     coupled = arm.coupling is not None and not np.array_equal(arm.coupling, np.eye(arm.n))
     speeds, efforts = joint_limits(arm, drives)
     known = efforts if np.isfinite(efforts).all() else None
@@ -57,7 +57,7 @@ def write_ros2(evaluation: Evaluation, path: str | Path) -> tuple[str, ...]:
 
     Reference: joint_limits, https://github.com/ros-controls/ros2_control, package joint_limits.
     """
-    arm, drives = exported(evaluation, closed=True)
+    arm, drives = exported(evaluation, "ros2")
     lines = [f"# by drivetrain {__version__}", *(f"# {line}" for line in lost("ros2")), "joint_limits:"]
     robot = ElementTree.Element("robot", {"xmlns:xacro": "http://www.ros.org/wiki/xacro"})
     control = ElementTree.SubElement(robot, "ros2_control", name=arm.name, type="system")
@@ -109,7 +109,7 @@ def write_physx(evaluation: Evaluation, path: str | Path) -> tuple[str, ...]:
 
     Reference: PhysX 5.6, PxPerformanceEnvelope of articulation drives.
     """
-    _, drives = exported(evaluation, closed=True)
+    _, drives = exported(evaluation, "physx")
     content = {
         "written_by": f"drivetrain {__version__}",
         "units": "N m, rad/s, kg m^2; N, m/s, kg at joints that slide",

@@ -1,6 +1,8 @@
-"""What each format cannot say of an arm with its drives: one table, for files, notes and documentation."""
+"""What each format cannot say of an arm with its drives: for files, notes and documentation."""
 
 from __future__ import annotations
+
+from drivetrain.arm.arm import Arm, refuse_loops
 
 _REFLECTED = "rotors as bodies: their inertia stands reflected at the joint, gyroscopic couples are left out"
 _MESH = "mesh loss by direction, and the gear's drag over speed and temperature"
@@ -50,14 +52,18 @@ LOSSES: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """By the name of the format."""
 
-FORMATS = tuple(LOSSES)
+TWO_MOTORS = ("mjcf", "c")
+"""The formats that represent two motors on one axis."""
+
+CLOSED_LOOPS = (*TWO_MOTORS, "sdf", "ros2", "physx", "fmu")
+"""The formats that represent closed loops."""
+
+
+def refuse_unsupported(arm: Arm, name: str) -> None:
+    """Raise InputError for an arm with loops or axes that a format cannot represent."""
+    refuse_loops(arm, shared=name in TWO_MOTORS, closed=name in CLOSED_LOOPS)
 
 
 def lost(name: str) -> tuple[str, ...]:
     """What a format loses, a sentence each."""
     return tuple(f"lost: {one}" for one in LOSSES[name])
-
-
-def losses_table() -> str:
-    rows = [f"| `{name}` | {'; '.join(what)} |" for name, what in LOSSES.items()]
-    return "\n".join(["| format | what it loses |", "|---|---|", *rows])

@@ -47,7 +47,7 @@ def write_mjcf(
     """
     if motors not in MOTORS:
         raise InputError(Fault("motors", f"must be {' or '.join(MOTORS)}", motors))
-    arm, drives = exported(evaluation, payload, shared=True, closed=True)
+    arm, drives = exported(evaluation, "mjcf", payload)
     notes, springs = lost("mjcf"), [task.counterbalances for task in evaluation.study.joints]
     write_text(path, mjcf_text(arm, drives, springs, notes=notes, motors=motors))
     return notes

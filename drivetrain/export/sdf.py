@@ -40,7 +40,7 @@ def write_sdf(evaluation: Evaluation, path: str | Path, *, payload: str | None =
 
     Reference: SDFormat, http://sdformat.org/spec; the rotor tags and ball constraints are Drake's.
     """
-    arm, drives = exported(evaluation, payload, closed=True)
+    arm, drives = exported(evaluation, "sdf", payload)
     notes = lost("sdf")
     write_text(path, sdf_text(arm, drives, notes=notes))
     return notes

@@ -72,7 +72,7 @@ def exciting_motion(
 
 
 def _limits(arm: Arm) -> tuple[Array, Array, Array]:
-    turning = ~np.array(arm.slides)
+    turning = ~arm.slides
     known = np.isfinite(arm.lower) & np.isfinite(arm.upper) & np.isfinite(arm.speed_limits)
     if not (turning | known).all():
         name = arm.joint_names[int(np.argmin(turning | known))]

@@ -254,9 +254,8 @@ def _prior(study: Study | Arm, friction: Sequence[Friction] | None) -> _Prior:
             raise InputError(Fault("study", "has no arm to identify", study.name))
         refuse_moving_base(study, "identification")
         prior = _Prior(study.arm, study.arm, tuple(task.friction for task in study.joints), study)
-        keys = {task.name: task.drive for task in study.joints if task.drive is not None}
-        if len(keys) == study.arm.n:
-            filled_parts = FilledParts(study)
+        if study.gives_all_drives:
+            keys, filled_parts = study.given_drives, FilledParts(study)
             drives = {task.name: filled_parts.drive(task, *keys[task.name]) for task in study.joints}
             prior = replace(prior, arm=loaded_arm(study, drives, -1), drives=tuple(drives.values()))
     if friction is None:
@@ -350,7 +349,7 @@ def _columns(
         *([getattr(law, name) for law in prior.friction] for name in laws),
     ])  # fmt: skip
     names = [every[i] for i in (*inertial, *spinning)]
-    shafts = ~np.array(arm.slides) | (prior.travel != 1.0)
+    shafts = ~arm.slides | (prior.travel != 1.0)
     for name, unit in laws.items():
         for joint, turning in zip(arm.joint_names, shafts, strict=True):
             names.append(f"{joint}.{name} [{unit if turning else unit.replace('N m', 'N').replace('rad', 'm')}]")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Mask
 from drivetrain.errors import Fault
 from drivetrain.motion.duty_cycle import Cycle, shown_unit
 from drivetrain.motion.motion import Motion
@@ -236,7 +235,7 @@ def limit_notes(
     speed_limits: Array,
     *,
     name: str = "motion",
-    slides: Sequence[bool] | None = None,
+    slides: Mask | None = None,
 ) -> LimitNotes:
     """Faults where a motion leaves the joints' ranges, and warnings where it exceeds the arm's speed limits.
 

@@ -16,7 +16,7 @@ import numpy as np
 from annotated_types import Ge
 from numpy.typing import NDArray
 
-from drivetrain.arrays import Array, read_only
+from drivetrain.arrays import Array, Mask, read_only
 from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.units import Duration, Name
@@ -156,7 +156,7 @@ class _Block:
     torque: Array
 
 
-def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: Sequence[bool] | None = None) -> Cycle:
+def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: Mask | None = None) -> Cycle:
     """Join steps into one period.
 
     A dwell holds the position before it at zero speed (a dwell at the start: the position after it); between load
@@ -295,16 +295,14 @@ def _boundaries(blocks: list[_Block]) -> list[tuple[str, _Block, _Block, bool]]:
     return [*pairs, (f"end ({blocks[-1].label}) to start ({blocks[0].label})", blocks[-1], blocks[0], True)]
 
 
-def shown_unit(slides: Sequence[bool] | None, joint: int) -> tuple[str, float]:
+def shown_unit(slides: Mask | None, joint: int) -> tuple[str, float]:
     """The unit in which messages show a joint's position, and the factor from SI to it."""
     if slides is None:
         return "rad or m", 1.0
     return ("m", 1.0) if slides[joint] else ("deg", math.degrees(1.0))
 
 
-def _gaps(
-    blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: bool, slides: Sequence[bool] | None
-) -> list[str]:
+def _gaps(blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: bool, slides: Mask | None) -> list[str]:
     """Notes on small gaps of position between steps; large gaps raise ``InputError``."""
     faults: dict[str, Fault] = {}
     notes: dict[str, None] = {}
@@ -325,7 +323,7 @@ def _gaps(
     return list(notes)
 
 
-def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...], slides: Sequence[bool] | None) -> list[str]:
+def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...], slides: Mask | None) -> list[str]:
     """Notes on steps of speed between steps of the cycle."""
     peak = np.max([np.abs(block.velocity).max(axis=0) for block in blocks], axis=0)
     notes: dict[str, None] = {}

@@ -14,6 +14,7 @@ from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.results import REJECTED as COLUMNS
 from drivetrain.sizing.results import REJECTED_NUMBERS as _NUMBERS
 from drivetrain.sizing.results import Selection
+from drivetrain.study.model import gear_name
 
 _ROW = ",".join("%.6g" if name in _NUMBERS else "%s" for name in COLUMNS) + "\n"
 _AT_ONCE = 4096  # rows formatted by one call
@@ -69,7 +70,7 @@ def rejected_data(selection: Selection, rejected: pd.DataFrame) -> dict[str, Any
         known = sorted(set(texts)) if name != "check" else closest[name].astype(str).value_counts().index.tolist()
         place = {text: number for number, text in enumerate(known)}
         columns.append([place[text] for text in texts])
-        names.append([text or "direct drive" for text in known])
+        names.append([gear_name(text) for text in known])
     return {
         "columns": list(SHOWN),
         "names": names,
@@ -90,5 +91,5 @@ def _chosen(selection: Selection) -> list[list[Any]]:
         used = None if joint.binding is None else joint.binding.utilisation
         if used is None or not np.isfinite([share, used]).all():
             continue
-        found.append([name, joint.motor, joint.gear or "direct drive", float(share), min(float(used), 1e6), word])
+        found.append([name, joint.motor, gear_name(joint.gear), float(share), min(float(used), 1e6), word])
     return found

@@ -14,6 +14,7 @@ from drivetrain.report.charts.plotting import draw, house_style
 from drivetrain.report.quantities import percent
 from drivetrain.report.words import both, gaps, headline, named, objective_text, overall_sentence, study_facts
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.study.model import gear_name
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.version import __version__
 
@@ -71,7 +72,7 @@ def _cells(joint: JointResult) -> list[str]:
     """One row of the table, long part names on two lines."""
     parts = [
         "\n".join(textwrap.wrap(named(key, part), 34, break_on_hyphens=False)[:2])
-        for key, part in ((joint.motor, joint.drive.motor), (joint.gear or "direct drive", joint.drive.gear))
+        for key, part in ((joint.motor, joint.drive.motor), (gear_name(joint.gear), joint.drive.gear))
     ]
     binding = joint.binding
     used, limit = ("–", "–") if binding is None else (percent(binding.utilisation), binding.name)

@@ -25,14 +25,15 @@ from drivetrain.report.words import (
     identity,
     in_study_amperes,
     named,
+    objective_tail,
     objective_text,
     overall_sentence,
     required_text,
     set_lines,
 )
 from drivetrain.sizing.judge.checks import REQUIREMENTS
-from drivetrain.sizing.results import Evaluation, JointResult, JointSeries, Selection
-from drivetrain.study.model import Study
+from drivetrain.sizing.results import Evaluation, JointResult, JointSeries, Selection, placed_checks
+from drivetrain.study.model import Study, pair_name
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
 if TYPE_CHECKING:  # brings splines, which few answers need
@@ -100,13 +101,11 @@ def family_lines(found: FamilySelection, names: Sequence[str]) -> list[str]:
         motor, gear = (
             " / ".join(own if len({*own}) > 1 else own[:1]) for own in (motors, [g or "no gear" for g in gears])
         )
-        lines.append(f"{joint}: {motor} with {gear}")
+        lines.append(f"{joint}: {pair_name(motor, gear)}")
     for name, one in zip(names, found.evaluations, strict=True):
-        used = [(c.utilisation or 0.0, place, c) for place, j in one.joints.items() for c in j.checks]
-        used += [(c.utilisation or 0.0, shared_place(c), c) for c in one.shared]
-        most = max(used, key=lambda item: item[0])
-        lines.append(f"{name}: {one.verdict}, limited by {most[1]}: {_limit(most[2])}")
-    unit = " kg" if found.evaluations[0].study.objective == "mass" else ""
+        place, check = max(placed_checks(one), key=lambda item: item[1].utilisation or 0.0)
+        lines.append(f"{name}: {one.verdict}, limited by {place}: {_limit(check)}")
+    unit = objective_tail(found.evaluations[0].study, " ")
     proof_text = "proven to be the least" if found.proven else f"not proven, at least {found.bound:.4g}{unit}"
     return [*lines, f"{found.evaluations[0].study.objective} of a member: {found.objective:.4g}{unit}, {proof_text}"]
 
@@ -240,8 +239,7 @@ def check_lines(check: Check, series: JointSeries | None = None) -> Iterator[str
 def _parts(joint: JointResult) -> str:
     """The drive of a joint: keys, and what the maker calls them."""
     motor, gear = joint.drive.motor, joint.drive.gear
-    parts = [named(part.key, part) for part in ((motor, gear) if joint.gear else (motor,))]
-    return " with ".join(parts) + ("" if joint.gear else ", no gear")
+    return pair_name(named(motor.key, motor), named(gear.key, gear) if joint.gear else "")
 
 
 def fastest_lines(found: Fastest) -> Iterator[str]:
@@ -262,7 +260,7 @@ def fastest_lines(found: Fastest) -> Iterator[str]:
 def motion_csv(study: Study) -> str:
     """Joint positions over the cycle, one row an instant."""
     cycle, arm = study.cycle, study.arm
-    slides = [False] * len(cycle.joint_names) if arm is None else arm.slides
+    slides = np.zeros(len(cycle.joint_names), bool) if arm is None else arm.slides
     names = [f"{name} [{'m' if slide else 'rad'}]" for name, slide in zip(cycle.joint_names, slides, strict=True)]
     kept = np.append(np.diff(cycle.time) > 0.0, True)
     rows = np.column_stack([cycle.time, cycle.position])[kept]

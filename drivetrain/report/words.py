@@ -14,10 +14,10 @@ from drivetrain.sizing.judge.missing import gap_lines, uncounted
 from drivetrain.sizing.judge.missing import gaps as missing_gaps
 from drivetrain.sizing.judge.objectives import drive_price
 from drivetrain.sizing.judge.words import AMPERES
-from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection
-from drivetrain.study.model import DriveMass, Study
+from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection, placed_checks
+from drivetrain.study.model import DriveMass, Study, pair_name
 from drivetrain.study.parts.mounting import drive_mass
-from drivetrain.study.parts.verdicts import Check, Verdict, lacking, shared_place
+from drivetrain.study.parts.verdicts import Check, Verdict, lacking
 
 NOTHING = "Nothing could be checked: the data sheets lack values."
 
@@ -187,9 +187,7 @@ def joint_sentence(joint: JointResult) -> str:
 
 def binding_place(evaluation: Evaluation) -> tuple[str, Check] | None:
     """Joint, ``supply``, ``arm`` or ``catalogue``, and check that decide the verdict; None when nothing was judged."""
-    places = [(joint.name, joint.binding) for joint in evaluation.joints.values()]
-    places += [(shared_place(check), check) for check in evaluation.shared]
-    judged = [(place, check) for place, check in places if check is not None and check.utilisation is not None]
+    judged = [one for one in placed_checks(evaluation) if one[1].utilisation is not None]
     return max(judged, key=lambda pair: pair[1].utilisation or 0.0, default=None)
 
 
@@ -359,8 +357,7 @@ def set_lines(selection: Selection) -> list[str]:
 
 def _row(rank: int, one: DriveSet, best: DriveSet) -> SetRow:
     changed = [joint for joint, pair in one.drives.items() if best.drives.get(joint) != pair]
-    pairs = [(joint, *one.drives[joint]) for joint in changed]
-    parts = tuple(f"{joint}: {motor} + {gear}" if gear else f"{joint}: {motor}, direct" for joint, motor, gear in pairs)
+    parts = tuple(f"{joint}: {pair_name(*one.drives[joint])}" for joint in changed)
     known = one.criteria
     mass, price, energy = (number(known.get(name), 4) for name in ("mass", "price", "energy"))
     used = percent(known.get("utilisation"))

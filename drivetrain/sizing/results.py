@@ -15,8 +15,8 @@ from drivetrain.drive.drive import Drive
 from drivetrain.drive.motor_limits import operating_region
 from drivetrain.errors import Fault, InputError, whole_names
 from drivetrain.notebook import axes_of, shown
-from drivetrain.study.model import Study
-from drivetrain.study.parts.verdicts import Check, Verdict, lacking, verdict_of
+from drivetrain.study.model import Study, pair_name
+from drivetrain.study.parts.verdicts import Check, Verdict, lacking, shared_place, verdict_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -127,7 +127,7 @@ class JointResult:
 
     def __repr__(self) -> str:
         binding = "nothing was judged" if self.binding is None else f"{self.binding.name} {_share(self.binding)}"
-        return f"JointResult({self.name}: {self.motor} with {self.gear or 'no gear'}, {self.verdict}, {binding})"
+        return f"JointResult({self.name}: {pair_name(self.motor, self.gear)}, {self.verdict}, {binding})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,12 +156,12 @@ class Evaluation:
     @property
     def verdict(self) -> Verdict:
         """Of all joints' checks and those of all together, see ``verdict_of``."""
-        return verdict_of([*(check for joint in self.joints.values() for check in joint.checks), *self.shared])
+        return verdict_of(check for _, check in placed_checks(self))
 
     @property
     def lacking(self) -> tuple[Check, ...]:
         """The essential checks that could not be made, of all joints and of all together."""
-        return lacking([*(check for joint in self.joints.values() for check in joint.checks), *self.shared])
+        return lacking(check for _, check in placed_checks(self))
 
     @property
     def feasible(self) -> bool:
@@ -382,6 +382,12 @@ class Selection:
             The axes.
         """
         return self.evaluation.plot(ax, joint=joint)
+
+
+def placed_checks(evaluation: Evaluation) -> list[tuple[str, Check]]:
+    """Every check with its place: a joint, or ``supply``, ``arm`` or ``catalogue`` for one of all joints together."""
+    found = [(name, check) for name, joint in evaluation.joints.items() for check in joint.checks]
+    return found + [(shared_place(check), check) for check in evaluation.shared]
 
 
 def every_drive(found: Selection) -> Evaluation:

@@ -210,8 +210,12 @@ class JointTask:
     sharing: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        driven = f"{self.drive[0]} with {self.drive[1] or 'no gear'}" if self.drive else f"{len(self.pairs)} pairs"
-        return f"JointTask({self.name}: {driven})"
+        return f"JointTask({self.name}: {pair_name(*self.drive) if self.drive else f'{len(self.pairs)} pairs'})"
+
+    @property
+    def choices(self) -> tuple[tuple[str, str], ...]:
+        """The (motor key, gear key) pairs that may drive it: the given drive alone, or those that may be chosen."""
+        return self.pairs if self.drive is None else (self.drive,)
 
 
 @dataclass(frozen=True)
@@ -435,6 +439,16 @@ class Study:
         return np.full_like(ambient, self.gear_temperature, dtype=np.float64)
 
     @property
+    def given_drives(self) -> dict[str, tuple[str, str]]:
+        """Keys of the given (motor, gear) by joint name; joints whose drive is to be chosen are left out."""
+        return {task.name: task.drive for task in self.joints if task.drive is not None}
+
+    @property
+    def gives_all_drives(self) -> bool:
+        """Whether no drive is to be chosen."""
+        return all(task.drive is not None for task in self.joints)
+
+    @property
     def objective(self) -> str:
         """What selection minimises: ``mass``, ``price``, ``energy`` or ``weighted``."""
         return self.wanted.objective
@@ -443,6 +457,16 @@ class Study:
     def objective_unit(self) -> str:
         """Its unit; empty for a price without a stated currency, and for a weighted sum."""
         return {"mass": "kg", "energy": "J", "price": self.prices.currency}.get(self.objective, "")
+
+
+def pair_name(motor: str, gear: str) -> str:
+    """A motor and its gear, by keys or names, in words; the gear of a direct drive is empty."""
+    return f"{motor} with {gear or 'no gear'}"
+
+
+def gear_name(gear: str) -> str:
+    """A gear in a table; empty: that of a direct drive."""
+    return gear or "direct drive"
 
 
 def refuse_moving_base(study: Study, what: str) -> None:

@@ -12,6 +12,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.files.load import load_arm, usual_tip
 from drivetrain.arm.files.xml import PACKAGE
+from drivetrain.arrays import Mask
 from drivetrain.errors import PhysicsWarning
 from drivetrain.study.written import scalar
 
@@ -64,7 +65,7 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
     )
 
 
-def _row(arm: Arm, slides: list[bool], side: float) -> str:
+def _row(arm: Arm, slides: Mask, side: float) -> str:
     """A waypoint: the middle of each joint's range, and a share of the swing to one side."""
     entries = []
     for lower, upper, sliding in zip(arm.lower, arm.upper, slides, strict=True):

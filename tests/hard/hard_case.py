@@ -24,7 +24,6 @@ class Figure:
         at_most, at_least: The criterion: exactly one of them [unit].
         unit: Empty for a relative error or a count.
         naive_says: Words in place of the naive number, such as the error it ends in.
-        ours_says: Words in place of our number.
     """
 
     what: str
@@ -34,7 +33,6 @@ class Figure:
     at_least: float | None = None
     unit: str = ""
     naive_says: str = ""
-    ours_says: str = ""
 
     def __post_init__(self) -> None:
         if (self.at_most is None) == (self.at_least is None):
@@ -46,13 +44,13 @@ class Figure:
 
     def criterion(self) -> str:
         """The criterion, in words."""
-        if self.at_most is not None:
-            return f"{self.what} {'= 0' if self.at_most == 0.0 else '≤ ' + self.told(self.at_most)}"
-        return f"{self.what} ≥ {self.told(self.at_least or 0.0)}"
+        if self.at_most is None:
+            return f"at least {self.told(self.at_least or 0.0)}"
+        return f"at most {self.told(self.at_most)}" if self.at_most else "must be 0"
 
     def told(self, value: float) -> str:
         """A number with its unit."""
-        return f"{short(value)} {self.unit}".strip()
+        return f"{short(value)} {self.unit}".strip() if math.isfinite(value) else short(value)
 
 
 Measure = Callable[[], Sequence[Figure]]
@@ -65,8 +63,8 @@ class Case:
     Attributes:
         id: Such as T06; T23a and T23b are two parts of one.
         title: What is hard, in a few words.
-        setup: The numbers that make it so.
-        naive: The way that breaks, in words.
+        setup: The problem with its numbers, in sentences.
+        naive: The simple method that fails, in words.
         measure: Gives the figures.
     """
 
@@ -80,10 +78,10 @@ class Case:
         """The case as a row of a Markdown table, measured afresh."""
         figures = self.measure()
         check(self.id, figures)
-        naive = ", ".join(f.naive_says or f.told(f.naive) for f in figures if f.naive is not None)
-        ours = ", ".join(f.ours_says or f.told(f.ours) for f in figures)
-        criterion = ", ".join(f.criterion() for f in figures)
-        return f"| {self.id} {self.title}: {self.setup} | {self.naive}: {naive} | {ours} | {criterion} |"
+        results = [f.naive_says or f"{f.what}: {f.told(f.naive)}" for f in figures if f.naive is not None]
+        ours = "; ".join(f"{f.what}: {f.told(f.ours)} ({f.criterion()})" for f in figures)
+        naive = "; ".join(dict.fromkeys(results))
+        return f"| {self.id} | {self.title}. {self.setup} | {self.naive}; result: {naive} | {ours} |"
 
 
 CASES: dict[str, Case] = {}
@@ -95,8 +93,8 @@ def hard_case(id: str, title: str, *, setup: str, naive: str) -> Callable[[Measu
     Args:
         id: Such as T06.
         title: What is hard.
-        setup: The numbers that make it so.
-        naive: The way that breaks.
+        setup: The problem with its numbers, in sentences.
+        naive: The simple method that fails.
 
     Returns:
         The decorator; what it gives is a test without arguments.
@@ -118,9 +116,10 @@ def hard_case(id: str, title: str, *, setup: str, naive: str) -> Callable[[Measu
 def check(id: str, figures: Sequence[Figure]) -> None:
     """Every figure meets its criterion our way, and the naive way misses at least one."""
     for figure in figures:
-        assert figure.met_by(figure.ours), f"{id}: {figure.criterion()}, found {figure.told(figure.ours)}"
+        wanted = f"{id}, {figure.what}: {figure.criterion()}"
+        assert figure.met_by(figure.ours), f"{wanted}, found {figure.told(figure.ours)}"
     tried = [figure for figure in figures if figure.naive is not None]
-    told = [(figure.criterion(), figure.naive) for figure in tried]
+    told = [(figure.what, figure.criterion(), figure.naive) for figure in tried]
     assert any(not figure.met_by(figure.naive or 0.0) for figure in tried), f"{id}: the naive way holds, too: {told}"
 
 

@@ -11,11 +11,11 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent / "agreement"), str(HERE.parents[1])]
+sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "agreement"), str(HERE.parents[1])]
 
 from hard_case import CASES  # noqa: E402
 
-HEAD = "| case | simple method: result | drivetrain | criterion |\n|---|---|---|---|"
+HEAD = "| | problem | simple method and its result | drivetrain |\n|---|---|---|---|"
 
 
 def load_all() -> None:

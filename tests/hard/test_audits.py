@@ -95,20 +95,23 @@ def euler_audit() -> float:
 
 @hard_case(
     "T43",
-    "energy in is energy stored and lost, whatever effects there are",
-    setup="all 256 subsets of 8 effects; E1 at 80 us with a winding, at 1 ms without, E2 at 1e-7 on every third",
+    "Energy balance with any combination of effects",
+    setup=(
+        "All 256 subsets of 8 effects. E1 at 80 µs with a winding and at 1 ms without, E2 at 1e-7 for every "
+        "third subset."
+    ),
     naive="one of them by semi-implicit Euler at 1 ms",
 )
 def test_energy_of_every_subset() -> list[Figure]:
     return [
         Figure(
-            "energy unaccounted for, E1 with winding",
+            "relative energy unaccounted for (E1 with a winding)",
             unaccounted(FixedStep(8e-5), range(128, 256)),
             euler_audit(),
             at_most=1e-6,
         ),
-        Figure("without", unaccounted(FixedStep(1e-3), range(128)), at_most=1e-6),
-        Figure("E2", unaccounted(Rodas4(1e-7), range(0, 256, 3)), at_most=1e-6),
+        Figure("the same (E1 without a winding)", unaccounted(FixedStep(1e-3), range(128)), at_most=1e-6),
+        Figure("the same (E2)", unaccounted(Rodas4(1e-7), range(0, 256, 3)), at_most=1e-6),
     ]
 
 
@@ -134,9 +137,12 @@ def moved(duration: float, weight: float, *more: Effect) -> Scene:
 
 @hard_case(
     "T44",
-    "what leaving winding or spring out is estimated to change",
-    setup="moves of 0.2 to 4 s with and without 19.6 N m; loops of 1500 and 6283 rad/s, 1e4 to 1e6 N m/rad; 40 pairs",
-    naive="(L/R) / (time of the move) of the peak current",
+    "Estimated influence of the winding and the spring",
+    setup=(
+        "40 pairs of scenes: moves of 0.2 to 4 s with and without 19.6 N m, current loops of 1500 and 6283 "
+        "rad/s, springs of 1e4 to 1e6 N m/rad."
+    ),
+    naive="the estimate (L/R) / (duration of the move) for the peak current",
 )
 def test_estimates() -> list[Figure]:
     fine, small, ratios, naive = FixedStep(2e-4), 1e-3, [], []
@@ -157,8 +163,8 @@ def test_estimates() -> list[Figure]:
                     naive.append(max(82e-6 / 0.299 / duration, small) / max(abs(found.peak_current), small))
     said = f"{min(naive):.2g} to {max(naive):.2g}"
     return [
-        Figure("least of estimate / change of any quantity", min(ratios), min(naive), naive_says=said, at_least=0.8),
-        Figure("largest", max(ratios), max(naive), naive_says=said, at_most=1.5),
+        Figure("smallest ratio of estimate to measured change", min(ratios), min(naive), naive_says=said, at_least=0.8),
+        Figure("largest ratio of estimate to measured change", max(ratios), max(naive), naive_says=said, at_most=1.5),
     ]
 
 
@@ -184,9 +190,12 @@ def bang_bang(rtol: float) -> float:
 
 @hard_case(
     "T45",
-    "halved steps and tighter tolerances come nearer, and tell how far it still is",
-    setup="spring, mesh, friction at both shafts, a torque that jumps; E1 1 to 0.06 ms, E2 1e-4 to 1e-8",
-    naive="scipy's BDF on two pulses of 5 ms, rtol 1e-4 to 1e-8",
+    "Refinement reduces the error, and shows its size",
+    setup=(
+        "A scene with a spring, mesh friction, friction at both shafts, and a torque step. Steps of E1 from 1 "
+        "to 0.06 ms, tolerances of E2 from 1e-4 to 1e-8."
+    ),
+    naive="scipy's BDF on two pulses of 5 ms with tolerances from 1e-4 to 1e-8",
 )
 def test_refinement() -> list[Figure]:
     scene, figures = springy(), []
@@ -206,9 +215,10 @@ def test_refinement() -> list[Figure]:
             said = f"{abs(rough[0] - 0.021):.2g} rad off, {abs(rough[0] - rough[1]):.1g} rad between two runs"
         figures += [
             # Where friction changes its mode within a step, the error of E1 scatters; that of E2 falls strictly.
-            Figure(f"error over the least before, {name}", grows, at_most=10.0 if name == "E1" else 1.0),
-            Figure("error over what two runs differ by, or the reverse", off, naive if name == "E1" else None,
-                   naive_says=said, at_most=10.0),
+            Figure(f"error relative to the smallest one before it ({name})", grows,
+                   at_most=10.0 if name == "E1" else 1.0),
+            Figure("ratio of the error to the difference of two successive runs, or its inverse", off,
+                   naive if name == "E1" else None, naive_says=said, at_most=10.0),
         ]  # fmt: skip
     return figures
 
@@ -231,9 +241,12 @@ def slider(wall: bool, peak: float = math.inf) -> Scene:
 
 @hard_case(
     "T46",
-    "a command pressed into a wall, handed to the inverse engine",
-    setup="0.2 m commanded with a wall of 5e4 N/m at 0.1 m, and a move beyond the peak current",
-    naive="torques of the command, the wall taken as it stands",
+    "A command that presses into a wall, in the inverse engine",
+    setup=(
+        "0.2 m are commanded with a wall of 5e4 N/m at 0.1 m; and a move needs more than the peak current. Both "
+        "must be refused."
+    ),
+    naive="torques of the commanded motion with the wall force at the commanded position",
 )
 def test_no_inverse_in_contact() -> list[Figure]:
     refused = 0
@@ -246,4 +259,4 @@ def test_no_inverse_in_contact() -> list[Figure]:
     felt = float(np.abs(simulate(slider(True))["joint.current"]).max())
     pressed = 5e4 * 0.1 / (200.0 * 0.05)
     said = f"neither, and {pressed / felt - 1.0:+.0%} of the current"
-    return [Figure("refused of 2", float(refused), 0.0, naive_says=said, at_least=2.0)]
+    return [Figure("scenes refused, of 2", float(refused), 0.0, naive_says=said, at_least=2.0)]

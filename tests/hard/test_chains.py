@@ -65,32 +65,32 @@ def random_chain(n: int) -> Arm:
 
 @hard_case(
     "T23a",
-    "a chain of 50 joints",
-    setup="lengths and masses at random, against 50 digits",
+    "A chain of 50 joints",
+    setup="Random lengths and masses. The reference has 50 digits.",
     naive="inverse of the mass matrix",
 )
 def test_fifty() -> list[Figure]:
     ours, naive, factored = errors([articulated_body, by_inverse, by_factors], random_chain(50), 2).max(axis=0)
     assert ours < factored  # solving with the factors is better than the inverse, but not enough either
-    return [Figure("error of the accelerations", ours, naive, at_most=1e-11)]
+    return [Figure("relative error of the accelerations", ours, naive, at_most=1e-11)]
 
 
 @hard_case(
     "T23b",
-    "a chain of 200 joints",
-    setup="lengths and masses at random, against 50 digits",
-    naive="Cholesky factors of the mass matrix",
+    "A chain of 200 joints",
+    setup="Random lengths and masses. The reference has 50 digits.",
+    naive="Cholesky factorisation of the mass matrix",
 )
 def test_two_hundred() -> list[Figure]:
     ours, naive = errors([articulated_body, by_factors], random_chain(200), 1)[0]
-    return [Figure("error of the accelerations", ours, naive, at_most=1e-11)]
+    return [Figure("relative error of the accelerations", ours, naive, at_most=1e-11)]
 
 
 @hard_case(
     "T22",
-    "ratios from 1 to 100 000 in one arm",
-    setup="ratios 1, 100, 1, 1e5, 1, 1000 on six joints, rotors of 1e-5 kg m², against 50 digits",
-    naive='matrix "conditioned" by a billionth of its largest entry',
+    "Ratios from 1 to 100 000 in one arm",
+    setup="Six joints with ratios 1, 100, 1, 1e5, 1 and 1000 and rotors of 1e-5 kg m². The reference has 50 digits.",
+    naive="mass matrix with a billionth of its largest entry added to the diagonal",
 )
 def test_ratios_far_apart() -> list[Figure]:
     bare, ratios, inertia = chain(np.full(6, 0.5), np.full(6, 2.0)), [1.0, 1e2, 1.0, 1e5, 1.0, 1e3], 1e-5
@@ -107,15 +107,18 @@ def test_ratios_far_apart() -> list[Figure]:
         found.append([np.abs(way).max() for way in ways])
     ours, factored, naive = np.max(found, axis=0)
     return [
-        Figure("relative error of any joint's acceleration", ours, naive, at_most=1e-12),
-        Figure("the same by the factors", factored, at_most=1e-12),
+        Figure("largest relative error of a joint acceleration", ours, naive, at_most=1e-12),
+        Figure("the same by factorisation", factored, at_most=1e-12),
     ]
 
 
 @hard_case(
     "T24",
-    "masses a million apart along the arm",
-    setup="six links of 1, 10, 100, 1e3, 1e4, 1e6 kg and the reverse, and five of 1 kg before 1e6 kg; 50 digits",
+    "Masses that differ by a factor of a million along the arm",
+    setup=(
+        "Six links of 1, 10, 100, 1e3, 1e4 and 1e6 kg, the reverse order, and five links of 1 kg before one of "
+        "1e6 kg. The reference has 50 digits."
+    ),
     naive="inverse of the mass matrix",
 )
 def test_heavy_end() -> list[Figure]:
@@ -123,10 +126,10 @@ def test_heavy_end() -> list[Figure]:
     ways: list[Forward] = [articulated_body, by_inverse]
     distal, proximal, sudden = (errors(ways, chain(np.full(6, 0.5), m), 15) for m in (ramp, ramp[::-1], jump))
     return [
-        Figure("error, heavy end", *distal.max(axis=0), at_most=1e-10),
-        Figure("error, heavy base", *proximal.max(axis=0), at_most=1e-10),
+        Figure("relative error with the heavy end", *distal.max(axis=0), at_most=1e-10),
+        Figure("relative error with the heavy base", *proximal.max(axis=0), at_most=1e-10),
         # Its worst sample loses as much as pinocchio's does, 1e-10 of what the lightest links do: see the next test.
-        Figure("median error, heavy last link", *np.median(sudden, axis=0), at_most=1e-10),
+        Figure("median relative error with the heavy last link", *np.median(sudden, axis=0), at_most=1e-10),
     ]
 
 
@@ -141,9 +144,12 @@ def test_a_sudden_heavy_end_is_as_good_as_pinocchio() -> None:
 
 @hard_case(
     "T25",
-    "links without mass",
-    setup="the last two links of six weigh nothing; with an armature of 1e-4 kg m² on each joint, 50 digits",
-    naive="pinocchio's articulated-body method",
+    "Links without mass",
+    setup=(
+        "The last two of six links have no mass, which must be refused; with a rotor inertia of 1e-4 kg m² "
+        "reflected at each joint the arm has a solution. The reference has 50 digits."
+    ),
+    naive="pinocchio's articulated-body algorithm",
 )
 def test_massless_links() -> list[Figure]:
     whole = chain(np.full(6, 0.5), np.full(6, 2.0))
@@ -164,14 +170,16 @@ def test_massless_links() -> list[Figure]:
     wanted = exact_accelerations(arm, *state, armature)
     return [
         Figure(
-            "ways that name the joint, of 2",
+            "algorithms whose message names the joint, of 2",
             ours=float(told),
             naive=2.0 * float(np.isfinite(theirs).all()),
             at_least=2.0,
             naive_says="silently " + " ".join(f"{value:.3g}" for value in theirs),
         ),
-        Figure("error with the armature", error(articulated_body(healed, *state), wanted), at_most=1e-12),
-        Figure("the same by the factors", error(by_factors(healed, *state), wanted), at_most=1e-12),
+        Figure(
+            "relative error with the reflected inertia", error(articulated_body(healed, *state), wanted), at_most=1e-12
+        ),
+        Figure("the same by factorisation", error(by_factors(healed, *state), wanted), at_most=1e-12),
     ]
 
 
@@ -187,8 +195,11 @@ def arm_of_many(seed: int) -> Arm:
 
 @hard_case(
     "T27",
-    "from accelerations to torques and back",
-    setup="1000 arms at random, turning, sliding and helical joints, rotors on any link, chains of up to 40 joints",
+    "From accelerations to torques and back",
+    setup=(
+        "1000 random arms with revolute, prismatic and helical joints, rotors carried by any link, and chains "
+        "of up to 40 joints."
+    ),
     naive="inverse of the mass matrix",
 )
 def test_round_trip() -> list[Figure]:
@@ -199,4 +210,4 @@ def test_round_trip() -> list[Figure]:
         tau = inverse_dynamics(arm, q, qd, qdd)
         found.append([error(way(arm, q, qd, tau), qdd) for way in (articulated_body, by_inverse)])
     ours, naive = np.max(found, axis=0)
-    return [Figure("error of the accelerations", ours, naive, at_most=1e-9)]
+    return [Figure("relative error of the accelerations", ours, naive, at_most=1e-9)]

@@ -46,8 +46,11 @@ def by_inverses(matrix: np.ndarray, force: np.ndarray, rows: np.ndarray, drift: 
 
 @hard_case(
     "T34",
-    "redundant rows",
-    setup="six-axis arm, three rows and five sums of them, against 60 digits, 20 states",
+    "Redundant constraints",
+    setup=(
+        "A six-axis arm with three constraint rows and five linear combinations of them, in 20 states. The "
+        "reference has 60 digits."
+    ),
     naive="inv(A inv(M) A')",
 )
 def test_redundant_rows() -> list[Figure]:
@@ -72,22 +75,22 @@ def test_redundant_rows() -> list[Figure]:
             crashes += 1
     return [
         Figure(
-            "error of the accelerations",
+            "relative error of the accelerations",
             worst,
             math.nan if crashes == 20 else naive_worst,
             at_most=1e-12,
             naive_says=f"LinAlgError in {crashes} of 20" if crashes == 20 else "",
         ),
         # As good as the least squares that it is held against.
-        Figure("distance from the multipliers of least norm", worst_least, at_most=1e-9),
+        Figure("relative difference from the multipliers of smallest norm", worst_least, at_most=1e-9),
     ]
 
 
 @hard_case(
     "T35",
-    "drift over 100 000 constrained steps",
-    setup="a falling four-bar loop, 50 s at 0.5 ms, RK4 and projection",
-    naive="accelerations alone, semi-implicit Euler, 5 s",
+    "Drift over 100 000 constrained steps",
+    setup="A four-bar linkage falls for 50 s: RK4 at 0.5 ms with projection.",
+    naive="accelerations alone with semi-implicit Euler for 5 s",
 )
 def test_drift() -> list[Figure]:
     arm, loop, q = four_bar()
@@ -100,8 +103,10 @@ def test_drift() -> list[Figure]:
     scale = run["kinetic_energy"].max()
     energies = [float(np.abs(one["energy_error"]).max() / scale) for one in (run, alone)]
     return [
-        Figure("gap", run["constraint_error"].max(), alone["constraint_error"].max(), at_most=1e-10, unit="m"),
-        Figure("energy error", *energies, at_most=1e-6),
+        Figure(
+            "gap of the loop", run["constraint_error"].max(), alone["constraint_error"].max(), at_most=1e-10, unit="m"
+        ),
+        Figure("relative energy error", *energies, at_most=1e-6),
     ]
 
 
@@ -119,9 +124,12 @@ def test_a_spring_as_stiff_as_the_step_diverges_and_is_told() -> None:
 
 @hard_case(
     "T36",
-    "constraints that contradict each other",
-    setup="a tip on two parallel planes 0.1 m apart, and on one that lifts at 1 m/s² and one that does not",
-    naive="pseudo-inverse of the rows",
+    "Contradictory constraints",
+    setup=(
+        "The tip is to lie on two parallel planes 0.1 m apart, and on a plane that rises at 1 m/s² and one that "
+        "does not."
+    ),
+    naive="pseudo-inverse of the constraint rows",
 )
 def test_contradictions() -> list[Figure]:
     arm, told = random_arm(8), 0
@@ -145,7 +153,7 @@ def test_contradictions() -> list[Figure]:
     lean = np.concatenate([drift(q, qd) - 1.0, drift(q, qd)])
     answer = -np.linalg.pinv(rows) @ lean  # finite, and nothing said
     assert np.abs(rows @ answer + lean).max() > 0.4
-    return [Figure("contradictions told, of 2", float(told), 2.0 * float(np.isnan(answer).any()), at_least=2.0)]
+    return [Figure("contradictions reported, of 2", float(told), 2.0 * float(np.isnan(answer).any()), at_least=2.0)]
 
 
 def test_a_loop_that_cannot_close_is_an_error() -> None:

@@ -29,9 +29,12 @@ def oscillator(effect: Effect) -> Scene:
 
 @hard_case(
     "T09",
-    "a law that jumps, handed to the adaptive engine",
-    setup="sign() of the speed in an oscillator, as an effect and as a bare function, and an untold step in time",
-    naive="scipy's BDF at 1e-6 and 1e-8 on sign(), success = True",
+    "A discontinuous law in the adaptive engine",
+    setup=(
+        "The friction torque sign(speed) of an oscillator, as an effect and as a bare function, must be "
+        "refused; a torque with an undeclared step in time must be resolved by short steps."
+    ),
+    naive="scipy's BDF with tolerances of 1e-6 and 1e-8 on sign(speed), which reports success",
 )
 def test_jumps_are_refused() -> list[Figure]:
     run = simulate(oscillator(Sign()), solver=Rodas4(1e-6))
@@ -56,16 +59,17 @@ def test_jumps_are_refused() -> list[Figure]:
         run = solve_ivp(rates, (0.0, 3.0), [0.103, 0.0], method="BDF", rtol=rtol, atol=1e-3 * rtol)
         off.append(abs(run.y[0, -1] + 0.003) if run.success else 0.0)
     return [
-        Figure("jumps passed on, of 3", float(passed_on), float(np.count_nonzero(off)), at_most=0.0),
-        Figure("where it stops off, as a bound", abs(right["joint.position"][-1] + 0.003), max(off),
-               at_most=1e-5, unit="rad"),
+        Figure("discontinuities handled incorrectly, of 3", float(passed_on), float(np.count_nonzero(off)),
+               at_most=0.0),
+        Figure("error of the stop position with Coulomb friction as an effect",
+               abs(right["joint.position"][-1] + 0.003), max(off), at_most=1e-5, unit="rad"),
     ]  # fmt: skip
 
 
 @hard_case(
     "T10",
-    "bristles of 1e6 N m/rad",
-    setup="LuGre friction stops the oscillator of T01; E1 at 0.1 ms, E2 at 1e-6",
+    "LuGre friction with bristles of 1e6 N m/rad",
+    setup="LuGre friction stops the oscillator of T01. E1 at 0.1 ms, E2 with a tolerance of 1e-6.",
     naive="RK4 at 0.1 ms",
 )
 def test_stiff_bristles() -> list[Figure]:
@@ -78,7 +82,7 @@ def test_stiff_bristles() -> list[Figure]:
         assert run.counters["steps"] <= 30_000  # RK45 takes more than a million evaluations
         assert np.abs(run["joint.joint_bristle_bend"]).max() <= 1.001 / stiff
         off = abs(run["joint.position"][-1] + 0.003)
-        figures.append(Figure(f"where it stops off, {name}", off, naive, at_most=1.1 / stiff, unit="rad"))
+        figures.append(Figure(f"error of the stop position ({name})", off, naive, at_most=1.1 / stiff, unit="rad"))
         naive = None
     return figures
 

@@ -53,8 +53,11 @@ def runge_kutta(rates, state: np.ndarray, step: float, count: int) -> tuple[np.n
 @hard_case(
     "T01",
     "Coulomb friction stops an oscillator",
-    setup="1 kg m², 100 N m/rad, 1 N m, from 0.103 rad; E1 at 1 ms",
-    naive="sign() in RK4 at 1 ms",
+    setup=(
+        "An inertia of 1 kg m² on a spring of 100 N m/rad is released at 0.103 rad against 1 N m of friction, "
+        "and must stop after five half swings. E1 at 1 ms."
+    ),
+    naive="RK4 at 1 ms with the friction torque sign(speed)",
 )
 def test_coulomb_stop() -> list[Figure]:
     run = oscillator(1e-3)
@@ -66,11 +69,11 @@ def test_coulomb_stop() -> list[Figure]:
         lambda x: np.array([x[1], -100.0 * x[0] - np.sign(x[1])]), np.array([0.103, 0.0]), 1e-3, 3000
     )
     return [
-        Figure("error of where it stops", abs(run["joint.position"][-1] + 0.003), abs(final[0] + 0.003),
+        Figure("error of the stop position", abs(run["joint.position"][-1] + 0.003), abs(final[0] + 0.003),
                at_most=1e-5, unit="rad"),
         Figure("speed after the stop", float(np.abs(rest).max()), creep, at_most=0.0, unit="rad/s"),
-        Figure("half swings missed of 5", float(abs(halves - 5)), at_most=0.0),
-        Figure("order over 4 ms to 0.25 ms", math.log(errors[0] / errors[1], 16.0), at_least=1.8),
+        Figure("half swings missed, of 5", float(abs(halves - 5)), at_most=0.0),
+        Figure("order of convergence from 4 ms to 0.25 ms", math.log(errors[0] / errors[1], 16.0), at_least=1.8),
     ]  # fmt: skip
 
 
@@ -93,9 +96,9 @@ def creep(share: float, duration: float, width: float) -> float:
 
 @hard_case(
     "T02a",
-    "held below breakaway",
-    setup="50, 75, 96 % of 25 N m; 60 s, and 1e5 steps",
-    naive="25 tanh(speed / 5 mrad/s), LSODA, 60 s",
+    "A joint is held below the breakaway torque",
+    setup="A load of 50, 75 and 96 % of a breakaway torque of 25 N m acts for 60 s, and for 100 000 steps.",
+    naive="smoothed friction 25 N m tanh(speed / 5 mrad/s), integrated by LSODA for 60 s",
 )
 def test_hold() -> list[Figure]:
     runs = [held(share, 60.0) for share in (0.5, 0.75, 0.96)] + [held(-0.96, 100.0)]
@@ -108,9 +111,9 @@ def test_hold() -> list[Figure]:
 
 @hard_case(
     "T02b",
-    "stuck under load for an hour",
-    setup="24 N m of 25, 3.6 million steps of E1 at 1 ms, and E2",
-    naive="25 tanh(speed / 5 mrad/s), LSODA",
+    "A joint sticks under load for an hour",
+    setup="24 N m act on a joint with a breakaway torque of 25 N m: 3.6 million steps of E1 at 1 ms, and E2.",
+    naive="smoothed friction 25 N m tanh(speed / 5 mrad/s), integrated by LSODA",
 )
 def test_hold_for_an_hour() -> list[Figure]:
     drift, steps = held(0.96, HOUR)
@@ -118,16 +121,19 @@ def test_hold_for_an_hour() -> list[Figure]:
     effects = [DryFriction(Friction(coulomb=15.0, static=25.0)), GivenTorque([0.0], [24.0])]
     run = simulate(joint_scene(0.5, effects, HOUR, position=0.7), solver=Rodas4(), interval=60.0)
     return [
-        Figure("drift, E1", drift, creep(0.96, HOUR, 5e-3), at_most=0.0, unit="rad"),
-        Figure("drift, E2", float(np.abs(run["joint.position"] - 0.7).max()), at_most=0.0, unit="rad"),
+        Figure("drift (E1)", drift, creep(0.96, HOUR, 5e-3), at_most=0.0, unit="rad"),
+        Figure("drift (E2)", float(np.abs(run["joint.position"] - 0.7).max()), at_most=0.0, unit="rad"),
     ]
 
 
 @hard_case(
     "T03",
-    "a slow ramp breaks it loose",
-    setup="1 mN m/s up to 1.5 N m: at 1500 s, E1 at 1 ms and E2",
-    naive="1.5 tanh(speed / 1 mrad/s), LSODA",
+    "A slow ramp breaks a joint loose",
+    setup=(
+        "The torque rises by 1 mN m/s to the breakaway torque of 1.5 N m, which it reaches after 1500 s. E1 at "
+        "1 ms, and E2."
+    ),
+    naive="smoothed friction 1.5 N m tanh(speed / 1 mrad/s), integrated by LSODA",
 )
 def test_slow_ramp() -> list[Figure]:
     ramp = GivenTorque([0.0, 2000.0], [0.0, 2.0])
@@ -141,10 +147,10 @@ def test_slow_ramp() -> list[Figure]:
 
     crept = solve_ivp(rates, (0.0, 1350.0), [0.0, 0.0], method="LSODA", rtol=1e-8, atol=1e-10).y[0, -1]
     return [
-        Figure("drift before", float(np.abs(before).max()), float(crept), at_most=0.0, unit="rad"),
+        Figure("drift before the breakaway", float(np.abs(before).max()), float(crept), at_most=0.0, unit="rad"),
         # Within a step of the fixed ones; what the event is located to, of the others.
-        Figure("breakaway off, E1", abs(late - 1500.0), at_most=1e-3 * (1.0 + 1e-9), unit="s"),
-        Figure("breakaway off, E2", abs(exact - 1500.0), at_most=1e-9, unit="s"),
+        Figure("error of the breakaway instant (E1)", abs(late - 1500.0), at_most=1e-3 * (1.0 + 1e-9), unit="s"),
+        Figure("error of the breakaway instant (E2)", abs(exact - 1500.0), at_most=1e-9, unit="s"),
     ]
 
 
@@ -173,9 +179,12 @@ def tanh_period() -> float:
 
 @hard_case(
     "T04",
-    "period of stick and slip",
-    setup="static 1.5, kinetic 1 N m, 100 N m/rad pulled at 0.01 rad/s, 14 s; E1 at 1 ms",
-    naive="Stribeck's curve times tanh(speed / 1 mrad/s), LSODA",
+    "Period of stick-slip motion",
+    setup=(
+        "A mass with 1.5 N m of static and 1 N m of kinetic friction is pulled through a spring of 100 N m/rad "
+        "at 0.01 rad/s for 14 s, or stands on a moving belt. E1 at 1 ms."
+    ),
+    naive="Stribeck curve multiplied by tanh(speed / 1 mrad/s), integrated by LSODA",
 )
 def test_stick_slip() -> list[Figure]:
     period, figures = stick_slip_period(), []
@@ -185,7 +194,14 @@ def test_stick_slip() -> list[Figure]:
     for name, scene in (("pulled", pulled), ("on a belt", belt)):
         times = instants(simulate(scene, interval=0.5), "breakaway")
         wanted = 1 + math.floor((14.0 - 1.5) / period) if name == "pulled" else 10
-        figures.append(Figure(f"period, {name}", abs(np.diff(times[2:]).mean() / period - 1.0), naive, at_most=1e-3))
+        figures.append(
+            Figure(
+                f"relative error of the period ({name})",
+                abs(np.diff(times[2:]).mean() / period - 1.0),
+                naive,
+                at_most=1e-3,
+            )
+        )
         figures.append(Figure("cycles missed", float(abs(len(times) - wanted)), at_most=0.0))
         naive = None
     return figures
@@ -259,9 +275,12 @@ def reselecting_events(first: float) -> int:
 
 @hard_case(
     "T05",
-    "friction of two joints, coupled by the mass matrix",
-    setup="2R arm falls to rest with 18 and 6 N m, against events to 1e-11; E1 at 1 ms and E2; events of 20 starts",
-    naive="events that ask for the mode anew",
+    "Friction of two joints that the mass matrix couples",
+    setup=(
+        "A 2R arm with 18 and 6 N m of friction falls until it is at rest. The reference locates all events to "
+        "1e-11. E1 at 1 ms, and E2; events are counted over 20 initial states."
+    ),
+    naive="event location in which each event determines the mode of all joints anew",
 )
 def test_coupled_friction() -> list[Figure]:
     # The reference of tolerance 1e-11 is an event-driven integration with exact selection of modes (numerics study).
@@ -278,19 +297,29 @@ def test_coupled_friction() -> list[Figure]:
         run = runs[0]
         final = np.array([run[f"joint_{i}.position"][-1] for i in (1, 2)])
         speed = max(abs(run[f"joint_{i}.speed"][-1]) for i in (1, 2))
-        figures.append(Figure(f"off, {name}", float(np.abs(final - wanted).max()), at_most=limit, unit="rad"))
+        figures.append(
+            Figure(
+                f"error of the final position ({name})", float(np.abs(final - wanted).max()), at_most=limit, unit="rad"
+            )
+        )
         figures.append(Figure("speed at the end", speed, at_most=0.0, unit="rad/s"))
         events += [len(run.events) for run in runs]
     naive = max(map(reselecting_events, starts))
     said = "200 in no time" if naive >= 200 else ""
-    return [*figures, Figure("most events", float(max(events)), float(naive), naive_says=said, at_most=10.0)]
+    return [
+        *figures,
+        Figure("largest number of events", float(max(events)), float(naive), naive_says=said, at_most=10.0),
+    ]
 
 
 @hard_case(
     "T08",
-    "two frictions stuck in series",
-    setup="bearing 3 N m and motor 0.05 N m behind 100:1, loads from 0.5 to 0.99 of both; 10 s",
-    naive="two unknown forces in one balance at rest, np.linalg.solve",
+    "Two frictions in series stick",
+    setup=(
+        "A bearing with 3 N m and a motor with 0.05 N m of friction behind a ratio of 100 stick under loads "
+        "from 0.5 to 0.99 of both, for 10 s."
+    ),
+    naive="np.linalg.solve for two unknown friction torques in one equilibrium",
 )
 def test_two_stuck_frictions() -> list[Figure]:
     total, ratio, drifts, refused = 3.0 + 0.05 * 100.0, 100.0, [], 0

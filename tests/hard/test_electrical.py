@@ -31,8 +31,8 @@ def exact(start: float, volts: list[float], speed: float, step: float, inductanc
 
 @hard_case(
     "T12",
-    "winding of L/R = 0.27 ms at steps of 1 ms",
-    setup="0.299 ohm, 82 uH, 200 steps of random voltage, against 50 digits",
+    "A winding with L/R = 0.27 ms at steps of 1 ms",
+    setup="A winding of 0.299 ohm and 82 µH takes 200 steps of random voltage. The reference has 50 digits.",
     naive="explicit Euler",
 )
 def test_exact_current() -> list[Figure]:
@@ -48,12 +48,12 @@ def test_exact_current() -> list[Figure]:
     scale = float(np.abs(wanted).max())
     return [
         Figure(
-            "error of the current",
+            "relative error of the current",
             float(np.abs(np.subtract(ends, wanted)).max()) / scale,
             largest / scale,
             at_most=1e-12,
         ),
-        Figure("error of its mean over a step", abs(float(mean) - mean_wanted) / scale, at_most=1e-12),
+        Figure("relative error of its mean over a step", abs(float(mean) - mean_wanted) / scale, at_most=1e-12),
     ]
 
 

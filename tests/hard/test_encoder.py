@@ -32,8 +32,8 @@ def off(found: np.ndarray, wanted: np.ndarray) -> tuple[float, float]:
 
 @hard_case(
     "T40",
-    "torques from an encoder",
-    setup="UR5 at 1 kHz, 12 to 24 bit a turn, each, the worst joint and resolution",
+    "Torques from encoder positions",
+    setup="A UR5 sampled at 1 kHz with encoders of 12 to 24 bit per turn; the worst joint and resolution.",
     naive="second differences",
 )
 def test_encoder() -> list[Figure]:
@@ -50,6 +50,6 @@ def test_encoder() -> list[Figure]:
         naive.append(off(differences, wanted[1:-1]))
     (rms, peak), (naive_rms, naive_peak) = np.max(ours, axis=0), np.max(naive, axis=0)
     return [
-        Figure("RMS torque off", rms, naive_rms, at_most=3.0, unit="%"),
-        Figure("peak torque off", peak, naive_peak, at_most=5.0, unit="%"),
+        Figure("error of the RMS torque", rms, naive_rms, at_most=3.0, unit="%"),
+        Figure("error of the peak torque", peak, naive_peak, at_most=5.0, unit="%"),
     ]

@@ -58,9 +58,12 @@ def exact_end(cycles: int) -> float:
 
 @hard_case(
     "T13",
-    "winding after 3 h of a 1 Hz duty",
-    setup="edges of L/R = 0.27 ms, 30 % on, housing of 1120 s",
-    naive="scipy BDF, success = True",
+    "Winding temperature after 3 h of a 1 Hz duty cycle",
+    setup=(
+        "The current is on for 30 % of each second, with edges of L/R = 0.27 ms; the housing has a time "
+        "constant of 1120 s."
+    ),
+    naive="scipy's BDF, which reports success",
 )
 def test_three_hours() -> list[Figure]:
     cycles = int(HOURS * 3600)
@@ -75,16 +78,27 @@ def test_three_hours() -> list[Figure]:
     assert naive.success
     missed = abs(25.0 + naive.y[0, -1] - wanted)
     return [
-        Figure("error of cycles as maps", abs(exact.winding[-1] - wanted), missed, at_most=0.01, unit="K"),
-        Figure("error with the mean loss", abs(averaged.winding[-1] - wanted), missed, at_most=0.2, unit="K"),
+        Figure(
+            "temperature error with each cycle as an affine map",
+            abs(exact.winding[-1] - wanted),
+            missed,
+            at_most=0.01,
+            unit="K",
+        ),
+        Figure(
+            "temperature error with the mean loss", abs(averaged.winding[-1] - wanted), missed, at_most=0.2, unit="K"
+        ),
     ]
 
 
 @hard_case(
     "T14",
-    "thermal runaway: loss that grows faster than cooling",
-    setup="2000 motors and currents, a R Rth I² from 0.01 to 3, the closest 1e-6 from 1",
-    naive="constant resistance",
+    "Thermal runaway",
+    setup=(
+        "2000 motors and currents with a loop gain a R Rth I² from 0.01 to 3; at 1 the loss grows faster than "
+        "the cooling, and the closest gain is 1e-6 away from 1."
+    ),
+    naive="constant winding resistance",
 )
 def test_runaway() -> list[Figure]:
     rng = np.random.default_rng(0)
@@ -106,8 +120,8 @@ def test_runaway() -> list[Figure]:
             worst = max(worst, abs((found.mean_winding - 25.0) / wanted - 1.0))
             naive_worst = max(naive_worst, abs(resistance * amperes**2 * total / wanted - 1.0))
     return [
-        Figure("wrong answers to whether it runs away", float(wrong), float(naive_wrong), at_most=0.0),
-        Figure("error of the rise elsewhere", worst, naive_worst, at_most=1e-6),
+        Figure("incorrect answers to whether there is a runaway", float(wrong), float(naive_wrong), at_most=0.0),
+        Figure("relative error of the temperature rise elsewhere", worst, naive_worst, at_most=1e-6),
     ]
 
 
@@ -142,9 +156,9 @@ def brute_force(duration: float) -> tuple[float, float]:
 
 @hard_case(
     "T15",
-    "temperatures of a cycle repeated for ever",
-    setup="20 s lift, 9, 4 and 0.5 A, against 12 000 s by brute force",
-    naive="mean loss, cold resistance",
+    "Temperatures of a cycle that repeats without end",
+    setup="A lift of 20 s with 9, 4 and 0.5 A. The reference simulates 12 000 s.",
+    naive="mean loss with the cold resistance",
 )
 def test_periodic() -> list[Figure]:
     found = temperature_of_current(NETWORK, MOTOR, LIFT[:, 0], LIFT[:, 1])
@@ -152,8 +166,12 @@ def test_periodic() -> list[Figure]:
     square = float(np.trapezoid(LIFT[:, 1] ** 2, LIFT[:, 0])) / 20.0
     cold = 25.0 + MOTOR.resistance * square * (1.9 + 4.65)
     return [
-        Figure("error of the mean", abs(found.mean_winding - mean), abs(cold - mean), at_most=0.2, unit="K"),
-        Figure("error of the peak", abs(found.peak_winding - peak), abs(cold - peak), at_most=0.2, unit="K"),
+        Figure(
+            "error of the mean temperature", abs(found.mean_winding - mean), abs(cold - mean), at_most=0.2, unit="K"
+        ),
+        Figure(
+            "error of the peak temperature", abs(found.peak_winding - peak), abs(cold - peak), at_most=0.2, unit="K"
+        ),
     ]
 
 

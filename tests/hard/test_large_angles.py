@@ -50,9 +50,9 @@ def by_angles(start: float) -> Array:
 
 @hard_case(
     "T30",
-    "a spring of 1e6 N m/rad at a joint angle of 1e6 rad",
-    setup="300 N m on a geared rotor and a link, 0.1 s; the same as from angle 0",
-    naive="torque from rotor angle / ratio - joint angle",
+    "A spring of 1e6 N m/rad at a joint angle of 1e6 rad",
+    setup="300 N m act on a geared rotor and a link for 0.1 s. The result must equal that from the angle 0.",
+    naive="spring torque from rotor angle / ratio - joint angle",
 )
 def test_spring_far_out() -> list[Figure]:
     scale = float(np.abs(by_deflection(0.0)).max())
@@ -66,8 +66,8 @@ def test_spring_far_out() -> list[Figure]:
         wanted = way(arm, near, qd, tau)
         worst = max(worst, float(np.abs(way(arm, q, qd, tau) - wanted).max() / np.abs(wanted).max()))
     return [
-        Figure("noise in the spring's torque", ours, naive, at_most=1e-9),
-        Figure("change of a six-axis arm's dynamics", worst, at_most=1e-12),
+        Figure("relative error of the spring torque", ours, naive, at_most=1e-9),
+        Figure("relative change of the dynamics of a six-axis arm", worst, at_most=1e-12),
     ]
 
 

@@ -59,9 +59,9 @@ def euler(rates: Callable[[float, np.ndarray], list[float]], state: list[float],
 
 @hard_case(
     "T16a",
-    "a current that the voltage cannot reach, for 20 ms",
-    setup="125 A asked at 24 V and 0.299 ohm, then 5 A; loop of 1 kHz, E1",
-    naive="PI with its voltage clipped",
+    "A current that the voltage cannot reach for 20 ms",
+    setup="125 A are commanded at 24 V and 0.299 ohm, then 5 A. The current loop has 1 kHz. E1.",
+    naive="PI controller with a clipped voltage",
 )
 def test_anti_windup_of_the_current() -> list[Figure]:
     width = 2.0 * math.pi * 1000.0
@@ -78,16 +78,19 @@ def test_anti_windup_of_the_current() -> list[Figure]:
 
     naive, band = euler(clipped, [0.0, 0.0], 2e-6, 25_000), 0.02 * 75.0
     return [
-        Figure("settling", 1e3 * (settled(run.time, run["joint.current"], 5.0, band) - 0.02),
+        Figure("settling time", 1e3 * (settled(run.time, run["joint.current"], 5.0, band) - 0.02),
                1e3 * (settled(2e-6 * np.arange(25_001), naive[:, 0], 5.0, band) - 0.02), at_most=1.5, unit="ms"),
     ]  # fmt: skip
 
 
 @hard_case(
     "T16b",
-    "a step of speed beyond the peak current",
-    setup="300 rad/s with 10 A for 33 ms, PI of the speed with 20 ms; E1 and E2",
-    naive="PI with its current clipped",
+    "A speed step that exceeds the peak current",
+    setup=(
+        "A step of 300 rad/s needs the peak current of 10 A for 33 ms; the speed controller is a PI with an "
+        "integral time of 20 ms. E1 and E2."
+    ),
+    naive="PI controller with a clipped current",
 )
 def test_anti_windup_of_the_speed() -> list[Figure]:
     loop = CascadeLoop(0.0, 0.3, 0.02, peak_current=10.0)
@@ -103,9 +106,9 @@ def test_anti_windup_of_the_speed() -> list[Figure]:
     naive = euler(clipped, [0.0, 0.0], 2e-5, 20_000)[:, 0]
     # 5 %, the overshoot of a well-tuned loop; settling as far as the current allows: J w / (kt I) = 32.8 ms.
     return [
-        Figure("overshoot", fixed.max() / 300.0 - 1.0, naive.max() / 300.0 - 1.0, at_most=0.05),
-        Figure("overshoot, E2", adaptive.max() / 300.0 - 1.0, at_most=0.05),
-        Figure("settling", settled(np.linspace(0.0, 0.4, 401), fixed, 300.0, 6.0),
+        Figure("overshoot (E1)", fixed.max() / 300.0 - 1.0, naive.max() / 300.0 - 1.0, at_most=0.05),
+        Figure("overshoot (E2)", adaptive.max() / 300.0 - 1.0, at_most=0.05),
+        Figure("settling time", settled(np.linspace(0.0, 0.4, 401), fixed, 300.0, 6.0),
                settled(2e-5 * np.arange(20_001), naive, 300.0, 6.0), at_most=0.04, unit="s"),
     ]  # fmt: skip
 
@@ -138,9 +141,12 @@ def continuous_holds(gain: float) -> bool:
 
 @hard_case(
     "T17",
-    "limit of a speed loop's gain that samples set",
-    setup="1 kHz, no delay and one sample, K T / J by halving; E1",
-    naive="the loop without samples, up to 100 times the limit",
+    "Gain limit of a sampled speed loop",
+    setup=(
+        "The loop runs at 1 kHz without a delay and with a delay of one sample; the limit of K T / J is found "
+        "by bisection. E1."
+    ),
+    naive="the continuous loop, tested up to 100 times the limit",
 )
 def test_limit_of_sampled_loops() -> list[Figure]:
     naive = math.inf if all(continuous_holds(gain) for gain in (1.0, 2.5, 10.0, 200.0)) else 0.0
@@ -148,7 +154,11 @@ def test_limit_of_sampled_loops() -> list[Figure]:
     exact = (2.0, 2.0 * (math.sqrt(2.0) - 1.0))
     return [
         Figure(
-            f"limit off, delay {d}", abs(limit_found(d) / exact[d] - 1.0), naive, naive_says="no limit", at_most=0.01
+            f"relative error of the limit with{'out a delay' if d == 0 else ' a delay of one sample'}",
+            abs(limit_found(d) / exact[d] - 1.0),
+            naive,
+            naive_says="no limit",
+            at_most=0.01,
         )
         for d in (0, 1)
     ]
@@ -179,22 +189,27 @@ def smooth_hunting(width: float) -> float:
 
 @hard_case(
     "T11",
-    "a servo with an integral hunts where friction falls with speed",
-    setup="Stribeck 2 to 1 N m, 60 s; E1 at 1 ms and half of it",
-    naive="times tanh(speed / width), width 20 and 10 mrad/s",
+    "A servo with integral action hunts under Stribeck friction",
+    setup=(
+        "The friction falls from 2 to 1 N m with speed. The amplitude after 60 s must not depend on the step of "
+        "E1: 1 ms and 0.5 ms."
+    ),
+    naive="friction multiplied by tanh(speed / width), with a width of 20 and of 10 mrad/s",
 )
 def test_hunting() -> list[Figure]:
     whole, half = hunting(FixedStep(1e-3)), hunting(FixedStep(5e-4))
     smooth, smoother = smooth_hunting(0.02), smooth_hunting(0.01)
     assert half > 0.03  # it does hunt
-    return [Figure("change of the amplitude", abs(whole / half - 1.0), abs(smooth / smoother - 1.0), at_most=0.02)]
+    return [
+        Figure("relative change of the amplitude", abs(whole / half - 1.0), abs(smooth / smoother - 1.0), at_most=0.02)
+    ]
 
 
 @hard_case(
     "T50",
-    "a shaken controller that diverges is reported, with instant and signal",
-    setup="sampled speed loop at 1.25 and 2.4 times its limit, E1 and E2",
-    naive="the recursion itself, for 2 s",
+    "A diverging controller is reported with instant and signal",
+    setup="A sampled speed loop at 1.25 and 2.4 times its gain limit. E1 and E2.",
+    naive="the recursion itself for 2 s",
 )
 def test_divergence_is_told() -> list[Figure]:
     silent, wrong, naive = 0, 0, 0
@@ -211,8 +226,8 @@ def test_divergence_is_told() -> list[Figure]:
             before, place, speed = place, place + PERIOD * (speed + 0.5 * waiting[0]), speed + waiting[0]
         naive += int(not abs(speed) < 1e31)
     return [
-        Figure("diverging runs that give numbers and say nothing", float(silent), float(2 * naive), at_most=0.0),
-        Figure("series with numbers beyond use", float(wrong), at_most=0.0),
+        Figure("diverging runs without a report", float(silent), float(2 * naive), at_most=0.0),
+        Figure("series with values beyond any use", float(wrong), at_most=0.0),
     ]
 
 
@@ -230,9 +245,12 @@ def loaded(solver: Engine | Solver) -> Recording:
 
 @hard_case(
     "T52",
-    "no layer of fast motion at the start",
-    setup="19.6 N m held through 2e4 N m/rad by 6.5 A and a loop of 1 kHz; E1 and E2",
-    naive="every state from zero, Radau",
+    "No transient at the start",
+    setup=(
+        "6.5 A hold 19.6 N m through a spring of 2e4 N m/rad, with a current loop of 1 kHz. E1 and E2 must "
+        "start in equilibrium."
+    ),
+    naive="all states start from zero (Radau)",
 )
 def test_no_initial_layer() -> list[Figure]:
     wanted = 19.6 / (100.0 * MOTOR.torque_constant)
@@ -253,9 +271,9 @@ def test_no_initial_layer() -> list[Figure]:
         run = loaded(solver)
         first = name == "E1"
         figures += [
-            Figure(f"change of the current, {name}", float(np.ptp(run["joint.current"])) / wanted,
+            Figure(f"relative change of the current ({name})", float(np.ptp(run["joint.current"])) / wanted,
                    float(np.ptp(naive[0])) / wanted if first else None, at_most=1e-6),
-            Figure(f"speed, {name}", float(np.abs(run["joint.speed"]).max()),
+            Figure(f"speed ({name})", float(np.abs(run["joint.speed"]).max()),
                    float(np.abs(naive[3]).max()) if first else None, at_most=1e-6, unit="rad/s"),
         ]  # fmt: skip
     return figures

@@ -15,9 +15,9 @@ MU, RATIO, LOAD = 0.25, 100.0, 19.6
 
 @hard_case(
     "T06",
-    "the current to lift over that to lower",
-    setup="mesh friction 0.25 of the load, ratio 100, 19.6 N m at constant speed",
-    naive="tau / (eta kt) in both directions",
+    "Current to lift a load, relative to the current to lower it",
+    setup="The mesh friction is 0.25 of the load, the ratio 100, and the load 19.6 N m at constant speed.",
+    naive="current = torque / (efficiency · torque constant) in both directions",
 )
 def test_lift_and_lower() -> list[Figure]:
     motor = Motor("typical", resistance=0.299, torque_constant=0.0302, rotor_inertia=3.3e-5)
@@ -33,11 +33,11 @@ def test_lift_and_lower() -> list[Figure]:
     book_loss = book * motor.torque_constant * RATIO * speed - load * speed
     return [
         Figure(
-            "error of the ratio (1 + mu)/(1 - mu)",
+            "relative error of the ratio (1 + mu)/(1 - mu)",
             ours=abs(amperes[0] / amperes[-1] / wanted - 1.0),
             naive=abs(book[0] / book[-1] / wanted - 1.0),
             at_most=1e-6,
         ),
-        Figure("least loss in the mesh", balance.mesh.min(), book_loss.min(), at_least=0.0, unit="W"),
+        Figure("smallest loss in the mesh", balance.mesh.min(), book_loss.min(), at_least=0.0, unit="W"),
         Figure("power unaccounted for", float(np.abs(balance.residual).max()), at_most=1e-12, unit="W"),
     ]

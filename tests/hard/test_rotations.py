@@ -75,9 +75,9 @@ def back(found: np.ndarray, vector: np.ndarray) -> float:
 
 @hard_case(
     "T31a",
-    "exponential of rotations and poses",
-    setup="240 twists, angles 1e-12 to pi, against 60 digits",
-    naive="the textbook's formula, nothing below 1e-6",
+    "Exponential of rotations and poses",
+    setup="240 twists with angles from 1e-12 to pi. The reference has 60 digits.",
+    naive="the textbook formula, with the identity below 1e-6",
 )
 def test_exponential() -> list[Figure]:
     ours, poses, naive = 0.0, 0.0, 0.0
@@ -94,9 +94,9 @@ def test_exponential() -> list[Figure]:
 
 @hard_case(
     "T31b",
-    "logarithm of rotations and poses",
-    setup="the same twists back from their matrices",
-    naive="the textbook's arccosine of the trace",
+    "Logarithm of rotations and poses",
+    setup="The twists of T31a are recovered from their matrices.",
+    naive="arccosine of the trace, as in textbooks",
 )
 def test_logarithm() -> list[Figure]:
     # The matrix itself is rounded, and a twist of angle pi is told by it to one unit of rounding of pi, 4.4e-16.
@@ -115,9 +115,9 @@ def test_logarithm() -> list[Figure]:
 
 @hard_case(
     "T32",
-    "a million rotations one after another",
-    setup="1e6 steps of 1 mrad about an oblique axis",
-    naive="products of exact steps, and of 1 + [w] dt, 1e5 of them",
+    "A million successive rotations",
+    setup="1e6 steps of 1 mrad about an oblique axis.",
+    naive="products of exact steps, and of 1 + [w] dt over 1e5 steps",
 )
 def test_a_million_compositions() -> list[Figure]:
     step = 1e-3 * np.array([1.0, -2.0, 2.0]) / 3.0
@@ -135,6 +135,6 @@ def test_a_million_compositions() -> list[Figure]:
         return float(np.abs(rotation.T @ rotation - np.eye(3)).max())
 
     return [
-        Figure("R'R - 1, projected now and then", off(kept), off(product), at_most=1e-12),
-        Figure("R'R - 1, computed anew from the angle", off(whole), off(linear), at_most=1e-12),
+        Figure("error of R'R = 1 with projection at intervals", off(kept), off(product), at_most=1e-12),
+        Figure("error of R'R = 1 with R computed from the angle", off(whole), off(linear), at_most=1e-12),
     ]

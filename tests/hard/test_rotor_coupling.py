@@ -39,14 +39,14 @@ def wrong_entries(level: RotorLevel) -> float:
 
 @hard_case(
     "T26",
-    "rotors that couple joints",
-    setup="the book's 2R arm of p. 311, ratios 10 and 100",
-    naive="G² I on the diagonal",
+    "Rotors that couple joints",
+    setup="The 2R arm with ratios 10 and 100 of Modern Robotics, p. 311.",
+    naive="ratio² · rotor inertia on the diagonal of the mass matrix",
 )
 def test_book_matrices() -> list[Figure]:
     return [
         Figure(
-            "printed entries missed, of 8",
+            "printed entries not reproduced, of 8",
             ours=wrong_entries(RotorLevel.FULL),
             naive=wrong_entries(RotorLevel.REFLECTED),
             at_most=0.0,

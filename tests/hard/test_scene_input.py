@@ -73,9 +73,11 @@ def naive_verdicts(rng: np.random.Generator) -> int:
 
 @hard_case(
     "T51",
-    "NaN, infinity, wrong signs, shapes and types anywhere in a scene",
-    setup=f"{RUNS} runs of 11 scenes with 27 effects, one number of an effect, body, motion or argument spoiled",
-    naive="a pendulum with rotor, spring and friction by Euler",
+    "NaN, infinity, wrong signs, shapes and types in a scene",
+    setup=(
+        f"{RUNS} runs of 11 scenes with 27 effects, with one corrupted value of an effect, body, motion or argument."
+    ),
+    naive="a pendulum with rotor, spring and friction by explicit Euler",
 )
 def test_spoiled_scenes() -> list[Figure]:
     rng, wrong = np.random.default_rng(51), dict[str, str]()
@@ -86,7 +88,7 @@ def test_spoiled_scenes() -> list[Figure]:
             wrong.setdefault(found, name)
     assert wrong == {}
     naive = float(naive_verdicts(np.random.default_rng(51)))
-    return [Figure("other than an InputError or a recording of numbers", float(len(wrong)), naive, at_most=0.0)]
+    return [Figure("results other than an InputError or a finite recording", float(len(wrong)), naive, at_most=0.0)]
 
 
 def massless(last: float, *effects: Any) -> Scene:
@@ -100,9 +102,11 @@ def massless(last: float, *effects: Any) -> Scene:
 
 @hard_case(
     "T49",
-    "a joint that moves no inertia",
-    setup="a scene without mass, an arm's last link without, one behind a spring; E1 and E2",
-    naive="np.linalg.solve of the mass matrix",
+    "A joint that moves no inertia",
+    setup=(
+        "A scene without mass, an arm whose last link has none, and one behind a spring. E1 and E2 must name the joint."
+    ),
+    naive="np.linalg.solve with the mass matrix",
 )
 def test_massless() -> list[Figure]:
     spring = FlexibleJoint(Gear("g", 100.0, stiffness_1=1e4))
@@ -126,4 +130,6 @@ def test_massless() -> list[Figure]:
     # An armature is all that it takes.
     assert simulate(massless(0.0, ReflectedRotor(1e-5, 100.0))).stopped_by is None
     said = "LinAlgError: Singular matrix"
-    return [Figure("runs that name the joint, of 8", float(named), float(naive), naive_says=said, at_least=8.0)]
+    return [
+        Figure("runs whose message names the joint, of 8", float(named), float(naive), naive_says=said, at_least=8.0)
+    ]

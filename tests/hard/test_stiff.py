@@ -65,8 +65,11 @@ def leapfrog(stiffness: float, step: float, count: int) -> tuple[float, float]:
 
 @hard_case(
     "T18",
-    "stiff springs on a light rotor",
-    setup="1e4, 1e5, 1e6 N m/rad between 1 and 0.002 kg m², to 22 000 rad/s; E1 at 1 ms, E2 over 100 swings",
+    "Stiff springs on a light rotor",
+    setup=(
+        "Springs of 1e4, 1e5 and 1e6 N m/rad between inertias of 1 and 0.002 kg m², with natural frequencies up "
+        "to 22 000 rad/s. E1 at 1 ms, E2 over 100 oscillations."
+    ),
     naive="semi-implicit Euler at 1 ms",
 )
 def test_stiff_springs() -> list[Figure]:
@@ -84,9 +87,9 @@ def test_stiff_springs() -> list[Figure]:
         stored = run["stored_energy"][late]
         energy = max(energy, float(np.abs(stored / stored[0] - 1.0).max()))
     return [
-        Figure("largest twist over the first, E1", largest, naive, at_most=1.0 + 1e-9),
-        Figure("frequency off, E2", slow, at_most=1e-3),
-        Figure("change of energy, E2", energy, at_most=1e-6),
+        Figure("largest wind-up relative to the initial one (E1)", largest, naive, at_most=1.0 + 1e-9),
+        Figure("relative error of the frequency (E2)", slow, at_most=1e-3),
+        Figure("relative change of the energy (E2)", energy, at_most=1e-6),
     ]
 
 
@@ -131,9 +134,12 @@ def order_of(error: Callable[[float], float], first: float, last: float) -> floa
 
 @hard_case(
     "T19a",
-    "a spring that grows stiffer tends to the rigid joint",
-    setup="1e4 to 1e7 N m/rad, a push of a second; E2 at 1e-9",
-    naive="RK4 at 1 ms, 1e7 N m/rad",
+    "An increasingly stiff spring approaches the rigid joint",
+    setup=(
+        "Springs from 1e4 to 1e7 N m/rad, a push of 1 s. The difference from the rigid joint must fall with "
+        "1/K. E2 with a tolerance of 1e-9."
+    ),
+    naive="RK4 at 1 ms with 1e7 N m/rad",
 )
 def test_stiffness_to_infinity() -> list[Figure]:
     rigid, _ = driven(None)
@@ -145,8 +151,15 @@ def test_stiffness_to_infinity() -> list[Figure]:
         return float(np.abs(driven(1.0 / compliance)[1] - rigid).max())
 
     return [
-        Figure("order in 1/K less 1, link", abs(order_of(link, 1e-4, 1e-7) - 1.0), math.inf, at_most=0.1),
-        Figure("order less 1, motor", abs(order_of(motor, 1e-4, 1e-7) - 1.0), explicit_error(1e7), at_most=0.1),
+        Figure(
+            "difference of the order in 1/K from 1 (link)", abs(order_of(link, 1e-4, 1e-7) - 1.0), math.inf, at_most=0.1
+        ),
+        Figure(
+            "difference of the order in 1/K from 1 (motor)",
+            abs(order_of(motor, 1e-4, 1e-7) - 1.0),
+            explicit_error(1e7),
+            at_most=0.1,
+        ),
     ]
 
 
@@ -160,9 +173,9 @@ def spun(inductance: float) -> np.ndarray:
 
 @hard_case(
     "T19b",
-    "an inductance that vanishes tends to the current that follows at once",
-    setup="1e-4 to 1e-7 H at 0.299 ohm, a wave of 12 V; E1 at 1 ms",
-    naive="explicit Euler at 1 ms, 1e-4 H",
+    "A vanishing inductance approaches the current without inductance",
+    setup="Inductances from 1e-4 to 1e-7 H at 0.299 ohm and a sinusoidal voltage of 12 V. E1 at 1 ms.",
+    naive="explicit Euler at 1 ms with 1e-4 H",
 )
 def test_inductance_to_zero() -> list[Figure]:
     limit = spun(1e-15)
@@ -179,16 +192,23 @@ def test_inductance_to_zero() -> list[Figure]:
         current += 1e-3 / 1e-4 * (12.0 * math.sin(2.0 * math.pi * k / 300.0) ** 2 - 0.299 * current)
     naive = abs(current) if abs(current) < 1e30 else math.inf
     return [
-        Figure("order in L less 1", abs(order - 1.0), naive, at_most=0.1),
+        Figure("difference of the order in L from 1", abs(order - 1.0), naive, at_most=0.1),
         # The step's own error: second order, 1 ms against the motor's 11 ms.
-        Figure("the limit off scipy's quasi-static", float(np.abs(limit - quasi).max() / quasi.max()), at_most=1e-3),
+        Figure(
+            "relative difference of the limit from scipy's quasi-static solution",
+            float(np.abs(limit - quasi).max() / quasi.max()),
+            at_most=1e-3,
+        ),
     ]
 
 
 @hard_case(
     "T47",
-    "L/R of 10 us beside heat of 1000 s",
-    setup="a duty of 9 and 0.5 A for an hour, R(T) with runaway gain 0.4; E1 at 2 ms",
+    "L/R of 10 µs together with heating over 1000 s",
+    setup=(
+        "A duty cycle of 9 and 0.5 A for an hour with a temperature-dependent resistance, whose runaway gain is "
+        "0.4. E1 at 2 ms."
+    ),
     naive="explicit Euler of the winding at 2 ms",
 )
 def test_nine_decades() -> list[Figure]:
@@ -213,18 +233,22 @@ def test_nine_decades() -> list[Figure]:
     for _ in range(200):
         current = min(abs(current + 2e-3 / 3e-6 * (2.7 - 0.3 * current)), 1e300)
     return [
-        Figure("current off", abs(run["joint.current"][-1] - 0.5), math.inf if current > 1e30 else current,
+        Figure("error of the current", abs(run["joint.current"][-1] - 0.5), math.inf if current > 1e30 else current,
                at_most=1e-9, unit="A"),
         # As of T13: 0.2 K where the losses are averaged on the clock of the heat.
-        Figure("winding off", abs(float(run["joint.winding_temperature"][-1]) - state[0]), at_most=0.2, unit="K"),
+        Figure("error of the winding temperature", abs(float(run["joint.winding_temperature"][-1]) - state[0]),
+               at_most=0.2, unit="K"),
     ]  # fmt: skip
 
 
 @hard_case(
     "T48",
-    "a spring of 1e6 N m/rad on a rotor of 1e-6 kg m²",
-    setup="link of 1 kg m² pulled with up to 4 N m for a second; mode of 1e6 rad/s, damped by 5 %; E1 at 1 ms and E2",
-    naive="RK4 at 10 us",
+    "A spring of 1e6 N m/rad on a rotor of 1e-6 kg m²",
+    setup=(
+        "A link of 1 kg m² is pulled with up to 4 N m for a second; the mode has 1e6 rad/s and 5 % damping. E1 "
+        "at 1 ms, and E2."
+    ),
+    naive="RK4 at 10 µs",
 )
 def test_spring_on_nothing() -> list[Figure]:
     stiff, light, damping = 1e6, 1e-6, 0.1
@@ -236,7 +260,7 @@ def test_spring_on_nothing() -> list[Figure]:
         # E1 takes one step wholly implicit after the bend of the torque: h^2 a / 2 = 2e-6 rad.
         # Both as one body, but for a twist of light / (1 + light) * 4 / stiff.
         off = abs(run["joint.position"][-1] * (1.0 + light) - 2.0)
-        figures.append(Figure(f"where the link ends off, {name}", float(off), at_most=limit, unit="rad"))
+        figures.append(Figure(f"error of the link's final position ({name})", float(off), at_most=limit, unit="rad"))
         assert run.counters["steps"] < 10_000
 
     y, h = np.array([0.0, 0.0]), 1e-5
@@ -250,4 +274,4 @@ def test_spring_on_nothing() -> list[Figure]:
             break
     naive = math.inf if np.abs(y).max() > 1e30 else float(np.abs(y[0]))
     twist = float(np.abs(run["joint.deflection"]).max())
-    return [*figures, Figure("largest twist", twist, naive, at_most=1e-9, unit="rad")]
+    return [*figures, Figure("largest wind-up", twist, naive, at_most=1e-9, unit="rad")]

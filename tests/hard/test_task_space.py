@@ -39,8 +39,8 @@ def inverted_twice(arm: Arm, q: np.ndarray) -> np.ndarray:
 
 @hard_case(
     "T33",
-    "inertia of the tip near a singularity",
-    setup="2R arm, elbow from 0.1 to 1e-12 rad from straight, against 60 digits",
+    "Operational-space inertia near a singularity",
+    setup="A 2R arm with its elbow from 0.1 to 1e-12 rad away from straight. The reference has 60 digits.",
     naive="inv(J inv(M) J')",
 )
 def test_near_singular() -> list[Figure]:
@@ -61,9 +61,9 @@ def test_near_singular() -> list[Figure]:
         except np.linalg.LinAlgError:  # at least it is told
             crashes += 1
     return [
-        Figure("error where nothing is flagged", worst, naive_worst, at_most=1e-8),
+        Figure("relative error where no singularity is reported", worst, naive_worst, at_most=1e-8),
         Figure(
-            "wrong answers without a flag, of 12",
+            "incorrect answers without a report, of 12",
             float(silent),
             float(naive_silent),
             at_most=0.0,

@@ -38,9 +38,9 @@ def tour(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
 
 @hard_case(
     "T39",
-    "moves of no duration, and steps of position",
-    setup="300 tours of which a third of the moves take no time, 300 impulses, 100 cycles with a gap",
-    naive="quintic in t/T, blocks joined as they come",
+    "Moves without duration, and position steps",
+    setup="300 paths of which a third of the moves have no duration, 300 impulses, and 100 cycles with a gap.",
+    naive="quintic polynomials in t/T, joined without a check",
 )
 def test_no_duration() -> list[Figure]:
     rng, bad, naive_bad, through, naive_through = np.random.default_rng(0), 0, 0, 0, 0
@@ -70,6 +70,6 @@ def test_no_duration() -> list[Figure]:
         except InputError as fault:
             assert "a gap" in str(fault)
     return [
-        Figure("tours with samples that are no numbers, of 300", float(bad), float(naive_bad), at_most=0.0),
-        Figure("jumps let through, of 100", float(through), float(naive_through), at_most=0.0),
+        Figure("paths with samples that are not finite, of 300", float(bad), float(naive_bad), at_most=0.0),
+        Figure("position steps accepted, of 100", float(through), float(naive_through), at_most=0.0),
     ]

@@ -60,9 +60,9 @@ def caught(table: pd.DataFrame) -> tuple[int, int]:
 
 @hard_case(
     "T42",
-    "unit mistakes in data sheets",
-    setup="14 mistakes on each of 50 sheets of the catalogue, and the 50 as they are",
-    naive="a range for each column",
+    "Unit errors in data sheets",
+    setup="14 errors in each of 50 rows of the catalogue, and the 50 rows without an error.",
+    naive="a permitted range for each column",
 )
 def test_mistakes() -> list[Figure]:
     clean = sheets()
@@ -74,7 +74,7 @@ def test_mistakes() -> list[Figure]:
         found[name] = caught(wrong)
     everywhere, by_range = (sum(counts[way] == SHEETS for counts in found.values()) for way in (0, 1))
     return [
-        Figure("mistakes caught on all 50 sheets, of 14", float(everywhere), float(by_range), at_least=13.0),
+        Figure("errors found in all 50 rows, of 14", float(everywhere), float(by_range), at_least=13.0),
         Figure("false alarms", float(alarms), float(range_alarms), at_most=0.0),
     ]
 

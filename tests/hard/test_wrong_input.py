@@ -47,9 +47,9 @@ def _textbook_2r(q: Any, qd: Any) -> np.ndarray:
 
 @hard_case(
     "T41",
-    "NaN, infinity, wrong signs, shapes and types anywhere in the input",
-    setup="10 000 spoiled calls, studies, robots, motions, catalogue rows, recordings",
-    naive="the textbook's equations of a 2R arm, 1000 spoiled calls",
+    "NaN, infinity, wrong signs, shapes and types in the input",
+    setup="10 000 calls, studies, robots, motions, catalogue rows and recordings with one corrupted value.",
+    naive="the textbook equations of a 2R arm in 1000 corrupted calls",
 )
 def test_spoiled_input() -> list[Figure]:
     rng, calls = np.random.default_rng(41), public_calls()
@@ -71,7 +71,7 @@ def test_spoiled_input() -> list[Figure]:
     assert wrong == {}
     return [
         Figure(
-            "other than an InputError or a finite answer",
+            "results other than an InputError or a finite answer",
             float(len(wrong)),
             float(naive_verdicts(rng)),
             at_most=0.0,

@@ -34,16 +34,16 @@ def three_sets(selection: Selection) -> Selection:
 def test_each_set_says_where_it_differs(three_sets: Selection) -> None:
     rows = set_rows(three_sets)
     assert [row.rank for row in rows] == [1, 2, 3]
-    assert rows[0].changes == () and rows[1].changes == ("elbow: acme-2, direct",)
-    assert rows[2].changes == ("elbow: acme-2, direct", "wrist: acme-3 + wave-3-50")
+    assert rows[0].changes == () and rows[1].changes == ("elbow: acme-2 with no gear",)
+    assert rows[2].changes == ("elbow: acme-2 with no gear", "wrist: acme-3 with wave-3-50")
     assert (rows[0].objective, rows[0].price, rows[0].utilisation) == ("12.34", "–", "93\u00a0%")
-    assert set_lines(three_sets)[0] == "set 2: 12.50 kg; elbow: acme-2, direct"
+    assert set_lines(three_sets)[0] == "set 2: 12.50 kg; elbow: acme-2 with no gear"
     assert set_rows(replace(three_sets, best_sets=three_sets.best_sets[:1])) == []
 
 
 def test_sets_stand_on_the_page_in_the_file_and_on_the_terminal(three_sets: Selection) -> None:
     page = html_report(three_sets)
-    assert "The best sets" in page and "elbow: acme-2, direct; wrist: acme-3 + wave-3-50" in page
+    assert "The best sets" in page and "elbow: acme-2 with no gear; wrist: acme-3 with wave-3-50" in page
     data = json.loads(result_json(three_sets))
     assert data["bound"] == 12.34 and len(data["sets"]) == 3
     assert data["sets"][1]["drives"]["elbow"] == {"motor": "acme-2", "gear": ""}

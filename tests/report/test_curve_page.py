@@ -43,7 +43,7 @@ def test_words_name_both_ends(curve):
     assert "beyond 6.000\u00a0kg none fits (gear average torque at door)" in text
     assert "below 1.000\u00a0kg none fits (motor voltage at door)" in text
     lines = curve_lines(curve)
-    assert len(lines) == 4 and "no set fits" in lines[0] and "b + no gear" in lines[2]
+    assert len(lines) == 4 and "no set fits" in lines[0] and "b with no gear" in lines[2]
 
 
 def test_a_very_short_piece_has_ends_that_differ(curve):
@@ -55,7 +55,7 @@ def test_a_very_short_piece_has_ends_that_differ(curve):
 def test_page_holds_every_piece(curve):
     page = curve_report(curve)
     assert page == curve_report(curve)
-    for text in ("3.250", "motor RMS current at door", "a + g", "no set fits", "a note"):
+    for text in ("3.250", "motor RMS current at door", "a with g", "no set fits", "a note"):
         assert text in page
     assert not re.search(r"https?://(?!www\.w3\.org)", page)
 

@@ -58,7 +58,7 @@ def test_a_long_front_is_cut_on_the_terminal_and_one_set_has_no_span(study):
 def test_page_holds_every_set_and_what_is_left_out(study):
     page = front_report(front(study))
     assert page == front_report(front(study))
-    for text in ("2.250", "m2 + g", "no candidate has a known price", "complete"):
+    for text in ("2.250", "m2 with g", "no candidate has a known price", "complete"):
         assert text in page
     assert not re.search(r"https?://(?!www\.w3\.org)", page)
     empty = Front(study, ("mass",), {}, (), True, 0.0, {})

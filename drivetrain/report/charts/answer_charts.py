@@ -20,6 +20,7 @@ from drivetrain.sizing.answers.ratio import RatioStudy
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.front import Front
+from drivetrain.study.model import pair_name
 from drivetrain.study.parts.verdicts import Verdict
 
 OBJECTIVES = {"mass": "mass of all drives [kg]", "price": "price of all drives", "energy": "energy a cycle [J]"}
@@ -41,7 +42,7 @@ _NUMBER = re.compile(r"\s*([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)\s*(.*)$")
 
 
 def drives_text(drives: dict[str, tuple[str, str]]) -> str:
-    return "\n".join(f"{joint}: {motor} + {gear or 'no gear'}" for joint, (motor, gear) in drives.items())
+    return "\n".join(f"{joint}: {pair_name(*pair)}" for joint, pair in drives.items())
 
 
 def front_charts(found: Front, chosen: DriveSet | None = None) -> tuple[Chart, ...]:

@@ -105,8 +105,7 @@ def _rules(selection: Selection) -> list[tuple[str, str]]:
             facts.append((f"{part} types", text))
     for group in wanted.same_family:
         facts.append(("same family", ", ".join(group)))
-    given = [task.name for task in selection.study.joints if task.drive is not None]
-    if given:
+    if given := selection.study.given_drives:
         facts.append(("drive given by the study", ", ".join(given)))
     if not (wanted.most_motor_types or wanted.most_gear_types or wanted.same_family):
         facts.append(("rules beside the checks", "none"))

@@ -43,7 +43,7 @@ from drivetrain.report.words import (
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
-from drivetrain.study.model import Study
+from drivetrain.study.model import Study, gear_name
 from drivetrain.study.parts.verdicts import shared_place
 
 
@@ -225,7 +225,7 @@ def _others(selection: Selection, rejected: pd.DataFrame, joint: str) -> dict[st
 
     def pair(motor: str, gear: str) -> tuple[str, str]:
         known = catalog.motors.get(motor), catalog.gears.get(gear)
-        return named(motor, known[0]), named(gear or "direct drive", known[1])
+        return named(motor, known[0]), named(gear_name(gear), known[1])
 
     after = tuple((*pair(motor, gear), number(share)) for motor, gear, share in selection.alternatives.get(joint, ()))
     if after:

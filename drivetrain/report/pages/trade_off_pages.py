@@ -19,7 +19,7 @@ from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.results import DriveSet, Selection
 from drivetrain.sizing.search.front import Front
 from drivetrain.sizing.tolerance.monte_carlo import Chance
-from drivetrain.study.model import Study
+from drivetrain.study.model import Study, pair_name
 
 MOST_LISTED = 40  # lines on the terminal
 CRITERIA = {
@@ -170,7 +170,7 @@ def _drives_table(study: Study, first: str, title: str, sets: Iterable[dict[str,
     names, rows, before = [task.name for task in study.joints], [], dict[str, Pair]()
     for index, drives in enumerate(sets, 1):
         cells = [
-            DASH if pair is None else "same" if before.get(name) == pair else " + ".join(part for part in pair if part)
+            DASH if pair is None else "same" if before.get(name) == pair else pair_name(*pair)
             for name, pair in ((name, drives.get(name)) for name in names)
         ]
         rows.append((str(index), *cells))
@@ -248,8 +248,7 @@ def curve_lines(found: OptimumCurve) -> list[str]:
         before = found.pieces[index - 1].drives if index else {}
         worth = f"{_between([point.objective for point in piece.points])}{objective_tail(found.study)}"
         changed = [
-            f"{name}: {motor} + {gear or 'no gear'}"
-            for name, (motor, gear) in piece.drives.items() if before.get(name) != (motor, gear)
+            f"{name}: {pair_name(*pair)}" for name, pair in piece.drives.items() if before.get(name) != pair
         ]  # fmt: skip
         lines.append(f"{span}: {worth}; {', '.join(changed) or 'as before'}")
     return lines

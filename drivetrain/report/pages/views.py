@@ -29,7 +29,7 @@ from drivetrain.report.words import (
 )
 from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, JointResult, RejectedPair
-from drivetrain.study.model import JointTask, Safety, Study
+from drivetrain.study.model import JointTask, Safety, Study, gear_name
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
 CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
@@ -154,7 +154,7 @@ def joint_card(joint: JointResult, colour: str = "") -> JointCard:
         str(joint.verdict),
         CSS[joint.verdict],
         joint.motor,
-        joint.gear or "direct drive",
+        gear_name(joint.gear),
         identity(joint.drive.motor),
         identity(joint.drive.gear),
         joint_sentence(joint),
@@ -185,9 +185,7 @@ def part(record: Motor | Gear | Brake) -> Part:
         else:
             unit = {"degC": "°C", "C": "°C", "1": ""}.get(columns[name].unit, columns[name].unit)
             known.append((spoken, _cell(value), unit, columns[name].meaning))
-    return Part(
-        identity(record) or record.key or "direct drive", record.key, record.source, tuple(known), ", ".join(missing)
-    )
+    return Part(identity(record) or gear_name(record.key), record.key, record.source, tuple(known), ", ".join(missing))
 
 
 def used_rows(joint: JointResult, study: Study) -> list[Part]:

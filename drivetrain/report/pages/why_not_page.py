@@ -10,6 +10,7 @@ from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.words import check_sentence, objective_tail
 from drivetrain.sizing.answers.why_not import PairAnswer, SmallestChange, Standing, WhyNot
 from drivetrain.sizing.results import Selection
+from drivetrain.study.model import pair_name
 
 STANDING_CSS = {
     Standing.CHOSEN: "pass", Standing.FEASIBLE: "pass", Standing.REJECTED: "fail", Standing.NOT_JUDGED: "unchecked",
@@ -70,7 +71,6 @@ def _parts_text(found: WhyNot) -> str:
 
 
 def _standing(found: WhyNot, answer: PairAnswer) -> str:
-    pair = " with ".join(part for part in (answer.motor, answer.gear or "no gear") if part)
     if answer.standing is Standing.NO_PARTNER:
         return f"{answer.joint}: {_parts_text(found)} has no partner here."
     some = f" (the best of {answer.partners} pairs, {answer.holding} of which hold)" if answer.partners > 1 else ""
@@ -80,7 +80,7 @@ def _standing(found: WhyNot, answer: PairAnswer) -> str:
         Standing.REJECTED: "does not meet all limits beside the other chosen drives",
         Standing.NOT_JUDGED: "cannot be checked for lack of data",
     }
-    return f"{answer.joint}: {pair}{some} {words[answer.standing]}."
+    return f"{answer.joint}: {pair_name(answer.motor, answer.gear)}{some} {words[answer.standing]}."
 
 
 def _best(found: WhyNot, answer: PairAnswer, best: Selection) -> str:
@@ -109,7 +109,7 @@ def _section(found: WhyNot, answer: PairAnswer) -> Section:
                  row.unit, row.margin)
                 for row in rows
             ),
-            f"Every check of {answer.motor} with {answer.gear or 'no gear'}, the other chosen drives in place",
+            f"Every check of {pair_name(answer.motor, answer.gear)}, the other chosen drives in place",
             (2, 3, 4, 6),
         ))  # fmt: skip
     if answer.changes:

@@ -20,11 +20,12 @@ from typing import Any
 
 import numpy as np
 
+from drivetrain.arrays import Mask
 from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.candidates import build_candidates
-from drivetrain.sizing.search.domains import Domain, Domains, Mask
+from drivetrain.sizing.search.domains import Domain, Domains
 from drivetrain.sizing.search.preconditions import check_keys, check_options, satisfied
 from drivetrain.sizing.search.problem import Problem, build_problem
 from drivetrain.sizing.search.propagate import ParameterRanges, Propagation

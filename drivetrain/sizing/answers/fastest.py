@@ -25,9 +25,9 @@ from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.motion.time_optimal import quickest_squares, times
 from drivetrain.sizing.judge.evaluate import Given, evaluate, given_drives
 from drivetrain.sizing.judge.vary import edge
-from drivetrain.sizing.results import Evaluation, Selection, every_drive
+from drivetrain.sizing.results import Evaluation, Selection, every_drive, placed_checks
 from drivetrain.study.model import Study, refuse_moving_base
-from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
+from drivetrain.study.parts.verdicts import Check, Verdict
 
 MAX_FACTOR = 50.0  # largest factor of slowing down or speeding up
 BRACKET_STEP = 1.25  # factor between steps while an edge is bracketed
@@ -416,7 +416,7 @@ def _smallest_factor(holds: Callable[[float], bool], start: float, *, quicker: b
 
 
 def _satisfied(evaluation: Evaluation) -> bool:
-    return not any(_fails(check) for _, check in _checks(evaluation))
+    return not any(_fails(check) for _, check in placed_checks(evaluation))
 
 
 def _fails(check: Check) -> bool:
@@ -425,15 +425,10 @@ def _fails(check: Check) -> bool:
     return check.verdict is Verdict.FAIL or (doubtful and None not in (check.required, check.available))
 
 
-def _checks(evaluation: Evaluation) -> list[tuple[str, Check]]:
-    found = [(name, check) for name, joint in evaluation.joints.items() for check in joint.checks]
-    return found + [(shared_place(check), check) for check in evaluation.shared]
-
-
 def _instants(evaluation: Evaluation) -> list[tuple[str, Check]]:
     """The checks that depend on an instant alone, with their places."""
     return [
-        one for one in _checks(evaluation)
+        one for one in placed_checks(evaluation)
         if one[1].time is not None and one[1].name not in OVER_THE_CYCLE
         and (one[1].utilisation is not None or _fails(one[1]))
     ]  # fmt: skip
@@ -444,7 +439,7 @@ def _over_cycle(at: Callable[[Array], Evaluation], edges: Array, share: float) -
     if share == 0.0:
         return "", ""
     result = at(np.maximum(edges, share / (1.0 + 3.0 * FACTOR_TOLERANCE)))
-    failed = [one for one in _checks(result) if _fails(one[1])]
+    failed = [one for one in placed_checks(result) if _fails(one[1])]
     place, check = max(failed, key=lambda one: one[1].utilisation or 0.0, default=("", None))
     return (place, "" if check is None else check.name)
 

@@ -237,10 +237,7 @@ def ratio_studies(study: Study, *, drives: Mapping[str, Pair] | None = None) -> 
 
 def chosen_drives(study: Study) -> dict[str, Pair]:
     """Keys of the drives that the study gives, else of those selected for it, or the nearest when nothing fits."""
-    given = {task.name: task.drive for task in study.joints if task.drive is not None}
-    if len(given) == len(study.joints):
-        return given
-    return select(study, advise=False).evaluation.drives
+    return study.given_drives if study.gives_all_drives else select(study, advise=False).evaluation.drives
 
 
 def _point(setup: Setup, joint: int) -> RatioPoint:

@@ -56,7 +56,7 @@ class Setting:
         stated_friction: 1 where the study states the friction of the motor, else 0.
         life, bearing_life: 1 where the study wishes one of a joint that moves, and it rests on its gear, else 0.
         ratio_limit: 1 where the study states a largest inertia ratio, and tells the load's inertia, else 0.
-        rests: 1 where the joint stands still for a while, else 0.
+        stands_still: 1 where the joint is at rest for two samples in a row or never moves, else 0.
     """
 
     ambient: float = 0.0
@@ -92,7 +92,7 @@ class Setting:
     life: float = 0.0
     bearing_life: float = 0.0
     ratio_limit: float = 0.0
-    rests: float = 0.0
+    stands_still: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -243,24 +243,47 @@ NOBODY = Drive(Motor("", 1.0, 1.0), Gear("", 1.0, kind="ideal", efficiency=1.0))
 
 def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
     """The parameters of a joint's task."""
-    duration, stop, life = float(demand.weights.sum()), task.stop, study.safety.life is not None and demand.moves
-    stops = None
+    duration, stop, on_gear = float(demand.weights.sum()), task.stop, rests_on_gear(task, demand)
+    life, stops = study.safety.life is not None and demand.moves, None
     if stop.stops_per_day is not None and stop.service_life is not None:
         stops = stop.stops_per_day * stop.service_life / DAY
+    overload, whole = overload_limits(task.amplifier)
     return Setting(
-        study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
-        demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
-        duration if duration > 0.0 else 1.0, stop_current(stop.current, task.amplifier), stop.ramp, stop.rise,
-        float(study.arm is not None and rides(task)), float(stop.ramp is not None), float(stop.jam), stops,
-        float(stops is not None), float(study.drag_temperature(study.ambient)), float(study.gear_temperature is None),
-        task.gear_heat, study.cold_start, float(study.cold_start is not None),
-        float(bool(task.brakes)), 0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
-        1.0 - study.stiffness.scatter, study.supply.voltage, float(rates_supply(task.amplifier)),
-        *overload_limits(task.amplifier), task.amplifier_heat, float(task.motor_friction is not None), float(life),
-        float(life and rests_on_gear(task, demand)),
-        float(study.safety.inertia_ratio is not None and demand.load_inertia is not None),
-        float(not demand.moves or bool(np.logical_and(demand.at_rest[1:], demand.at_rest[:-1]).any())),
-    )  # fmt: skip
+        ambient=study.ambient,
+        volts=available_voltage(task.amplifier, study.supply.voltage),
+        mounting=task.housing_to_ambient,
+        fastest=demand.fastest.value,
+        mean_speed=demand.mean_speed,
+        bearing=float(on_gear),
+        moves=float(demand.moves),
+        duration=duration if duration > 0.0 else 1.0,
+        stop_current=stop_current(stop.current, task.amplifier),
+        stop_ramp=stop.ramp,
+        stop_rise=stop.rise,
+        rides=float(study.arm is not None and rides(task)),
+        ramped=float(stop.ramp is not None),
+        jam=float(stop.jam),
+        stops=stops,
+        counted=float(stops is not None),
+        gear_temperature=float(study.drag_temperature(study.ambient)),
+        settles=float(study.gear_temperature is None),
+        gear_heat=task.gear_heat,
+        cold_start=study.cold_start,
+        cold=float(study.cold_start is not None),
+        brake=float(bool(task.brakes)),
+        resonance=0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
+        stiffness_share=1.0 - study.stiffness.scatter,
+        supply=study.supply.voltage,
+        listed=float(rates_supply(task.amplifier)),
+        overload=overload,
+        whole=whole,
+        amplifier_heat=task.amplifier_heat,
+        stated_friction=float(task.motor_friction is not None),
+        life=float(life),
+        bearing_life=float(life and on_gear),
+        ratio_limit=float(study.safety.inertia_ratio is not None and demand.load_inertia is not None),
+        stands_still=float(not demand.moves or bool(np.logical_and(demand.at_rest[1:], demand.at_rest[:-1]).any())),
+    )
 
 
 def rides(task: JointTask) -> bool:

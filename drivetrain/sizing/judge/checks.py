@@ -273,7 +273,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "phase temperature at rest", "C", "figures.phase_temperature", "limits.winding_temperature", HEAT,
-        "highest winding temperature", origin="setting.ambient", applies="setting.rests", optional=True,
+        "highest winding temperature", origin="setting.ambient", applies="setting.stands_still", optional=True,
         words=words.phase_at_rest, allowance="allowance.winding_temperature",
         formula="winding temperature of the phase that may carry the amplitude at rest, twice its share of the loss",
     ),
@@ -291,7 +291,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "amplifier phase current at rest", "A", "figures.phase_current", "amplifier.continuous_current", HEAT,
-        "continuous current", "safety.rms", applies="setting.rests", optional=True, words=words.phase_at_rest,
+        "continuous current", "safety.rms", applies="setting.stands_still", optional=True, words=words.phase_at_rest,
         allowance="allowance.current", formula="RMS torque / kt(magnets), times sqrt(2) at rest",
     ),
     Requirement(

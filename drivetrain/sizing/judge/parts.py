@@ -73,7 +73,7 @@ class Parts:
 def parts_of(study: Study) -> Parts:
     """The candidates of a study."""
     filled_parts = FilledParts(study)
-    lists = [task.pairs if task.drive is None else (task.drive,) for task in study.joints]
+    lists = [task.choices for task in study.joints]
     motor_keys = tuple(dict.fromkeys(motor for one in lists for motor, _ in one))
     gear_keys = tuple(dict.fromkeys(["", *(gear for one in lists for _, gear in one)]))
     motors, gears = tuple(map(filled_parts.motor, motor_keys)), tuple(map(filled_parts.gear, gear_keys))

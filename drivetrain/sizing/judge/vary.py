@@ -24,10 +24,10 @@ from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
 from drivetrain.sizing.judge.parts import FilledParts
-from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.sizing.results import Evaluation, JointResult, placed_checks
 from drivetrain.study.change import TaskChange, heaviest
 from drivetrain.study.model import Study
-from drivetrain.study.parts.verdicts import Check, shared_place
+from drivetrain.study.parts.verdicts import Check
 
 EDGE = 1e-7  # relative error of an edge
 MOST, STEPS = 10.0, 32  # times a number, and in how many steps, while the smallest change is looked for
@@ -211,20 +211,20 @@ class Worst(NamedTuple):
 
 def worst_of_set(evaluation: Evaluation) -> Worst:
     """The check with the highest utilisation of a set of drives."""
-    places = [worst_of(one.checks)._replace(place=name) for name, one in evaluation.joints.items()]
-    places += [worst_of([check])._replace(place=shared_place(check)) for check in evaluation.shared]
-    return _worst(places) or places[0]
+    return _worst(placed_checks(evaluation))
 
 
 def worst_of(checks: Iterable[Check]) -> Worst:
     """The check with the highest utilisation; no name if none was made."""
-    used = [(one.name, one.utilisation) for one in checks if one.utilisation is not None]
-    return _worst([Worst(name, math.inf if math.isnan(share) else share) for name, share in used]) or Worst("", 0.0)
+    return _worst(("", check) for check in checks)
 
 
-def _worst(found: Sequence[Worst]) -> Worst | None:
+def _worst(checks: Iterable[tuple[str, Check]]) -> Worst:
     """The largest that has a number; what is without bound only where no number is over its limit."""
+    used = [(place, one.name, one.utilisation) for place, one in checks if one.utilisation is not None]
+    found = [Worst(name, math.inf if math.isnan(share) else share, place) for place, name, share in used]
     numbered = [one for one in found if math.isfinite(one.utilisation)]
     most = max(numbered, key=lambda one: one.utilisation, default=None)
     beyond = [one for one in found if not math.isfinite(one.utilisation)]
-    return beyond[0] if beyond and (most is None or most.utilisation <= 1.0) else most
+    worst = beyond[0] if beyond and (most is None or most.utilisation <= 1.0) else most
+    return worst or Worst("", 0.0)

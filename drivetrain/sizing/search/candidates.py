@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Mask
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
@@ -49,7 +49,7 @@ from drivetrain.sizing.search.affine_loads import (
     min_magnitude,
 )
 from drivetrain.sizing.search.bounds import Brake, Offer, Sheets, bound_candidates, open_span, span_of
-from drivetrain.sizing.search.domains import Indices, Mask
+from drivetrain.sizing.search.domains import Indices
 from drivetrain.study.model import JointTask, Study
 
 TABLE = table()

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Mask
 
 Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 Pairs = tuple[int, ...]
 
 UNPRICED = -1e300  # lower bound on an unknown cost: below every cost, and sums of it stay finite

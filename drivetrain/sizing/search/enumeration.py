@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Mask
 from drivetrain.sizing.search.constraints.stiffness import arm_utilisation
 from drivetrain.sizing.search.constraints.supply import supply_limited, supply_utilisation
-from drivetrain.sizing.search.domains import Domains, Mask, Pairs
+from drivetrain.sizing.search.domains import Domains, Pairs
 from drivetrain.sizing.search.problem import ROUNDING, Problem
 from drivetrain.sizing.search.propagate import ParameterRanges
 

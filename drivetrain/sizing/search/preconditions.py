@@ -80,9 +80,8 @@ def _of_groups(study: Study, options: SelectionOptions) -> Iterator[Fault]:
 def _of_keys(study: Study, task: JointTask) -> Iterator[Fault]:
     """Faults of the first pair with an unknown motor and of the first with an unknown gear."""
     motors, gears = study.catalog.motors, study.catalog.gears
-    pairs = task.pairs if task.drive is None else (task.drive,)
-    motor = next((one for one, _ in pairs if one not in motors), None)
-    gear = next((one for _, one in pairs if one and one not in gears), None)
+    motor = next((one for one, _ in task.choices if one not in motors), None)
+    gear = next((one for _, one in task.choices if one and one not in gears), None)
     if motor is not None:
         yield Fault(f"joints.{task.name}", "no motor has this key", motor, nearest(motor, motors))
     if gear is not None:
@@ -96,7 +95,7 @@ def lacking_of(study: Study, name: str) -> dict[str, tuple[int, int]]:
     """By joint, how many candidates have no known mass or price, and how many candidates there are."""
     found = {}
     for task in study.joints:
-        pairs = _pairs(task)
+        pairs = task.choices
         lacks = sum(any(getattr(row, name) is None for row in _rows(study, *pair)) for pair in pairs)
         lacks = len(pairs) if _unpriced(task, name) else lacks
         found[task.name] = (lacks, len(pairs))
@@ -133,10 +132,6 @@ def _unpriced(task: JointTask, name: str) -> bool:
     return name == "price" and bool(task.amplifiers) and all(one.price is None for one in task.amplifiers)
 
 
-def _pairs(task: JointTask) -> tuple[tuple[str, str], ...]:
-    return tuple(task.pairs) if task.drive is None else (task.drive,)
-
-
 def _rows(study: Study, motor: str, gear: str) -> list[Motor | Gear]:
     """The catalogue rows of a pair, as far as they exist."""
     catalog = study.catalog
@@ -152,7 +147,7 @@ def _keys(study: Study, name: str, joints: dict[str, int]) -> tuple[set[str], se
     for task in study.joints:
         if task.name in joints and _unpriced(task, name):
             amplifiers |= {one.key for one in task.amplifiers}
-        for motor, gear in _pairs(task) if task.name in joints else ():
+        for motor, gear in task.choices if task.name in joints else ():
             for keys, key, rows in ((motors, motor, study.catalog.motors), (gears, gear, study.catalog.gears)):
                 if key in rows and getattr(rows[key], name) is None:
                     keys.add(key)
@@ -215,7 +210,7 @@ def satisfied(evaluation: Evaluation) -> bool:
     """
     if evaluation.feasible:
         return True
-    given = {task.name for task in evaluation.study.joints if task.drive is not None}
+    given = evaluation.study.given_drives.keys()
     lacking = {name for name, joint in evaluation.joints.items() if joint.lacking}
     lacking |= set(massless(evaluation.study, evaluation.joints))
     rows = STOP_CHECKS if given else (*STOP_CHECKS, *SUPPLY_CHECKS)

@@ -16,9 +16,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Mask
 from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.search.domains import ALL, CHEAPEST, UNTESTED, Domain, Domains, Mask
+from drivetrain.sizing.search.domains import ALL, CHEAPEST, UNTESTED, Domain, Domains
 from drivetrain.sizing.search.problem import Problem
 
 MAX_PASSES = 8

@@ -39,7 +39,7 @@ from drivetrain.sizing.search.domains import Indices
 from drivetrain.sizing.search.problem import Problem, build_problem
 from drivetrain.sizing.search.tree import Tree, run_search
 from drivetrain.study.change import heaviest
-from drivetrain.study.model import Study
+from drivetrain.study.model import Study, pair_name
 from drivetrain.study.parts.mounting import mass_counts
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
@@ -251,8 +251,7 @@ def _summary(near: Nearest) -> str:
         hard = ", or load their gears too much as all stop at once" if needs_arm_stops(near.study) else ""
         return f"Every joint has a drive that meets its limits; together they need too much of the supply{soft}{hard}."
     name = near.study.joints[near.joint].name
-    motor, gear = near.keys[name]
-    return f"No candidate at {name} meets all limits; the closest is {motor} with {gear or 'no gear'}."
+    return f"No candidate at {name} meets all limits; the closest is {pair_name(*near.keys[name])}."
 
 
 def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Mask
 from drivetrain.jit import kernel
-from drivetrain.sizing.search.domains import Mask
 
 
 class SearchRegion:

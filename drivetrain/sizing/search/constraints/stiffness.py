@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Mask
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.spring import Spring, gear_spring, twist_under
 from drivetrain.sizing.judge.arm_stops import needs_arm_stops, stop_checks
@@ -37,7 +37,7 @@ from drivetrain.sizing.judge.stiffness import (
     unsprung,
 )
 from drivetrain.sizing.search.candidates import Candidates
-from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Mask
+from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains
 from drivetrain.sizing.search.problem import Problem, ResonanceCut, TipCut
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import lacking
