@@ -1,4 +1,4 @@
-"""Effects: one physical effect a file, each knowing nothing of the others."""
+"""Physical effects of a simulation, one per file; effects exchange signals and do not know one another."""
 
 from typing import TYPE_CHECKING
 

@@ -1,7 +1,8 @@
-"""The typed connectors through which effects and mechanics meet: one record a joint, one for the whole scene.
+"""The connectors between effects and mechanics: one record per joint, and one for the whole scene.
 
-A record is a numpy structured type made of a dataclass; compiled laws write ``joint.motor.torque``. Torques at a
-sliding joint are forces [N], angles lengths [m]. Quantities of ``load`` count at the joint, of ``motor`` at its shaft.
+A record is a numpy structured type made from a dataclass, so that compiled laws write ``joint.motor.torque``. At a
+prismatic joint torques are forces [N] and angles are lengths [m]. ``load`` is on the joint side of the gear, ``motor``
+on the side of the motor's shaft.
 """
 
 from __future__ import annotations
@@ -18,76 +19,77 @@ from drivetrain.records import record_type
 
 @dataclass
 class Flange:
-    """A turning part: what it does, the smooth torques on it, how they fall, and the bounds of its dry friction."""
+    """A rotating part: its motion, the smooth torques on it with their derivatives, and the bounds of dry friction."""
 
     # [rad], [rad/s], [rad/s^2]
     position: float = 0.0
     speed: float = 0.0
     acceleration: float = 0.0
-    # sum of smooth torques, and how it falls with speed and position
+    # sum of the smooth torques [N m], and its negative derivatives by speed [N m s/rad] and position [N m/rad]
     torque: float = 0.0
     damping: float = 0.0
     stiffness: float = 0.0
-    # what friction holds at rest, and takes sliding
+    # bounds of dry friction at rest (hold) and while slipping (slide) [N m]
     hold_forward: float = 0.0
     hold_backward: float = 0.0
     slide_forward: float = 0.0
     slide_backward: float = 0.0
-    surface_speed: float = 0.0  # of what it slides on [rad/s]
-    # what dry friction takes [N m], [W]
+    surface_speed: float = 0.0  # speed of the surface on which it slips [rad/s]
+    # torque [N m] and power loss [W] of dry friction
     friction: float = 0.0
     friction_power: float = 0.0
 
 
 @dataclass
 class Spring:
-    """Between the rotor behind the gear and the link: wind-up, and what answers it, pushing the link forward."""
+    """The gear's spring between rotor (at the gear's output) and link; a positive torque accelerates the link."""
 
-    wind_up: float = 0.0
-    speed: float = 0.0
-    torque: float = 0.0
-    damping: float = 0.0
-    stiffness: float = 0.0
+    wind_up: float = 0.0  # [rad]
+    speed: float = 0.0  # [rad/s]
+    torque: float = 0.0  # [N m]
+    damping: float = 0.0  # [N m s/rad]
+    stiffness: float = 0.0  # [N m/rad]
 
 
 @dataclass
 class Mesh:
-    """A gear's mesh: loss over transmitted torque by direction of power, the torque at the output, its loss, power."""
+    """The mesh of a gear."""
 
+    # loss over transmitted torque when the motor drives, and when the load drives [-]
     driving: float = 0.0
     driven: float = 0.0
-    torque: float = 0.0
-    loss: float = 0.0
-    power: float = 0.0
+    torque: float = 0.0  # transmitted torque, at the gear's output [N m]
+    loss: float = 0.0  # torque lost in the mesh, at the gear's output [N m]
+    power: float = 0.0  # power lost [W]
 
 
 @dataclass
 class Pin:
-    """A motor's terminals: the current asked for, how that falls with the motor's speed and position, what flows."""
+    """A motor's terminals, as of the equivalent DC machine."""
 
-    # [A], [A s/rad], [A/rad]
+    # current command [A], and its negative derivatives by the motor's speed [A s/rad] and position [A/rad]
     command: float = 0.0
     damping: float = 0.0
     stiffness: float = 0.0
-    # [A], [V], largest voltage there is [V]
+    # actual current [A], voltage [V], largest available voltage [V]
     current: float = 0.0
     voltage: float = 0.0
     limit: float = 0.0
-    # electrical [W], [J]
+    # electrical power [W], energy in the inductance [J]
     power: float = 0.0
     magnetic_energy: float = 0.0
 
 
 @dataclass
 class HeatPort:
-    """A motor's two thermal nodes and its gear: temperatures [C], and losses that warm them [W]."""
+    """Temperatures of the motor's two thermal nodes and of its gear [C], and the losses that heat them [W]."""
 
     winding: float = 0.0
     housing: float = 0.0
-    gear: float = 0.0  # of the gear, the housing's where it warms that
+    gear: float = 0.0  # the housing's, where the gear heats the housing
     copper_loss: float = 0.0
     viscous_power: float = 0.0
-    drag_power: float = 0.0  # share of the motor's dry friction that is the gear's drag
+    drag_power: float = 0.0  # part of the motor's dry friction that is the drag of the gear
 
 
 @dataclass
@@ -101,61 +103,60 @@ class Motion:
 
 @dataclass
 class Joint:
-    """All that effects of one joint share."""
+    """The connectors of one joint, which all its effects share."""
 
-    # of the link, and of the motor's shaft
-    load: Flange
-    motor: Flange
-    shaft: Flange  # behind the gear, where motors are coupled; its dry friction is that of ``load``
+    load: Flange  # the link
+    motor: Flange  # the motor's shaft
+    shaft: Flange  # the gear's output shaft, where motors are coupled; its dry friction is in ``load``
     spring: Spring  # of a flexible joint
     mesh: Mesh
     pin: Pin
     heat: HeatPort
-    # what the joint, or its shaft where motors are coupled, is commanded to do
+    # commanded motion of the joint, and of the gear's output shaft where motors are coupled
     command: Motion
     shaft_command: Motion
-    bias_torque: float = 0.0  # what gravity and speeds ask of the joint [N m]
-    measured_position: float = 0.0  # the motor's, as an encoder sees it [rad]
+    bias_torque: float = 0.0  # torque at zero acceleration: gravity, Coriolis and centrifugal terms [N m]
+    measured_position: float = 0.0  # motor position that the encoder measures [rad]
 
 
 @dataclass
 class Tip:
-    """The arm's tip along the axes of the base: what it does, and what the surroundings do to it."""
+    """The arm's tip in the base frame: its motion, and the forces that act on it."""
 
-    # [m], [m/s], [rad/s]
+    # position [m], velocity [m/s], angular velocity [rad/s]
     place: Annotated[Array, 3]
     speed: Annotated[Array, 3]
     turning: Annotated[Array, 3]
     # [N], [N m]
     force: Annotated[Array, 3]
     moment: Annotated[Array, 3]
-    # how the force falls with speed and place; xx, xy, xz, yy, yz, zz
+    # negative derivatives of the force by velocity [N s/m] and position [N/m]; xx, xy, xz, yy, yz, zz
     damping: Annotated[Array, 6]
     stiffness: Annotated[Array, 6]
 
 
 @dataclass
 class World:
-    """The head of a run's memory."""
+    """The connectors of the whole scene; the first record of a run's memory."""
 
     size: int  # of the memory, in numbers [-]
-    # how many there are [-]
+    # numbers of joints and of coordinates of the mechanics [-]
     joints: int
     coordinates: int
     # [J], at instants only
     kinetic_energy: float
     potential_energy: float
-    payload_energy: float  # that payloads have brought or taken [J]
-    payloads_passed: int  # how many of them are counted in it [-]
-    tries: int  # how often this step has been solved before [-]
-    again: int  # set by an effect that must provide another value for this step
-    longest: float  # set by an effect: the step that it can follow [s]
+    payload_energy: float  # energy that payload changes have added [J]
+    payloads_passed: int  # number of payload changes counted in it [-]
+    tries: int  # number of solutions of this step so far [-]
+    again: int  # set by an effect to request another solution of this step, with a corrected value
+    longest: float  # set by an effect: longest step that it allows [s]
     tip: Tip
 
 
 @cache
 def place_in(dtype: np.dtype[Any], path: str) -> int | None:
-    """Which number of a record a path such as ``motor.torque`` or ``tip.place.2`` names; None: none."""
+    """Index of the number of a record that a path such as ``motor.torque`` or ``tip.place.2`` names; None: no such."""
     at = 0
     for name in path.split("."):
         if dtype.subdtype is not None and name.isdigit():

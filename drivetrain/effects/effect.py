@@ -1,20 +1,21 @@
-"""What an effect is: a small description of what it reads and writes, and compiled laws on records.
+"""The interface of an effect: a description of the signals that it reads and writes, and compiled laws on records.
 
-An effect belongs to one joint or to the whole scene. Its file holds a frozen dataclass (what the user states), a
-dataclass ``Own`` (what the effect keeps: constants of its law, states with their rates, memory, outputs) and its laws,
+An effect belongs to one joint or to the whole scene. Its file contains a frozen dataclass (the user's parameters), a
+dataclass ``Own`` (the effect's record: constants of its laws, states with their rates, memory, outputs) and its laws,
 made by ``laws.joint_law``, ``table_law`` or ``scene_law``. Laws read and write ``own`` and the connectors of
-``connectors.py``; ``ports`` names these signals (``signals.py``), so that the plan of a scene can check them
-and put all effects in an order that serves each. Nothing else depends on an effect.
+``connectors.py``. ``ports`` declares these signals (``signals.py``), so that the plan of a scene can check them and put
+the effects in an order in which every signal is written before it is read. Nothing else depends on an effect.
 
-``compute`` has two modes. At an instant (h = 0) states and connectors are those of ``t``, rates are derivatives.
-In a fixed step (h > 0) ``t`` and the connectors are those of the middle of the step, own states those of its beginning;
-rates are what the states change by over the whole step, divided by h, what it provides are means over it. An effect
-faster than the step solves its own equation there; any other just adds half a step of its rates.
+``compute`` has two modes. At an instant (h = 0), states and connectors are those at time ``t``, and rates are time
+derivatives. In a fixed step (h > 0), ``t`` and the connectors are those of the middle of the step, own states those at
+its beginning; rates are the changes of the states over the whole step divided by h, and provided values are means over
+the step. An effect that is faster than the step solves its own equation over it; any other uses its state plus half a
+step of its rate.
 
-``account`` is called after motion and forces are known, puts out powers, and fills rates of states that are ``late``;
-it may find that a step was too long, or that a value provided before does not fit, and ask for the step once more.
-``accept`` is called when a fixed step is taken for good, and may change what is kept. ``sample`` is called at the
-instants of the effect's period, and only changes memory.
+``account`` is called when motion and forces are known; it outputs powers and fills the rates of states that are
+``late``. It may find that a step was too long, or that a value provided before does not agree with the solution, and
+request another solution of the step. ``accept`` is called when a fixed step is final, and may change the record.
+``sample`` is called at the sampling times of the effect, and only changes memory.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from drivetrain.errors import Fault, raise_faults
 
 
 class Role(StrEnum):
-    """What an output is in the balance of energy: SOURCE puts power in, LOSS takes it out for good, STORE keeps it."""
+    """Role of an output in the energy balance: SOURCE supplies power, LOSS dissipates it, STORE is a stored energy."""
 
     SOURCE = "source"
     LOSS = "loss"
@@ -45,15 +46,15 @@ class Role(StrEnum):
 
 @dataclass(frozen=True)
 class State:
-    """A number that an effect remembers.
+    """A state of an effect.
 
     Attributes:
-        name: Also the name of a signal that holds its value, which is known before anything is computed.
-        unit: SI.
-        atol: Error that does not matter [unit].
-        memory: True: it does not follow a rate, but changes at samples or after steps.
-        late: True: its rate is known once motion, forces and powers are, so ``account`` fills it.
-        path: Field of the effect's own record, beside which stands its rate, ``<path>_rate``; empty: as its name.
+        name: Name of the state, and of a signal with its value, which is known before any law is evaluated.
+        unit: SI unit.
+        atol: Absolute tolerance for integration with an adaptive step, at a relative tolerance of 1e-6 [unit].
+        memory: True: the state has no rate, but changes at samples or after steps.
+        late: True: its rate needs motion, forces and powers, so ``account`` fills it instead of ``compute``.
+        path: Field of the effect's record, whose rate is the field ``<path>_rate``; empty: as its name.
     """
 
     name: str
@@ -66,15 +67,16 @@ class State:
 
 @dataclass(frozen=True)
 class Signal:
-    """A number that effects and mechanics exchange.
+    """A scalar that effects and mechanics exchange.
 
     Attributes:
-        name: Of the joint's own signal; ``scene.`` before it: of the scene's; ``joint:name``: of another joint's.
-        unit: SI.
-        default: Of a need: the value if no effect provides it; None: one must.
-        path: Where it lies in the joint's connectors, such as ``motor.torque``; of an output that is no connector, the
-            field of the effect's own record; empty: as its name.
-        role: Of an output that is a power or a stored energy: what it is in the balance.
+        name: A signal of the effect's joint; with the prefix ``scene.`` one of the scene; ``joint:name`` of another
+            joint.
+        unit: SI unit.
+        default: For a need, the value if no effect provides it; None: one must.
+        path: Field of the joint's connectors, such as ``motor.torque``; for an output that is no connector, the field
+            of the effect's record; empty: as its name.
+        role: For an output that is a power or a stored energy, its role in the energy balance.
     """
 
     name: str
@@ -86,16 +88,16 @@ class Signal:
 
 @dataclass(frozen=True)
 class Ports:
-    """All that an effect shows of itself.
+    """The interface of an effect to the rest of a scene.
 
     Attributes:
-        states: What it remembers.
-        needs: What it reads; all that provide it or contribute to it come before.
-        provides: What it alone sets.
-        contributes: What it adds to, with others; set to zero before the first.
-        outputs: What it sets in ``account``, after motion and forces are known.
-        guard: Field of its own record, filled in ``account`` at instants, that must not become negative where the error
-            is controlled: ``accept`` is called there with h = 0, and makes the change that it stands for. Empty: none.
+        states: Its states.
+        needs: Signals that it reads; all effects that provide them or contribute to them are evaluated before.
+        provides: Signals that it alone sets.
+        contributes: Signals to which it adds, as others may; they are reset to zero before the first contribution.
+        outputs: Signals that it sets in ``account``, when motion and forces are known.
+        guard: Field of its record, filled in ``account``, that must not become negative. Integration with an adaptive
+            step locates its zero and calls ``accept`` there with h = 0, which makes the change of mode. Empty: none.
     """
 
     states: tuple[State, ...] = ()
@@ -108,16 +110,16 @@ class Ports:
 
 @dataclass(frozen=True)
 class Place:
-    """Where an effect stands.
+    """The joint to which an effect belongs, and the data of all joints.
 
     Attributes:
         joint: Index of its joint; -1 for an effect of the whole scene.
-        name: Of the joint, or ``scene``.
+        name: Name of the joint, or ``scene``.
         joints: Names of all joints.
-        ratios: Motor angle over joint coordinate, one a joint [- or rad/m]; 1 without a gear.
-        turning: Whether a joint turns (or slides), one a joint.
-        coordinates: Of the mechanics: joints, and rotors on their own after them [-].
-        coupling: Turns of each shaft a turn of each joint, as of ``arm/coupling.py``, (n, n); empty: none is coupled.
+        ratios: Motor angle over joint coordinate, one per joint [- or rad/m]; 1 without a gear.
+        turning: Whether a joint is revolute (or prismatic), one per joint.
+        coordinates: Number of coordinates of the mechanics: joints, then rotors behind springs [-].
+        coupling: Turns of each shaft per turn of each joint, see ``arm/coupling.py``, (n, n); empty: none is coupled.
     """
 
     joint: int
@@ -130,12 +132,12 @@ class Place:
 
     @property
     def coupled(self) -> bool:
-        """Whether its motor drives other joints too, or other motors it."""
+        """Whether its motor also drives other joints, or other motors drive this joint."""
         return self.joint in self.shafts
 
     @property
     def shafts(self) -> tuple[int, ...]:
-        """Joints whose motors are coupled."""
+        """Indices of the joints whose motors are coupled."""
         n = range(len(self.coupling))
         return tuple(i for i in n if any(abs(self.coupling[i][k]) + abs(self.coupling[k][i]) > 0.0 for k in n if k != i)
                      or self.coupling[i][i] != 1.0)  # fmt: skip
@@ -147,17 +149,17 @@ class Place:
 
 
 def ratio_of(place: Place, gear: Gear) -> float | None:
-    """The ratio that a gear provides for its joint; of a sliding joint it includes the travel."""
+    """Ratio of a joint that its gear defines; None at a prismatic joint, where the travel per turn is needed too."""
     return gear.ratio if place.turning[place.joint] else None
 
 
 @dataclass(frozen=True)
 class TimeScale:
-    """A time in which something happens.
+    """A time scale of an effect, for the printed plan.
 
     Attributes:
-        name: What happens.
-        seconds: How fast [s].
+        name: The process that has it.
+        seconds: Its time constant [s].
     """
 
     name: str
@@ -166,14 +168,14 @@ class TimeScale:
 
 @dataclass(frozen=True)
 class Shape:
-    """What an effect adds to the mechanics themselves.
+    """Contribution of an effect to the mechanics of the scene.
 
     Attributes:
-        ratio: Motor angle over joint coordinate [- or rad/m]; None: not defined.
-        rotor_inertia: About the motor's axis [kg m^2]; None: brings no rotor.
-        full: Whether that rotor is a body on its carrier, or only reflected to its joint.
-        flexible: Whether the rotor moves on its own, behind a spring.
-        deflection: Twist of that spring under a torque, [N m] to [rad].
+        ratio: Motor angle over joint coordinate [- or rad/m]; None: not defined by this effect.
+        rotor_inertia: Inertia about the motor's axis [kg m^2]; None: the effect has no rotor.
+        full: Whether that rotor is a rigid body on its carrier, or only reflected to its joint.
+        flexible: Whether the rotor is a coordinate of its own, behind a spring.
+        deflection: Wind-up of that spring as a function of the torque, [N m] to [rad].
     """
 
     ratio: float | None = None
@@ -188,7 +190,7 @@ NO_SHAPE = Shape()
 
 
 def _checked(own: Callable[[Any], None] | None) -> Callable[[Any], None]:
-    """The checks of an effect: kinds of its fields, ranges and its own, all at once; then what it does itself."""
+    """A ``__post_init__`` that checks types and ranges of an effect's fields and its own faults, then calls ``own``."""
 
     def checks(self: Any) -> None:
         faults = kind_faults(self)
@@ -201,15 +203,15 @@ def _checked(own: Callable[[Any], None] | None) -> Callable[[Any], None]:
 
 
 class Effect(ABC):
-    """One effect; every one is a frozen dataclass in a file of its own.
+    """Base of all effects; each is a frozen dataclass in a file of its own.
 
     Attributes:
         scope: ``joint`` or ``scene``.
         limits: Ranges of its fields, by name.
-        compute: Provides and contributes, fills the rates of its states; None: only a shape.
-        account: Puts out powers once motion and forces are known; None: there are none.
-        accept: Changes what is kept after a fixed step, or (h = 0) where its guard is spent; None: nothing.
-        sample: Changes memory at the instants of ``period``; None: not sampled.
+        compute: Law that provides and contributes signals and fills the rates of states; None: only a ``shape``.
+        account: Law that outputs powers when motion and forces are known; None: no outputs.
+        accept: Law that changes the record after a fixed step, or (h = 0) where its guard becomes zero; None: none.
+        sample: Law that changes memory at the sampling times of ``period``; None: not sampled.
     """
 
     scope: ClassVar[str] = "joint"
@@ -220,58 +222,61 @@ class Effect(ABC):
     sample: ClassVar[Law | None] = None
 
     def __init_subclass__(cls) -> None:
-        """Every effect is checked before it does anything of its own."""
+        """Make every effect check its fields before its own ``__post_init__``."""
         super().__init_subclass__()
         own = cls.__dict__.get("__post_init__")
         if own is not None or not hasattr(cls, "__post_init__"):
             setattr(cls, "__post_init__", _checked(own))  # noqa: B010
 
     def faults(self) -> list[Fault]:
-        """What is wrong with its fields beside their kinds and ranges."""
+        """Faults of its fields beyond types and ranges."""
         return []
 
     @abstractmethod
     def ports(self, place: Place) -> Ports:
-        """What it reads, writes and remembers there."""
+        """Its states, and the signals that it reads and writes at a place."""
 
     def own(self, place: Place) -> Any:
-        """What it keeps, as its laws find it: by default what of it has the names of the fields without a default."""
+        """Its record at a place; by default, fields of ``Own`` without a default are copied from the effect."""
         described = self.described()
         names = [one.name for one in fields(described) if one.default is MISSING and one.default_factory is MISSING]
         return described(**{name: getattr(self, name) for name in names})
 
     @classmethod
     def described(cls) -> Any:
-        """The dataclass that its laws are made for; None: it has no laws."""
+        """The dataclass of its record, for which its laws are made; None: it has no laws."""
         laws = (cls.compute, cls.account, cls.accept, cls.sample)
         return next((law.described for law in laws if isinstance(law, Law)), None)
 
     def table(self, place: Place) -> Array:
-        """What its law reads beside, of any length, such as values over time."""
+        """A table of any length that its laws read besides the record, such as values over time, (rows, columns)."""
         return np.zeros((0, 0))
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """States that fit the rest of the scene, so that no layer of fast motion begins the run."""
+        """Initial states in equilibrium with the given signals, so that a run does not begin with a transient."""
         return (0.0,) * len(self.ports(place).states)
 
     def shape(self, place: Place) -> Shape:
-        """What it adds to the mechanics."""
+        """Its contribution to the mechanics: ratio, rotor, spring."""
         return NO_SHAPE
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """How fast it is."""
+        """Its time scales, for the printed plan."""
         return ()
 
     def breakpoints(self) -> Sequence[float]:
-        """Where its law jumps in time."""
+        """Times at which its law is discontinuous [s]; no step crosses them."""
         return ()
 
     def knots(self, tolerance: float) -> Sequence[float]:
-        """Where its law bends in time, without a jump; only engines that control their error stop there."""
+        """Times at which its law is continuous but not smooth [s]; steps of the adaptive engine end there.
+
+        ``tolerance`` is the relative tolerance; smaller kinks are left out.
+        """
         return ()
 
     def piecewise(self) -> bool:
-        """Whether what it adds to a gear's or to the tip's forces has pieces, so that a step looks again."""
+        """Whether its torque at a gear or force at the tip is piecewise, so that a step needs Newton iterations."""
         return False
 
     @property
@@ -280,5 +285,5 @@ class Effect(ABC):
         return None
 
     def quasi_static(self) -> Effect | None:
-        """What takes its place when it is dropped."""
+        """The effect that replaces it when it is left out, with the same mean behaviour; None: nothing."""
         return None

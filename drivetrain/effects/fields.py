@@ -1,4 +1,4 @@
-"""What the fields of an effect may hold: of the kinds that their annotations say, in the ranges that it states."""
+"""Checks of an effect's fields: types according to their annotations, and the ranges that the effect states."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Side = Literal["joint", "shaft", "motor"]
 
 
 class OrInfinite(Range):
-    """A range to which infinity belongs, as a limit that is none."""
+    """A range that includes infinity, which stands for "no limit"."""
 
     def holds(self, value: float) -> bool:
         return value == math.inf or super().holds(value)
@@ -29,24 +29,27 @@ def ranges(**named: Range) -> Mapping[str, Range]:
 
 
 def positive(unit: str) -> Range:
-    """Above 0 and finite."""
+    """The range of positive, finite numbers."""
     return Range(f"must be positive [{unit}]", low=0.0)
 
 
 def positive_or_infinite(unit: str) -> Range:
+    """The range of positive numbers, infinity included."""
     return OrInfinite(f"must be positive [{unit}]", low=0.0)
 
 
 def not_negative(unit: str) -> Range:
+    """The range of finite numbers from 0."""
     return Range(f"must not be negative [{unit}]", low=0.0, low_included=True)
 
 
 def finite(unit: str) -> Range:
+    """The range of all finite numbers."""
     return Range(f"must be a finite number [{unit}]")
 
 
 def kind_faults(effect: Any) -> list[Fault]:
-    """Fields of another kind than their annotation."""
+    """Faults of fields whose type does not match their annotation."""
     name, hints = type(effect).__name__, _hints(effect.__class__)
     return [
         Fault(f"{name}.{field.name}", f"must be {_wanted(hints[field.name])}", getattr(effect, field.name))
@@ -56,7 +59,7 @@ def kind_faults(effect: Any) -> list[Fault]:
 
 
 def range_faults(effect: Any) -> list[Fault]:
-    """Fields out of their ranges, numbers that are none or too large, words other than those known."""
+    """Faults of fields outside their ranges, of NaN and too large numbers, and of words that are no valid choice."""
     faults, hints = [], _hints(effect.__class__)
     for field in fields(effect):
         place, allowed = f"{type(effect).__name__}.{field.name}", effect.limits.get(field.name)
@@ -84,6 +87,7 @@ _WORDS: dict[Any, str] = {float: "a number", int: "a whole number", str: "a text
 
 
 def _wanted(hint: Any) -> str:
+    """What a message says of an expected type."""
     if _is_union(hint):
         return " or ".join(_wanted(part) for part in get_args(hint))
     if get_origin(hint) is Literal:
@@ -100,7 +104,7 @@ def _is_union(hint: Any) -> bool:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Whether a value is of a kind; NaN is a number, so that it comes together with what else is out of range."""
+    """Whether a value matches an annotation; NaN does, since it is reported with the faults of the ranges."""
     parts, number = get_args(hint), isinstance(value, numbers.Real) and not isinstance(value, bool)
     if _is_union(hint):
         return any(_fits(value, part) for part in parts)

@@ -1,15 +1,16 @@
-"""What makes a function of records a law that engines call by its address, whatever the effects of a scene.
+"""Decorators that compile a function of records to a law, which engines call by its address.
 
-    @joint_law(Own)                     # Own: the dataclass of what one effect keeps, see Effect.own
+    @joint_law(Own)                     # Own: the dataclass of the effect's record, see Effect.own
     def compute(t, h, own, joint): ...
 
     @table_law(Own)                     # with the effect's table, (rows, columns), see Effect.table
     def compute(t, h, own, joint, table): ...
 
-    @scene_law(Own)                     # of the whole scene; of all joints, ``scene.joints[i]``
+    @scene_law(Own)                     # of the whole scene, with all joints: ``scene.joints[i]``
     def compute(t, h, own, scene): ...
 
-``own`` and ``joint`` (``connectors.Joint``) are records, read and written by the names of their fields.
+``own`` and ``joint`` (``connectors.Joint``) are records, read and written by the names of their fields. Since all laws
+have the same signature, the engines are compiled once for all scenes.
 """
 
 from __future__ import annotations
@@ -26,14 +27,15 @@ from drivetrain.effects.connectors import JOINT, WORLD
 from drivetrain.jit import callback, law
 from drivetrain.records import record_type
 
-# void(t, h, own records, how many, addresses of a run's sections)
+# void(t, h, records of the effects, their number, addresses of a run's sections)
 SIGNATURE = types.void(types.float64, types.float64, types.voidptr, types.int64, types.CPointer(types.voidptr))
-WORLD_AT, JOINTS_AT, MASS_AT = range(3)  # the sections that laws see; they are the first
+WORLD_AT, JOINTS_AT, MASS_AT = range(3)  # sections of the memory that laws use; they are the first
+# Fields before those of ``Own``: index of the joint, section, rows and columns of the table.
 HEAD = [("joint", np.int64), ("table", np.int64), ("rows", np.int64), ("columns", np.int64)]
 
 
 class Whole(NamedTuple):
-    """What a law of the whole scene sees."""
+    """The argument ``scene`` of a law of the whole scene."""
 
     joints: Any  # records of all joints, (n,)
     world: Any  # the record of the scene, with ``tip``
@@ -63,20 +65,20 @@ def _scene_law(t: Any, h: Any, owns: Any, count: Any, run: Any) -> None:
 
 @cache
 def own_type(described: type) -> np.dtype[Any]:
-    """The record of what an effect keeps, behind its joint and the place of its table."""
+    """The record type of an effect: ``HEAD``, then the fields of its dataclass ``Own``."""
     inner = record_type(described, np.int64)
     return np.dtype([*HEAD, *((name, inner[name]) for name in inner.names or ())])
 
 
 class Law:
-    """A law with an address, compiled at its first use or taken from the disk cache."""
+    """A law with an address, compiled at its first use or read from the disk cache."""
 
     def __init__(self, template: Any, described: type, function: Callable[..., None]):
         self._template, self._function, self.described = template, function, described
 
     @cached_property
     def _library(self) -> Any:
-        # The template with this law and record as its globals: what closes over them numba would not find on disk.
+        # A copy of the template with this law and record as globals: numba does not cache closures on disk.
         named = {**self._template.__globals__, "LAW": law(self._function), "OWN": own_type(self.described)}
         own = FunctionType(self._template.__code__, named, self._function.__name__)
         own.__module__, own.__qualname__ = self._function.__module__, self._function.__qualname__
@@ -84,7 +86,7 @@ class Law:
 
     @property
     def address(self) -> int:
-        """Where the compiled function lies [-]."""
+        """Address of the compiled function."""
         return int(self._library.address)
 
 
@@ -103,17 +105,17 @@ def scene_law(described: type) -> Callable[[Callable[..., None]], Law]:
     return lambda function: Law(_scene_law, described, function)
 
 
-LOAD, MOTOR, SHAFT = range(3)  # flanges of a joint
+LOAD, MOTOR, SHAFT = range(3)  # the flanges of a joint, see ``flange_of``
 
 
 def side_of(side: str, place: Any) -> int:
-    """Which flange friction at a side of the gear acts on: ``shaft`` is the joint's own where no motors are coupled."""
+    """The flange on which friction at a side of the gear acts; ``shaft`` is the joint where no motors are coupled."""
     return MOTOR if side == "motor" else SHAFT if side == "shaft" and place.coupled else LOAD
 
 
 @law
 def flange_of(joint: Any, side: int) -> Any:
-    """A flange of a joint."""
+    """The flange of a joint that LOAD, MOTOR or SHAFT selects."""
     if side == MOTOR:
         return joint.motor
     if side == SHAFT:
@@ -123,5 +125,5 @@ def flange_of(joint: Any, side: int) -> Any:
 
 @law
 def command_of(joint: Any, coupled: int) -> Any:
-    """What a motor's loop follows: the joint's command, or its shaft's where motors are coupled."""
+    """The command that a motor's loop follows: the joint's, or the gear's output shaft's where motors are coupled."""
     return joint.shaft_command if coupled else joint.command

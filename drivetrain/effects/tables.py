@@ -1,4 +1,4 @@
-"""Tables over time: linear between instants, jumping where two stand at one; inside compiled laws, and as effects."""
+"""Tables over time, linear between rows, with a jump where two rows have the same time: for laws and as effects."""
 
 from __future__ import annotations
 
@@ -13,21 +13,24 @@ from drivetrain.effects.effect import Effect, Place
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
-TINY = 1e-300  # [s]
+TINY = 1e-300  # avoids a division by zero [s]
 
 
 def bends(time: Array, values: Array, tolerance: float) -> list[float]:
-    """Where a table bends so much that a step across would be off; samples of what is smooth hardly do."""
+    """Times at which a table has a kink larger than ``tolerance`` times its largest value [s].
+
+    Samples of a smooth function have hardly any. The first and the last time are always included.
+    """
     before, after = np.diff(time)[:-1], np.diff(time)[1:]
     straight = (values[:-2] * after + values[2:] * before) / np.maximum(before + after, TINY)
     off = np.abs(values[1:-1] - straight) > tolerance * np.abs(values).max()
-    inner = time[1:-1][off & (before > 0.0) & (after > 0.0)]  # where two stand at one instant it jumps: a breakpoint
+    inner = time[1:-1][off & (before > 0.0) & (after > 0.0)]  # jumps are breakpoints, not knots
     return [float(time[0]), *inner.tolist(), float(time[-1])]
 
 
 @law
 def interval_of(table: Any, t: float) -> int:
-    """The last row of a table that is not later than an instant [s]; of two at one instant the second."""
+    """Index of the last row of a table whose time is not later than t [s]; 0 before the first."""
     low, high = 0, len(table)
     while high - low > 1:
         middle = (low + high) // 2
@@ -40,7 +43,7 @@ def interval_of(table: Any, t: float) -> int:
 
 @law
 def table_value(table: Any, t: float) -> float:
-    """The value of a table at an instant [s]; before the first and after the last it stays."""
+    """The value of a table at time t [s]; constant before the first and after the last row."""
     low = interval_of(table, t)
     value = table[low, 1]
     if low + 1 < len(table):
@@ -52,15 +55,15 @@ def table_value(table: Any, t: float) -> float:
 
 @dataclass
 class Own:
-    """What it keeps: nothing; the table has rows (instant [s], value)."""
+    """Record of the effect, without fields. Table rows: time [s], value."""
 
 
 @dataclass(frozen=True, eq=False)
 class OverTime(Effect):
-    """One value over time, linear between its instants; two at one instant are a jump.
+    """Base of the effects given by one value over time, linear between times; two rows at one time are a jump.
 
     Attributes:
-        time: Never falling [s], (N,); before the first and after the last the value stays.
+        time: Times of the rows, not decreasing [s], (N,); before the first and after the last the value is constant.
         follows: Name of the field that holds the values.
     """
 
@@ -78,7 +81,7 @@ class OverTime(Effect):
 
     @property
     def values(self) -> Array:
-        """What it follows [SI], (N,)."""
+        """The values at the times of ``time`` [SI], (N,)."""
         found: Array = getattr(self, self.follows)
         return found
 

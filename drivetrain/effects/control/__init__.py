@@ -1,1 +1,1 @@
-"""What commands: the motion, loops of position and speed, computed torque, and the encoder that they see."""
+"""Control: commanded motion, position and speed loops, computed torque, and the encoder that they read."""

@@ -1,4 +1,4 @@
-"""Loops of position and speed around the current: one spring, a continuous cascade, and that with samples."""
+"""Position and speed loops that command a current: a spring-damper law, a continuous and a sampled cascade."""
 
 from __future__ import annotations
 
@@ -19,39 +19,55 @@ from drivetrain.effects.laws import command_of, joint_law
 from drivetrain.errors import Fault
 from drivetrain.jit import law
 
-MOST_DELAY = 3  # samples
-SOFT = 1e-3  # of the limit, within which a continuous integrator comes to rest: a rate that jumped would have no step
+MOST_DELAY = 3  # length of the queue of delayed commands, in samples
+# Band above the current limit, as a share of it, in which a continuous integrator is slowed down to rest. A rate that
+# jumped there would make the right-hand side discontinuous.
+SOFT = 1e-3
 DELAY = Range("must be 0, 1 or 2 samples", 0.0, MOST_DELAY - 1.0, low_included=True)
 NOTCH_DAMPING = Range("must be above 0 and at most 10 [-]", 0.0, 10.0)
 
 
 @dataclass
 class Gains:
-    """Of a cascade: [1/s], [A s/rad], 1/integral time [1/s], peak current [A], ratio, whether its motor is coupled."""
+    """Gains and limit of a cascade."""
 
-    position: float
-    speed: float
-    rate: float
-    peak: float
-    ratio: float
-    coupled: int
+    position: float  # position gain [1/s]
+    speed: float  # speed gain, at the motor [A s/rad]
+    rate: float  # 1 / integral time [1/s]
+    peak: float  # peak current [A]
+    ratio: float  # motor angle over joint coordinate [- or rad/m]
+    coupled: int  # whether the motor is coupled to others
 
 
 @law
 def speed_error(gains: Any, wanted: Any, place: float, speed: float) -> float:
-    """Wanted less true speed of a motor as measured at a position [rad] and a speed [rad/s]."""
+    """Speed error of a cascade at the motor [rad/s]: commanded speed plus position gain x position error, minus speed.
+
+    ``place`` and ``speed`` are the measured motor position [rad] and speed [rad/s].
+    """
     return gains.ratio * wanted.speed + gains.position * (gains.ratio * wanted.position - place) - speed
 
 
 @law
 def demanded_current(gains: Any, error: float, gathered: float, span: float, soft: float) -> Any:
-    """What a cascade asks for, and how its integrator grows; beyond the limit less, within a soft share of it not."""
+    """Current command of a cascade with limit and anti-windup.
+
+    Args:
+        gains: Record ``Gains``.
+        error: Speed error [rad/s].
+        gathered: Integrator [A].
+        span: Time over which the integrator advances before its value is used [s].
+        soft: Band above the limit, as a share of it, in which the integrator slows down to rest.
+
+    Returns:
+        Current within the limit [A], rate of the integrator [A/s], and whether the current is not limited.
+    """
     grown = gains.speed * gains.rate * error
     demanded = gains.speed * error + gathered + span * grown
     beyond, band = abs(demanded) - gains.peak, soft * gains.peak
     if not beyond > 0.0:
         return demanded, grown, True
-    # At the limit the integrator only goes back: what it gathered there would have to be undone.
+    # Anti-windup: at the limit the integrator may only move away from it.
     demanded = gains.peak if demanded > 0.0 else -gains.peak
     if demanded * error > 0.0:
         grown = grown * (1.0 - beyond / band) if beyond < band else 0.0
@@ -59,9 +75,9 @@ def demanded_current(gains: Any, error: float, gathered: float, span: float, sof
 
 
 def missing_current(place: Place, signals: Mapping[str, float]) -> float:
-    """What a loop must ask for at the start so that the load is held: what is not fed forward [A].
+    """Current that a loop must command at the start to hold the load, beyond the feed-forward [A].
 
-    Nothing where the command begins under way and a current is fed forward, as that is then the motion's.
+    Zero where the command begins in motion and a current is fed forward, since that one then includes the motion.
     """
     fed = signals.get(f"{place.name}.{s.FED_CURRENT}", 0.0)
     under_way = any(s.read(place, signals, one) != 0.0 for one in s.commanded(place)[1:])
@@ -72,12 +88,12 @@ def missing_current(place: Place, signals: Mapping[str, float]) -> float:
 
 @dataclass
 class PositionOwn:
-    """What it keeps: gains in current [A/rad], [A s/rad], and the ratio."""
+    """Record of the effect."""
 
-    stiffness: float
-    damping: float
-    ratio: float
-    coupled: int
+    stiffness: float  # current per motor angle [A/rad]
+    damping: float  # current per motor speed [A s/rad]
+    ratio: float  # motor angle over joint coordinate [- or rad/m]
+    coupled: int  # whether the motor is coupled to others
 
 
 @joint_law(PositionOwn)
@@ -94,9 +110,9 @@ class PositionLoop(Effect):
     """Position controller that acts like a spring and a damper at the joint.
 
     Attributes:
-        stiffness: Of that spring, at the joint [N m/rad].
-        damping: Of that damper, at the joint [N m s/rad].
-        torque_constant: That the controller believes in [N m/A].
+        stiffness: Stiffness of that spring, at the joint [N m/rad].
+        damping: Damping of that damper, at the joint [N m s/rad].
+        torque_constant: Torque constant that the controller assumes [N m/A].
     """
 
     stiffness: float
@@ -120,7 +136,7 @@ class PositionLoop(Effect):
         return PositionOwn(self.stiffness * scale, self.damping * scale, place.ratio, place.coupled)
 
     def sag(self, place: Place, signals: Mapping[str, float]) -> float:
-        """How far the motor stays behind its command in equilibrium [rad]."""
+        """Position error of the motor in equilibrium, with which the loop holds the load [rad]."""
         stiffness = self.own(place).stiffness
         return missing_current(place, signals) / stiffness if stiffness > 0.0 else 0.0
 
@@ -130,7 +146,7 @@ class PositionLoop(Effect):
 
 @dataclass
 class CascadeOwn:
-    """What it keeps: its gains, and the integrator [A]."""
+    """Record of the effect: its gains, and the integrator with its rate [A], [A/s]."""
 
     gains: Gains
     integrated_current: float = 0.0
@@ -155,10 +171,10 @@ class CascadeLoop(Effect):
     """Desired speed = commanded speed + gain x position error; current = gain x (speed error and its integral).
 
     Attributes:
-        position_gain: Of the outer loop [1/s].
-        speed_gain: Of the inner one, at the motor [A s/rad].
-        integral_time: In which the integral adds as much as the gain [s]; infinite: no integral.
-        peak_current: At which command and integrator stop [A].
+        position_gain: Gain of the position loop [1/s].
+        speed_gain: Gain of the speed loop, at the motor [A s/rad].
+        integral_time: Integral time of the speed loop [s]; infinite: no integrator.
+        peak_current: Limit of the current command, with anti-windup [A].
     """
 
     position_gain: float
@@ -183,22 +199,23 @@ class CascadeLoop(Effect):
         return CascadeOwn(self.gains(place))
 
     def gains(self, place: Place) -> Gains:
-        """As the laws read them."""
+        """The gains as a record for the laws."""
         integral = 1.0 / self.integral_time
         return Gains(self.position_gain, self.speed_gain, integral, self.peak_current, place.ratio, place.coupled)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """What its integrator holds in equilibrium [A]; 0 where it has none."""
+        """The integrator in equilibrium [A]; 0 where there is none."""
         return (0.0 if math.isinf(self.integral_time) else self._within(missing_current(place, signals)),)
 
     def sag(self, place: Place, signals: Mapping[str, float]) -> float:
-        """How far the motor stays behind its command in equilibrium, where no integrator holds the load [rad]."""
+        """Position error of the motor in equilibrium, where no integrator holds the load [rad]."""
         stiffness = self.position_gain * self.speed_gain
         if math.isfinite(self.integral_time) or stiffness == 0.0:
             return 0.0
         return missing_current(place, signals) / stiffness
 
     def _within(self, current: float) -> float:
+        """A current limited to the peak current [A]."""
         return min(max(current, -self.peak_current), self.peak_current)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
@@ -208,20 +225,19 @@ class CascadeLoop(Effect):
 
 @dataclass
 class SampledOwn:
-    """What it keeps: as ``CascadeLoop``, period [s] and delay; currents [A] given out, integrated, and waiting.
-
-    And the notch, zeros over poles: its coefficients, and what it carries from sample to sample [rad/s].
-    """
+    """Record of the effect."""
 
     gains: Gains
-    period: float
-    delay: int
+    period: float  # sampling period [s]
+    delay: int  # samples from measuring to output
+    # coefficients of the notch filter: numerator and denominator
     zeros: Annotated[Array, 3]
     poles: Annotated[Array, 3]
-    sampled_current: float = 0.0
-    last_measured_position: float = 0.0
-    integrated_current: float = 0.0
-    waiting_current: Annotated[Array, MOST_DELAY] = field(default_factory=lambda: np.zeros(MOST_DELAY))
+    sampled_current: float = 0.0  # output [A]
+    last_measured_position: float = 0.0  # [rad]
+    integrated_current: float = 0.0  # integrator [A]
+    waiting_current: Annotated[Array, MOST_DELAY] = field(default_factory=lambda: np.zeros(MOST_DELAY))  # delayed [A]
+    # state of the notch filter [rad/s]
     notched_once: float = 0.0
     notched_twice: float = 0.0
 
@@ -243,7 +259,7 @@ def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
     own.notched_twice = zeros[2] * whole - poles[2] * error
     demanded, grown, _ = demanded_current(own.gains, error, own.integrated_current, own.period, 0.0)
     own.integrated_current += own.period * grown
-    # What is computed now is given out some samples later.
+    # The computed current is output after the delay.
     waiting = own.waiting_current
     waiting[own.delay] = demanded
     own.sampled_current = waiting[0]
@@ -256,10 +272,10 @@ class SampledCascade(CascadeLoop):
     """Sampled ``CascadeLoop``: the speed is the difference of two measured angles divided by the period.
 
     Attributes:
-        every: Period [s].
-        delay: Samples from measuring to giving out, 0 to 2.
-        notch: Middle of a notch filter in the speed's error [rad/s]; 0: none.
-        notch_zeros, notch_poles: Its damping ratios [-]: how deep it is, and how wide.
+        every: Sampling period [s].
+        delay: Number of samples from measuring to output, 0 to 2.
+        notch: Centre frequency of a notch filter for the speed error [rad/s]; 0: none.
+        notch_zeros, notch_poles: Damping ratios of its numerator and denominator [-], which give its depth and width.
     """
 
     every: float = 1e-3

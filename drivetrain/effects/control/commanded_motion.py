@@ -1,4 +1,4 @@
-"""The motion that is commanded: positions, speeds and accelerations of all joints over time."""
+"""The commanded motion: positions, speeds and accelerations of all joints over time."""
 
 from __future__ import annotations
 
@@ -18,21 +18,30 @@ from drivetrain.jit import law
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
 
-SMOOTH = 1e-6  # of the largest jerk: a jump of less is what rounding has left in the samples
+SMOOTH = 1e-6  # jump of the jerk, over the largest jerk, that may come from rounding of the samples
 
 
 @dataclass
 class Own:
-    """What it keeps: period (0: none) and end [s]; whether shafts follow. Table rows: instant, q, v, a of each."""
+    """Record of the effect. Table rows: time [s], then position, speed and acceleration of each joint, each shaft."""
 
-    period: float
-    last: float
-    shafts: int
+    period: float  # of a repeated motion [s]; 0: not repeated
+    last: float  # end of the command [s]
+    shafts: int  # whether shafts of coupled motors follow the joints in the table
 
 
 @law
 def _follow(command: Any, table: Any, low: int, at: int, t: float, over: bool) -> None:
-    """Position, speed and acceleration between two samples: the polynomial of fifth order that meets both ends."""
+    """Interpolate a command between two samples with the quintic polynomial that matches both.
+
+    Args:
+        command: Record ``Motion``, filled.
+        table: The effect's table.
+        low: Row before t.
+        at: Column of the position.
+        t: [s].
+        over: Whether the command has ended, so that its last position is held.
+    """
     span = table[low + 1, 0] - table[low, 0] if low + 1 < len(table) else 0.0
     q = table[low, at]
     if over or span <= 0.0 or t < table[0, 0]:
@@ -66,7 +75,7 @@ class CommandedMotion(Effect):
     """Commanded motion of the joints; interpolated smoothly between samples.
 
     Attributes:
-        motion: Of all joints of the scene; two samples at one instant are a jump of acceleration.
+        motion: Motion of all joints of the scene; two samples at the same time are a jump of the acceleration.
         repetitions: How often it is run; afterwards the last position is held.
     """
 
@@ -90,7 +99,7 @@ class CommandedMotion(Effect):
             raise InputError(Fault("repetitions", "must be at least 1", self.repetitions))
 
     def ports(self, place: Place) -> Ports:
-        """Gives position, speed and acceleration of every joint, and of shafts where motors are coupled."""
+        """Provides position, speed and acceleration of every joint, and of shafts where motors are coupled."""
         missing = [name for name in place.joints if name not in self.motion.joint_names]
         if missing:
             hint = nearest(missing[0], list(self.motion.joint_names))
@@ -122,7 +131,7 @@ class CommandedMotion(Effect):
         return [t + k * float(time[-1]) for k in range(self.repetitions) for t in instants]
 
     def _bends(self, share: float) -> Array:
-        """Indices of the samples at which the jerk of any joint jumps by more than a share of its largest."""
+        """Indices of the samples at which the jerk of any joint jumps by more than ``share`` of its maximum."""
         at = np.flatnonzero(np.diff(self.motion.time) > 0.0)
         span = np.diff(self.motion.time)[at, None]
         way = (self.motion.position[at + 1] - self.motion.position[at]) / span**3
@@ -134,6 +143,6 @@ class CommandedMotion(Effect):
         return np.asarray(at[1:][jumps.any(axis=1)])
 
     def begins_at(self, place: Place) -> tuple[list[int], Array, Array]:
-        """Where the command begins."""
+        """Indices of the commanded joints, and their positions and speeds at the beginning, (n,) each."""
         order = [self.motion.joint_names.index(name) for name in place.joints]
         return list(range(len(order))), self.motion.position[0, order], self.motion.velocity[0, order]

@@ -1,6 +1,6 @@
-"""Computed torque: the controller has a model of the arm and commands the torque of its equations of motion.
+"""Computed torque control: the controller evaluates the arm's equations of motion and commands the resulting torque.
 
-Continuous, and as a digital controller runs it: at samples, on measured angles, with a delay.
+Continuous, and sampled as in a digital controller: from measured angles, with a delay.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from drivetrain.effects.laws import command_of, scene_law
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
-MOST_JOINTS = 16  # of the arm of a sampled controller, which keeps what it measured
+MOST_JOINTS = 16  # of a sampled controller, whose record has a fixed number of entries per joint
 
 
 @dataclass
 class Own:
-    """What it keeps: gains [1/s^2], [1/s]; table rows: 1/(ratio kt) [A/(N m)], 1/ratio, coupled, a joint each."""
+    """Record of the effect; one table row per joint: 1/(ratio kt) [A/(N m)], 1/ratio, whether its motor is coupled."""
 
-    stiffness: float
-    damping: float
+    stiffness: float  # kp [1/s^2]
+    damping: float  # kd [1/s]
 
 
 @law
 def _pull(own: Any, wanted: Any, position: float, speed: float) -> float:
-    """The commanded acceleration of a joint: the commanded one, and what its error asks for."""
+    """Acceleration that the controller requires of a joint: the commanded one plus the PD terms of the error."""
     return wanted.acceleration + own.stiffness * (wanted.position - position) + own.damping * (wanted.speed - speed)
 
 
@@ -48,7 +48,7 @@ def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
             torque += mass[i, k] * _pull(own, command_of(joints[k], coupled), flange.position, flange.speed)
         pin, scale, turn = joints[i].pin, table[i, 0], table[i, 1]
         pin.command += torque * scale
-        # Of the motor's own angle: the ratio is in the scale once more.
+        # Derivatives by the motor's angle, so they contain 1/ratio once more.
         pin.damping += mass[i, i] * own.damping * scale * turn
         pin.stiffness += mass[i, i] * own.stiffness * scale * turn
 
@@ -58,8 +58,8 @@ class ComputedTorque(Effect):
     """Commands the torque ``M(q) (a + kd e' + kp e) + h(q, q')`` as current of each motor.
 
     Attributes:
-        frequency: Of the error's decay, damped critically [rad/s]: kp is its square, kd twice it.
-        torque_constants: By joint name [N m/A].
+        frequency: Natural frequency of the critically damped error dynamics [rad/s]: kp is its square, kd twice it.
+        torque_constants: Torque constants that the controller assumes, by joint name [N m/A].
     """
 
     frequency: float
@@ -99,17 +99,16 @@ class ComputedTorque(Effect):
 
 @dataclass
 class SampledOwn:
-    """As ``Own``, with period [s], delay, a joint each: angle at the last sample [rad], currents given out [A].
+    """Record of the effect; its table is that of ``Own``."""
 
-    And the currents that wait for their turn [A], a sample's joints one after another.
-    """
-
-    stiffness: float
-    damping: float
-    period: float
-    delay: int
-    last_measured_position: Annotated[Array, MOST_JOINTS]
+    stiffness: float  # kp [1/s^2]
+    damping: float  # kd [1/s]
+    period: float  # sampling period [s]
+    delay: int  # samples from measuring to output
+    last_measured_position: Annotated[Array, MOST_JOINTS]  # motor angles at the last sample [rad]
+    # outputs [A]
     sampled_current: Annotated[Array, MOST_JOINTS] = field(default_factory=lambda: np.zeros(MOST_JOINTS))
+    # delayed outputs, sample by sample [A]
     waiting_current: Annotated[Array, MOST_DELAY * MOST_JOINTS] = field(
         default_factory=lambda: np.zeros(MOST_DELAY * MOST_JOINTS)
     )
@@ -130,7 +129,7 @@ def _sample(t: Any, h: Any, own: Any, scene: Any) -> None:
             turn, measured = table[k, 1], joints[k].measured_position
             speed = (measured - own.last_measured_position[k]) / own.period
             torque += mass[i, k] * _pull(own, command_of(joints[k], int(table[k, 2])), measured * turn, speed * turn)
-        # What is computed now is given out some samples later.
+        # The computed current is output after the delay.
         waiting[own.delay * MOST_JOINTS + i] = torque * table[i, 0]
         own.sampled_current[i] = waiting[i]
         for k in range(own.delay):
@@ -144,8 +143,8 @@ class SampledComputedTorque(ComputedTorque):
     """Sampled ``ComputedTorque``: angles from the motors' encoders, speeds as their differences over the period.
 
     Attributes:
-        every: Period [s].
-        delay: Samples from measuring to giving out, 0 to 2.
+        every: Sampling period [s].
+        delay: Number of samples from measuring to output, 0 to 2.
     """
 
     every: float = 1e-3

@@ -1,4 +1,4 @@
-"""An encoder on the motor's shaft: the angle in whole steps, which is all that a digital controller sees."""
+"""An encoder on the motor's shaft, which measures the angle in whole counts for digital controllers."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from drivetrain.effects.laws import joint_law
 
 @dataclass
 class Own:
-    """What it keeps: the angle of one count [rad], 0 for none."""
+    """Record of the effect."""
 
-    step: float
+    step: float  # angle of one count [rad]; 0: no quantisation
 
 
 @joint_law(Own)
@@ -31,7 +31,7 @@ class Encoder(Effect):
     """Measures the motor's angle; the joint position is computed from it through the ratio, as in most drives.
 
     Attributes:
-        counts: Steps a turn, after quadrature; None: as fine as numbers are.
+        counts: Counts per turn, after quadrature; None: no quantisation.
     """
 
     counts: int | None = None
@@ -44,7 +44,7 @@ class Encoder(Effect):
 
     @property
     def step(self) -> float:
-        """Angle of one count [rad]; 0 for none."""
+        """Angle of one count [rad]; 0: no quantisation."""
         return 0.0 if self.counts is None else 2.0 * math.pi / self.counts
 
     def quasi_static(self) -> Effect:

@@ -1,1 +1,1 @@
-"""What resists a joint or a shaft: dry, viscous and LuGre friction, a belt, a brake."""
+"""Friction at a joint or a shaft: dry, viscous and LuGre friction, a moving belt, a holding brake."""

@@ -1,8 +1,7 @@
-"""Dry friction with true sticking: Coulomb, static and Stribeck, at the joint or at the motor's shaft.
+"""Set-valued dry friction with exact sticking (Coulomb, static, Stribeck), at the joint or at the motor's shaft.
 
-It adds bounds, not a torque: at rest friction is whatever holds, and only the solution of all joints together gives
-    what that
-is. The curve is that of ``drive/friction.py``.
+It contributes bounds, not a torque: at rest friction is the torque that keeps the joint at rest, and this is known only
+from the solution of the equations of all joints. The friction curve is that of ``drive/friction.py``.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
 
 @dataclass
 class Own:
-    """What it keeps: its side, and what ``static_excess`` reads of a ``FrictionCurve``."""
+    """Record of the effect: its side, and the fields of ``FrictionCurve`` that ``static_excess`` reads."""
 
     side: int
     forward: float
@@ -34,7 +33,7 @@ class Own:
 
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
-    # What a coupled motor's shaft feels at ``shaft`` is bounded with the joint's own.
+    # Dry friction at the gear's output shaft of coupled motors is counted in the bounds of ``load``.
     levels = joint.motor if own.side == MOTOR else joint.load
     levels.hold_forward += own.static_forward
     levels.hold_backward += own.static_backward
@@ -51,8 +50,8 @@ class DryFriction(Effect):
     """Dry friction: holds up to its static torque, and slides with its sliding torque.
 
     Attributes:
-        friction: Of which all but the viscous part is taken.
-        side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
+        friction: Friction law, of which all but the viscous part is used.
+        side: ``joint``, ``motor``, or ``shaft``: the gear's output shaft, where motors are coupled.
     """
 
     friction: Friction

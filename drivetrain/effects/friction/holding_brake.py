@@ -1,4 +1,4 @@
-"""A holding brake on the motor's shaft: engaged without current, it holds up to its torque and slips with less."""
+"""A holding brake on the motor's shaft: while engaged it holds up to its static torque and slips with a lower one."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from drivetrain.errors import Fault
 
 @dataclass
 class Own:
-    """What it keeps: torques that it holds and slips with [N m]; table rows are (instant [s], engaged from then)."""
+    """Record of the effect; table rows: time [s], 1 if it is engaged from then on, else 0."""
 
-    holding: float
-    sliding: float
+    holding: float  # static torque [N m]
+    sliding: float  # torque while slipping [N m]
 
 
 @table_law(Own)
@@ -40,11 +40,11 @@ class HoldingBrake(Effect):
     """Spring-applied brake: while engaged it adds its holding torque to that of dry friction, and needs no current.
 
     Attributes:
-        holding: Torque that it holds at rest [N m].
-        sliding: Torque with which it slips [N m]; None: three quarters of ``holding``.
-        engages, releases: Instants of command [s].
-        closing, opening: Delay of either [s].
-        engaged: Whether it is at the start.
+        holding: Static torque [N m].
+        sliding: Torque while it slips [N m]; None: three quarters of ``holding``.
+        engages, releases: Times of the commands to engage and to release [s].
+        closing, opening: Delays from these commands until it is engaged, or released [s].
+        engaged: Whether it is engaged at the start.
     """
 
     holding: float
@@ -79,7 +79,7 @@ class HoldingBrake(Effect):
         return [t for t, _ in self._changes() if t > 0.0]
 
     def _changes(self) -> list[tuple[float, float]]:
-        """Instants with 1 where it is engaged from then on; the start first."""
+        """Times of all changes [s], each with 1 if it is engaged from then on, else 0; the start first."""
         closes = [(t + self.closing, 1.0) for t in self.engages]
         opens = [(t + self.opening, 0.0) for t in self.releases]
         return [(0.0, float(self.engaged)), *sorted(closes + opens)]

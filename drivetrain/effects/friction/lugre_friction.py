@@ -1,4 +1,4 @@
-"""LuGre friction: bristles that bend before they slip, where what happens before sliding matters.
+"""LuGre friction: a bristle model with a deflection state, for questions about the behaviour before sliding.
 
     z' = v - s0 |v| z / g(v),   torque = s0 z + s1 z' + s2 v,   g(v) = Fc + (Fs - Fc) exp(-(|v| / vs)^2)
 
@@ -23,25 +23,27 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """What it keeps: side and constants of the law; the bend [rad]; torque [N m], power lost [W], energy [J]."""
+    """Record of the effect."""
 
     side: int
+    # constants of the law, as in ``LuGreFriction``
     stiffness: float
     damping: float
     viscous: float
     coulomb: float
     static: float
     stribeck_speed: float
+    # deflection z of the bristles [rad], and its rate [rad/s]
     bend: float = 0.0
     bend_rate: float = 0.0
-    torque: float = 0.0
-    power: float = 0.0
-    energy: float = 0.0
+    torque: float = 0.0  # friction torque [N m]
+    power: float = 0.0  # power lost [W]
+    energy: float = 0.0  # elastic energy of the bristles [J]
 
 
 @law
 def _slip(own: Any, speed: float) -> tuple[float, float]:
-    """Rate of the bend [rad/s], and how fast it fades [1/s]."""
+    """Rate of the deflection z [rad/s], and its decay rate s0 |v| / g(v) [1/s]."""
     slip = own.coulomb + (own.static - own.coulomb) * math.exp(-((speed / own.stribeck_speed) ** 2))
     fade = own.stiffness * abs(speed) / slip
     return speed - fade * own.bend, fade
@@ -49,7 +51,10 @@ def _slip(own: Any, speed: float) -> tuple[float, float]:
 
 @law
 def _mean(own: Any, speed: float, h: float) -> tuple[float, float]:
-    """Bend and its rate in the mean over a step: with the speed held z is linear in time."""
+    """Mean deflection [rad] and mean rate [rad/s] over a step of length h [s].
+
+    For a constant speed the equation of z is linear, so both are exact.
+    """
     rate, fade = _slip(own, speed)
     grown = first(-fade * h)
     return own.bend + h * rate * second(-fade * h, grown), rate * grown
@@ -66,7 +71,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     mean, rate = _mean(own, speed, h)
     own.bend_rate = rate
     flange.torque -= own.stiffness * mean + own.damping * rate + own.viscous * speed
-    # How the mean torque grows with the speed, by a small difference: the law has a kink at rest.
+    # Derivative of the mean torque by the speed, by a one-sided difference, since the law has a kink at rest.
     small = 1e-6 * own.stribeck_speed
     other = speed + (small if speed >= 0.0 else -small)
     mean_too, rate_too = _mean(own, other, h)
@@ -82,9 +87,9 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     mean, (rate, _) = own.bend, _slip(own, speed)
     if h > 0.0:
         mean, rate = _mean(own, speed, h)
-        own.bend_rate = rate  # now that the speed is known: the law has seen a guess of it
+        own.bend_rate = rate  # with the speed of the solution; ``compute`` knows only the guess
     own.torque = own.stiffness * mean + own.damping * rate + own.viscous * speed
-    # What goes in less what bends the bristles.
+    # Mechanical power minus the power stored in the bristles.
     own.power = own.torque * speed - own.stiffness * rate * (own.bend + 0.5 * h * rate)
     own.energy = 0.5 * own.stiffness * own.bend * own.bend
 
@@ -93,16 +98,16 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 class LuGreFriction(Effect):
     """LuGre friction: it deflects before it slides, lags behind the speed, and never holds exactly.
 
-    ``DryFriction`` sticks exactly and costs less; this one is for questions about what happens before sliding.
+    ``DryFriction`` sticks exactly and needs less computing time; this one is for the behaviour before sliding.
 
     Attributes:
-        stiffness: s0 of the bristles [N m/rad].
-        coulomb: Fc [N m].
-        static: Fs [N m]; None: as ``coulomb``.
-        stribeck_speed: vs [rad/s].
-        damping: s1 of the bristles [N m s/rad].
-        viscous: s2 [N m s/rad].
-        side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
+        stiffness: Stiffness s0 of the bristles [N m/rad].
+        coulomb: Coulomb friction Fc [N m].
+        static: Static friction Fs [N m]; None: as ``coulomb``.
+        stribeck_speed: Stribeck speed vs [rad/s].
+        damping: Damping s1 of the bristles [N m s/rad].
+        viscous: Viscous friction s2 [N m s/rad].
+        side: ``joint``, ``motor``, or ``shaft``: the gear's output shaft, where motors are coupled.
     """
 
     stiffness: float

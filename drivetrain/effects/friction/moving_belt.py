@@ -1,4 +1,4 @@
-"""A belt under the joint: dry friction against a surface of constant speed."""
+"""A moving belt: the joint's dry friction acts against a surface with constant speed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from drivetrain.effects.laws import joint_law
 
 @dataclass
 class Own:
-    """What it keeps: its speed [rad/s], its power [W]."""
+    """Record of the effect: speed of the belt [rad/s], power that drives it [W]."""
 
     speed: float
     power: float = 0.0
@@ -34,7 +34,7 @@ class MovingBelt(Effect):
     """Moves the surface against which the joint's dry friction acts.
 
     Attributes:
-        speed: Of the belt [rad/s].
+        speed: Speed of the belt [rad/s].
     """
 
     speed: float

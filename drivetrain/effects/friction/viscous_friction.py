@@ -1,4 +1,4 @@
-"""Friction that grows with speed, at the joint or at the motor's shaft."""
+"""Friction that increases smoothly with the speed, at the joint or at the motor's shaft."""
 
 from __future__ import annotations
 
@@ -15,20 +15,22 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """What it keeps: its side, damping either way [N m s/rad], Coulomb's torques and speed of a smooth law; power."""
+    """Record of the effect."""
 
     side: int
+    # damping by direction [N m s/rad]
     viscous_forward: float
     viscous_backward: float
+    # Coulomb friction by direction [N m] of a law that rises as tanh(speed / tanh_speed); 0 without one
     forward: float
     backward: float
-    tanh_speed: float
-    power: float = 0.0
+    tanh_speed: float  # [rad/s]
+    power: float = 0.0  # power lost [W]
 
 
 @law
 def _torque(own: Any, speed: float) -> float:
-    """All of it; without a smooth part Coulomb's torques are 0."""
+    """Friction torque at a speed [N m]: viscous part, and the tanh part if there is one."""
     torque = sliding_friction(own, speed)
     return torque + smooth_lack(own, speed) if own.tanh_speed > 0.0 else torque
 
@@ -55,9 +57,9 @@ class ViscousFriction(Effect):
     """Torque against the motion, proportional to the speed or increasing smoothly with it.
 
     Attributes:
-        friction: Of which ``viscous`` and ``viscous_negative`` are taken, and Coulomb's torque where it rises as tanh;
-            dry friction is an effect of its own.
-        side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
+        friction: Friction law, of which ``viscous`` and ``viscous_negative`` are used, and Coulomb friction where it
+            rises as tanh; dry friction is an effect of its own.
+        side: ``joint``, ``motor``, or ``shaft``: the gear's output shaft, where motors are coupled.
     """
 
     friction: Friction

@@ -1,1 +1,1 @@
-"""The gear: its drag and mesh loss, play, and its spring."""
+"""Effects of the gear: drag, mesh loss, backlash and torsional spring."""

@@ -1,6 +1,6 @@
-"""Drag of a gear at its input: over speed and temperature while it turns, the starting torque at rest.
+"""Drag of a gear at its input: depending on speed and temperature in motion, and the starting torque at rest.
 
-It adds bounds of set-valued friction, as ``DryFriction`` does; the law is that of ``drive/gear.py``.
+It contributes bounds of set-valued friction, as ``DryFriction`` does; the law is that of ``drive/gear.py``.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.effects.fields import ranges
 from drivetrain.effects.laws import joint_law
 
-CREEP = 1e-9  # [rad/s]: the drag of what is about to turn is that of the slowest turning
+CREEP = 1e-9  # speed at which the drag of a gear at rest is evaluated [rad/s]
 
 
 @dataclass
 class Own:
-    """What it keeps."""
+    """Record of the effect."""
 
-    # as in ``Mesh``
+    # parameters of the drag, as in ``drive.gear.Mesh``
     drag: float
     exponent: float
     cooling: float
     bend: float
     seal: float
     starting: float
-    follows: int  # whether it is as warm as the housing
-    temperature: float  # else [C]
-    torque: float = 0.0  # that drags while it turns [N m]
+    follows: int  # whether its temperature is that of the housing
+    temperature: float  # its temperature otherwise [C]
+    torque: float = 0.0  # drag in motion [N m]
 
 
 @joint_law(Own)
@@ -48,7 +48,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
-    # Where it comes to rest within a step it takes less than its bound.
+    # If the motor comes to rest within the step, dry friction dissipates less than its bound times the speed.
     joint.heat.drag_power = min(own.torque * abs(joint.motor.speed), max(joint.motor.friction_power, 0.0))
 
 
@@ -57,9 +57,9 @@ class GearDrag(Effect):
     """Load-independent loss of a gear: grease and seals, and at rest the starting torque.
 
     Attributes:
-        gear: Of which drag, seals and starting torque are taken; its mesh is ``MeshLoss``.
-        temperature: Of the gear if no housing provides it, or constant [C].
-        follows: Whether the gear is as warm as the motor's housing, if an effect provides that.
+        gear: Data of the gear, of which drag, seals and starting torque are used; its mesh is ``MeshLoss``.
+        temperature: Temperature of the gear if it does not follow the housing, or if no effect provides that [C].
+        follows: Whether the gear has the temperature of the motor's housing, if an effect provides it.
     """
 
     gear: Gear

@@ -1,4 +1,4 @@
-"""Loss in a gear's mesh: a share of the torque that crosses it, by direction of power, down to locking."""
+"""Loss in the mesh of a gear: a share of the transmitted torque, by direction of power, up to self-locking."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from drivetrain.effects.laws import joint_law
 
 @dataclass
 class Own:
-    """What it keeps: loss over transmitted torque when the motor drives, and when the load does [-]."""
+    """Record of the effect: loss over transmitted torque when the motor drives, and when the load drives [-]."""
 
     driving: float
     driven: float
@@ -29,11 +29,11 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 class MeshLoss(Effect):
     """Mesh loss: a driving motor provides 1/eta of the load torque, a driving load returns eta_back of it.
 
-    At rest it holds as friction does, with bounds that follow the load and differ by direction; one that is driven at
-    a loss of 1 or more locks.
+    At rest it holds as dry friction does, with bounds that are proportional to the load and differ by direction. With a
+    loss of 1 or more when the load drives, the gear is self-locking.
 
     Attributes:
-        gear: Its efficiencies and ratio are taken.
+        gear: Data of the gear, of which efficiencies and ratio are used.
     """
 
     gear: Gear
@@ -42,7 +42,7 @@ class MeshLoss(Effect):
 
     @property
     def driven_loss(self) -> float:
-        """Loss over transmitted torque when the load drives [-]; from 1 on the mesh locks."""
+        """Loss over transmitted torque when the load drives [-]; from 1 on the mesh is self-locking."""
         return 1.0 - mesh_factors(self.gear).driven
 
     def ports(self, place: Place) -> Ports:

@@ -1,6 +1,6 @@
-"""A joint that gives way: the gear's spring in three pieces with damping, play or none, and the rotor behind it.
+"""A flexible joint: the gear's piecewise linear spring with damping, with or without backlash, and the rotor behind it.
 
-The twist is a state of its own, never the difference of two large angles.
+The wind-up is a state of its own, so that it is never computed as the difference of two large angles.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from drivetrain.jit import law
 
 @dataclass
 class SpringOwn:
-    """What it keeps: the spring, its damping [N m s/rad]; energy [J], power lost [W]."""
+    """Record of the effect: the spring, its damping [N m s/rad]; elastic energy [J], power lost [W]."""
 
     spring: Spring
     damping: float
@@ -52,19 +52,19 @@ def _account_spring(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass
 class PlayOwn:
-    """What it keeps: as ``SpringOwn``, half of the play [rad]; energy [J], power lost [W], torque [N m]."""
+    """Record of the effect."""
 
     spring: Spring
-    damping: float
-    half: float
-    energy: float = 0.0
-    power: float = 0.0
-    torque: float = 0.0
+    damping: float  # of a tooth flank in contact [N m s/rad]
+    half: float  # half of the backlash [rad]
+    energy: float = 0.0  # elastic energy [J]
+    power: float = 0.0  # power lost [W]
+    torque: float = 0.0  # torque transmitted by the flanks [N m]
 
 
 @law
 def _met(own: Any, gear: Any, h: float, damping: float) -> tuple[float, float, float]:
-    """Torque, slope and damping at an instant, or in the mean over a step."""
+    """Torque [N m], stiffness [N m/rad] and damping [N m s/rad] of the flanks: at an instant, or means over a step."""
     flanks = -own.half, own.half
     if h > 0.0:
         return mean_touch(own.spring, flanks, damping, gear.wind_up, gear.speed, h)
@@ -92,11 +92,11 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @dataclass(frozen=True)
 class GearSpring(Effect):
-    """A rotor that moves on its own, behind the gear's spring.
+    """Base of the flexible joints: the rotor is a coordinate of its own, behind the gear's spring.
 
     Attributes:
-        gear: Its stiffnesses and the torques between them are taken; with play its backlash, too.
-        damping: Along the spring, or at the flanks in touch [N m s/rad].
+        gear: Data of the gear, of which the stiffnesses and their torque limits are used, and the backlash.
+        damping: Damping of the spring, or of the tooth flanks in contact [N m s/rad].
     """
 
     gear: Gear
@@ -109,19 +109,19 @@ class GearSpring(Effect):
 
     @property
     def spring(self) -> Spring:
-        """In three pieces."""
+        """The piecewise linear spring of the gear, with three stiffnesses."""
         return gear_spring(self.gear)
 
     @property
     @abstractmethod
     def half(self) -> float:
-        """Of the play [rad]."""
+        """Half of the backlash [rad]."""
 
     def shape(self, place: Place) -> Shape:
         return Shape(ratio=ratio_of(place, self.gear), flexible=True, deflection=self._twist)
 
     def _twist(self, torque: float) -> float:
-        """Twist under a torque [rad]."""
+        """Wind-up under a torque, backlash included [rad]."""
         return float(twist_under(self.spring, torque)) + math.copysign(self.half, torque)
 
 
@@ -151,7 +151,7 @@ class FlexibleJoint(GearSpring):
 class Backlash(GearSpring):
     """Gear spring with backlash: it transmits no torque between the tooth flanks, and never pulls at a flank.
 
-    Instead of ``FlexibleJoint``; without play it is the same joint.
+    Used instead of ``FlexibleJoint``; with a backlash of zero both are the same.
     """
 
     compute = _compute

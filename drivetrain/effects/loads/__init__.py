@@ -1,1 +1,1 @@
-"""What the surroundings do: payload, walls, torques that are given."""
+"""Loads: payload, contact with walls, counterbalances, and torques given over time."""

@@ -1,4 +1,4 @@
-"""What a joint's angle alone does to its link: springs on levers, gas springs, biases."""
+"""Torque of a counterbalance, which depends on the joint angle only: springs on levers, gas springs, tables."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """What it keeps: the counterbalance, its power [W]; the table has rows (angle [rad], torque)."""
+    """Record of the effect: the counterbalance, its power [W]. Table rows: angle [rad], torque [N m]."""
 
     balance: Counterbalance
     power: float = 0.0
@@ -26,6 +26,7 @@ class Own:
 
 @law
 def _torque(own: Any, table: Any, angle: float) -> float:
+    """Torque at an angle: that of the lever plus that of the table [N m]."""
     return lever_torque(own.balance, angle) + table_value(table, angle)
 
 
@@ -41,11 +42,11 @@ def _account(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
 
 @dataclass(frozen=True)
 class CounterbalanceTorque(Effect):
-    """The torque of a counterbalance on the link behind the joint; its mass is the arm's.
+    """The torque of a counterbalance on the link after the joint; its mass belongs to the arm.
 
     Attributes:
-        balance: What it is.
-        number: Which of the joint's it is.
+        balance: Data of the counterbalance.
+        number: Its number among those of the joint, for the name of its power.
     """
 
     balance: Counterbalance

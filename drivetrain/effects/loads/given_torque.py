@@ -1,4 +1,4 @@
-"""A torque given over time, on the link or at the motor's shaft."""
+"""A torque given as a function of time, on the link or at the motor's shaft."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from drivetrain.effects.tables import OverTime, table_value
 
 @dataclass
 class Own:
-    """What it keeps: its side, its power [W]; the table has rows (instant [s], torque [N m])."""
+    """Record of the effect: its side, its power [W]. Table rows: time [s], torque [N m]."""
 
     side: int
     power: float = 0.0
@@ -31,7 +31,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
 
 @table_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
-    # What it added cannot be read back from a sum, so the law is asked again.
+    # The contribution cannot be recovered from the sum of all torques, so it is computed again.
     own.power = table_value(table, t) * flange_of(joint, own.side).speed
 
 
@@ -40,9 +40,9 @@ class GivenTorque(OverTime):
     """Torque from a table, linear between its instants; two rows at one instant are a step.
 
     Attributes:
-        time: Never falling [s], (N,); before the first and after the last the torque stays.
-        torque: [N m], (N,).
-        side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
+        time: Times of the rows, not decreasing [s], (N,); before the first and after the last the torque is constant.
+        torque: Torques at these times [N m], (N,).
+        side: ``joint``, ``motor``, or ``shaft``: the gear's output shaft, where motors are coupled.
     """
 
     torque: Array

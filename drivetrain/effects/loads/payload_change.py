@@ -1,4 +1,4 @@
-"""What the tip carries, and when it picks up or puts down."""
+"""The payload of the tip, and when it is picked up or set down."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Body:
     """A body fixed to the tip.
 
     Attributes:
-        mass: [kg]; 0 for an empty tip.
+        mass: Mass [kg]; 0 for an empty tip.
         com: Centre of mass in the tip frame [m], (3,).
-        inertia: About it, in the tip frame [kg m^2], (3, 3).
+        inertia: Inertia about the centre of mass, in the tip frame [kg m^2], (3, 3).
     """
 
     mass: float
@@ -35,12 +35,12 @@ EMPTY = Body(0.0, np.zeros(3), np.zeros((3, 3)))
 class PayloadChange(Effect):
     """Payloads that change at given instants.
 
-    Speeds go on as they are: what is picked up is taken to move as the tip does, and brings its own energy along, as
-    ``scene.payload_energy``.
+    Speeds do not jump: a payload is assumed to move with the tip already when it is picked up, and the energy that it
+    brings is counted in ``scene.payload_energy``.
 
     Attributes:
-        time: Instants from which on a body is carried, rising [s], (K,); before the first the tip is empty.
-        bodies: What is carried from there, K of them.
+        time: Times from which each body is carried, increasing [s], (K,); before the first the tip is empty.
+        bodies: The bodies carried from these times on, K of them.
     """
 
     time: Array
@@ -66,7 +66,7 @@ class PayloadChange(Effect):
         return [float(t) for t in self.time]
 
     def carried(self) -> tuple[Array, Array]:
-        """The bodies as moments of mass, for the mechanics."""
+        """Times of the changes [s], (K,), and the bodies as matrices of mass moments in the tip frame, (K, 4, 4)."""
         moments = np.zeros((len(self.bodies), 4, 4))
         for moment, body in zip(moments, self.bodies, strict=True):
             com, inertia = np.asarray(body.com), np.asarray(body.inertia)

@@ -1,4 +1,4 @@
-"""The tip against a wall: a spring and a damper across it, which push and never pull."""
+"""Contact of the tip with a flat wall: a spring and a damper along the normal, which can push but not pull."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from drivetrain.effects.laws import scene_law
 from drivetrain.errors import Fault
 from drivetrain.jit import law
 
-_GIVEN = s.TIP_GIVEN[:6]  # place and speed
-_TAKEN = (*s.TIP_TAKEN[:3], *s.TIP_TAKEN[6:])  # force, and how it falls with speed and place
+_GIVEN = s.TIP_GIVEN[:6]  # position and velocity of the tip
+_TAKEN = (*s.TIP_TAKEN[:3], *s.TIP_TAKEN[6:])  # force on the tip, and its derivatives
 
 
 @dataclass
 class Own:
-    """What it keeps: spring of [N/m], [N s/m], place along the normal [m]; force [N], power lost [W], energy [J]."""
+    """Record of the effect."""
 
-    normal: Annotated[Array, 3]
-    spring: Spring
-    damping: float
-    at: float
-    force: float = 0.0
-    power: float = 0.0
-    energy: float = 0.0
+    normal: Annotated[Array, 3]  # unit vector out of the wall, in the base frame
+    spring: Spring  # stiffness in N/m
+    damping: float  # [N s/m]
+    at: float  # position of the wall along the normal [m]
+    force: float = 0.0  # contact force [N]
+    power: float = 0.0  # power lost [W]
+    energy: float = 0.0  # elastic energy [J]
 
 
 @law
 def _depth(own: Any, tip: Any) -> tuple[float, float]:
-    """How deep the tip is in the wall [m], and how fast it goes in [m/s]."""
+    """Penetration of the tip into the wall [m], and its rate [m/s]."""
     deep, into = own.at, 0.0
     for i in range(3):
         deep -= own.normal[i] * tip.place[i]
@@ -46,7 +46,7 @@ def _depth(own: Any, tip: Any) -> tuple[float, float]:
 
 @law
 def _met(own: Any, deep: float, into: float, h: float, damp: float) -> tuple[float, float, float]:
-    """Force, slope and damping of the wall, at an instant or in the mean over a step."""
+    """Force [N], stiffness [N/m] and damping [N s/m] of the contact: at an instant, or means over a step."""
     flanks = (-math.inf, 0.0)
     if h > 0.0:
         return mean_touch(own.spring, flanks, damp, deep, into, h)
@@ -83,10 +83,10 @@ class TipContact(Effect):
     """Contact of the arm's tip with a flat wall without friction.
 
     Attributes:
-        point: Of the wall, base axes [m].
-        normal: Out of the wall, towards where the tip may be.
-        stiffness: [N/m].
-        damping: [N s/m]; the force is cut off where it would pull.
+        point: A point of the wall, in the base frame [m].
+        normal: Direction out of the wall, towards the free side.
+        stiffness: Stiffness of the contact [N/m].
+        damping: Damping of the contact [N s/m]; the force is never negative, so the wall does not pull.
     """
 
     point: tuple[float, float, float]

@@ -1,4 +1,4 @@
-"""A spring and a damper from the joint to a wall, which may itself move at a steady speed."""
+"""A spring and a damper between the joint and a wall, which may move with a constant speed."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from drivetrain.effects.laws import joint_law
 
 @dataclass
 class Own:
-    """What it keeps: the fields of ``WallSpring``; energy [J], power lost in the damper and put in by the wall [W]."""
+    """Record of the effect."""
 
+    # as in ``WallSpring``
     stiffness: float
     damping: float
     rest: float
     speed: float
-    energy: float = 0.0
-    loss: float = 0.0
-    work: float = 0.0
+    energy: float = 0.0  # elastic energy [J]
+    loss: float = 0.0  # power lost in the damper [W]
+    work: float = 0.0  # power supplied by the moving wall [W]
 
 
 @joint_law(Own)
@@ -39,7 +40,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     stretch, speed = load.position - own.rest - own.speed * t, load.speed - own.speed
     own.energy = 0.5 * own.stiffness * stretch * stretch
     own.loss = own.damping * speed * speed
-    # The wall is pulled along against the spring: work from outside.
+    # The wall is moved against the force of spring and damper: power from outside.
     own.work = -(own.stiffness * stretch + own.damping * speed) * own.speed
 
 
@@ -48,10 +49,10 @@ class WallSpring(Effect):
     """Spring and damper between the joint and a fixed or moving point.
 
     Attributes:
-        stiffness: [N m/rad].
-        damping: [N m s/rad].
-        rest: Position of the joint at which the spring is at rest, at time 0 [rad].
-        speed: At which that place moves [rad/s].
+        stiffness: Stiffness of the spring [N m/rad].
+        damping: Damping of the damper [N m s/rad].
+        rest: Joint position at which the spring is relaxed, at time 0 [rad].
+        speed: Speed with which that position moves [rad/s].
     """
 
     stiffness: float

@@ -1,1 +1,1 @@
-"""The motor electrically: winding, current and its loops, supply, heat; and what spins."""
+"""Effects of the motor: winding, current and its control, supply, heat, cogging and rotor inertia."""

@@ -1,4 +1,4 @@
-"""Cogging: the magnets pull towards the teeth, a torque of the motor's angle alone."""
+"""Cogging torque of the magnets against the teeth, which depends on the motor's angle only."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from drivetrain.errors import Fault
 
 @dataclass
 class Own:
-    """What it keeps: its energy [J]; the table has a row (amplitude [N m], order, phase [rad]) a harmonic."""
+    """Record of the effect: its energy [J]. One table row per harmonic: amplitude [N m], order, phase [rad]."""
 
     energy: float = 0.0
 
@@ -29,7 +29,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
     motor = joint.motor
     for k in range(len(table)):
         size, order, phase = table[k, 0], table[k, 1], table[k, 2]
-        # The mean of a sine over what the rotor turns in the step: teeth that fly past leave nothing.
+        # Mean of the sine over the rotation within the step; it vanishes if many teeth are passed.
         half = 0.5 * h * order * motor.speed
         mean = math.sin(half) / half if abs(half) > 1e-4 else 1.0 - half * half / 6.0
         angle = order * motor.position + phase
@@ -52,9 +52,9 @@ class Cogging(Effect):
     """Cogging torque ``-a sin(k angle + phase)`` for each harmonic; it does no work over a whole turn.
 
     Attributes:
-        amplitudes: [N m], one a harmonic.
-        orders: Periods a turn: the least common multiple of teeth and poles, and multiples of it.
-        phases: [rad], one a harmonic; empty: all zero.
+        amplitudes: Amplitudes of the harmonics [N m].
+        orders: Periods per turn: the least common multiple of teeth and poles, and multiples of it.
+        phases: Phases of the harmonics [rad]; empty: all zero.
     """
 
     amplitudes: tuple[float, ...]

@@ -1,4 +1,4 @@
-"""Controllers of the motor's current, between the limits of current and voltage: continuous, and at samples."""
+"""Current controllers, continuous and sampled, with limits of current and voltage."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """What it keeps."""
+    """Record of the effect; the matrices belong to the state (current, integrator) of the loop without limits."""
 
     # as in ``Winding``
     motor: Terminals
@@ -32,24 +32,24 @@ class Own:
     # gains [V/A], [V/(A s)]
     proportional: float
     integral: float
-    peak: float  # of the command [A]
-    forward: float  # voltage fed forward over the speed [V s/rad]
-    # what the matrices are made for [ohm], [s]
+    peak: float  # limit of the command [A]
+    forward: float  # feed-forward voltage per speed [V s/rad]
+    # resistance [ohm] and step [s] for which the matrices were computed
     resistance: float = 0.0
     step: float = 0.0
-    # over a step the end's share of the beginning and of what is held
+    # transition and input matrix over a whole step, with constant inputs
     whole: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
     held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
-    mean: Annotated[Array, 2] = field(default_factory=lambda: np.zeros(2))  # the mean current's share of what is held
-    # over half a step as over the whole
+    mean: Annotated[Array, 2] = field(default_factory=lambda: np.zeros(2))  # input row of the mean current
+    # transition and input matrix over half a step
     half: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
     half_held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
     demanded: float = 0.0  # command within its limits [A]
-    # of the motor, that the step was guessed at [rad/s], [rad]
+    # guessed motion of the motor at which ``compute`` was evaluated [rad/s], [rad]
     speed: float = 0.0
     position: float = 0.0
-    free: float = 0.0  # 1 where command and, at the beginning, voltage were between their limits
-    # states [A], [V]
+    free: float = 0.0  # 1 if neither the command nor, at the beginning of the step, the voltage was limited; else 0
+    # states current [A] and integrator [V], with their rates
     current: float = 0.0
     current_rate: float = 0.0
     integrated_voltage: float = 0.0
@@ -58,7 +58,7 @@ class Own:
 
 @law
 def _make(own: Any, resistance: float, h: float) -> None:
-    """The matrices of the free loop, as long as neither the winding's temperature nor the step changes."""
+    """Compute the matrices of the loop without limits, which depend on the resistance [ohm] and the step h [s]."""
     matrix = (-(own.proportional + resistance) / own.inductance, 1.0 / own.inductance, -own.integral, 0.0)
     whole, held, mean = held_step(matrix, h)
     put_matrix(own.whole, whole)
@@ -72,7 +72,10 @@ def _make(own: Any, resistance: float, h: float) -> None:
 
 @law
 def _reached(share: Any, held: Any, own: Any, push: float, drive: float) -> tuple[float, float]:
-    """Current and integrator at the end of a step, or of half of it; ``push`` and ``drive`` are h b."""
+    """Current [A] and integrator [V] at the end of a step or half of it, without limits.
+
+    ``share`` and ``held`` are transition and input matrix; ``push`` and ``drive`` are the inputs times the step.
+    """
     i, z = own.current, own.integrated_voltage
     return (
         share[0] * i + share[1] * z + held[0] * push + held[1] * drive,
@@ -84,7 +87,11 @@ def _reached(share: Any, held: Any, own: Any, push: float, drive: float) -> tupl
 def _moved(
     h: float, own: Any, volts: float, demanded: float, resistance: float, constant: float, speed: float
 ) -> tuple[float, float, float, float, float, bool]:
-    """The winding over a step in which command and speed are held."""
+    """Advance winding and controller over a step of length h [s] with constant command and speed, exactly.
+
+    Returns current [A] and integrator [V] at the end, means over the step of current [A], squared current [A^2] and
+    electrical power [W], and whether the voltage was limited at any time.
+    """
     if own.resistance != resistance or own.step != h:
         _make(own, resistance, h)
     current, integral, kp, ki, inductance = (
@@ -125,11 +132,11 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
         motor.torque += constant * current
         return
     end, _, mean, _, _, _ = _moved(h, own, volts, own.demanded, resistance, constant, motor.speed)
-    # The mean is a straight function of command and back-emf as long as the limit stays.
+    # While the voltage stays limited, or stays free, the mean current is a linear function of command and back-emf.
     by_command = h * (own.mean[0] * kp / inductance + own.mean[1] * ki)
     by_speed = h * own.mean[0] * (own.forward - constant) / inductance
     if limit != 0.0:
-        # Held there, the current follows the back-emf alone.
+        # At the voltage limit the current depends on the back-emf only.
         _, _, by_speed = stretch(0.0, 0.0, h, limit, (resistance, inductance, kp, ki, 0.0, limit + constant, 0.0))
         free = 0.0
     own.speed, own.position, own.free = motor.speed, motor.position, free
@@ -145,7 +152,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     resistance, constant = warm(own.motor, heat)
     square, pin.power = current * current, pin.voltage * current
     if h > 0.0:
-        # Once more at the motion that was found: the law has seen a guess of it.
+        # Evaluated again at the speed and position of the solution; ``compute`` knows only the guess.
         faster, further = motor.speed - own.speed, motor.position - own.position
         demanded = own.demanded - own.free * (pin.damping * faster + pin.stiffness * further)
         end, drawn, mean, square, pin.power, _ = _moved(h, own, pin.limit, demanded, resistance, constant, motor.speed)
@@ -159,14 +166,14 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 class CurrentLoop(Effect):
     """PI controller of the current, whose zero cancels the winding's pole.
 
-    In a fixed step the winding and its controller move exactly, through any change at the voltage's limit; the
-    integrator does not wind up there (see ``drive/loops/current_loop_kernel.py``).
+    In a fixed step, winding and controller are integrated exactly, also where the voltage reaches or leaves its limit;
+    the integrator has anti-windup (see ``drive/loops/current_loop_kernel.py``).
 
     Attributes:
         motor: Resistance, inductance, torque constant, and how they change with temperature.
-        bandwidth: Of the closed loop [rad/s]: kp = L w, ki = R w, with R cold.
-        peak_current: To which commands are cut [A].
-        fed_forward: Share of the cold motor's back-emf that the controller adds to its voltage [-].
+        bandwidth: Bandwidth of the closed loop [rad/s]: kp = L w, ki = R w, with the cold resistance R.
+        peak_current: Limit of the command [A].
+        fed_forward: Share of the cold motor's back-emf that is fed forward to the voltage [-].
     """
 
     motor: Motor
@@ -206,7 +213,7 @@ class CurrentLoop(Effect):
         speed, rest = s.read(place, signals, s.MOTOR_SPEED), self.motor.reference_temperature
         resistance = winding_resistance(self.motor, s.read(place, signals, s.WINDING_TEMPERATURE, rest))
         constant = torque_constant(self.motor, s.read(place, signals, s.HOUSING_TEMPERATURE, rest))
-        volts = s.read(place, signals, s.VOLTAGE_LIMIT) or math.inf  # 0: not known yet
+        volts = s.read(place, signals, s.VOLTAGE_LIMIT) or math.inf  # 0: not yet computed
         current = min(max(current, (-volts - constant * speed) / resistance), (volts - constant * speed) / resistance)
         return current, resistance * current + (constant - self.fed_forward * self.motor.torque_constant) * speed
 
@@ -220,21 +227,21 @@ class CurrentLoop(Effect):
 
 @dataclass
 class SampledOwn:
-    """What it keeps: gains [V/A], [V/A] a sample, peak [A] and rise a sample [A], back-emf fed forward [V s/rad]."""
+    """Record of the effect."""
 
-    proportional: float
-    integral: float
-    peak: float
-    slope: float
-    forward: float
-    sampled_voltage: float = 0.0
-    integrated_voltage: float = 0.0
-    followed_command: float = 0.0
+    proportional: float  # gain [V/A]
+    integral: float  # integral gain per sample [V/A]
+    peak: float  # limit of the command [A]
+    slope: float  # largest change of the command per sample [A]
+    forward: float  # feed-forward voltage per speed [V s/rad]
+    sampled_voltage: float = 0.0  # output [V]
+    integrated_voltage: float = 0.0  # integrator [V]
+    followed_command: float = 0.0  # command after the slew rate limit [A]
 
 
 @joint_law(SampledOwn)
 def _give_out(t: Any, h: Any, own: Any, joint: Any) -> None:
-    # The supply may have sunk since the sample.
+    # The supply voltage may have dropped since the sample.
     joint.pin.voltage = min(max(own.sampled_voltage, -joint.pin.limit), joint.pin.limit)
 
 
@@ -242,13 +249,13 @@ def _give_out(t: Any, h: Any, own: Any, joint: Any) -> None:
 def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin = joint.pin
     demanded = min(max(pin.command, -own.peak), own.peak)
-    # The amplifier lets the command rise no faster than this.
+    # Slew rate limit of the amplifier.
     own.followed_command += min(max(demanded - own.followed_command, -own.slope), own.slope)
     error = own.followed_command - pin.current
     grown = own.integrated_voltage + own.integral * error
     wanted = own.proportional * error + grown + own.forward * joint.motor.speed
     own.sampled_voltage = min(max(wanted, -pin.limit), pin.limit)
-    # Drawn back by what is asked in vain, so that the integrator does not wind up.
+    # Anti-windup: the integrator is reduced by the voltage that the limit cuts off.
     own.integrated_voltage = grown + (own.sampled_voltage - wanted) * own.integral / own.proportional
 
 
@@ -257,12 +264,12 @@ class SampledCurrentLoop(Effect):
     """Sampled controller of a ``Winding``'s current, within limits of current, slew rate and voltage.
 
     Attributes:
-        motor: Resistance, inductance and torque constant, cold, as in the controller's model.
-        bandwidth: That a continuous loop of these gains would have [rad/s]: kp = L w, ki = R w.
-        every: Period [s].
-        peak_current: To which commands are cut [A].
-        slew: Fastest rise of the command [A/s]; infinite: none.
-        fed_forward: Share of the back-emf that is added to the voltage [-].
+        motor: Cold resistance, inductance and torque constant, as in the controller's model.
+        bandwidth: Bandwidth of a continuous loop with these gains [rad/s]: kp = L w, ki = R w.
+        every: Sampling period [s].
+        peak_current: Limit of the command [A].
+        slew: Slew rate limit of the command [A/s]; infinite: no limit.
+        fed_forward: Share of the back-emf that is fed forward to the voltage [-].
     """
 
     motor: Motor

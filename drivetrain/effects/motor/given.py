@@ -1,4 +1,4 @@
-"""A current command, or a voltage between the motor's terminals, given over time."""
+"""A current command, or a voltage between the motor's terminals, given as a function of time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class GivenCurrent(OverTime):
     """Adds a table of current over time to the current command: feed-forward, or a current without a loop.
 
     Attributes:
-        current: At the instants of ``time``, before the first and after the last as there [A], (N,).
+        current: Currents at the times of ``time`` [A], (N,); constant before the first and after the last.
     """
 
     current: Array
@@ -44,7 +44,7 @@ class GivenVoltage(OverTime):
     """Voltage from a table, for example of a motor on a battery, or of a test.
 
     Attributes:
-        voltage: At the instants of ``time``, before the first and after the last as there [V], (N,).
+        voltage: Voltages at the times of ``time`` [V], (N,); constant before the first and after the last.
     """
 
     voltage: Array

@@ -1,4 +1,4 @@
-"""The motor without inductance: the current is what is commanded, as far as amplifier and voltage let it."""
+"""The motor without inductance: the current equals its command, within the limits of amplifier and voltage."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """What it keeps: parameters of resistance and torque constant over temperature, and the peak current [A]."""
+    """Record of the effect: the motor's parameters with their temperature coefficients, and the peak current [A]."""
 
     motor: Terminals
     peak: float
@@ -24,7 +24,7 @@ class Own:
 
 @law
 def warm(motor: Any, heat: Any) -> tuple[float, float]:
-    """Resistance [ohm] and torque constant [N m/A] of a motor as warm as it is."""
+    """Resistance [ohm] and torque constant [N m/A] of a motor at its present temperatures."""
     return winding_resistance(motor, heat.winding), torque_constant(motor, heat.housing)
 
 
@@ -62,8 +62,8 @@ class MotorCurrent(Effect):
 
     Attributes:
         motor: Resistance, torque constant and how they change with temperature.
-        peak_current: That the amplifier gives [A]; infinite: no limit.
-        voltage: Available between the terminals if no effect provides it [V]; infinite: no limit.
+        peak_current: Peak current of the amplifier [A]; infinite: no limit.
+        voltage: Voltage available between the terminals if no effect provides it [V]; infinite: no limit.
     """
 
     motor: Motor

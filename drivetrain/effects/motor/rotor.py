@@ -1,4 +1,4 @@
-"""What spins behind the gear: as a body on its carrier, or only as inertia reflected to the joint."""
+"""The rotor: as a rigid body on its carrier, or only as an inertia reflected to the joint."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class FullRotor(Effect):
     """Rotor as a rigid body: it also moves with its carrier, and couples its joint with those before it.
 
     Attributes:
-        inertia: About the motor's axis, gear input included [kg m^2].
+        inertia: Inertia about the motor's axis, gear input included [kg m^2].
         ratio: Motor angle over joint coordinate [- or rad/m].
     """
 

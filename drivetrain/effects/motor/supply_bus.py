@@ -1,4 +1,4 @@
-"""The supply behind all amplifiers: stiff, or a bus with capacitor, source of limited power and brake resistor."""
+"""The supply of all amplifiers: constant voltage, or a bus with capacitor, power-limited source and brake resistor."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from drivetrain.jit import law
 
 @dataclass
 class Stiff:
-    """What a stiff supply keeps: the voltage that reaches the terminals [V]."""
+    """Record of a stiff supply: largest voltage between two motor terminals [V]."""
 
     limit: float
 
@@ -34,8 +34,8 @@ class StiffSupply(Effect):
     """Supply with constant voltage.
 
     Attributes:
-        voltage: [V].
-        modulation: Share of it that an amplifier can put between two terminals [-].
+        voltage: Voltage of the supply [V].
+        modulation: Share of it that an amplifier can apply between two terminals [-].
     """
 
     voltage: float
@@ -52,39 +52,41 @@ class StiffSupply(Effect):
         return Stiff(self.voltage * self.modulation)
 
 
-MOST_CHANGE = 0.005  # of the voltage in a step: the drives see its mean
-AGREED = 1e-7  # of the nominal voltage
-EDGE = 1e-9  # of the nominal voltage: closer to a voltage that is held it is held
-NOTHING = 1e-6  # [W]
-HELD, BELOW, ABOVE, CAPPED, BURNING = range(5)  # by the source, waiting for it, free, by the resistor, that always on
+MOST_CHANGE = 0.005  # largest relative change of the voltage in a step, since the drives see its mean
+AGREED = 1e-7  # error of the mean voltage at which the iteration has converged, over the nominal voltage
+EDGE = 1e-9  # distance from a regulated voltage up to which the voltage counts as regulated, over the nominal voltage
+NOTHING = 1e-6  # power below which a drive's demand does not change the mode [W]
+# Modes of the bus: the source holds the nominal voltage; below it, the source at its power limit; between nominal
+# voltage and threshold; the brake resistor holds the threshold; above it, the brake resistor permanently on.
+HELD, BELOW, ABOVE, CAPPED, BURNING = range(5)
 
 
 @dataclass
 class Own:
-    """What it keeps."""
+    """Record of the effect."""
 
-    # fields of ``SupplyBus``
+    # parameters of ``SupplyBus``
     voltage: float
     capacity: float
     power: float
     threshold: float
     resistance: float
     modulation: float
-    # the state [V], [V/s]
+    # the state [V], and its rate [V/s]
     bus_voltage: float = 0.0
     bus_voltage_rate: float = 0.0
-    slope: float = 0.0  # of the voltage over the last fixed step [V/s]
-    trial: float = 0.0  # mean voltage of a step that the drives use [V]
-    # that of the try before, and by how much it was too low [V]
+    slope: float = 0.0  # mean rate of the voltage over the last fixed step [V/s]
+    trial: float = 0.0  # mean voltage of the step that the drives use in the present iteration [V]
+    # trial voltage of the iteration before, and the resulting mean voltage minus that [V]
     last: float = 0.0
     off: float = 0.0
-    # between which it lies [V]
+    # bracket of the mean voltage [V]
     low: float = 0.0
     high: float = 0.0
-    # what holds the voltage, and how far it is from changing that [V or W]
+    # mode, and its distance from a change [V or W]
     mode: int = HELD
     margin: float = 0.0
-    # [W], [J]
+    # powers [W] and stored energy [J]
     source_power: float = 0.0
     brake_resistor_power: float = 0.0
     delivered_power: float = 0.0
@@ -93,7 +95,10 @@ class Own:
 
 @law
 def _after(own: Any, drawn: float, h: float) -> tuple[float, float, float]:
-    """Voltage after a step in which the drives draw a power; what the source gives, and the resistor burns [W]."""
+    """Voltage at the end of a step of length h [s] in which the drives draw a power [W].
+
+    Returns that voltage [V], the mean power of the source and that of the brake resistor [W].
+    """
     half, volts = 0.5 * own.capacity, own.bus_voltage
     full, most = half * own.voltage * own.voltage, half * own.threshold * own.threshold
     left = bus_step(half * volts * volts, drawn * h, full, most, own.power * h, h * volts * volts / own.resistance)
@@ -141,7 +146,7 @@ def _settle(t: Any, h: Any, own: Any, scene: Any) -> None:
     change, mean = abs(end - volts), 0.5 * (volts + end)
     if change > 0.0:
         world.longest = min(world.longest, MOST_CHANGE * h * max(volts, MOST_CHANGE * own.voltage) / change)
-    # The higher the voltage that the drives use, the more they draw and the less is left: the solution is bracketed.
+    # With a higher voltage the drives draw more and the voltage drops further, so the solution can be bracketed.
     if abs(mean - own.trial) <= AGREED * own.voltage:
         return
     world.again = 1
@@ -165,7 +170,7 @@ def _accept(t: Any, h: Any, own: Any, scene: Any) -> None:
         if volts > own.threshold - edge:
             own.mode = BURNING if volts > own.threshold + edge else CAPPED
         return
-    # Its margin is spent: the change that this stands for is made, as who asks anew might get the old answer back.
+    # The guard is zero: force the transition that belongs to it, since a new decision might return the old mode.
     if own.mode == HELD:
         own.mode = BELOW if drawn > 0.5 * own.power else ABOVE
     elif own.mode == CAPPED:
@@ -182,16 +187,16 @@ def _accept(t: Any, h: Any, own: Any, scene: Any) -> None:
 class SupplyBus(Effect):
     """Common DC bus: drives use what others feed back, and the brake resistor dissipates the surplus.
 
-    Its voltage follows the energy of its capacitor from step to step: a rectifier of limited power holds it up at the
-    nominal voltage and takes nothing back; above the threshold the brake resistor is switched on.
+    Its voltage follows from the energy of its capacitor: a rectifier of limited power keeps it at the nominal voltage
+    and cannot feed energy back; above the threshold the brake resistor is switched on.
 
     Attributes:
-        voltage: That the source holds [V].
-        capacity: Of the bus [F].
-        power: Largest that the source gives [W]; infinite: any.
-        threshold: At which the brake resistor comes on [V]; infinite: there is none.
-        resistance: Of the brake resistor [ohm].
-        modulation: Share of the bus voltage that an amplifier can put between two terminals [-].
+        voltage: Nominal voltage, which the source maintains [V].
+        capacity: Capacitance of the bus [F].
+        power: Power limit of the source [W]; infinite: no limit.
+        threshold: Voltage at which the brake resistor is switched on [V]; infinite: there is none.
+        resistance: Resistance of the brake resistor [ohm].
+        modulation: Share of the bus voltage that an amplifier can apply between two terminals [-].
     """
 
     voltage: float
@@ -224,7 +229,7 @@ class SupplyBus(Effect):
             states=(State("bus_voltage", "V", 1e-3, late=True),),
             needs=tuple(Signal(f"{joint}:{s.ELECTRICAL_POWER.name}", "W", default=0.0) for joint in place.joints),
             provides=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints),
-            # What the drives take counts as their source: here it leaves.
+            # The drives count the power that they draw as a source, so it is a loss of the bus.
             outputs=(
                 s.source("source_power", ""), s.loss("brake_resistor_power", ""), s.loss("delivered_power", ""),
                 s.store("bus_energy", ""),

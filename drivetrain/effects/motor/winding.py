@@ -1,4 +1,4 @@
-"""The motor with inductance: the current follows the voltage at its terminals, stepped exactly."""
+"""The motor with inductance: the current follows the voltage between the terminals, integrated exactly in a step."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """What it keeps."""
+    """Record of the effect."""
 
-    motor: Terminals  # of which resistance and torque constant at temperatures are taken
+    motor: Terminals  # resistance and torque constant with their temperature coefficients
     inductance: float  # [H]
-    # the state [A], [A/s]
+    # the state [A], and its rate [A/s]
     current: float = 0.0
     current_rate: float = 0.0
-    # what the rest is made for [ohm], [s]
+    # resistance [ohm] and step [s] for which the coefficients below were computed
     resistance: float = 0.0
     step: float = 0.0
-    # growth at the end of a step and in its mean [A/V]
+    # change of the current per constant voltage: at the end of a step, and in the mean over it [A/V]
     end: float = 0.0
     mean: float = 0.0
-    # means of the fading exponential and of its square [-]
+    # means over a step of the decaying exponential exp(-R t / L), and of its square [-]
     fade: float = 0.0
     faded: float = 0.0
     middle: float = 0.0  # speed in the middle of the last step [rad/s]
@@ -40,10 +40,10 @@ class Own:
 
 @law
 def _make(own: Any, resistance: float, h: float) -> None:
-    """The exponentials of a step, as long as neither the winding's temperature nor the step changes."""
+    """Compute the coefficients of a step, which depend on the resistance [ohm] and the step h [s]."""
     own.end, own.mean = current_reach(resistance, own.inductance, h)
     _, twice = current_reach(2.0 * resistance, own.inductance, h)
-    # 1 - R share is the mean of the fading exponential, 1 - 2 R twice that of its square.
+    # 1 - R mean is the mean of the decaying exponential, 1 - 2 R twice that of its square.
     own.fade = 1.0 - resistance * own.mean
     own.faded = 1.0 - 2.0 * resistance * twice
     own.resistance, own.step = resistance, h
@@ -51,10 +51,10 @@ def _make(own: Any, resistance: float, h: float) -> None:
 
 @law
 def _now(own: Any, constant: float, speed: float) -> float:
-    """The current at an instant.
+    """The current at an instant [A].
 
-    The state follows a back-emf that is held over each step, half a step late; at an instant the output is what it
-    comes to where the back-emf goes on as the speed does. Before the first step it is the state.
+    In fixed steps the state follows a back-emf that is constant over each step, so it lags by half a step. This output
+    is corrected by the change of the back-emf since the middle of the last step. Before the first step it is the state.
     """
     return own.current + (own.end - 2.0 * own.mean) * constant * (speed - own.middle)
 
@@ -82,9 +82,9 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     resistance, constant = warm(own.motor, heat)
     mean = _now(own, constant, speed)
     square = mean * mean
-    if h > 0.0:  # exactly over the step, in which the current nears its end as an exponential
+    if h > 0.0:  # exact means over the step, in which the current is an exponential function of time
         missing = pin.voltage - constant * speed - resistance * own.current
-        # Now that the speed is known: the law has seen a guess of it.
+        # With the speed of the solution; ``compute`` knows only the guess.
         own.current_rate = own.end * missing / h
         own.middle = speed
         reach = missing / resistance
@@ -99,7 +99,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 
 def inductance_faults(effect: Any) -> list[Fault]:
-    """A motor whose data sheet gives no inductance."""
+    """The fault of an effect whose motor has no inductance in its data sheet."""
     if (effect.motor.inductance or 0.0) > 0.0:
         return []
     place, hint = f"{type(effect).__name__}.motor", "MotorCurrent is the motor without inductance"
@@ -110,13 +110,12 @@ def inductance_faults(effect: Any) -> list[Fault]:
 class Winding(Effect):
     """Winding with resistance and inductance; torque from the actual current.
 
-    In a fixed step voltage and speed are held at their means and the current moves along its exponential, so that no
-    step is too long for it. At the instants that are recorded it is ahead of its state by what the back-emf has changed
-    since the middle of the step.
+    In a fixed step the current is integrated exactly with the mean voltage and speed, so that no step is too long for
+    it. The recorded current includes the change of the back-emf since the middle of the step.
 
     Attributes:
         motor: Resistance, inductance, torque constant, and how they change with temperature.
-        current: At the start [A]; None: what a controller is asked for, else none.
+        current: Initial current [A]; None: the current command, or zero without one.
     """
 
     motor: Motor

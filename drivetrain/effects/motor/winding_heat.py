@@ -1,7 +1,7 @@
-"""Temperatures of winding and housing: states of engines that control their error, on a clock of their own in others.
+"""Temperatures of winding and housing: states of the adaptive engine; with fixed steps they have a longer step.
 
-In fixed steps losses are gathered over a share of the winding's time constant, then both nodes take one exact step
-under their mean.
+With fixed steps the losses are summed over a share of the winding's time constant; then both nodes advance by one exact
+step with the mean losses.
 """
 
 from __future__ import annotations
@@ -23,33 +23,35 @@ from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault
 from drivetrain.jit import law
 
-SHARE = 0.005  # of the winding's time constant, between two steps
-MOST = 0.2  # K that losses may bring to a node between two steps, whose resistance and torque constant else would jump
+SHARE = 0.005  # step of the temperatures, over the winding's time constant
+# Largest heating of a node by its losses between two steps [K]: a larger one would make resistance and torque constant
+# jump.
+MOST = 0.2
 
 
 @dataclass
 class Own:
-    """What it keeps."""
+    """Record of the effect."""
 
-    # between two steps of the temperatures, at most [s], [J]
+    # limits between two steps of the temperatures: time [s], losses of winding and housing [J]
     period: float
     most_copper: float
     most_iron: float
-    gear_heat: float  # share of the gear's loss that warms the housing [-]
-    # [C], thermal resistances [K/W]
-    ambient: float
+    gear_heat: float  # share of the gear's loss that heats the housing [-]
+    ambient: float  # [C]
+    # thermal resistances winding to housing, and housing to ambient [K/W]
     inner: float
     outer: float
-    # of both nodes: rises are modes times what decays [1/s]
+    # eigenvectors of the two-node network (2, 2), their inverse, and the eigenvalues [1/s]
     modes: Annotated[Array, 4]
     inverse: Annotated[Array, 4]
     decay: Annotated[Array, 2]
-    # [C]
+    # states [C], and their rates [C/s]
     winding_temperature: float = 0.0
     winding_temperature_rate: float = 0.0
     housing_temperature: float = 0.0
     housing_temperature_rate: float = 0.0
-    # losses gathered since the last step [J], for so long [s]
+    # losses of winding and housing since the last step of the temperatures [J], time since then [s]
     copper: float = 0.0
     iron: float = 0.0
     clock: float = 0.0
@@ -57,7 +59,11 @@ class Own:
 
 @law
 def _off(own: Any, p: float, q: float) -> tuple[float, float, float, float]:
-    """Where losses p and q [W] would bring both nodes, and how far these are from there along the two exponentials."""
+    """Steady-state temperatures under constant losses, and the deviation from them in modal coordinates.
+
+    ``p`` and ``q`` are the losses of winding and housing [W]. Returns the steady state of both nodes [C], and the two
+    modal coordinates [K].
+    """
     inverse = own.inverse
     end_h = own.ambient + own.outer * (p + q)
     end_w = own.ambient + own.inner * p + own.outer * (p + q)
@@ -67,7 +73,7 @@ def _off(own: Any, p: float, q: float) -> tuple[float, float, float, float]:
 
 @law
 def warmed(own: Any) -> tuple[float, float]:
-    """Both temperatures after the time gathered, under the mean losses gathered in it."""
+    """Both temperatures now [C]: an exact step since the last one, with the mean of the losses since then."""
     if own.clock == 0.0:
         return own.winding_temperature, own.housing_temperature
     modes = own.modes
@@ -79,7 +85,7 @@ def warmed(own: Any) -> tuple[float, float]:
 
 @law
 def _into_housing(own: Any, joint: Any) -> float:
-    """Friction at the motor's shaft, of the gear's drag and mesh their share [W]."""
+    """Losses that heat the housing [W]: friction at the motor's shaft, the gear's share of drag and mesh loss."""
     heat = joint.heat
     gear = own.gear_heat * joint.mesh.power if own.gear_heat > 0.0 else 0.0
     return joint.motor.friction_power + heat.viscous_power - (1.0 - own.gear_heat) * heat.drag_power + gear
@@ -103,14 +109,14 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
         modes[0] * u + modes[1] * v,
         modes[2] * u + modes[3] * v,
     )
-    # What is recorded does not wait for the next step of the temperatures.
+    # Recorded temperatures include the time since the last step of the temperatures.
     heat.winding, heat.housing = warmed(own)
 
 
 @joint_law(Own)
 def _accept(t: Any, h: Any, own: Any, joint: Any) -> None:
     heat = joint.heat
-    own.winding_temperature_rate = own.housing_temperature_rate = 0.0  # it moves by steps of its own
+    own.winding_temperature_rate = own.housing_temperature_rate = 0.0  # changed below, not by the engine
     own.copper += h * heat.copper_loss
     own.iron += h * _into_housing(own, joint)
     own.clock += h
@@ -125,14 +131,14 @@ def _accept(t: Any, h: Any, own: Any, joint: Any) -> None:
 class WindingHeat(Effect):
     """Thermal model with two nodes, heated by copper loss, friction at the motor's shaft and part of the gear's loss.
 
-    A gear that warms the housing is as warm as that.
+    A gear that heats the housing has the temperature of the housing.
 
     Attributes:
-        network: Resistances and capacities; the winding's must be known.
-        winding, housing: Temperatures at the start [C]; None: those of the air.
-        every: Longest time between two steps of the temperatures under fixed steps [s]; None: a two-hundredth of the
-            winding's time constant. Losses that would warm a node by more than 0.2 K in it make it shorter.
-        gear_heat: Share of the gear's loss that warms the housing; 0: the gear is mounted elsewhere [-].
+        network: Thermal resistances and capacities; the winding's capacity must be known.
+        winding, housing: Initial temperatures [C]; None: the ambient temperature.
+        every: Longest time between two steps of the temperatures with fixed steps [s]; None: a two-hundredth of the
+            winding's time constant. It is shortened where losses would heat a node by more than 0.2 K in this time.
+        gear_heat: Share of the gear's loss that heats the housing; 0: the gear is mounted elsewhere [-].
     """
 
     network: ThermalNetwork
