@@ -18,7 +18,7 @@ from drivetrain.motion.motion import Motion
 from drivetrain.motion.point_to_point import MotionLimits, joined, joint_move, limit_rows, rest, sampled_law
 from drivetrain.motion.profiles import PROFILES, Law, PathLimits, Profile
 from drivetrain.spatial.rotations import is_rotation
-from drivetrain.spatial.tool_path import STANDING, PathSamples, Piece, ToolPath
+from drivetrain.spatial.tool_path import SMALLEST_LENGTH, PathSamples, Piece, ToolPath
 from drivetrain.units import Quantity, Vector
 
 ALONG_PATH = ("line", "circle")
@@ -191,7 +191,7 @@ def _along(
         via = None if move.via is None else checked_array(move.via, (3,), "via")
         pieces.append(Piece(pose, there, via))
         pose = there
-    if len(pieces) == 1 and pieces[0].length <= STANDING:
+    if len(pieces) == 1 and pieces[0].length <= SMALLEST_LENGTH:
         return rest(q, 0.0, 0.0), []
     path = ToolPath(tuple(pieces), tuple(move.blend for move in group[:-1]))
     rotation = any(_turns(arm, move) for move in group)
@@ -242,7 +242,7 @@ def _path_limits(path: ToolPath, tool: ToolLimits) -> PathLimits:
 
 
 def _over(limit: float | None, size: float) -> float:
-    return limit / size if limit is not None and size > STANDING else math.inf
+    return limit / size if limit is not None and size > SMALLEST_LENGTH else math.inf
 
 
 def _check_tool(tool: ToolLimits) -> None:

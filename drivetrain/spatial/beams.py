@@ -1,4 +1,4 @@
-"""Slender beams: how far their ends bend, turn, twist and stretch under what passes through them."""
+"""Slender beams: rotation and displacement of their ends under bending, torsion and axial load."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.spatial.wrenches import same_batches
 
-# Gauss points and weights on 0 to 1: exact for the cubic moments times a lever that are integrated here.
+# Gauss points and weights on 0 to 1: exact for the integrals here, cubic moments times a linear lever arm.
 _POINTS = 0.5 + 0.5 * math.sqrt(0.6) * np.array([-1.0, 0.0, 1.0])
 _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
 
 
 @dataclass(frozen=True)
 class Section:
-    """What the cross-section of a beam resists; z runs along the beam."""
+    """Stiffness of the cross-section of a beam; z is along the beam."""
 
     # against bending about x and about y, E I [N m^2]
     bending_x: float
@@ -38,10 +38,10 @@ class Beam:
     """A straight beam between two points.
 
     Attributes:
-        section: The same all along.
-        start, end: Its ends, in whatever frame it is given [m], (3,).
-        side: Direction of the section's x axis, to be made square to the beam [-], (3,); None: the frame's x and y
-            turned the shortest way that takes its z along the beam.
+        section: Constant along the beam.
+        start, end: Its ends, in the frame in which the beam is given [m], (3,).
+        side: Direction of the section's x axis, which is made perpendicular to the beam [-], (3,); None: the frame's
+            axes are rotated by the smallest angle that takes z along the beam.
     """
 
     section: Section
@@ -63,7 +63,7 @@ class Beam:
 
     @property
     def length(self) -> float:
-        """From end to end [m]."""
+        """Distance of the ends [m]."""
         return float(np.linalg.norm(self.end - self.start))
 
     @property
@@ -78,7 +78,7 @@ class Beam:
 
 
 def round_tube(outer: float, inner: float, youngs_modulus: float, shear_modulus: float) -> Section:
-    """The section of a round tube, or of a round bar when nothing is hollow.
+    """The section of a round tube, or of a round bar if the inner diameter is zero.
 
     Args:
         outer, inner: Diameters [m].
@@ -88,7 +88,7 @@ def round_tube(outer: float, inner: float, youngs_modulus: float, shear_modulus:
         The section.
 
     Raises:
-        InputError: Values that are no positive numbers, or an inner diameter that is negative or not the smaller one.
+        InputError: Values that are not positive numbers, or an inner diameter that is negative or not smaller.
     """
     place = "round_tube"
     checked_numbers({f"{place}.outer": (outer, "m"), **_moduli(place, youngs_modulus, shear_modulus)}, above=0.0)
@@ -102,10 +102,10 @@ def round_tube(outer: float, inner: float, youngs_modulus: float, shear_modulus:
 
 
 def box_tube(width: float, height: float, wall: float, youngs_modulus: float, shear_modulus: float) -> Section:
-    """The section of a rectangular tube with a thin wall of one thickness.
+    """The section of a rectangular tube with a thin wall of constant thickness.
 
     Args:
-        width, height: Outer, along x and along y [m].
+        width, height: Outer dimensions along x and y [m].
         wall: Thickness [m].
         youngs_modulus, shear_modulus: Of the material [Pa].
 
@@ -113,7 +113,7 @@ def box_tube(width: float, height: float, wall: float, youngs_modulus: float, sh
         The section.
 
     Raises:
-        InputError: Values that are no positive numbers, or a wall that is not thinner than half the smaller side.
+        InputError: Values that are not positive numbers, or a wall that is not thinner than half the smaller side.
 
     Reference:
         Torsion by Bredt's second formula for thin closed walls, 4 A^2 t / perimeter of the middle line.
@@ -139,33 +139,33 @@ def _moduli(place: str, youngs: Any, shear: Any) -> dict[str, tuple[Any, str]]:
 def beam_compliance(section: Section, length: float) -> Array:
     """The matrix from a wrench on the free end of a clamped beam to its (rotation, displacement), axes of the section.
 
-    Euler and Bernoulli's cantilever: f L^3/(3 E I), f L^2/(2 E I), m L/(E I), and m L/(G J), f L/(E A); no shear.
+    Euler-Bernoulli cantilever: f L^3/(3 E I), f L^2/(2 E I), m L/(E I), and m L/(G J), f L/(E A); without shear.
     """
     checked_number(length, "length", "m", above=0.0)
     result = np.diag([
         length / section.bending_x, length / section.bending_y, length / section.torsion,
         length**3 / (3.0 * section.bending_y), length**3 / (3.0 * section.bending_x), length / section.axial,
     ])  # fmt: skip
-    # A turn about +x takes z towards -y, one about +y takes it towards +x.
+    # A rotation about +x moves z towards -y, one about +y moves it towards +x.
     result[0, 4] = result[4, 0] = -(length**2) / (2.0 * section.bending_x)
     result[1, 3] = result[3, 1] = length**2 / (2.0 * section.bending_y)
     return result
 
 
 def end_deflection(section: Section, length: float, start_wrench: Any, end_wrench: Any) -> Array:
-    """How the end of a beam moves against its start, from what enters at the start and leaves at the end.
+    """Rotation and displacement of the end of a beam relative to its start, from the wrenches at both ends.
 
-    What the two differ by is the beam's own load, weight and inertia. Spread along the beam as a straight line, it
-    makes the bending moment the one cubic that has both moments and both shear forces right; stretch and twist have
-    their own load even. That is exact for a beam of even mass. A point mass at the end, counted in the beam's own
-    load, bends it 10 % less than it should.
+    The difference of the two wrenches is the load of the beam itself, its weight and inertia. It is assumed to be
+    distributed linearly along the beam, so that the bending moment is the cubic with the moments and shear forces of
+    both ends; for axial load and torsion it is distributed uniformly. This is exact for a beam of uniform mass. For a
+    point mass at the end that is counted as the beam's own load, the deflection is 10 % too small.
 
     Args:
-        section: The same all along.
+        section: Constant along the beam.
         length: [m].
-        start_wrench, end_wrench: What each section passes on towards the end: (moment about that section [N m],
-            force [N]) on the part after it, axes of the section, z along the beam; (6,) or (N, 6), both of one shape.
-            A weight P that hangs at the end is there the force -P.
+        start_wrench, end_wrench: Wrench that the section at the start, or at the end, exerts on what follows it
+            (moment about that section [N m], force [N]), axes of the section, z along the beam; (6,) or (N, 6), both
+            of the same shape. For a weight P (a force vector) attached to the end, the force of ``end_wrench`` is -P.
 
     Returns:
         (rotation [rad], displacement [m]) of the end, same axes, (6,) or (N, 6).
@@ -178,7 +178,7 @@ def end_deflection(section: Section, length: float, start_wrench: Any, end_wrenc
     result = np.zeros_like(first)
     for s, weight in zip(_POINTS, _WEIGHTS, strict=True):
         moment, axial = _section_load(first, last, length, float(s))
-        # What is passed on to the end is the opposite of what loads the end.
+        # The load on the end is the opposite of the wrench that the end exerts.
         turn = -weight * length * moment / np.array([section.bending_x, section.bending_y, section.torsion])
         lever = (1.0 - s) * length
         result[:, :3] += turn
@@ -189,9 +189,10 @@ def end_deflection(section: Section, length: float, start_wrench: Any, end_wrenc
 
 
 def _section_load(first: Array, last: Array, length: float, s: float) -> tuple[Array, Array]:
-    """Moment about and axial force through the section at a share s of the length."""
+    """Moment about the section at share ``s`` of the length, and axial force through it."""
     moment = first[:, :3] + s * (last[:, :3] - first[:, :3])
-    # Equilibrium of a slice: the moment about x falls off with the force along y, that about y with minus that along x.
+    # Equilibrium of a slice: the derivative along z of the moment about x is the force along y, that of the moment
+    # about y is minus the force along x.
     slopes = [length * np.column_stack([w[:, 4], -w[:, 3]]) for w in (first, last)]
     ends = [w[:, :2] for w in (first, last)]
     moment[:, :2] = (

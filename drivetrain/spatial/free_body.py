@@ -1,7 +1,7 @@
-"""A single rigid body let go: its pose and twist over time, free or under a wrench.
+"""The motion of a single rigid body, free or under a wrench.
 
-Runge-Kutta of order four in the exponential coordinates of each step, so that poses stay poses to rounding however
-long the flight.
+The method is a Runge-Kutta method of order four in the exponential coordinates of each step, so that rotations stay
+orthogonal to rounding in flights of any length.
 
 Reference: Modern Robotics, equation 8.40; H. Munthe-Kaas, High order Runge-Kutta methods on manifolds, Applied
     Numerical Mathematics 29 (1999) 115-127.
@@ -22,8 +22,8 @@ from drivetrain.spatial.poses import exp_pose
 from drivetrain.spatial.rotations import is_rotation
 from drivetrain.spatial.wrenches import bracket, dual_bracket, like, same_batches
 
-SYMMETRIC = 1e-9  # on the spatial inertia, over its largest entry: what products of rotations leave, and printed digits
-SINGULAR = 1e-12  # pivot of the inertia scaled to a unit diagonal; rounding leaves 1e-16 of nothing
+SYMMETRIC = 1e-9  # relative asymmetry of a spatial inertia accepted as rounding
+SINGULAR = 1e-12  # smallest pivot of an inertia scaled to a unit diagonal; rounding is about 1e-16
 
 
 def momentum(inertia: Any, twist: Any) -> Array:
@@ -38,7 +38,7 @@ def kinetic_energy(inertia: Any, twist: Any) -> Array:
 
 
 def body_wrench(inertia: Any, twist: Any, acceleration: Any) -> Array:
-    """The wrench that gives a body this acceleration: ``F = G dV/dt - ad_V^T G V``.
+    """The wrench for an acceleration of a body: ``F = G dV/dt - ad_V^T G V``.
 
     Args:
         inertia: Spatial inertia G in a frame fixed to the body [kg m^2, kg m, kg], (6, 6).
@@ -60,7 +60,7 @@ def body_wrench(inertia: Any, twist: Any, acceleration: Any) -> Array:
 
 
 def body_acceleration(inertia: Any, twist: Any, wrench: Any) -> Array:
-    """The acceleration that a wrench gives a body: equation 8.40 solved for dV/dt.
+    """The acceleration of a body under a wrench: equation 8.40 solved for dV/dt.
 
     Args:
         inertia: Spatial inertia G in a frame fixed to the body [kg m^2, kg m, kg], (6, 6), positive definite.
@@ -90,7 +90,7 @@ def _symmetric(inertia: Any) -> Array:
 
 
 def _factor(matrix: Array) -> tuple[Array, Array]:
-    """Cholesky's factor of the matrix scaled to a unit diagonal, and the scale: kg and kg m^2 may be decades apart."""
+    """Cholesky factor of the matrix scaled to a unit diagonal, and the scale; kg and kg m^2 may differ by decades."""
     diagonal = np.diag(matrix)
     raise_faults(Fault(f"inertia[{i}][{i}]", "must be positive", float(d)) for i, d in enumerate(diagonal) if d <= 0.0)
     scale = 1.0 / np.sqrt(diagonal)
@@ -109,7 +109,7 @@ Wrench = Callable[[float, Array, Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class FreeMotion:
-    """What a body did."""
+    """Motion of a body over time."""
 
     time: Array  # [s], (N,)
     poses: Array  # of the body's frame in space, translation [m], (N, 4, 4)
@@ -117,22 +117,22 @@ class FreeMotion:
 
 
 def free_motion(inertia: Any, pose_s_b: Any, twist: Any, time: Any, *, wrench: Wrench | None = None) -> FreeMotion:
-    """The motion of a rigid body from a start, one Runge-Kutta step from each time to the next.
+    """Integrate the motion of a rigid body, with one Runge-Kutta step between two instants of ``time``.
 
     Args:
         inertia: Spatial inertia in the body's frame [kg m^2, kg m, kg], (6, 6), positive definite.
         pose_s_b: Pose of the body's frame in space at the start, (4, 4); translation [m].
-        twist: Of the body's frame, in that frame, at the start, (angular [rad/s], linear [m/s]), (6,).
-        time: Increasing [s], (N,); the error falls with the fourth power of its steps.
-        wrench: Takes time [s], pose and twist, gives the wrench on the body in its own frame, (moment [N m],
-            force [N]), (6,). None: free flight.
+        twist: Initial twist of the body's frame, in that frame, (angular [rad/s], linear [m/s]), (6,).
+        time: Increasing [s], (N,); the error is proportional to the fourth power of the step.
+        wrench: Function of time [s], pose and twist that returns the wrench on the body in its own frame,
+            (moment [N m], force [N]), (6,). None: free flight.
 
     Returns:
         The motion at these times.
 
     Raises:
-        InputError: Wrong shapes, a NaN or infinity, times that do not increase, no rotation, or an inertia that is not
-            symmetric and positive definite.
+        InputError: Wrong shapes, a NaN or infinity, times that do not increase, a pose without a valid rotation, or an
+            inertia that is not symmetric and positive definite.
     """
     times = checked_array(time, (None,), "time")
     faults = []
@@ -152,7 +152,7 @@ def free_motion(inertia: Any, pose_s_b: Any, twist: Any, time: Any, *, wrench: W
 
 
 def space_momentum(inertia: Any, motion: FreeMotion) -> Array:
-    """The momentum (angular, linear) that a free flight keeps, (N, 6); Modern Robotics, 8.34 and 3.98."""
+    """The momentum (angular, linear) in space, (N, 6), constant in free flight; Modern Robotics, 8.34, 3.98."""
     own = momentum(inertia, motion.twists)
     rotation, place = motion.poses[:, :3, :3], motion.poses[:, :3, 3]
     angular, linear = ((rotation @ part[:, :, None])[:, :, 0] for part in (own[:, :3], own[:, 3:]))
@@ -160,7 +160,7 @@ def space_momentum(inertia: Any, motion: FreeMotion) -> Array:
 
 
 def _rate_law(inertia: Any, wrench: Wrench | None) -> Wrench:
-    # The accelerations of unit wrenches at rest are the columns of the inverse, which is needed four times a step.
+    # The inverse inertia, needed four times per step: its columns are the accelerations of unit wrenches at rest.
     inverse = body_acceleration(inertia, np.zeros((6, 6)), np.eye(6))
     matrix = np.asarray(inertia, dtype=np.float64)
 
@@ -185,7 +185,7 @@ def _step(rate: Wrench, time: float, step: float, pose: Array, twist: Array) -> 
 
 
 def _coordinate_rate(shift: Array, twist: Array) -> Array:
-    """The rate of the exponential coordinates that a body twist makes, to the order that the method needs."""
+    """The rate of the exponential coordinates for a body twist, to the order that the method needs."""
     turn = bracket(shift)
     turned = turn @ twist
     return np.asarray(twist + 0.5 * turned + turn @ turned / 12.0)

@@ -1,4 +1,4 @@
-"""Rigid bodies: moved, turned, added, taken apart, and tested for whether any mass could be so spread."""
+"""Inertia of rigid bodies: change of frame, sum and difference, principal axes, and physical consistency."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.spatial.poses import adjoint, inverse_pose
 from drivetrain.spatial.rotations import is_rotation, nearest_rotation, skew
 
-SYMMETRIC = 1e-6  # on an inertia, over its largest entry: printed digits
+SYMMETRIC = 1e-6  # relative asymmetry of an inertia accepted as rounding of printed digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,10 +21,10 @@ class RigidBody:
     """Mass, centre of mass and inertia, all in one frame.
 
     Attributes:
-        mass: [kg]; negative describes what is taken away.
+        mass: [kg]; negative for a body that is subtracted.
         com: Centre of mass [m], (3,).
         inertia: About the centre of mass, axes of the frame [kg m^2], (3, 3), symmetric to 1e-6 and then made exactly
-            so. Whether mass could be so spread is not asked here, see ``triangle_excess``.
+            symmetric. Physical consistency is not checked here, see ``triangle_excess``.
     """
 
     mass: float
@@ -37,7 +37,7 @@ class RigidBody:
         object.__setattr__(self, "inertia", _symmetric(self.inertia))
 
     def seen_from(self, pose_a_b: Any) -> RigidBody:
-        """The same body, given in frame b, as seen from frame a.
+        """This body, given in frame b, expressed in frame a.
 
         Args:
             pose_a_b: Pose of b in a, (4, 4); translation [m].
@@ -53,11 +53,11 @@ class RigidBody:
         return RigidBody(self.mass, rotation @ self.com + t[:3, 3], _mean(rotation @ self.inertia @ rotation.T))
 
     def negative(self) -> RigidBody:
-        """The body that takes this one away when combined [kg, kg m^2]."""
+        """The body that subtracts this one when combined [kg, kg m^2]."""
         return RigidBody(-self.mass, self.com, -self.inertia)
 
     def inertia_about(self, point: Any) -> Array:
-        """The inertia about a point that need not be the centre of mass.
+        """The inertia about any point.
 
         Args:
             point: In the body's frame [m], (3,).
@@ -70,7 +70,7 @@ class RigidBody:
         return self.inertia + parallel_axis(self.mass, self.com - checked_array(point, (3,), "point"))
 
     def spatial_inertia(self, pose_a_b: Any = None) -> Array:
-        """The 6 x 6 matrix G that takes a twist to momentum, in any frame.
+        """The 6 x 6 matrix G from twist to momentum, in any frame.
 
         Args:
             pose_a_b: Pose of the body's frame b in the wanted frame a, (4, 4); translation [m]. None: the body's own.
@@ -109,34 +109,33 @@ class RigidBody:
 
 
 def combined(bodies: Iterable[RigidBody]) -> RigidBody:
-    """The bodies fixed together, all given in one frame.
+    """The body that consists of bodies fixed together, all given in one frame.
 
     Args:
-        bodies: Any number.
+        bodies: Any number of bodies.
 
     Returns:
-        One body in the same frame. Its centre of mass is that of the first body when the
-            masses sum to zero.
+        One body in the same frame. Its centre of mass is that of the first body if the masses sum to zero.
     """
     parts = tuple(bodies)
     mass = sum(part.mass for part in parts)
     if mass == 0.0:
         centre = parts[0].com if parts else np.zeros(3)
     else:
-        # From the first centre, so that adding nothing changes nothing, to the bit.
+        # Relative to the first centre, so that adding a body of zero mass changes no bit.
         centre = parts[0].com + sum(part.mass * (part.com - parts[0].com) for part in parts[1:]) / mass
     inertia = sum((part.inertia_about(centre) for part in parts), np.zeros((3, 3)))
-    return RigidBody(mass, centre, _mean(inertia))  # what cancels must not leave an asymmetry behind
+    return RigidBody(mass, centre, _mean(inertia))  # cancellation must not leave an asymmetry
 
 
 def parallel_axis(mass: float, offset: Any) -> Array:
-    """What Steiner's rule adds for a mass at an offset [kg m^2], (3, 3); Modern Robotics, equation 8.27."""
+    """The parallel-axis (Steiner) term of a mass at an offset [kg m^2], (3, 3); Modern Robotics, equation 8.27."""
     cross = skew(offset)
     return np.asarray(-mass * (cross @ cross))
 
 
 def cuboid(mass: float, length: float, width: float, height: float) -> RigidBody:
-    """A uniform box, its centre at the origin, edges along the axes.
+    """A uniform box with its centre at the origin and edges along the axes.
 
     Args:
         mass: [kg].
@@ -156,7 +155,7 @@ def cuboid(mass: float, length: float, width: float, height: float) -> RigidBody
 
 
 def cylinder(mass: float, radius: float, height: float) -> RigidBody:
-    """A uniform round cylinder about z, its centre at the origin.
+    """A uniform circular cylinder about z with its centre at the origin.
 
     Args:
         mass: [kg].
@@ -177,7 +176,7 @@ def cylinder(mass: float, radius: float, height: float) -> RigidBody:
 
 
 def ellipsoid(mass: float, a: float, b: float, c: float) -> RigidBody:
-    """A uniform ellipsoid, its centre at the origin; a ball when the half axes agree.
+    """A uniform ellipsoid with its centre at the origin; a ball if the half axes are equal.
 
     Args:
         mass: [kg].
@@ -197,11 +196,11 @@ def ellipsoid(mass: float, a: float, b: float, c: float) -> RigidBody:
 
 
 def triangle_excess(inertia: Any) -> float:
-    """By how much the largest principal moment passes the sum of the two others, as a share of their total.
+    """Excess of the largest principal moment over the sum of the two others, as a share of the sum of all three.
 
-    No distribution of mass has a positive value; 0 of a flat plate, -1/3 of a ball and of a point mass. The smallest
-    eigenvalue of ``0.5 trace(I) E - I`` over half the trace, the other way round: Wensing, Kim and Slotine, Linear
-    matrix inequalities for physically consistent inertial parameter identification, IEEE RA-L 3 (2018) 60-67.
+    It is positive for no distribution of mass; it is 0 for a flat plate, -1/3 for a ball and a point mass. It equals
+    minus the smallest eigenvalue of ``0.5 trace(I) E - I`` over half the trace: Wensing, Kim and Slotine, Linear matrix
+    inequalities for physically consistent inertial parameter identification, IEEE RA-L 3 (2018) 60-67.
     """
     tensor = checked_array(inertia, (3, 3), "inertia")
     if not tensor.any():
@@ -214,14 +213,14 @@ def triangle_excess(inertia: Any) -> float:
 
 
 def half_axes(mass: float, inertia: Any) -> Array:
-    """Half axes [m], largest first, (3,), of the uniform ellipsoid of this mass and inertia; zero without spread."""
+    """Half axes [m], largest first, (3,), of the uniform ellipsoid of this mass and inertia; zero for a point mass."""
     moments = np.linalg.eigvalsh(checked_array(inertia, (3, 3), "inertia"))
     spread = np.clip(0.5 * moments.sum() - moments, 0.0, None)
     return np.asarray(np.sqrt(5.0 * spread / mass))
 
 
 def _symmetric(inertia: Any) -> Array:
-    """The tensor, read-only and exactly symmetric; one that already is stays as it is, to the bit."""
+    """The tensor, read-only and exactly symmetric; a symmetric one is returned without change of a bit."""
     tensor = checked_array(inertia, (3, 3), "inertia")
     if np.abs(tensor - tensor.T).max() > SYMMETRIC * np.abs(tensor).max():
         raise InputError(Fault("inertia", "must be symmetric", tensor.tolist()))

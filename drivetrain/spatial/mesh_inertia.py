@@ -1,8 +1,8 @@
 """Mass, centre and inertia of the uniform solid inside a closed mesh of triangles.
 
-The volume integrals of Modern Robotics, equation 8.24, as a sum over tetrahedra, one from a common point to each
-triangle, counted negative where the triangle faces the point. That is exact for the polyhedron, but only if the mesh
-is the whole boundary of a solid: a missing or reversed triangle changes the sum, so such meshes are refused.
+The volume integrals of Modern Robotics, equation 8.24, are sums over tetrahedra from a common point to each triangle,
+negative if the triangle faces the point. This is exact for the polyhedron, but only if the mesh is the whole boundary
+of a solid: a missing or reversed triangle changes the sum, so such meshes are refused.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.whole_files import check_size, is_there
 
-FLAT = 1e-9  # volume over area to the power 3/2: 0.09 of a ball, 1e-16 of a flat mesh, by rounding
+FLAT = 1e-9  # smallest volume over area^(3/2): 0.09 for a ball, 1e-16 for a flat mesh, due to rounding
 
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
-    """Triangles in space; whether they close is only asked when their inside is wanted.
+    """Triangles in space; only ``mesh_body`` checks whether they form a closed surface.
 
     Attributes:
-        vertices: Corners [m], (m, 3); corners at exactly one place count as one.
-        faces: Three indices of vertices a triangle, counterclockwise as seen from outside, (k, 3).
-        name: What to call it in an error.
+        vertices: Corners [m], (m, 3); corners with identical coordinates count as one.
+        faces: Indices of the three vertices of each triangle, counterclockwise as seen from outside, (k, 3).
+        name: Name in error messages.
     """
 
     vertices: Array
@@ -41,20 +41,20 @@ class TriangleMesh:
 
 
 def mesh_body(mesh: TriangleMesh, *, density: float | None = None, mass: float | None = None) -> RigidBody:
-    """The uniform solid inside a closed mesh. Triangles that cut through each other are not looked for.
+    """The uniform solid inside a closed mesh. Triangles that intersect each other are not detected.
 
     Args:
-        mesh: Closed, every triangle facing outwards (a cavity's: into the cavity); several separate solids may be
-            in it.
+        mesh: Closed mesh, with every triangle facing outwards (those of a cavity: into the cavity); it may consist of
+            several separate solids.
         density: [kg/m^3]; give this or ``mass``.
-        mass: Of the whole [kg].
+        mass: Total mass [kg].
 
     Returns:
         The body, in the mesh's frame.
 
     Raises:
-        InputError: Open edges, triangles that disagree about what is outside, a shell that is inside out, no volume;
-            or not exactly one, positive, of density and mass.
+        InputError: Open edges, triangles of inconsistent orientation, a shell that is inside out, zero volume; or not
+            exactly one, positive, of density and mass.
 
     Reference: Modern Robotics, equation 8.24. Moments of tetrahedra: D. Eberly, Polyhedral mass properties (2002).
     """
@@ -85,14 +85,15 @@ def _checked_faces(faces: object, count: int, name: str) -> np.ndarray:
 
 
 def _moments(mesh: TriangleMesh) -> tuple[float, Array, Array]:
-    """Volume, centre, and second moments about the centre of a unit density."""
-    vertices, inverse = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)  # -0 joins +0
+    """Volume, centre, and second moments about the centre, for unit density."""
+    vertices, inverse = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)  # + 0.0 makes -0 equal to +0
     faces = inverse.reshape(-1)[mesh.faces]
-    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]  # two corners at one place: no area
+    # Triangles with two equal corners have no area.
+    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     if len(faces) == 0:
         raise InputError(Fault(mesh.name, "has no triangle with an area"))
     _check_closed(faces, mesh.name)
-    # From the middle of the mesh, so that one far from the origin keeps its digits.
+    # Relative to the middle of the mesh, so that a mesh far from the origin loses no digits.
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     corners = (vertices - middle)[faces]
     volumes = np.einsum("ki,ki->k", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
@@ -105,7 +106,10 @@ def _moments(mesh: TriangleMesh) -> tuple[float, Array, Array]:
 
 
 def _check_closed(faces: np.ndarray, name: str) -> None:
-    """Every edge must be run as often one way as the other; say which of the two faults it is where it is not."""
+    """Raise ``InputError`` unless every edge is used equally often in both directions.
+
+    The message distinguishes open edges from inconsistent orientation.
+    """
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     forward = edges[:, 0] < edges[:, 1]
     _, which = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
@@ -124,8 +128,8 @@ def _check_closed(faces: np.ndarray, name: str) -> None:
 
 
 def _check_outwards(faces: np.ndarray, vertices: Array, volumes: Array, corners: Array, name: str) -> None:
-    """No shell may be inside out, unless it lies within another one: a cavity."""
-    from scipy.sparse import coo_array  # takes long to import, and few arms have meshes without an inertia
+    """Raise ``InputError`` for a shell that is inside out, unless it is a cavity within another shell."""
+    from scipy.sparse import coo_array  # slow to import, and few arms have meshes without an inertia
     from scipy.sparse.csgraph import connected_components
 
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
@@ -153,15 +157,15 @@ def read_mesh(path: str | Path, *, scale: Any = 1.0) -> TriangleMesh:
     """The triangles of a mesh file; several bodies in one file become one mesh.
 
     Args:
-        path: Of a ``.stl``, ``.obj``, ``.ply`` or other file that trimesh reads (``pip install "drivetrain[mesh]"``).
-        scale: Metres a unit of the file, one factor or one an axis, (3,), as in URDF: 0.001 for a file in millimetres.
-            Where it mirrors, the triangles are turned round, so that they still face outwards.
+        path: A ``.stl``, ``.obj``, ``.ply`` or other file that trimesh reads (``pip install "drivetrain[mesh]"``).
+        scale: Metres per unit of the file, a number or one per axis, (3,), as in URDF: 0.001 for a file in millimetres.
+            If it mirrors, the triangles are reversed, so that they still face outwards.
 
     Returns:
         The mesh [m].
 
     Raises:
-        InputError: No such file, none that can be read, a scale of zero, or trimesh is not installed.
+        InputError: No such file, a file that cannot be read, a scale of zero, or trimesh is not installed.
     """
     file = Path(path)
     factors = checked_array(np.broadcast_to(scale, 3) if axes_of(scale) == 0 else scale, (3,), "scale")
@@ -184,7 +188,7 @@ def _loaded(file: Path) -> Any:
         hint = 'install it with: pip install "drivetrain[mesh]"'
         raise InputError(Fault(str(file), "reading a mesh needs the package trimesh", hint=hint)) from None
     try:
-        # Corners are merged later, exactly: a merge by distance could close what is open.
+        # Corners are merged later, only if identical: a merge by distance could close open edges.
         loaded = trimesh.load(file, force="mesh", process=False)
     except (ValueError, TypeError, KeyError, IndexError, OSError, AttributeError, NotImplementedError) as error:
         raise InputError(Fault(str(file), f"trimesh cannot read it: {error}")) from error

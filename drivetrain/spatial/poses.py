@@ -1,4 +1,4 @@
-"""Poses: a frame seen from another, as a homogeneous matrix, with exponential, logarithm and adjoint."""
+"""Poses of frames as homogeneous matrices: construction, inverse, exponential, logarithm and adjoint."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from drivetrain.spatial.rotations import exp_rotation, exp_series, log_rotation,
 
 
 def pose(rotation: Any | None = None, point: Any | None = None) -> Array:
-    """The pose made of a rotation and an origin.
+    """The pose with a rotation and an origin.
 
     Args:
-        rotation: Matrix, (3, 3); None: none.
+        rotation: Matrix, (3, 3); None: identity.
         point: Origin [m], (3,); None: zero.
 
     Returns:
@@ -35,7 +35,7 @@ def pose_from_xyz_rpy(xyz: Any, rpy: Any) -> Array:
 
 
 def inverse_pose(pose_a_b: Any) -> Array:
-    """The pose of a seen from b, given that of b seen from a.
+    """The pose of frame a in frame b, given that of b in a.
 
     Args:
         pose_a_b: Homogeneous matrix, (4, 4).
@@ -87,7 +87,7 @@ def log_pose(pose_a_b: Any) -> Array:
 
 
 def _log_factor(angle: float) -> float:
-    """(1 - (x/2) cot(x/2)) / x^2, by its series where that would cancel."""
+    """(1 - (x/2) cot(x/2)) / x^2, by its series for small x, where the formula would cancel."""
     square = angle * angle
     if angle < 1e-2:
         return 1.0 / 12.0 + square / 720.0 + square * square / 30240.0
@@ -96,7 +96,7 @@ def _log_factor(angle: float) -> float:
 
 
 def adjoint(pose_a_b: Any) -> Array:
-    """The matrix that re-expresses a twist given in b as seen in a.
+    """The matrix that transforms a twist from frame b to frame a.
 
     Args:
         pose_a_b: Homogeneous matrix, (4, 4).

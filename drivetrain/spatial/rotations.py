@@ -1,4 +1,4 @@
-"""Rotations: exponential and logarithm that keep every digit from 0 to pi, and roll-pitch-yaw."""
+"""Rotations: exponential and logarithm, accurate at all angles from 0 to pi, and roll-pitch-yaw angles."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from drivetrain.arrays import Array, checked_array
 
 
 def skew(vector: Any) -> Array:
-    """The skew-symmetric matrix that takes the cross product with a vector from the left, (3, 3)."""
+    """The skew-symmetric matrix of a vector v, ``skew(v) @ w = v x w``, (3, 3)."""
     x, y, z = checked_array(vector, (3,), "vector")
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def exp_rotation(rotation_vector: Any) -> Array:
-    """The rotation about a vector, by the length of it.
+    """The rotation about a vector by an angle equal to its length.
 
     Args:
         rotation_vector: Axis times angle [rad], (3,).
@@ -34,7 +34,7 @@ def exp_rotation(rotation_vector: Any) -> Array:
 
 
 def exp_series(angle: float) -> tuple[float, float, float]:
-    """The factors sin x / x, (1 - cos x) / x^2 and (x - sin x) / x^3 of the exponential, accurate at zero too."""
+    """The factors sin x / x, (1 - cos x) / x^2 and (x - sin x) / x^3 of the exponential, accurate also near zero."""
     if angle == 0.0:
         return 1.0, 0.5, 1.0 / 6.0
     half = 0.5 * angle
@@ -48,14 +48,14 @@ def exp_series(angle: float) -> tuple[float, float, float]:
 def log_rotation(rotation: Any) -> Array:
     """The rotation vector of a rotation matrix.
 
-    By Shepperd's quaternion and atan2, which lose no digits at small angles nor near half a turn, where the textbook
-    way by acos and division by the sine does.
+    Shepperd's quaternion and atan2 lose no digits at small angles or near half a turn, unlike the textbook method with
+    acos and division by the sine.
 
     Args:
         rotation: Matrix, (3, 3).
 
     Returns:
-        Axis times angle [rad], (3,), angle between 0 and pi. At exactly half a turn, where both signs are right, the
+        Axis times angle [rad], (3,), angle between 0 and pi. At exactly half a turn, where both signs are valid, the
         one whose largest component is positive.
 
     Reference: Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1 (1978) 223-224.
@@ -86,19 +86,19 @@ def quaternion(rotation: Any) -> tuple[float, Array]:
 
 
 def rotation_from_quaternion(real: float, imaginary: Any) -> Array:
-    """The rotation matrix of a quaternion of any length but zero, its imaginary part (3,); zero gives none."""
+    """The rotation matrix of a quaternion of any length, its imaginary part (3,); the identity for zero."""
     vector = checked_array(imaginary, (3,), "imaginary")
     sine = hypot(*vector)
     return exp_rotation(vector * (2.0 * atan2(sine, real) / sine if sine else 0.0))
 
 
 def axial(r: Array) -> Array:
-    """Twice the vector of the skew part, which of a rotation is the axis times the sine, (..., 3)."""
+    """Vector of ``r - r^T``, (..., 3): for a rotation, the axis times twice the sine of the angle."""
     return np.stack([r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]], axis=-1)
 
 
 def rotation_from_rpy(rpy: Any) -> Array:
-    """The rotation by roll about x, then pitch about y, then yaw about z, all fixed axes.
+    """The rotation by roll about x, then pitch about y, then yaw about z, all about fixed axes.
 
     Args:
         rpy: Roll, pitch and yaw [rad], (3,).
@@ -126,17 +126,17 @@ def rpy_from_rotation(rotation: Any) -> Array:
     r = checked_array(rotation, (3, 3), "rotation")
     cos_pitch = hypot(r[0, 0], r[1, 0])
     yaw = atan2(r[1, 0], r[0, 0]) if cos_pitch >= 1e-14 else 0.0
-    # With the yaw taken out, roll and pitch stand in well-conditioned entries, also where yaw alone is mere rounding.
+    # After removing the yaw, roll and pitch follow from well-conditioned entries, even if the yaw itself is rounding.
     cy, sy = cos(yaw), sin(yaw)
     roll = atan2(sy * r[0, 2] - cy * r[1, 2], cy * r[1, 1] - sy * r[0, 1])
     return np.array([roll, atan2(-r[2, 0], cy * r[0, 0] + sy * r[1, 0]), yaw])
 
 
 def frame_along(axis: Any) -> Array:
-    """The rotation that takes the z axis to a given direction by the shortest way.
+    """The rotation that takes the z axis to a given direction by the smallest angle.
 
-    Rotation matrix [-], (3, 3): its third column is the direction; the identity when that is +z, half a turn
-    about x when it is -z.
+    Rotation matrix [-], (3, 3), with the direction as its third column; the identity for +z, half a turn about x
+    for -z.
     """
     x, y, z = checked_array(axis, (3,), "axis")
     across = x * x + y * y
@@ -153,7 +153,7 @@ def frame_along(axis: Any) -> Array:
 
 
 def nearest_rotation(matrix: Any) -> Array:
-    """The rotation matrix nearest to a matrix, in the sum of squares of the entries, (3, 3)."""
+    """The rotation matrix nearest to a matrix in the Frobenius norm, (3, 3)."""
     left, _, right = np.linalg.svd(checked_array(matrix, (3, 3), "matrix"))
     if np.linalg.det(left @ right) < 0.0:
         left = left * np.array([1.0, 1.0, -1.0])
@@ -168,6 +168,6 @@ def is_rotation(matrix: Any, tolerance: float = 1e-6) -> bool:
 
 
 def unit(vector: Any) -> Array:
-    """The vector made unit length, (3,)."""
+    """The vector scaled to unit length, (3,)."""
     v = checked_array(vector, (3,), "vector")
     return v / sqrt(float(v @ v))

@@ -1,8 +1,9 @@
-"""The path of a tool: lines and arcs of circles, corners rounded, with exact derivatives over the distance.
+"""Paths of a tool: lines and circular arcs with rounded corners, with exact derivatives over the distance.
 
-A tool turns evenly while it goes along a line or an arc. Around a corner that is rounded by r, what is left of the
-first piece ends as ``r (2 v^3 - v^4)`` while what is done of the second begins as ``r (2 u^3 - u^4)``, u from 0 to 1
-and v = 1 - u: neither direction nor curvature jumps, and no distance counts for more than its length.
+The orientation changes at a constant rate over the distance along a line or an arc. Around a corner that is rounded by
+r, the remaining distance on the first piece decreases as ``r (2 v^3 - v^4)`` while the distance on the second one
+grows as ``r (2 u^3 - u^4)``, with u from 0 to 1 and v = 1 - u. Direction and curvature are continuous, and the
+derivative of the position over the distance is at most 1.
 """
 
 from __future__ import annotations
@@ -18,14 +19,15 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.rotations import log_rotation, quaternion
 
-STANDING = 1e-9  # [m] or [rad]: less is no way
-STRAIGHT = 1e-9  # sine of the angle at which three points lie on a line
+SMALLEST_LENGTH = 1e-9  # [m] or [rad] smallest length of a piece
+STRAIGHT = 1e-9  # sine of the angle below which three points are collinear
 
 
 class PathSamples(NamedTuple):
     """Poses along a path, and their first and second derivatives over the distance, in base axes.
 
-    Rates are (angular [rad/m], linear [-]), as of ``tip_jacobian``, and per metre once more.
+    First derivatives are (angular [rad/m], linear [-]), in the convention of ``tip_jacobian``; second derivatives are
+    per metre of that.
     """
 
     poses: Array  # (N, 4, 4), translation [m]
@@ -44,7 +46,7 @@ class Piece:
 
     @cached_property
     def _arc(self) -> tuple[Array, Array, Array, float]:
-        """Centre, the radius towards the start, that a quarter of a turn later, and the angle [rad]."""
+        """Centre, radius vector to the start, radius vector a quarter of a turn later, and angle of the arc [rad]."""
         a, b, c = self.start[:3, 3], np.asarray(self.via), self.end[:3, 3]
         ab, ac = b - a, c - a
         normal = np.cross(ab, ac)
@@ -59,17 +61,17 @@ class Piece:
 
     @cached_property
     def _turn(self) -> Array:
-        """From the start's rotation to the end's, axis times angle in the start's axes [rad], (3,)."""
+        """Rotation from start to end, axis times angle in the axes of the start [rad], (3,)."""
         return log_rotation(self.start[:3, :3].T @ self.end[:3, :3])
 
     @cached_property
     def length(self) -> float:
-        """Of the way [m]; of a tool that only turns, the angle [rad] instead."""
+        """Length of the piece [m]; of a pure rotation the angle [rad]."""
         if self.via is not None:
             _, along, _, angle = self._arc
             return hypot(*along) * angle
         way = hypot(*(self.end[:3, 3] - self.start[:3, 3]))
-        return way if way > STANDING else hypot(*self._turn)
+        return way if way > SMALLEST_LENGTH else hypot(*self._turn)
 
     def places(self, s: Array) -> tuple[Array, Array, Array]:
         """Points at distances from the start, also beyond the ends, and their derivatives, (N, 3) each [m, -, 1/m]."""
@@ -83,7 +85,7 @@ class Piece:
         return centre + out, (cos * across - sin * along) / radius, -out / radius**2
 
     def quaternions(self, s: Array) -> tuple[Array, Array, Array]:
-        """Rotations there as quaternions, real part first, and their derivatives, (N, 4) each."""
+        """Orientations at distances ``s`` as quaternions, real part first, and their derivatives, (N, 4) each."""
         rate = self._turn / (2.0 * self.length)
         size = hypot(*rate)
         real, imaginary = quaternion(self.start[:3, :3])
@@ -97,18 +99,20 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class ToolPath:
-    """Pieces one after another, without a stop."""
+    """Consecutive pieces, followed without a stop."""
 
-    pieces: tuple[Piece, ...]  # each begins where the one before ends
-    # how far from each corner between two its rounding begins and ends [m], one fewer than pieces
+    pieces: tuple[Piece, ...]  # each starts at the end of the previous one
+    # distance from each corner to the start and the end of its rounding [m], one fewer than pieces
     blends: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        for k, (blend, *beside) in enumerate(zip(self.blends, self.pieces, self.pieces[1:], strict=False)):
+        for k, (blend, *neighbours) in enumerate(zip(self.blends, self.pieces, self.pieces[1:], strict=False)):
             before = self.blends[k - 1] if k else 0.0
-            room = min(beside[0].length - before, beside[1].length)
-            turns_only = any(np.allclose(piece.start[:3, 3], piece.end[:3, 3], atol=STANDING) for piece in beside)
-            if turns_only or not 0.0 < blend < room:
+            available = min(neighbours[0].length - before, neighbours[1].length)
+            turns_only = any(
+                np.allclose(piece.start[:3, 3], piece.end[:3, 3], atol=SMALLEST_LENGTH) for piece in neighbours
+            )
+            if turns_only or not 0.0 < blend < available:
                 problem = "a corner is rounded between two moves with a way, each longer than its roundings [m]"
                 raise InputError(Fault("blend", problem, blend))
 
@@ -118,7 +122,7 @@ class ToolPath:
 
     @property
     def length(self) -> float:
-        """Of the way with unrounded corners [m]."""
+        """Length of the path without rounding [m]."""
         return float(self._ends[-1])
 
     def at(self, s: Array) -> PathSamples:
@@ -131,13 +135,13 @@ class ToolPath:
             place[:, on], u[:, on] = piece.places(since), piece.quaternions(since)
         for blend, first, then, corner in zip(self.blends, self.pieces, self.pieces[1:], self._ends, strict=False):
             on = np.abs(s - corner) < blend
-            done, left = _shares(0.5 * (1.0 + (s[on] - corner) / blend), blend)
+            done, left = _blend_distances(0.5 * (1.0 + (s[on] - corner) / blend), blend)
             until = first.length - left[0]
-            place[:, on] = _chained(first.places(until), -left) + _chained(then.places(done[0]), done)
+            place[:, on] = _chain_rule(first.places(until), -left) + _chain_rule(then.places(done[0]), done)
             place[0, on] -= then.start[:3, 3]
             real, imaginary = quaternion(then.start[:3, :3])
-            a, da, dda = _chained(first.quaternions(until), -left)
-            b, db, ddb = product(np.array([real, *-imaginary]), _chained(then.quaternions(done[0]), done))
+            a, da, dda = _chain_rule(first.quaternions(until), -left)
+            b, db, ddb = product(np.array([real, *-imaginary]), _chain_rule(then.quaternions(done[0]), done))
             u[0, on], u[1, on] = product(a, b), product(da, b) + product(a, db)
             u[2, on] = product(dda, b) + 2.0 * product(da, db) + product(a, ddb)
         conjugate = u[0] * [1.0, -1.0, -1.0, -1.0]
@@ -149,17 +153,17 @@ class ToolPath:
         return PathSamples(poses, np.hstack([angular[0], place[1]]), np.hstack([angular[1], place[2]]))
 
 
-def _shares(u: Array, blend: float) -> tuple[Array, Array]:
-    """What is done of the piece after a corner, and left of that before, with derivatives over the distance, (3, N)."""
+def _blend_distances(u: Array, blend: float) -> tuple[Array, Array]:
+    """Distances on the piece after a corner and left on that before it, with two derivatives, (3, N) each."""
 
-    def grown(u: Array) -> Array:
+    def distance(u: Array) -> Array:
         return np.array([blend * u**3 * (2.0 - u), u**2 * (3.0 - 2.0 * u), 3.0 * u * (1.0 - u) / blend])
 
-    return grown(u), grown(1.0 - u) * [[1.0], [-1.0], [1.0]]
+    return distance(u), distance(1.0 - u) * [[1.0], [-1.0], [1.0]]
 
 
-def _chained(outer: tuple[Array, Array, Array], inner: Array) -> Array:
-    """Values and derivatives of a function of a function, (3, N, width)."""
+def _chain_rule(outer: tuple[Array, Array, Array], inner: Array) -> Array:
+    """Values and two derivatives of a composite function by the chain rule, (3, N, width)."""
     (value, slope, second), (_, d, dd) = outer, inner[:, :, None]
     return np.array([value, slope * d, second * d**2 + slope * dd])
 

@@ -1,4 +1,4 @@
-"""Twists and wrenches: re-expressed in another frame, and the bracket that differentiates them."""
+"""Lie brackets of twists and wrenches, and batches of them."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from drivetrain.spatial.rotations import skew
 
 
 def bracket(twist: Any) -> Array:
-    """The matrix that takes the Lie bracket with a twist from the left; its negative transpose does so for wrenches.
+    """The matrix ad_V of the Lie bracket with a twist, (6, 6); its negative transpose is that for wrenches.
 
-    (6, 6): ``bracket(V1) @ V2`` is the rate at which V2, fixed in a body that moves with V1, changes.
+    ``bracket(V1) @ V2`` is the rate of change of V2, fixed in a body that moves with V1.
 
     Reference: Modern Robotics, definition 8.3.
     """
@@ -27,10 +27,10 @@ def bracket(twist: Any) -> Array:
 
 
 def lie_bracket(first: Any, second: Any) -> Array:
-    """The Lie bracket of two twists: the rate at which the second, fixed in a body that moves with the first, changes.
+    """The Lie bracket of two twists: the rate of change of the second, fixed in a body that moves with the first.
 
-    ``bracket(first) @ second``, (6,) or (N, 6). It is bilinear and antisymmetric, and obeys Jacobi's identity:
-    the cyclic sum of ``[a, [b, c]]`` vanishes.
+    ``bracket(first) @ second``, (6,) or (N, 6). It is bilinear and antisymmetric, and satisfies the Jacobi identity:
+    the cyclic sum of ``[a, [b, c]]`` is zero.
 
     Reference: Modern Robotics, definition 8.3; exercise 8.5 for the identity.
     """
@@ -41,14 +41,14 @@ def lie_bracket(first: Any, second: Any) -> Array:
 
 
 def dual_bracket(twist: Any, wrench: Any) -> Array:
-    """``bracket(twist).T @ wrench``, of a wrench in the frame that moves; Modern Robotics, equation 8.39."""
+    """``bracket(twist).T @ wrench`` for a wrench in the moving frame; Modern Robotics, equation 8.39."""
     v, f = same_batches(6, {"twist": twist, "wrench": wrench})
     moment = np.cross(f[:, :3], v[:, :3]) + np.cross(f[:, 3:], v[:, 3:])
     return like(np.hstack([moment, np.cross(f[:, 3:], v[:, :3])]), twist)
 
 
 def same_batches(width: int, named: dict[str, Any]) -> list[Array]:
-    """Samples or batches of one shape, each as a batch (N, width); N = 1 for one sample."""
+    """Arrays of one shape, (width,) or (N, width), as batches (N, width), with N = 1 for one sample."""
     arrays = [batch(value, width, name) for name, value in named.items()]
     lead, first = next(iter(named.items()))
     raise_faults(
@@ -60,5 +60,5 @@ def same_batches(width: int, named: dict[str, Any]) -> list[Array]:
 
 
 def like(rows: Array, given: Any) -> Array:
-    """A batch as it came in: its only row where one sample was given."""
+    """A batch in the shape of ``given``: its only row if one sample was given."""
     return rows if np.ndim(given) == 2 else np.asarray(rows[0])
