@@ -1,4 +1,4 @@
-"""Catalogues of motors and gears: columns, reading, checking, importing."""
+"""Catalogues of motors, gears and other parts: columns, reading, checking, importing."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""A maker's own table as a catalogue's: its headings, its units, its decimal commas; parts in rows or in columns."""
+"""Import of a manufacturer's own table: its headings, units and decimal commas; parts in rows or in columns."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ SILENT = ("", "-", "–", "—", "n/a", "na", "nan")  # cells without a value
 _NUMBER = re.compile(r"([+\-−]?\d[\d.,'’\u00a0\u202f ]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 _UNIT = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,\s*([^,]*)|\bin\s+(\S+))\s*:?\s*", re.DOTALL)
 
-# What makers call our columns, lower case: maxon's, FAULHABER's and Harmonic Drive's words on their pages and in their
-# catalogues, English and German.
+# Headings that manufacturers use for our columns, in lower case: those of maxon, FAULHABER and Harmonic Drive on their
+# web pages and in their catalogues, in English and German.
 HEADINGS: dict[str, tuple[str, ...]] = {
     "key": ("key", "part number", "article number", "order number", "bestellnummer", "artikelnummer"),
     "series": ("series", "baureihe", "size", "baugrösse", "baugröße"),
@@ -96,7 +96,7 @@ HEADINGS: dict[str, tuple[str, ...]] = {
 
 
 class Heading(NamedTuple):
-    """Of a maker's column: its heading, the unit of its numbers if it gives none, a factor on them."""
+    """A manufacturer's column: its heading, the unit of its numbers if the heading gives none, a factor on them."""
 
     heading: str
     unit: str = ""
@@ -105,14 +105,14 @@ class Heading(NamedTuple):
 
 @dataclass(frozen=True)
 class ExportMap:
-    """Which heading of a maker's table is which column of ours."""
+    """Assignment of the headings of a manufacturer's table to our columns."""
 
     table: str = "motors"  # ``motors``, ``gears``, ``brakes`` or ``amplifiers``
-    # by our column its heading, or a mapping of ``heading``, ``unit`` and ``times``, a factor
+    # by name of our column: the heading, or a mapping with ``heading``, ``unit`` and ``times`` (a factor)
     columns: Mapping[str, Any] = field(default_factory=dict)
-    fixed: Mapping[str, Any] = field(default_factory=dict)  # what is the same in all rows, as text of our columns
+    fixed: Mapping[str, Any] = field(default_factory=dict)  # by name of our column: text that is the same in all rows
     decimal: str = "."  # ``.`` or ``,``
-    transposed: bool = False  # whether parts stand side by side, a line for each number
+    transposed: bool = False  # whether each part is a column, with one row per quantity
 
     def __post_init__(self) -> None:
         if self.table not in NAMES:
@@ -140,7 +140,7 @@ class ExportMap:
 
 
 def _heading(entry: Any) -> Heading | None:
-    """An entry of a map; None where it is none."""
+    """The heading that an entry of a map describes; None if the entry is invalid."""
     if isinstance(entry, str | int | float) and not isinstance(entry, bool):
         return Heading(str(entry))
     if not isinstance(entry, Mapping) or "heading" not in entry or set(entry) - set(Heading._fields):
@@ -152,7 +152,7 @@ def _heading(entry: Any) -> Heading | None:
 
 @dataclass(frozen=True)
 class Imported:
-    """What an import of a maker's table wrote: the file, its rows, the rows left out, and unused headings."""
+    """Result of an import: the file, the number of rows written, the rows left out, and unused headings."""
 
     file: Path
     rows: int
@@ -175,7 +175,21 @@ def read_map(path: Path) -> ExportMap:
 def import_export(
     path: str | Path, out: str | Path, given: ExportMap, *, basis: Basis = "", overwrite: bool = False
 ) -> Imported:
-    """One table of a maker as a table of a catalogue folder; every fault of its cells at once."""
+    """Write a manufacturer's table as a table of a catalogue folder.
+
+    Args:
+        path: The manufacturer's table, a CSV file.
+        out: Catalogue folder to write into.
+        given: Its headings; without ``columns`` they are recognised by the words that manufacturers use.
+        basis: Convention of current and winding data, see ``read_basis``.
+        overwrite: Replace a table of the same name in ``out``.
+
+    Returns:
+        What was written and what was left out.
+
+    Raises:
+        InputError: A table that exists already, missing headings, or faulty cells; all of them listed.
+    """
     path, name = Path(path), f"{given.table}.csv"
     target = Path(out) / name
     if target.exists() and not overwrite:
@@ -214,7 +228,7 @@ def import_export(
 
 
 def _grid(path: Path) -> list[list[str]]:
-    """The cells of a table, comma, semicolon or tab between them; text of older programs too."""
+    """The cells of a file with separators comma, semicolon or tab, in UTF-8 or an older encoding."""
     text = read_text(path, older=True)
     lines = text.splitlines()
     counts = {mark: sum(line.count(mark) for line in lines) for mark in ("\t", ";", ",")}
@@ -232,13 +246,13 @@ def _spelled(heading: str) -> tuple[str, ...]:
 
 
 def _known(headings: Any) -> int:
-    """How many of some headings are a maker's words for a column of ours."""
+    """Number of headings that are known names of our columns."""
     every = {word for words in HEADINGS.values() for word in words} | {*HEADINGS}
     return sum(bool(every & {*_spelled(one)}) for one in headings)
 
 
 def _places(given: ExportMap, grid: Sequence[Sequence[str]], path: Path) -> dict[str, tuple[int, int, str]]:
-    """Of each of our columns the row and the place of its heading, and the heading as written."""
+    """Row, position and text of the heading of each of our columns, by column name."""
     words: dict[str, tuple[str, ...]] = {name: (_plain(entry.heading),) for name, entry in given.columns.items()}
     if not words:
         words = {name: (*HEADINGS.get(name, ()), name) for name in by_name(TABLES[f"{given.table}.csv"])}
@@ -265,7 +279,7 @@ def _places(given: ExportMap, grid: Sequence[Sequence[str]], path: Path) -> dict
 
 
 def _cell(text: str, column: Column, given: ExportMap, heading: str, line: int) -> str:
-    """A cell as ours: a number in SI, a word that our tables know."""
+    """A cell converted to our table: a number in the column's SI unit, or a word that the column accepts."""
     text = " ".join(text.split())
     if text.casefold() in SILENT:
         return ""
@@ -294,7 +308,7 @@ def _cell(text: str, column: Column, given: ExportMap, heading: str, line: int) 
 
 
 def _number(text: str, decimal: str) -> float | None:
-    """A number as a maker writes it; None where it is none."""
+    """The number in a text with thousands separators and the given decimal sign; None if it is not a number."""
     text = re.sub(r"['’\u00a0\u202f ]", "", text).replace("−", "-")
     if decimal == ",":
         text = text.replace(".", "").replace(",", ".")

@@ -1,4 +1,4 @@
-"""Findings of the lint about a row, and the limits and unit slips that its rules share."""
+"""Findings of the lint in a row, and the limits and typical unit mistakes that its rules share."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-LIMIT = 0.10  # largest believable difference between a printed value and the one its neighbours imply
+LIMIT = 0.10  # largest plausible relative difference between a printed value and the one that other values imply
 UNIT_SLIPS = (
     (60.0 / (2.0 * math.pi), "rpm against rad/s"),
     (1e3, "a prefix, such as m or k"),
@@ -24,7 +24,7 @@ SLIP_TOLERANCE = 0.03
 
 
 class Severity(StrEnum):
-    """ERROR: the row cannot be right. WARNING: unusual, look at the sheet."""
+    """ERROR: the row cannot be right. WARNING: unusual, compare with the data sheet."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -32,12 +32,13 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """Something wrong with one row."""
+    """One fault of a row."""
 
-    column: str  # where it shows
-    severity: Severity  # how sure the rule is
-    problem: str  # what is wrong, in words
-    # the value the rest of the row implies, in SI and in the row's own convention; None: no single value
+    column: str  # name of the column
+    severity: Severity  # ERROR or WARNING
+    problem: str  # message
+    # the value that the rest of the row implies, in SI and in the row's convention of current and winding; None if it
+    # implies no single value
     predicted: float | None = None
 
 
@@ -50,20 +51,28 @@ def warning(column: str, problem: str, predicted: float | None = None) -> Findin
 
 
 def differs(difference: float, law: str) -> str:
-    """A difference from a law in words, with the unit slip it may come from."""
+    """Message about a relative difference from a law, with the unit mistake that would explain it."""
     hint = slip(1.0 + difference)
     return f"differs by {100.0 * difference:+.1f} % from {law}" + (f"; {hint}" if hint else "")
 
 
 def in_order(values: Mapping[str, float], *orders: tuple[Callable[..., Finding], str, str, str]) -> Iterator[Finding]:
-    """A finding for each (kind of it, smaller, larger, words) of which the smaller value is the larger."""
+    """Findings where values are in the wrong order.
+
+    Args:
+        values: Numbers by column name.
+        orders: (``error`` or ``warning``, column of the smaller value, column of the larger value, message).
+
+    Yields:
+        A finding for each order that the values violate.
+    """
     for found, smaller, larger, words in orders:
         if smaller in values and larger in values and values[smaller] > values[larger]:
             yield found(smaller, words or f"is larger than the {larger.replace('_', ' ')}")
 
 
 def slip(ratio: float) -> str:
-    """The unit slip that a wrong value may come from."""
+    """Message about the unit mistake whose factor is near ``ratio``; empty if there is none."""
     size = max(abs(ratio), 1.0 / abs(ratio)) if ratio else 0.0
     for factor, words in UNIT_SLIPS:
         if size and abs(size / factor - 1.0) <= SLIP_TOLERANCE:

@@ -1,4 +1,4 @@
-"""Column formats of other catalogues: which of their columns is which of ours. All of them hold SI values."""
+"""Column formats of other catalogues, as assignments of their columns to ours; all of these formats are in SI."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ KINDS = {
 class Format:
     """One column format."""
 
-    name: str  # what to call it
-    files: Mapping[str, str]  # pattern of the files for each of our tables
-    # for each of our tables, our column to theirs; of several theirs the first that is filled counts
+    name: str  # name of the format
+    files: Mapping[str, str]  # file name pattern for each of our tables
+    # for each of our tables: from our column to theirs; of several columns the first non-empty one is used
     columns: Mapping[str, Mapping[str, tuple[str, ...]]]
-    fixed: Mapping[str, str]  # our cells that the format as a whole settles
-    # motor key and gear keys of each row of a compatibility file
+    fixed: Mapping[str, str]  # values of our columns that hold for all rows of the format
+    # reads motor key and gear keys of each row of a compatibility file
     read_pairs: Callable[[Rows], Iterator[tuple[str, list[str]]]]
-    # how a row marks its current as dc; empty if it does not
+    # text by which a row states that its current is dc; empty if it does not
     stated_basis: Callable[[Mapping[str, str]], str]
-    lone_resistance_is_lumped: bool  # whether one thermal resistance alone is that from winding to ambient
+    lone_resistance_is_lumped: bool  # whether a single thermal resistance is from winding to ambient
 
 
 def translate(form: Format, table: str, record: Mapping[str, str], file: str) -> Record:
-    """One foreign row in our columns."""
+    """One row of another format in our columns."""
     known = by_name(TABLES[table])
     cells: Record = {}
     for ours, theirs in form.columns[table].items():
@@ -62,22 +62,22 @@ def translate(form: Format, table: str, record: Mapping[str, str], file: str) ->
 
 
 def _number_text(text: str, *, zero_is_unknown: bool) -> str:
-    """The number as the source writes it; empty for a word such as NaN, for infinity, and for a zero that cannot be."""
+    """The number as the source writes it; empty for NaN, infinity, and a zero where zero is impossible."""
     value = number_of(text)
     if math.isnan(value) and text.strip().lower() not in ("", "nan"):
-        return text  # not a number at all: the lint shall show it
+        return text  # not a number: the lint reports it
     return "" if not math.isfinite(value) or (value == 0.0 and zero_is_unknown) else text
 
 
 def _listed_pairs(rows: Rows) -> Iterator[tuple[str, list[str]]]:
-    """A motor and its gears in each row, no header."""
+    """Pairs from a file without header that has a motor and its gears in each row."""
     for _, cells in rows:
         keys = ["_".join(cell.split()) for cell in cells if cell.strip()]
         yield keys[0], keys[1:]
 
 
 def _joined_pairs(rows: Rows) -> Iterator[tuple[str, list[str]]]:
-    """A header, then a motor, a count and its gears in one cell."""
+    """Pairs from a file with a header and, in each row, a motor, a count, and its gears in one cell."""
     for index, (_, cells) in enumerate(rows):
         if index and len(cells) >= 3:
             yield cells[0].strip(), cells[2].split()
@@ -95,12 +95,12 @@ def _stated_in_table(record: Mapping[str, str]) -> str:
 
 
 def _pairs_of(text: str) -> dict[str, tuple[str, ...]]:
-    """``ours=theirs`` or ``ours=first|second``, one a word."""
+    """Assignment from words of the form ``ours=theirs`` or ``ours=first|second``."""
     return {ours: tuple(theirs.split("|")) for ours, theirs in (word.split("=") for word in text.split())}
 
 
-# The Motor-Gearbox Database, as its README states: NaN and Inf where a data sheet gives no value, Rth1 alone is the
-# lumped value.
+# The Motor-Gearbox Database. Its README states: NaN and Inf mean that the data sheet gives no value; Rth1 without Rth2
+# is the resistance from winding to ambient.
 MGDB = Format(
     "MGDB",
     {MOTORS: "*_motors.csv", GEARS: "*_gearboxes.csv", PAIRS: "*_compatibility.csv"},

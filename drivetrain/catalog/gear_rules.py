@@ -1,4 +1,4 @@
-"""What the numbers of one gear, and of the gears of one maker, must obey together."""
+"""Consistency rules for the values of one gear, and for the gears of one manufacturer."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from drivetrain.drive.gear import DRAG_REFERENCE, DRAG_TEMPERATURES
 Values = Mapping[str, float]
 
 TORQUES = ("continuous_torque", "average_torque_limit", "repeated_peak_torque", "momentary_torque")
-ROUNDING = 1e-6  # torques printed equal may differ by this after conversion
-RATIO_ROUNDING = 0.025  # a printed ratio is rounded to two digits
-FAMILY = 5  # gears of one maker with the same numerator, from which on another denominator is odd
-STAGE_RATIO = {  # rows in the data this was measured on: 2616, 24, 229, 118
+ROUNDING = 1e-6  # equal printed torques may differ by this much after conversion
+RATIO_ROUNDING = 0.025  # relative rounding of a ratio printed with two digits
+FAMILY = 5  # smallest number of gears of one manufacturer that makes a deviating denominator suspicious
+STAGE_RATIO = {  # usual ratio per stage, from 2616, 24, 229 and 118 catalogue rows
     "planetary": (2.0, 12.0),
     "koaxdrive": (4.0, 40.0),
     "spur": (1.1, 12.0),
@@ -25,9 +25,10 @@ STAGE_RATIO = {  # rows in the data this was measured on: 2616, 24, 229, 118
 }
 STAGE_EFFICIENCY = (0.65, 0.99)
 LOSSES = ("mesh_efficiency", "drag_torque", "seal_drag_torque", "starting_torque")
-BACK_DRIVING = (1.05, 0.30)  # over ratio times starting torque, and its scatter; four sizes and two other units
-STATIC_RATING = (0.3, 5.0)  # C0 over C of the output bearing; 33 crossed rollers print 1.3 to 1.9
-SIZE_STEP = 2.54e-3  # m of pitch diameter for one size number of a strain-wave gear: size/10 inch
+# Printed back-driving torque over ratio times starting torque, and its relative scatter, from six gear units.
+BACK_DRIVING = (1.05, 0.30)
+STATIC_RATING = (0.3, 5.0)  # usual C0/C of the output bearing; 33 crossed roller bearings have 1.3 to 1.9
+SIZE_STEP = 2.54e-3  # [m] pitch diameter per size number of a strain-wave gear, which is size/10 inch
 PITCH_LIMIT = 0.05
 _ORDERS = (
     (warning, "average_input_speed_limit", "max_input_speed", ""),
@@ -40,7 +41,7 @@ _ORDERS = (
 
 
 def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
-    """All inconsistencies within one gear's row."""
+    """All inconsistencies in the row of one gear."""
     values = {name: value for name, value in cells.items() if isinstance(value, float)}
     rules = (_losses, _torque_order, _rare_torques, _torques_present, _no_load, _pitch, _bearing)
     findings = [*in_order(values, *_ORDERS), *(finding for rule in rules for finding in rule(values))]
@@ -119,7 +120,7 @@ def _pitch(values: Values) -> Iterator[Finding]:
 
 
 def _bearing(values: Values) -> Iterator[Finding]:
-    """The limits of the output bearing against its ratings: a load alone must stay below what dents its raceways."""
+    """The limits of the output bearing against its ratings: each load alone must stay below the static rating."""
     static, dynamic = values.get("bearing_static_rating"), values.get("bearing_dynamic_rating")
     if static is not None and dynamic is not None and not STATIC_RATING[0] <= static / dynamic <= STATIC_RATING[1]:
         span = f"{STATIC_RATING[0]:g} to {STATIC_RATING[1]:g}"
@@ -136,7 +137,7 @@ def _bearing(values: Values) -> Iterator[Finding]:
 
 
 def _stages(values: Values, kind: str) -> Iterator[Finding]:
-    """Ratio and efficiency of one stage, were all alike."""
+    """Ratio and efficiency per stage, if all stages were equal, against the usual ranges."""
     stages = values.get("stages")
     if not stages:
         return
@@ -172,7 +173,7 @@ def _ratio_fraction(cells: Mapping[str, Cell]) -> Iterator[Finding]:
 
 
 def exact_ratio(text: str) -> Fraction | None:
-    """The fraction a text such as ``57/13`` stands for."""
+    """The fraction in a text such as ``57/13``; None if it is not a fraction."""
     try:
         value = Fraction(text.replace(" ", ""))
     except (ValueError, ZeroDivisionError):
@@ -181,17 +182,20 @@ def exact_ratio(text: str) -> Fraction | None:
 
 
 def check_families(rows: Iterable[Row]) -> list[tuple[Row, Finding]]:
-    """Misprinted fractions: gears share few stages, so the same numerator has the same denominator."""
+    """Probably misprinted exact ratios.
+
+    Manufacturers combine few different stages, so gears with the same numerator have the same denominator.
+    """
     families: dict[tuple[str, float | None, str], list[tuple[Row, str]]] = defaultdict(list)
     for row in rows:
         numerator, slash, denominator = row.text("ratio_exact").replace(" ", "").partition("/")
         if slash and exact_ratio(f"{numerator}/{denominator}") is not None:
             families[row.text("maker"), row.number("stages"), numerator].append((row, denominator))
-    return [found for (*_, top), members in families.items() for found in _odd_members(top, members)]
+    return [found for (*_, top), members in families.items() for found in _deviating_members(top, members)]
 
 
-def _odd_members(numerator: str, members: list[tuple[Row, str]]) -> Iterator[tuple[Row, Finding]]:
-    """Members of one family whose denominator stands alone against at least FAMILY others."""
+def _deviating_members(numerator: str, members: list[tuple[Row, str]]) -> Iterator[tuple[Row, Finding]]:
+    """Findings for gears whose denominator is unique while at least ``FAMILY`` others share another one."""
     counts = Counter(denominator for _, denominator in members)
     usual, most = counts.most_common(1)[0]
     for row, denominator in members:

@@ -1,7 +1,7 @@
-"""Catalogues in other people's column formats, written as folders of this one.
+"""Import of catalogues in other column formats into folders of our format.
 
-An import maps columns and units; it judges nothing (that is the lint's work), but it refuses a motor whose current
-convention that is not stated.
+An import converts columns and units. It does not check values, which is the task of the lint, but it refuses motors
+whose convention of current and winding data is not stated.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.whole_files import write_files
 
 Record = dict[str, str]
-Basis = str | Mapping[str, str]
+Basis = str | Mapping[str, str]  # conventions, see ``read_basis``
 
 
 @dataclass(frozen=True)
 class Imported:
     """What an import wrote and what it left out."""
 
-    folder: Path  # where the tables stand
+    folder: Path  # folder of the tables
     # rows written
     motors: int
     gears: int
     pairs: int  # motor-gear pairs written
-    dropped_pairs: int  # pairs left out because one of the two was not written
-    refused: tuple[Fault, ...]  # every row left out, with its file, row and reason
+    dropped_pairs: int  # pairs left out because the motor or the gear was not written
+    refused: tuple[Fault, ...]  # all rows left out, with file, row and reason
 
 
 @dataclass(frozen=True)
 class _Contents:
-    """The rows of a folder to be written."""
+    """Rows of a catalogue folder before it is written."""
 
     motors: tuple[Record, ...]
     gears: tuple[Record, ...]
@@ -68,7 +68,22 @@ def import_rows(
     keep_faulty: bool = True,
     overwrite: bool = False,
 ) -> Imported:
-    """A catalogue folder from the files of another column format."""
+    """Write a catalogue folder from the files of another column format.
+
+    Args:
+        form: The column format.
+        folder: Folder of the files.
+        out: Catalogue folder to write.
+        basis: Convention of current and winding data, see ``read_basis``.
+        keep_faulty: Keep rows in which the lint finds an error.
+        overwrite: Replace tables that exist in ``out``.
+
+    Returns:
+        What was written and what was left out.
+
+    Raises:
+        InputError: No files of this format, an unknown basis, or tables that exist already.
+    """
     folder, out = Path(folder), Path(out)
     present = [name for name in (MOTORS, GEARS, PAIRS) if (out / name).exists()]
     if present and not overwrite:
@@ -88,7 +103,14 @@ def import_rows(
 
 
 def read_basis(basis: Basis) -> dict[str, tuple[str, str]]:
-    """Current and winding basis by maker or key in lower case; the empty name is for all."""
+    """Current and winding basis by manufacturer or key in lower case; the empty name applies to all others.
+
+    Args:
+        basis: Text such as ``dc``, ``rms/line_line`` or ``peak/phase``, or such texts by manufacturer or key.
+
+    Raises:
+        InputError: Unknown conventions; all of them listed.
+    """
     given = {"": basis} if isinstance(basis, str) else basis
     bases: dict[str, tuple[str, str]] = {}
     faults: list[Fault] = []
@@ -110,7 +132,7 @@ def read_basis(basis: Basis) -> dict[str, tuple[str, str]]:
 
 
 def _read(form: Format, folder: Path, bases: Mapping[str, tuple[str, str]], refused: list[Fault]) -> _Contents:
-    """The rows of all files of the folder; adds to the refused ones."""
+    """The rows of all files of the folder; refused rows are added to ``refused``."""
     files = {name: sorted(folder.rglob(pattern)) for name, pattern in form.files.items()}
     if not any(files.values()):
         wanted = ", ".join(form.files.values())
@@ -132,14 +154,14 @@ def _read(form: Format, folder: Path, bases: Mapping[str, tuple[str, str]], refu
 
 
 def _records(path: Path) -> list[tuple[int, Record]]:
-    """Every row below the header as cells by column name."""
+    """Line number and cells by column name of every row below the header."""
     rows = csv_lines(path)
     header = [name.strip() for name in rows[0][1]] if rows else []
     return [(line, {n: c.strip() for n, c in zip(header, cells, strict=False)}) for line, cells in rows[1:]]
 
 
 def _with_basis(motor: Record, record: Record, form: Format, bases: Mapping[str, tuple[str, str]]) -> bool:
-    """Fill in the two conventions; False if they are not stated."""
+    """Fill in the conventions of current and winding from user or source; False if neither states them."""
     stated = form.stated_basis(record)
     if not basis_of(motor, bases) and stated:
         motor["current_basis"], motor["winding_basis"], motor["basis_evidence"] = "dc", "line_line", stated
@@ -147,7 +169,7 @@ def _with_basis(motor: Record, record: Record, form: Format, bases: Mapping[str,
 
 
 def basis_of(motor: Record, bases: Mapping[str, tuple[str, str]]) -> bool:
-    """Fills in the two conventions as the user states them; whether both are known then."""
+    """Fill in the conventions of current and winding that the user stated; returns whether both are known."""
     for name in (motor.get("key", ""), motor.get("maker", ""), ""):
         if name.casefold() in bases:
             motor["current_basis"], motor["winding_basis"] = bases[name.casefold()]
@@ -162,11 +184,11 @@ def no_basis(path: Path, line: int, motor: Record) -> Fault:
     return Fault(f"row {line}", problem, hint=hint, file=str(path))
 
 
-# ---------------------------------------------------------------- sifting
+# ---------------------------------------------------------------- filtering
 
 
 def _pruned(contents: _Contents) -> _Contents:
-    """The contents with only those pairs of which both parts are there; patterns such as ``FH_32A_R*`` spelled out."""
+    """The contents without pairs of which a part is missing; patterns such as ``FH_32A_R*`` are expanded."""
     motors = {motor["key"] for motor in contents.motors}
     gears = [gear["key"] for gear in contents.gears]
     known = set(gears)
@@ -187,7 +209,7 @@ def _pruned(contents: _Contents) -> _Contents:
 
 
 def _without_faulty(contents: _Contents, refused: list[Fault]) -> _Contents:
-    """The contents without the rows that the lint calls an error; adds to the refused ones."""
+    """The contents without rows in which the lint finds an error; these are added to ``refused``."""
     with TemporaryDirectory() as folder:
         _write_folder(Path(folder), contents)
         faults = [fault for fault in lint(folder) if fault.severity is Severity.ERROR]
@@ -205,7 +227,7 @@ def _without_faulty(contents: _Contents, refused: list[Fault]) -> _Contents:
 
 
 def _write_folder(out: Path, contents: _Contents) -> None:
-    """All tables, or none."""
+    """Write all tables, or none if one of them cannot be written."""
     pairs = [
         {"motor_key": motor, "gear_keys": " ".join(gears), "source": contents.pair_source}
         for motor, gears in contents.pairs.items()
@@ -215,7 +237,7 @@ def _write_folder(out: Path, contents: _Contents) -> None:
 
 
 def table_text(records: Iterable[Mapping[str, str]], columns: Sequence[Column]) -> str:
-    """A table as CSV text, with the SI unit of each number in the header."""
+    """CSV text of a table, with the SI unit of each number column in the header."""
     rows = list(records)
     used = [column for column in columns if column.needed or any(row.get(column.name) for row in rows)]
     stream = io.StringIO()

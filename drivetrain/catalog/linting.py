@@ -1,4 +1,4 @@
-"""All that is wrong with a catalogue folder, at once: texts, units, ranges, duplicates, sources and physics."""
+"""The lint of a catalogue folder: all faults of texts, units, ranges, duplicates, sources and physics."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from drivetrain.catalog.schema import AMPLIFIERS, BRAKES, GEARS, MOTORS, PAIRS, 
 from drivetrain.catalog.table import Cell, Row, Table, read_table, tables_in
 from drivetrain.errors import Fault, InputError
 
-# What the numbers of one brake, one amplifier or one price must obey together
+# Consistency rules for the values of one brake, one amplifier or one price
 
 
-UNDATED = "not dated"  # prefix of a price whose source gives no date
+UNDATED = "not dated"  # beginning of the date of a price whose source gives no date
 
 
 def check_brake(cells: Mapping[str, Cell]) -> list[Finding]:
-    """All inconsistencies within one brake's row."""
+    """All inconsistencies in the row of one brake."""
     values = _numbers(cells)
     return [*_coil(values), *in_order(values, (error, "energy_per_stop", "energy_per_hour", ""))]
 
@@ -66,21 +66,21 @@ Rules = Callable[[Mapping[str, Cell]], list[Finding]]
 RULES: dict[str, Rules] = {
     MOTORS: check_motor, GEARS: check_gear, BRAKES: check_brake, AMPLIFIERS: check_amplifier, PRICES: check_price,
 }  # fmt: skip
-PARTS = (MOTORS, GEARS, BRAKES, AMPLIFIERS)  # whose keys a price may name
+PARTS = (MOTORS, GEARS, BRAKES, AMPLIFIERS)  # tables whose keys a price may refer to
 
 
 @dataclass(frozen=True)
 class LintFault:
-    """One thing wrong with a catalogue."""
+    """One fault of a catalogue."""
 
     file: str  # path of the table
     row: int  # as an editor counts; 1 is the header
-    column: str  # header of the column as written; empty when it is the whole row
-    key: str  # of the motor or gear; empty in the header
-    severity: Severity  # ERROR cannot be right; WARNING is unusual
-    problem: str  # what is wrong
-    printed: object = None  # what stands there, in the header's unit
-    # what the rest of the row implies, in the header's unit; None where no single value is implied
+    column: str  # header of the column as written; empty if the whole row is meant
+    key: str  # key of the part; empty for a fault of the header row
+    severity: Severity  # ERROR: cannot be right; WARNING: unusual
+    problem: str  # message
+    printed: object = None  # value in the file, in the header's unit
+    # the value that the rest of the row implies, in the header's unit; None if it implies no single value
     predicted: float | None = None
     hint: str = ""  # the fix
 
@@ -93,17 +93,17 @@ class LintFault:
 
 
 def lint(folder: str | Path, *, beside: Iterable[str | Path] = ()) -> list[LintFault]:
-    """Every fault of a catalogue folder.
+    """Find all faults of a catalogue folder.
 
     Args:
-        folder: That holds motors.csv, gears.csv or other tables of a catalogue.
-        beside: Folders whose keys its rows may refer to as well.
+        folder: Folder with motors.csv, gears.csv or other catalogue tables.
+        beside: Further folders to whose keys its rows may refer.
 
     Returns:
-        Errors and warnings with file, row, column and value; none where all is well.
+        Errors and warnings with file, row, column and value; empty if there are none.
 
     Raises:
-        InputError: The folder holds none of the tables, or one of them is not text.
+        InputError: The folder contains none of the tables, or one of them is not text.
     """
     tables = _tables(Path(folder))
     if not tables:
@@ -139,12 +139,12 @@ def _table_faults(table: Table) -> Iterator[LintFault]:
 
 
 def _row_faults(table: Table, name: str, rules: Rules) -> list[LintFault]:
-    """Physics, provenance and doubles of one table's rows."""
+    """Faults of the rows of one table: physics, missing source, and duplicates."""
     faults: list[LintFault] = []
     for row in table.rows:
         findings = [*rules(row.cells), *_provenance(row)]
         faults += [_as_fault(table, name, row, finding) for finding in findings]
-    return faults + [_as_fault(table, name, row, finding) for row, finding in _doubles(table.rows)]
+    return faults + [_as_fault(table, name, row, finding) for row, finding in _duplicates(table.rows)]
 
 
 def _provenance(row: Row) -> Iterator[Finding]:
@@ -154,8 +154,8 @@ def _provenance(row: Row) -> Iterator[Finding]:
         yield warning("edition", "is empty: data sheets change by up to 10 % from one edition to the next")
 
 
-def _doubles(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:
-    """Rows that repeat maker, part number and ratio or winding of an earlier row under another key."""
+def _duplicates(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:
+    """Rows with the manufacturer, part number, ratio and resistance of an earlier row but another key."""
     first: dict[tuple[object, ...], str] = {}
     for row in rows:
         part = row.text("part_number")
@@ -166,7 +166,7 @@ def _doubles(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:
 
 
 def _as_fault(table: Table, name: str, row: Row, finding: Finding) -> LintFault:
-    """A finding with its place, its values as in the file."""
+    """A finding with its place in the file and its values in the file's units."""
     cell = row.cells.get(finding.column)
     printed: object = cell
     if isinstance(cell, float):
@@ -181,7 +181,7 @@ def _as_fault(table: Table, name: str, row: Row, finding: Finding) -> LintFault:
 
 
 def _pair_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
-    """Pairs that name unknown rows; where no folder holds the table, its keys are not looked at."""
+    """Pairs with unknown or repeated keys; keys are not checked if no folder has the table of motors or gears."""
     motors, gears = _keys(groups, MOTORS), _keys(groups, GEARS)
     for row in table.rows:
         motor, listed = row.text("motor_key"), row.text("gear_keys").split()
@@ -196,7 +196,7 @@ def _pair_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterato
 
 
 def _price_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
-    """Prices of unknown parts."""
+    """Prices with a key that no table of parts has."""
     known = {key for name in PARTS for key in _keys(groups, name) or ()}
     for row in table.rows:
         key = row.text("part_key")
@@ -211,7 +211,7 @@ def _pair_fault(table: Table, row: Row, column: str, finding: Finding, value: st
 
 
 def _keys(groups: Iterable[Mapping[str, Table]], name: str) -> Collection[str] | None:
-    """The keys of one table over all folders; None when no folder has it."""
+    """The keys of one table in all folders; None if no folder has the table."""
     found = [group[name] for group in groups if name in group]
     return {row.text("key") for table in found for row in table.rows} if found else None
 

@@ -1,4 +1,4 @@
-"""What the numbers of one motor must obey together: its sheet is redundant, so a slip shows."""
+"""Consistency rules for the values of one motor: data sheets are redundant, so mistakes can be detected."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ Values = Mapping[str, float]
 ELECTRICAL_TIME = (1e-6, 2e-2)  # s; 1051 sheets print 1.8e-6 to 7.0e-3
 MECHANICAL_TIME = (1e-4, 0.5)  # s; 1043 sheets imply 4.8e-4 to 0.126
 RADIUS_SHARE = (2e-3, 0.5)  # rotor inertia over mass times outer radius squared; 873 sheets print 0.0096 to 0.32
-NOMINAL_TORQUE = (-0.10, 0.30)  # flat motors print up to 24 % more than kt (I - I0), none prints 10 % less
+NOMINAL_TORQUE = (-0.10, 0.30)  # relative to kt (I - I0); flat motors have up to 24 % more, none has 10 % less
 THERMAL_SURPLUS = 0.15  # nominal current above the thermal limit; 638 sheets: at most 14 % above, down to 51 % below
 FRICTION_LIMIT = 0.15  # 67 sheets: at most 8.8 %
 PEAK_LIMITS = (-0.35, 0.10)  # iron saturates, so the printed peak torque is the smaller one
 
 
-# Printed values that others imply: column, law, what it needs, and the value.
+# Printed values that follow from others: column, law, columns that it needs, and the function that computes it.
 _RELATIONS: tuple[tuple[str, str, tuple[str, ...], Callable[[Values], float]], ...] = (
     (
         "no_load_speed", "(V - R I0)/kt", ("nominal_voltage", "resistance", "torque_constant"),
@@ -50,7 +50,7 @@ _ORDERS = (
 
 
 def check_motor(cells: Mapping[str, Cell]) -> list[Finding]:
-    """All inconsistencies within one motor's row."""
+    """All inconsistencies in the row of one motor."""
     values = {name: value for name, value in dc_equivalent(cells).items() if isinstance(value, float)}
     rules = (_redundancy, _peak_torque, _nominal_torque, _thermal, _friction, _time_constants, _rotor)
     findings = [*in_order(values, *_ORDERS), *(finding for rule in rules for finding in rule(values))]
@@ -59,7 +59,7 @@ def check_motor(cells: Mapping[str, Cell]) -> list[Finding]:
 
 
 def _as_in_row(finding: Finding, cells: Mapping[str, Cell], values: Values) -> Finding:
-    """The finding with its prediction in the row's own convention instead of the DC equivalent."""
+    """The finding with its predicted value converted from the DC equivalent to the row's own convention."""
     printed, converted = cells.get(finding.column), values.get(finding.column)
     if finding.predicted is None or not isinstance(printed, float) or not converted:
         return finding
@@ -94,7 +94,7 @@ def _nominal_torque(values: Values) -> Iterator[Finding]:
 
 
 def _thermal(values: Values) -> Iterator[Finding]:
-    """The continuous current against what heats the winding to its limit, in air of 25 C."""
+    """The nominal current against the one that heats the winding to its limit at an ambient temperature of 25 C."""
     resistances = [values.get("resistance_winding_housing"), values.get("resistance_housing_ambient")]
     total = values.get("resistance_winding_ambient")
     if resistances[0] is not None and resistances[1] is not None:

@@ -1,4 +1,4 @@
-"""What a part was offered for: currency, day and shop, and whether it is a list price or an estimate."""
+"""Prices of parts: currency, date and shop, and whether it is a list price or an estimate."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ class Price:
     """One price of one part.
 
     Attributes:
-        name: The part as the shop or the survey calls it.
-        price: In the currency; the lower end where a range was given.
-        currency: Three letters.
+        name: Name of the part as the shop or the survey gives it.
+        price: In units of the currency; the lower end if a range is given.
+        currency: Code of three letters.
         kind: ``listed`` or ``estimate``.
-        date: When it was seen, as far as the source states.
-        price_to: The upper end of a range; None: one price.
-        part_key: Key of the part in this catalogue; empty: it is not in it.
-        category: What it is, such as ``gear`` or ``joint module: harmonic``.
-        maker: As printed.
-        rated_torque, peak_torque: Of the part, to compare by [N m].
-        ratio: Of its gear.
-        shop: Where, and what the figure includes.
+        date: Date of the price, as far as the source states it.
+        price_to: Upper end of a range; None: a single price.
+        part_key: Key of the part in this catalogue; empty: the part is not in it.
+        category: Kind of part, such as ``gear`` or ``joint module: harmonic``.
+        maker: Manufacturer, as printed.
+        rated_torque, peak_torque: Torques of the part, for comparison [N m].
+        ratio: Ratio of its gear.
+        shop: Seller, and what the price includes.
         source: File and row, and where it was read.
     """
 
@@ -60,7 +60,7 @@ class Price:
 
 @dataclass(frozen=True)
 class Offer:
-    """What a part costs in a wanted currency, and in words where that is from."""
+    """Price of a part converted to a currency, and a text that states its origin."""
 
     value: float
     words: str
@@ -68,7 +68,13 @@ class Offer:
 
 
 def offer_of(prices: Iterable[Price], currency: str, rates: Mapping[str, float]) -> Offer | None:
-    """The price of a part by its best offer: listed before estimated, of those the latest, at its upper end."""
+    """The price to use for a part: list prices before estimates, then the latest one; of a range the upper end.
+
+    Args:
+        prices: Prices of the part.
+        currency: Wanted currency.
+        rates: Factor from each other currency to it; prices in currencies without a rate are ignored.
+    """
     known = [one for one in prices if one.currency == currency or one.currency in rates]
     if not known:
         return None

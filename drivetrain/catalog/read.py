@@ -1,4 +1,4 @@
-"""Catalogue folders: motors, gears and which of them fit each other; brakes, amplifiers and prices."""
+"""Reading catalogue folders: motors, gears and their compatible pairs; brakes, amplifiers and prices."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from drivetrain.units import Factor, Names
 from drivetrain.whole_files import is_there, shipped
 
 CONFIRM = "Catalogue rows are for sizing studies: confirm each against the maker's current data sheet."
-MOST_HINTS = 10
-MOST_NAMED = 12  # keys in a note
+MOST_HINTS = 10  # faults with a suggestion; the search for similar names is slow
+MOST_NAMED = 12  # largest number of keys in a note
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +33,9 @@ class Catalog:
     Attributes:
         motors, gears: By key, in file order.
         pairs: Published combinations: gear keys by motor key.
-        notes: Warnings and where the rows are from, for the report.
+        notes: Warnings and the origin of the rows, for the report.
         brakes, amplifiers: By key, in file order.
-        prices: In file order; a part may have several, or stand in no other table.
+        prices: In file order; a part may have several prices, and need not be in another table.
     """
 
     motors: dict[str, Motor] = field(default_factory=dict)
@@ -53,16 +53,16 @@ class Catalog:
 
 @dataclass(frozen=True)
 class FramelessRule:
-    """Which frameless motor fits which gear, where no published pairs exist.
+    """Geometric rule for pairs of frameless motors and gears without published compatibility.
 
-    A frameless motor is built around its gear, so only room decides: the stator must stay inside the outline of the
-    gear. Housed strain-wave units are about 1.5 to 2 times as wide as the pitch circle of their teeth, which is size/10
-    inch. Where only the gear's outer diameter is known, the motor may be as wide as that.
+    A frameless motor is integrated with its gear, so compatibility is a question of space: the stator must fit within
+    the outline of the gear. The outer diameter of housed strain-wave units is about 1.5 to 2 times the pitch diameter
+    of their teeth, which is size/10 inch. If only the gear's outer diameter is known, the motor must not exceed it.
 
     Attributes:
-        max_diameter_ratio: Motor outer diameter over gear pitch diameter, at most.
-        min_diameter_ratio: The same, at least: a much smaller motor cannot use the gear and only lengthens the search.
-        kinds: Gear kinds built around a frameless motor.
+        max_diameter_ratio: Largest ratio of motor outer diameter to gear pitch diameter.
+        min_diameter_ratio: Smallest such ratio: a much smaller motor cannot use the gear and only lengthens the search.
+        kinds: Kinds of gears that are combined with frameless motors.
     """
 
     max_diameter_ratio: Factor = 1.7
@@ -79,14 +79,14 @@ class FramelessRule:
 
 
 def read_catalog(*folders: str | Path) -> Catalog:
-    """Motors, gears, published pairs, brakes, amplifiers and prices of one or more folders.
+    """Read motors, gears, published pairs, brakes, amplifiers and prices of one or more folders.
 
-    All in SI and in the DC-equivalent convention; prices in their own currency.
+    Values are in SI and in the DC-equivalent convention; prices are in their own currency.
 
     Args:
         folders: Each with ``motors.csv``, ``gears.csv``, ``compatibility.csv``, ``brakes.csv``, ``amplifiers.csv`` and
-            ``prices.csv``, or some of them; a row of a later folder replaces the row of the same key in an earlier
-            one, prices add up. Or an Excel workbook with sheets of these names. None: the shipped catalogue.
+            ``prices.csv``, or some of them, or an Excel workbook with sheets of these names. A row replaces the row of
+            the same key in an earlier folder; prices of all folders are kept. None: the shipped catalogue.
 
     Returns:
         The rows, with notes on what was replaced.
@@ -105,7 +105,7 @@ def read_catalog(*folders: str | Path) -> Catalog:
 
 
 def _read_tables(folders: Iterable[Path]) -> tuple[dict[str, list[Table]], list[Fault]]:
-    """The tables of all folders by file name, and the faults of their texts and cells."""
+    """The tables of all folders by file name, and the faults of their headers and cells."""
     tables: dict[str, list[Table]] = {name: [] for name in TABLES}
     faults: list[Fault] = []
     for folder in folders:
@@ -120,7 +120,7 @@ def _read_tables(folders: Iterable[Path]) -> tuple[dict[str, list[Table]], list[
 
 
 def _merge(tables: Iterable[Table], kind: Any, faults: list[Fault], notes: list[str]) -> dict[str, Any]:
-    """The sheets of all tables by key; adds to faults and notes."""
+    """The parts of all tables by key; adds to ``faults`` and ``notes``."""
     merged: dict[str, Any] = {}
     for table in tables:
         sheets = {sheet.key: sheet for sheet in _sheets(table, kind, faults)}
@@ -140,7 +140,7 @@ def _name(table: Table) -> str:
 
 
 def _sheets(table: Table, kind: Any, faults: list[Fault]) -> list[Any]:
-    """The rows of a table as sheets; adds to faults."""
+    """The rows of a table as parts; adds to ``faults``."""
     sheets = []
     for row in table.rows if not table.faults else ():
         try:
@@ -151,7 +151,7 @@ def _sheets(table: Table, kind: Any, faults: list[Fault]) -> list[Any]:
 
 
 def _sheet(row: Row, kind: Any, file: str) -> Any:
-    """One row as a Motor, a Gear or what else there is a table of."""
+    """One row as an object of type ``kind``, such as ``Motor`` or ``Gear``."""
     known, cells = {item.name for item in fields(kind)}, dc_equivalent(row.cells)
     values: dict[str, Any] = {name: cell for name, cell in cells.items() if name in known and cell is not None}
     if "frameless" in values:
@@ -166,7 +166,7 @@ def _sheet(row: Row, kind: Any, file: str) -> Any:
 def _read_pairs(
     tables: Iterable[Table], motors: Mapping[str, Motor], gears: Mapping[str, Gear], faults: list[Fault]
 ) -> dict[str, frozenset[str]]:
-    """Gear keys by motor key; keys that no table has are faults, unless the tables are faulty themselves."""
+    """Gear keys by motor key; unknown keys are faults, unless the tables of the parts are faulty themselves."""
     pairs: dict[str, frozenset[str]] = {}
     complete = not faults
     for table in tables:
@@ -174,15 +174,18 @@ def _read_pairs(
             motor, listed = row.text("motor_key"), row.text("gear_keys").split()
             pairs[motor] = pairs.get(motor, frozenset()).union(listed)
             if complete:
-                faults += _strangers(table, row, "motor_key", [motor], motors, len(faults))
-                faults += _strangers(table, row, "gear_keys", listed, gears, len(faults))
+                faults += _unknown_keys(table, row, "motor_key", [motor], motors, len(faults))
+                faults += _unknown_keys(table, row, "gear_keys", listed, gears, len(faults))
     return pairs
 
 
-def _strangers(
+def _unknown_keys(
     table: Table, row: Row, column: str, keys: Iterable[str], known: Collection[str], so_far: int
 ) -> list[Fault]:
-    """Keys that no table has; the search for the nearest known name is dear, so only the first faults get one."""
+    """Faults of keys that no table has, the first ``MOST_HINTS`` with the nearest known key.
+
+    ``so_far`` is the number of such faults before these.
+    """
     unknown = [key for key in keys if key not in known]
     what = f"no {column.split('_')[0]} has this key"
     hints = [nearest(key, known) if so_far + i < MOST_HINTS else "" for i, key in enumerate(unknown)]
@@ -193,7 +196,7 @@ def _strangers(
 
 
 def fits(motor: Motor, gear: Gear, rule: FramelessRule) -> bool:
-    """Whether the geometric rule lets a frameless motor drive a gear."""
+    """Whether a frameless motor fits a gear by the geometric rule."""
     if not motor.frameless or motor.diameter is None or gear.kind not in rule.kinds:
         return False
     if gear.pitch_diameter is not None:
@@ -208,13 +211,23 @@ def compatible_pairs(
     gears: Collection[str] | None = None,
     rule: FramelessRule = FramelessRule(),
 ) -> list[tuple[str, str]]:
-    """The motor-gear pairs that may be built: published ones, and frameless motors by the geometric rule."""
+    """The possible motor-gear pairs: published pairs, and pairs of frameless motors by the geometric rule.
+
+    Args:
+        catalog: The catalogue.
+        motors: Keys of the motors to consider; None: all.
+        gears: Keys of the gears to consider; None: all.
+        rule: Geometric rule for frameless motors.
+
+    Raises:
+        InputError: Keys that the catalogue does not have.
+    """
     motor_keys = list(catalog.motors) if motors is None else list(motors)
     gear_keys = list(catalog.gears) if gears is None else list(gears)
-    _refuse_strangers("motor", motor_keys, catalog.motors)
-    _refuse_strangers("gear", gear_keys, catalog.gears)
+    _refuse_unknown("motor", motor_keys, catalog.motors)
+    _refuse_unknown("gear", gear_keys, catalog.gears)
     order = {key: index for index, key in enumerate(gear_keys)}
-    around = _Around(catalog, gear_keys, rule)
+    around = _GearsForFrameless(catalog, gear_keys, rule)
     pairs: list[tuple[str, str]] = []
     for key in motor_keys:
         chosen = {order[gear] for gear in catalog.pairs.get(key, ()) if gear in order}
@@ -223,18 +236,19 @@ def compatible_pairs(
     return pairs
 
 
-class _Around:
-    """The gears that frameless motors may be built around; ``fits`` for all of them at once."""
+class _GearsForFrameless:
+    """The rule of ``fits`` evaluated for all gears at once."""
 
     def __init__(self, catalog: Catalog, gear_keys: Sequence[str], rule: FramelessRule) -> None:
         self._rule = rule
         self._index = [i for i, key in enumerate(gear_keys) if catalog.gears[key].kind in rule.kinds]
         gears = [catalog.gears[gear_keys[i]] for i in self._index]
-        self._pitch = np.array([gear.pitch_diameter for gear in gears], dtype=np.float64)  # None is NaN: it never fits
+        # A diameter of None becomes NaN, which never satisfies the rule.
+        self._pitch = np.array([gear.pitch_diameter for gear in gears], dtype=np.float64)
         self._diameter = np.array([gear.diameter for gear in gears], dtype=np.float64)
 
     def fitting(self, motor: Motor) -> list[int]:
-        """Places in the list of keys of the gears that the rule lets a motor drive."""
+        """Indices, in the list of gear keys, of the gears that a motor fits."""
         if not motor.frameless or motor.diameter is None or not self._index:
             return []
         ratio, rule = motor.diameter / self._pitch, self._rule
@@ -243,8 +257,8 @@ class _Around:
         return [self._index[i] for i in np.flatnonzero(held)]
 
 
-def _refuse_strangers(what: str, keys: Iterable[str], known: Collection[str]) -> None:
-    """Raises for keys that the catalogue does not have."""
+def _refuse_unknown(what: str, keys: Iterable[str], known: Collection[str]) -> None:
+    """Raise ``InputError`` for keys that the catalogue does not have."""
     raise_faults(
         Fault(f"{what} key", "is not in the catalogue", key, nearest(key, known)) for key in keys if key not in known
     )

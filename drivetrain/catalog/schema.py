@@ -1,4 +1,4 @@
-"""The columns of the catalogue tables: the one list that the reader, the lint and the importers follow.
+"""The columns of the catalogue tables, as the reader, the lint and the importers use them.
 
 A table is a CSV file with one header row. Every physical column carries its unit in brackets in the header, in any
 unit of the right dimension (``torque_constant [mNm/A]``, ``no_load_speed [rpm]``); an unknown value is an empty cell,
@@ -30,19 +30,19 @@ TEXT, NUMBER, CHOICE = "text", "number", "choice"
 class Column:
     """One column of a table."""
 
-    name: str  # in the header, before the unit
-    meaning: str  # its content, as documented
+    name: str  # name in the header, before the unit
+    meaning: str  # description, as documented
     content: str = TEXT  # ``text``, ``number`` or ``choice``
-    # SI unit of a number, ``1`` for a pure one; its dimension is what the header's unit must have. Empty: the
-    # header's unit is not looked at (a currency)
+    # SI unit of a number, ``1`` for a pure number; the header's unit must have its dimension. Empty: the header's unit
+    # is not checked (a currency)
     unit: str = ""
-    # smallest and largest believable number [in ``unit``]; outside, the reader refuses it
+    # smallest and largest plausible number [in ``unit``]; the reader refuses others
     low: float | None = None
     high: float | None = None
-    choices: tuple[str, ...] = ()  # the words that may stand in a ``choice``
-    needed: bool = False  # a row with this cell empty is refused
-    lint_only: bool = False  # the reader checks it and throws it away: it serves the lint alone
-    why_needed: str = ""  # message for a user whose cell is empty
+    choices: tuple[str, ...] = ()  # accepted words of a ``choice``
+    needed: bool = False  # whether a row with an empty cell is refused
+    lint_only: bool = False  # whether only the lint uses the values
+    why_needed: str = ""  # message if the cell is empty
 
 
 def _text(name: str, meaning: str, *, needed: bool = False, lint_only: bool = False) -> Column:

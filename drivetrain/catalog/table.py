@@ -1,4 +1,4 @@
-"""One catalogue table read from CSV: cells in SI, and every fault of the file with its row and column."""
+"""One catalogue table read from CSV: cells in SI, and all faults of the file with row and column."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from drivetrain.units import from_si, number_of, split_header, to_si
 from drivetrain.whole_files import is_there, is_workbook, read_text, sheet_names
 
 Cell = float | str | None
-NEVER_ZERO = ("ratio",)  # may be negative, so its range does not say it
+NEVER_ZERO = ("ratio",)  # columns whose range includes negative numbers, so that it does not exclude zero
 WHOLE = ("stages",)
 
 
@@ -26,8 +26,8 @@ WHOLE = ("stages",)
 class Row:
     """One row of a table."""
 
-    line: int  # its line in the file, as an editor counts: the header is line 1
-    cells: Mapping[str, Cell]  # value by column name, numbers in SI; None when empty or faulty
+    line: int  # line number in the file; the header is line 1
+    cells: Mapping[str, Cell]  # value by column name, numbers in SI; None if empty or faulty
 
     def number(self, name: str) -> float | None:
         value = self.cells.get(name)
@@ -40,24 +40,24 @@ class Row:
 
 @dataclass(frozen=True)
 class CellFault:
-    """Something wrong at one place of a table."""
+    """One fault of a table with its place."""
 
-    line: int  # of the file, as an editor counts
-    header: str  # of the column, as written; empty when it is the whole row
-    problem: str  # what is wrong and what is allowed
-    value: object = None  # what was found
+    line: int  # line number in the file
+    header: str  # header of the column as written; empty if the whole row is meant
+    problem: str  # message: what is wrong and what is allowed
+    value: object = None  # the faulty value
     hint: str = ""  # the fix
 
 
 @dataclass(frozen=True)
 class Table:
-    """One CSV file, read."""
+    """Contents of one CSV file."""
 
     path: Path  # the file
     headers: Mapping[str, str]  # each known column's header as written, by column name
     units: Mapping[str, str]  # each number column's unit as written, by column name
     rows: tuple[Row, ...]  # in file order
-    faults: tuple[CellFault, ...]  # everything wrong with the file
+    faults: tuple[CellFault, ...]  # all faults of the file
 
     def fault(self, found: CellFault) -> Fault:
         """A fault of this table, for an error message."""
@@ -84,7 +84,7 @@ class _Header:
 
 
 def tables_in(folder: Path) -> list[str]:
-    """The names of the tables that a folder holds, or as sheets a workbook."""
+    """Names of the catalogue tables in a folder, or of the sheets in a workbook."""
     if is_workbook(folder) and is_there(folder):
         sheets = sheet_names(folder)
         return [name for name in TABLES if Path(name).stem in sheets]
@@ -92,7 +92,7 @@ def tables_in(folder: Path) -> list[str]:
 
 
 def read_table(path: Path, columns: Sequence[Column]) -> Table:
-    """A CSV file, with every fault in it instead of an exception."""
+    """Read a CSV file; faults are collected in the table instead of raised."""
     lines = csv_lines(path)
     if not lines:
         missing = CellFault(1, "", "must be a header row with the column names", hint=_listed(columns))
@@ -112,10 +112,10 @@ def read_table(path: Path, columns: Sequence[Column]) -> Table:
 
 
 def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
-    """Each record with the line it starts on."""
+    """The non-empty records of a CSV file, each with the number of the line on which it starts."""
     reader = csv.reader(
         io.StringIO(read_text(path), newline=""), strict=True
-    )  # else an open quote swallows the rest unseen
+    )  # otherwise an unclosed quote would include the rest of the file without an error
     records: list[tuple[int, list[str]]] = []
     start = 1
     try:
@@ -128,7 +128,7 @@ def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
 
 
 def _read_headers(cells: Sequence[str], columns: Sequence[Column]) -> tuple[list[_Header], list[CellFault]]:
-    """The header cells that name known columns, and what is wrong with the header row."""
+    """The header cells that name known columns, and the faults of the header row."""
     known = by_name(columns)
     found: dict[str, _Header] = {}
     faults: list[CellFault] = []
@@ -149,7 +149,7 @@ def _read_headers(cells: Sequence[str], columns: Sequence[Column]) -> tuple[list
 
 
 def _meant(name: str, unit: str, known: Mapping[str, Column]) -> str:
-    """The hint for a heading that is not known: the nearest ones, else those that take its unit."""
+    """Suggestion for an unknown heading: similar names, or else columns that accept its unit."""
     hint = nearest(name, known)
     alike = [one.name for one in known.values() if unit and one.content == NUMBER and _takes(one, unit)]
     return hint if hint.startswith("did") or not alike else f"columns that take {unit}: {', '.join(alike)}"
@@ -164,7 +164,7 @@ def _takes(column: Column, unit: str) -> bool:
 
 
 def _wanted(column: Column) -> str:
-    """Default content of a missing column."""
+    """Description of what a missing column must contain."""
     return column.why_needed or " or ".join(column.choices) or column.meaning
 
 
@@ -177,7 +177,7 @@ def _width_faults(width: int, body: Iterable[tuple[int, list[str]]]) -> list[Cel
 
 
 def _read_column(header: _Header, lines: Sequence[int], texts: Sequence[str], faults: list[CellFault]) -> list[Cell]:
-    """The cells of one column; adds to the faults."""
+    """The cells of one column; adds to ``faults``."""
     values: Sequence[Cell]
     problems: Iterator[tuple[int, str, str]]
     column = header.column
@@ -196,7 +196,7 @@ def _read_column(header: _Header, lines: Sequence[int], texts: Sequence[str], fa
 
 
 def _choice_problems(column: Column, texts: Sequence[str]) -> Iterator[tuple[int, str, str]]:
-    """Cells that hold none of the words allowed."""
+    """Index, problem and hint of cells with a word that is not allowed."""
     if column.content != CHOICE:
         return
     for index, text in enumerate(texts):
@@ -207,7 +207,7 @@ def _choice_problems(column: Column, texts: Sequence[str]) -> Iterator[tuple[int
 def _read_numbers(
     header: _Header, texts: Sequence[str], faults: list[CellFault]
 ) -> tuple[Sequence[Cell], Iterator[tuple[int, str, str]]]:
-    """SI values (NaN where unreadable) and the problems of single cells; a bad unit is a fault of the header."""
+    """SI values (NaN if unreadable) and the problems of single cells; an unsuitable unit is a fault of the header."""
     raw = np.array([math.nan if "_" in text else number_of(text) for text in texts], dtype=np.float64)
     values = raw
     if header.column.unit:
@@ -222,7 +222,7 @@ def _read_numbers(
 def _number_problems(
     header: _Header, texts: Sequence[str], raw: np.ndarray, values: np.ndarray
 ) -> Iterator[tuple[int, str, str]]:
-    """Cells that are no number, or not a believable one."""
+    """Index, problem and hint of cells that are not a number, or not a plausible one."""
     column = header.column
     low, high = _shown(column.low, header), _shown(column.high, header)
     for index, text in enumerate(texts):
@@ -257,7 +257,7 @@ def _number_hint(text: str) -> str:
 
 
 def _key_faults(rows: Iterable[Row]) -> list[CellFault]:
-    """Keys that an earlier row has, and keys that a list of pairs could not name."""
+    """Faults of keys that an earlier row has, or that contain spaces, which separate keys in a list of pairs."""
     first: dict[str, int] = {}
     faults: list[CellFault] = []
     for row in rows:
@@ -273,7 +273,7 @@ def _listed(columns: Iterable[Column]) -> str:
     return "columns: " + ", ".join(column.name for column in columns)
 
 
-# From the convention a sheet is printed in to the equivalent DC machine between two terminals
+# Conversion from the convention of a data sheet to the equivalent DC machine between two terminals
 
 
 CURRENTS = ("no_load_current", "nominal_current", "stall_current", "peak_current", "continuous_current")
@@ -281,7 +281,7 @@ PHASE_VALUES = ("resistance", "inductance")
 
 
 def dc_equivalent(cells: Mapping[str, Cell]) -> dict[str, Cell]:
-    """Cells with currents, torque constant, resistance and inductance as of the DC equivalent."""
+    """Cells with currents, torque constant, resistance and inductance converted to the DC equivalent."""
     converted = dict(cells)
     basis = cells.get("current_basis")
     for name in CURRENTS:
