@@ -1,4 +1,4 @@
-"""What runs in the loop of a real controller: currents tick by tick, in Python and in C."""
+"""Motor currents for a real-time controller, computed tick by tick, in Python and in C."""
 
 from typing import TYPE_CHECKING
 

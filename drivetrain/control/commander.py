@@ -1,4 +1,4 @@
-"""``Commander``: called once in every tick of a controller, it computes the currents to command."""
+"""``Commander``: computes the motor currents to command, called once per tick of a controller."""
 
 from __future__ import annotations
 
@@ -36,16 +36,18 @@ from drivetrain.sizing.results import Evaluation, JointResult, Selection, every_
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.mounting import loaded_arm
 
-FADE = 10.0  # K below the winding's limit over which the current fades: what sensors and models are off by
-SLOW = 0.01  # of a joint's largest speed in the cycle: friction fades below
+FADE = 10.0  # [K] below the winding's limit, over which the current is reduced: covers errors of sensors and models
+SLOW = 0.01  # share of a joint's largest speed in the cycle below which friction is reduced
 AXIS = record_type(Axis)
-FAR = 1e150  # what can still be squared and summed
+FAR = 1e150  # numbers below this can be squared and summed without overflow
 CHAIN = record_type(Chain, np.int64)
-MOST_STRIDES = 32.0  # of 0.2 rad, or of a fifth of the arm's size, in one tick: closed loops are followed no further
-NOT_FINITE, APART = 1, 2  # why a tick is refused
+# Largest change of position in one tick that the solution of closed loops follows, in steps of 0.2 rad or of a fifth
+# of the arm's size.
+MOST_STRIDES = 32.0
+NOT_FINITE, APART = 1, 2  # reasons for refusing a tick: targets not finite, loops that cannot be closed
 
-# Where the arrays of a tick stand in its memory. ``sizes``: of axes, rows, chains, joints that carry the arm, links,
-# rotors, joints of the linkage, those that follow, ends of pins; last why a tick was refused.
+# Indices of the arrays in a tick's memory. ``sizes`` contains the numbers of axes, rows, chains, joints of a moving
+# base, links, rotors, joints of the linkage, passive joints among them and ends of pins, then the reason for a refusal.
 (
     SIZES, AXES_AT, TARGETS_AT, LINKS_AT, ROTORS_AT, JOINTS_AT, BODIES_AT, CHAINS_AT, PLACED_AT, SPREAD_AT, GEARED_AT,
     OWN_AT, TURNS_AT, UNMIXED_AT, SHARES_AT, WHOLE_AT, FOLLOW_AT, ENDS_AT, ROWS_AT, SCREWS_AT, PLACES_AT, SPEEDS_AT,
@@ -54,7 +56,7 @@ NOT_FINITE, APART = 1, 2  # why a tick is refused
 
 
 def _tick(run: Any) -> None:
-    """One tick, on memory given by addresses."""
+    """One tick; ``run`` contains the addresses of the arrays."""
     sizes = carray(run[SIZES], 10, np.int64)
     n, rows, many, carried, m, p = sizes[0], sizes[1], sizes[2], sizes[3], sizes[6], sizes[7]
     targets = carray(run[TARGETS_AT], (len(TARGETS), n), np.float64)
@@ -96,27 +98,27 @@ def _tick(run: Any) -> None:
 
 
 class Commander:
-    """The currents of all joints, tick by tick: ``commander(q, qd, qdd)``.
+    """Motor currents of all joints for each tick of a controller: ``commander(q, qd, qdd)``.
 
-    Feed-forward of the arm with its drives, counterbalances and payload, frictions and losses by direction of motion;
-    limits by voltage (inductance counted), peak current and torque, the amplifier's I2t, and a running winding
-    temperature, which lets the current fade over the last 10 K below its limit. Friction follows the wanted speed and
-    fades below one hundredth of the fastest one of the cycle, so noise about rest does not make it jump from one
-    direction to the other. Where more is wanted than there is, ``wanted`` keeps what was. Of an arm with closed loops
-    the joints that follow are found by Newton's method from where they were in the last tick, at first where the cycle
-    begins; errors of the driven joints alone are fed back.
+    The currents are the feed-forward of the arm with its drives, counterbalances and payload, including friction and
+    losses by direction of motion. They are limited by the voltage (including inductance), peak current and torque, the
+    amplifier's I2t limit, and the computed winding temperature, which reduces the current over the last 10 K below the
+    winding's limit. Friction depends on the target speed and is reduced below one hundredth of the largest speed of the
+    cycle, so that noise around standstill does not reverse it. ``wanted`` returns the currents before the limits. For
+    an arm with closed loops, the positions of the passive joints are found by Newton's method, starting from those of
+    the last tick (initially the start of the cycle); feedback uses the errors of the driven joints only.
 
     Args:
-        study_or_evaluation: A study whose joints have drives, an evaluation of drives, or what ``select`` chose.
-        rate: Of the calls [Hz].
-        bandwidth: Of the loop on the errors that feedback shows, critically damped: ``bandwidth^2 (q - measured) +
-            2 bandwidth (qd - measured)`` joins the acceleration [rad/s].
-        payload: That the tip carries, by its name in the study; None: nothing.
+        study_or_evaluation: A study whose joints have drives, an evaluation, or a selection.
+        rate: Frequency of the calls [Hz].
+        bandwidth: Bandwidth of the critically damped position loop [rad/s]: ``bandwidth^2 (q - measured_q) +
+            2 bandwidth (qd - measured_qd)`` is added to the acceleration.
+        payload: Name of the payload at the tip; None: none.
 
     Raises:
-        InputError: A study without an arm; a joint without a drive, or one of which torque or heat lack data, or with
-            more than three counterbalances or one that follows a table; an unknown payload; a rate or bandwidth that is
-            not positive.
+        InputError: A study without an arm; a joint without a drive, with missing data of torque or heat, with more than
+            three counterbalances, or with a counterbalance given as a table; an unknown payload; a rate or bandwidth
+            that is not positive.
     """
 
     def __init__(
@@ -149,14 +151,14 @@ class Commander:
         self.joints: tuple[str, ...] = tuple(given.joints)
         """Names, in the order of all arrays."""
         self.rate: float = float(rate)
-        """Of the calls [Hz]."""
+        """Frequency of the calls [Hz]."""
         self.study = given.study
         self._drives = {name: joint.drive for name, joint in given.joints.items()}
         described = [
             _axis(given.study, task, given.joints[task.name], step, float(bandwidth)) for task in given.study.joints
         ]
         self.axes = as_records(described)
-        """What is known of every drive and changes from tick to tick: records of ``laws.Axis``, (n,)."""
+        """Parameters and state of each drive: records of ``laws.Axis``, (n,)."""
         self._current: Array = self.axes["current"]
         self._targets = np.zeros((len(TARGETS), len(self.joints)))
         self._function = callback(types.void(types.CPointer(types.voidptr)), _tick).ctypes
@@ -170,10 +172,10 @@ class Commander:
         return f"Commander({self.study.name}: {len(self.joints)} joints at {self.rate:g} Hz, {carried})"
 
     def carry(self, payload: str | None) -> None:
-        """From the next tick on the tip carries a payload.
+        """Change the payload at the tip from the next tick on.
 
         Args:
-            payload: Its name in the study; None: nothing.
+            payload: Name of the payload in the study; None: none.
 
         Raises:
             InputError: An unknown name.
@@ -194,21 +196,21 @@ class Commander:
     def __call__(
         self, q: Any, qd: Any, qdd: Any, measured_q: Any = None, measured_qd: Any = None, *, base: Any = None
     ) -> Array:
-        """The currents of one tick; the state of heat and overload goes on by one.
+        """Compute the currents of one tick, and advance the state of heat and overload by one tick.
 
         Args:
-            q, qd, qdd: Wanted positions, speeds, accelerations [rad or m, and per s, s^2], (n,).
-            measured_q, measured_qd: As measured by the encoders [rad or m, and per s], (n,); None: as wanted.
-            base: Of an arm whose base moves, its position, velocity and acceleration along x, y, z of the ground and in
-                yaw, pitch and roll [m, rad, and per s, s^2], (3, 6), as ``base`` of a study states them.
+            q, qd, qdd: Target positions, speeds and accelerations [rad or m, per s, per s^2], (n,).
+            measured_q, measured_qd: Measured positions and speeds [rad or m, per s], (n,); None: equal to the targets.
+            base: Position, velocity and acceleration of a moving base along x, y, z of the ground and in yaw, pitch and
+                roll [m, rad, and per s, per s^2], (3, 6), as ``base`` of a study states them.
 
         Returns:
-            DC-equivalent current [A], (n,); the same array every time, overwritten by the next call.
+            DC-equivalent current [A], (n,); always the same array, overwritten by the next call.
 
         Raises:
-            InputError: Other shapes, or numbers that are not finite; positions to which closed loops do not come from
-                those of the last tick; no ``base`` where it moves, or one where it stands still. Nothing has gone on
-                then.
+            InputError: Wrong shapes, or numbers that are not finite; positions that closed loops cannot reach from
+                those of the last tick; ``base`` missing for a moving base, or given for a fixed one. The state is
+                unchanged.
         """
         targets = self._targets
         try:
@@ -228,25 +230,25 @@ class Commander:
 
     @property
     def wanted(self) -> Array:
-        """Currents of the last tick without the limits [A], (n,)."""
+        """Currents of the last tick before the limits [A], (n,)."""
         return np.asarray(self.axes["wanted"]).copy()
 
     @property
     def winding_temperature(self) -> Array:
-        """As the ticks so far made it [C], (n,); ambient if the data sheet does not suffice."""
+        """Computed winding temperature [C], (n,); ambient temperature if the data sheet lacks thermal data."""
         return np.asarray(self.axes["heat"]["winding_temperature"]).copy()
 
     @property
     def overload(self) -> Array:
-        """Share of the amplifiers' I2t that is used up [-], (n,); 0 if it is unknown."""
+        """Used share of the amplifiers' I2t limit [-], (n,); 0 if the limit is unknown."""
         room = [(overload_room(one["amplifier"]) if one["overloads"] else 0.0) or math.inf for one in self.axes]
         return np.asarray(self.axes["overload"] / np.array(room))
 
     def reset(self, *, winding: Any = None, housing: Any = None) -> None:
-        """Start anew: no overload, no current; closed loops where the cycle begins.
+        """Reset the state: no overload, zero current, closed loops at the start of the cycle.
 
         Args:
-            winding, housing: Temperatures [C], one or (n,); None: ambient.
+            winding, housing: Temperatures [C], a number or (n,); None: ambient.
 
         Raises:
             InputError: Numbers that are not finite.
@@ -261,7 +263,7 @@ class Commander:
         self.memory[WHOLE_AT]["place"] = self._start
 
     def _wrong(self, *given: Any) -> InputError:
-        """What is wrong with the arguments of a tick."""
+        """The error for a refused tick, with all faults of its arguments."""
         if self.memory[SIZES][9] == APART:
             problem = (
                 "is where the linkage does not come from where it was: out of reach, a dead centre, or too far off"
@@ -290,7 +292,7 @@ class Commander:
 
 
 def memory(arm: Arm, axes: Any, targets: Array, *, carried: int) -> list[Any]:
-    """What a tick works on, in the order of its addresses; of an arm on a base that moves the first rows are that."""
+    """The arrays of a tick, in the order of their addresses; the first ``carried`` rows are the moving base."""
     n = arm.n
     unmixed = shaft_torques(arm, np.eye(n)).T if arm.coupling is not None else np.eye(n)
     shares = unmixed.copy()
@@ -310,7 +312,8 @@ def memory(arm: Arm, axes: Any, targets: Array, *, carried: int) -> list[Any]:
     else:
         loops, (whole, passive, ends) = arm.linkage.loops, linkage_records(arm.linkage)
         placed, geared = np.zeros((2, wide, n))
-        joints[:] = loops.driven[0]  # of stand-ins of coupled rotors, which come behind a chain and move nothing
+        # Default: also for the substitute joints of coupled rotors, at the end of a chain, which move no link.
+        joints[:] = loops.driven[0]
         for at, path, chain, model in zip(chains, loops.paths, arms, models, strict=True):
             own = np.arange(at["row"], at["row"] + len(path))
             joints[own], screws[own] = path, chain.screws
@@ -336,7 +339,7 @@ def memory(arm: Arm, axes: Any, targets: Array, *, carried: int) -> list[Any]:
 
 
 def _axis(study: Study, task: JointTask, joint: JointResult, step: float, bandwidth: float) -> Axis:
-    """One joint's drive, cold."""
+    """Parameters and initial state, at ambient temperature, of one joint's drive."""
     drive, amplifier, motor = joint.drive, joint.amplifier, joint.drive.motor
     volts = available_voltage(amplifier, study.supply.voltage)
     peaks = [one for one in (amplifier.peak_current, motor.peak_current) if one is not None]

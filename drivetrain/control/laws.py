@@ -1,7 +1,7 @@
 """The currents of one control tick: feed-forward, friction without chatter, limits of voltage, current and heat.
 
-These laws run compiled (``commander.py``) and on symbols (``c_code.py``), from which the C code is printed. So nothing
-here may branch on what changes from tick to tick: limits are taken with ``np.minimum`` and ``np.maximum``.
+These laws run compiled (``commander.py``) and on symbols (``c_code.py``), from which C code is generated. Therefore
+they must not branch on variables that change from tick to tick; limits use ``np.minimum`` and ``np.maximum``.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ NO_BALANCE = Counterbalance(angles=(0.0, 1.0), torques=(0.0, 0.0))
 
 @dataclass
 class Balances:
-    """Counterbalances of a joint: springs on levers, gas springs, torques that stay the same."""
+    """Counterbalances of a joint: springs on levers, gas springs, constant torques."""
 
     first: Counterbalance = NO_BALANCE
     second: Counterbalance = NO_BALANCE
@@ -39,9 +39,9 @@ class Balances:
 
 @dataclass
 class Axis:
-    """One drive of an arm: what is known of it, and what changes from tick to tick."""
+    """Parameters and state of one drive."""
 
-    # their sheets
+    # data sheets
     motor: Motor
     gear: Gear
     amplifier: Amplifier
@@ -50,56 +50,56 @@ class Axis:
     shaft: Friction
     balances: Balances
     heat: Own  # winding and housing, with their temperatures
-    travel: float  # of the joint a radian of the gear's output [m/rad], 1 where it turns
-    gear_temperature: float  # at which its drag is taken [C]
-    volts: float  # largest at the terminals [V]
-    most: float  # largest current, at any speed [A]
-    # 1 where winding temperature, and overload of the amplifier, can be computed, else 0
+    travel: float  # travel of a prismatic joint per radian of the gear's output [m/rad]; 1 for a revolute joint
+    gear_temperature: float  # at which the gear's drag is evaluated [C]
+    volts: float  # largest voltage at the motor terminals [V]
+    most: float  # current limit at any speed [A]
+    # 1 if the winding temperature, and the overload of the amplifier, can be computed, else 0
     heats: float
     overloads: float
-    fade: float  # below the winding's limit, in which the current fades to nothing [K]
-    slow: float  # speed of the gear's output below which friction fades [rad/s]
-    bandwidth: float  # of the loop on position errors [rad/s]
-    step: float  # between two ticks [s]
+    fade: float  # range below the winding's limit over which the current is reduced to zero [K]
+    slow: float  # speed of the gear's output below which friction is reduced [rad/s]
+    bandwidth: float  # of the position loop [rad/s]
+    step: float  # time between two ticks [s]
     # in this tick, before and after the limits [A]
     wanted: float = 0.0
     current: float = 0.0
-    overload: float = 0.0  # of the amplifier, see ``drive/amplifier.py``
-    acceleration: float = 0.0  # of the joint with what its errors ask [rad/s^2 or m/s^2]
-    # torque of its counterbalances on the link, and at its joint what the gear and what the rotor gives [N m or N]
-    helped: float = 0.0
+    overload: float = 0.0  # used share of the amplifier's I2t limit, see ``drive/amplifier.py``
+    acceleration: float = 0.0  # of the joint, including feedback [rad/s^2 or m/s^2]
+    # torque of the counterbalances on the link, and at the joint the torques of the load and of the rotor [N m or N]
+    balance_torque: float = 0.0
     load: float = 0.0
-    spun: float = 0.0
+    rotor_torque: float = 0.0
 
 
 class Chains(NamedTuple):
-    """The chains of the arm, one after another, and memory of their recursions."""
+    """The chains of the arm, one after another, and work arrays of their recursions."""
 
     # see ``dynamics/core/packed.py``
     links: Any
     rotors: Any
-    # memory
+    # work arrays
     joints: Any
     bodies: Any
     chains: Any  # records CHAIN
-    # what the joints of the axes do, (rows, n), a row a joint of the recursions: how far that turns, how fast, and what
-    # of it stands behind a gear
+    # positions and speeds of the joints of the recursions per unit of those of the axes' joints, and the part of these
+    # that acts through a gear, (rows, n) each
     placed: Any
     spread: Any
     geared: Any
-    # position, speed, acceleration of the rows beyond that, (3, rows): of joints that follow in closed loops, and of
-    # what carries the arm, which the first joints of the recursion take
+    # position, speed and acceleration that are added to these, (3, rows): of passive joints in closed loops, and of a
+    # moving base, which is the first joints of the recursion
     own: Any
-    turns: Any  # speeds of the shafts behind the gears for those of the joints, (n, n)
-    # torques of the shafts for those of the joints, and how the load is shared, (n, n)
+    turns: Any  # from joint speeds to the speeds of the gear outputs, (n, n)
+    # from joint torques to torques of the gear outputs, and the same with the sharing of loads, (n, n) each
     unmixed: Any
     shares: Any
-    pins: Any  # ``loops.Pins``; nothing follows where no loop is closed
+    pins: Any  # ``loops.Pins``; without passive joints if there are no closed loops
 
 
 @dataclass
 class Chain:
-    """One chain: its first row, link and rotor, and how many joints and rotors its recursion has."""
+    """One chain: indices of its first row, link and rotor, and numbers of joints and rotors of its recursion."""
 
     row: int
     link: int
@@ -110,19 +110,21 @@ class Chain:
 
 @law
 def command(arm: Chains, axes: Any, targets: Any, size: Any) -> None:
-    """One tick: the current of every axis, and the temperatures and overloads that it leaves.
+    """One tick: sets current, temperatures and overload of every axis.
 
     Args:
+        arm: Chains of the arm.
+        axes: Records of ``Axis``, (n,).
         targets: Rows of ``TARGETS`` [rad or m, and per s, s^2], (5, n).
-        size: Sum of squares of the positions, which decides how their sines are computed.
+        size: Sum of squares of the positions; large values need another method for sines.
     """
     n = len(axes)
     position, speed, acceleration, at, moving = targets[0], targets[1], targets[2], targets[3], targets[4]
     for i in range(n):
         axis, pull = axes[i], axes[i].bandwidth
         axis.acceleration = acceleration[i] + pull * (pull * (position[i] - at[i]) + 2.0 * (speed[i] - moving[i]))
-        axis.helped = balanced(axis.balances, position[i])
-        axis.load, axis.spun = 0.0, 0.0
+        axis.balance_torque = counterbalance_torque(axis.balances, position[i])
+        axis.load, axis.rotor_torque = 0.0, 0.0
     if len(arm.pins.follow) > 0:
         move_linkage(arm, speed)
     for c in range(len(arm.chains)):
@@ -143,21 +145,21 @@ def command(arm: Chains, axes: Any, targets: Any, size: Any) -> None:
             through = joints[j].torque[0] - joints[j].rotor[0]
             for i in range(n):
                 axes[i].load += arm.geared[row + j][i] * through
-                axes[i].spun += arm.spread[row + j][i] * joints[j].torque[0] - arm.geared[row + j][i] * through
+                axes[i].rotor_torque += arm.spread[row + j][i] * joints[j].torque[0] - arm.geared[row + j][i] * through
     for i in range(n):
-        load, spun, planned, measured = 0.0, 0.0, 0.0, 0.0
+        load, rotor_torque, planned, measured = 0.0, 0.0, 0.0, 0.0
         for k in range(n):
-            load += arm.shares[i][k] * axes[k].load - arm.unmixed[i][k] * axes[k].helped
-            spun += arm.unmixed[i][k] * axes[k].spun
+            load += arm.shares[i][k] * axes[k].load - arm.unmixed[i][k] * axes[k].balance_torque
+            rotor_torque += arm.unmixed[i][k] * axes[k].rotor_torque
             planned += arm.turns[i][k] * speed[k]
             measured += arm.turns[i][k] * moving[k]
         axis = axes[i]
-        drive(axis, load * axis.travel, spun * axis.travel, planned / axis.travel, measured / axis.travel)
+        drive(axis, load * axis.travel, rotor_torque * axis.travel, planned / axis.travel, measured / axis.travel)
 
 
 @law
 def move_linkage(arm: Chains, speed: Any) -> None:
-    """How the joints that follow move, into the rows of the recursions; they are where the loops are closed."""
+    """Write the motion of the passive joints into the rows of the recursions; the loops are closed already."""
     pins, whole, m = arm.pins, arm.pins.whole, len(arm.pins.whole)
     for w in range(m):
         if whole[w].coordinate >= 0:
@@ -174,17 +176,25 @@ def move_linkage(arm: Chains, speed: Any) -> None:
 
 
 @law
-def balanced(balances: Any, angle: Any) -> Any:
-    """What all counterbalances of a joint do to its link [N m]."""
+def counterbalance_torque(balances: Any, angle: Any) -> Any:
+    """Torque of all counterbalances of a joint on its link [N m]."""
     torque = lever_torque(balances.first, angle) + lever_torque(balances.second, angle)
     return torque + lever_torque(balances.third, angle)
 
 
 @law
-def drive(axis: Any, load: Any, spun: Any, planned: Any, measured: Any) -> None:
-    """One tick of an axis: torques of its load and its rotor [N m], speeds of the gear's output [rad/s]."""
+def drive(axis: Any, load: Any, rotor_torque: Any, planned: Any, measured: Any) -> None:
+    """One tick of an axis: sets its current, temperatures and overload.
+
+    Args:
+        axis: The axis.
+        load: Torque of the load at the gear's output [N m].
+        rotor_torque: Torque of the rotor's inertia, referred to the gear's output [N m].
+        planned: Target speed of the gear's output [rad/s].
+        measured: Measured speed of the gear's output [rad/s].
+    """
     mesh, heat = mesh_of(axis.gear), axis.heat
-    torque = spun / mesh.ratio + through_gear(axis, mesh, load, planned)
+    torque = rotor_torque / mesh.ratio + torque_for_load(axis, mesh, load, planned)
     constant = torque_constant(axis.motor, heat.housing_temperature)
     resistance = winding_resistance(axis.motor, heat.winding_temperature)
     turning = mesh.ratio * measured
@@ -202,17 +212,17 @@ def drive(axis: Any, load: Any, spun: Any, planned: Any, measured: Any) -> None:
 
 
 @law
-def through_gear(axis: Any, mesh: Any, load: Any, speed: Any) -> Any:
-    """Motor torque for a load, all frictions and losses counted; below ``slow`` between those of both directions."""
+def torque_for_load(axis: Any, mesh: Any, load: Any, speed: Any) -> Any:
+    """Motor torque for a load, with friction and losses [N m]; interpolated between directions below ``slow``."""
     quick = np.maximum(abs(speed), axis.slow)
-    forward, backward = turned(axis, mesh, load, quick), turned(axis, mesh, load, -quick)
+    forward, backward = torque_while_turning(axis, mesh, load, quick), torque_while_turning(axis, mesh, load, -quick)
     share = np.minimum(np.maximum(speed / axis.slow, -1.0), 1.0)
     return 0.5 * (forward + backward + share * (forward - backward))
 
 
 @law
-def turned(axis: Any, mesh: Any, load: Any, speed: Any) -> Any:
-    """Motor torque for a load while the gear's output turns [N m]."""
+def torque_while_turning(axis: Any, mesh: Any, load: Any, speed: Any) -> Any:
+    """Motor torque for a load while the gear's output turns at ``speed`` [rad/s], with friction and losses [N m]."""
     turning = mesh.ratio * speed
     through = mesh_torque(mesh, load + friction_at(friction_curve(axis.joint), speed), speed)
     lost = friction_at(friction_curve(axis.shaft), turning) + drag_torque(mesh, turning, axis.gear_temperature)
@@ -221,9 +231,9 @@ def turned(axis: Any, mesh: Any, load: Any, speed: Any) -> Any:
 
 @law
 def limited(axis: Any, constant: Any, resistance: Any, turning: Any) -> Any:
-    """The wanted current within what voltage, motor, amplifier and winding allow in this tick [A]."""
+    """The wanted current, limited by voltage, motor, amplifier and winding temperature [A]."""
     motor = axis.motor
-    lag = known_or(motor.inductance, 0.0) / axis.step  # the voltage that a change of current takes
+    lag = known_or(motor.inductance, 0.0) / axis.step  # inductive voltage per change of current within one tick
     back_emf = constant * turning - lag * axis.current
     low, high = (-axis.volts - back_emf) / (resistance + lag), (axis.volts - back_emf) / (resistance + lag)
     most = axis.most
