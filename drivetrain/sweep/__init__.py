@@ -1,4 +1,4 @@
-"""Many studies that differ in some of their entries, judged on all cores or a cluster, kept in shards."""
+"""Many studies that differ in some entries, evaluated on all cores or a cluster, with results in shards (files)."""
 
 from typing import TYPE_CHECKING
 

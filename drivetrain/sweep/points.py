@@ -1,4 +1,4 @@
-"""The file of a sweep, and the points that it asks for: every combination of the values it varies."""
+"""The file of a sweep, and its points: all combinations of the values that it varies."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MOST_POINTS = 10_000_000
 
 
 class _Values(Reader):
-    """The values that something takes, as they are written."""
+    """A non-empty list of distinct values, as written."""
 
     def read(self, value: Any) -> tuple[Any, ...]:
         if not isinstance(value, list) or not value:
@@ -41,7 +41,7 @@ class _Values(Reader):
 
 @dataclass(frozen=True)
 class _Factors(_Values):
-    """Pure numbers."""
+    """A list of distinct pure numbers of at least ``least``."""
 
     least: float
 
@@ -54,7 +54,7 @@ class _Factors(_Values):
 
 
 class ScaleForm(Form):
-    """Factors on payload, on the length of the cycle, on the supply's voltage."""
+    """Factors on the payload, the duration of the cycle and the supply voltage."""
 
     payload: Annotated[tuple[float, ...], _Factors(0.0)] | None = None
     time: Annotated[tuple[float, ...], _Factors(1e-9)] | None = None
@@ -76,24 +76,24 @@ class SweepForm(Form):
 
 @dataclass(frozen=True)
 class Point:
-    """One study of a sweep."""
+    """One point of a sweep: a study with some entries changed."""
 
-    index: int  # from 0, in the order in which values vary, the last one fastest
+    index: int  # from 0; the last varied entry changes fastest
     entries: tuple[tuple[Place, Any], ...]  # new values of the study file, by place
-    change: TaskChange  # of the task
-    texts: tuple[str, ...]  # what is varied and to what, in words, in the order of ``Sweep.names``
+    change: TaskChange  # change of payload, time and voltage
+    texts: tuple[str, ...]  # value of each varied entry as text, in the order of ``Sweep.names``
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """What is varied, and what is done at each point."""
+    """The varied entries with their values, and what is computed at each point."""
 
     document: Document  # the study file
-    names: tuple[str, ...]  # of what is varied: places in the study file, then ``scale.payload`` and its like
-    values: tuple[tuple[Any, ...], ...]  # of each, in the order given
-    places: tuple[Place, ...]  # of those that are entries of the study file
-    run: str  # ``select`` drives at each point, or ``size`` those that the study gives
-    points_per_shard: int  # how many are kept in one file
+    names: tuple[str, ...]  # of the varied entries: places in the study file, then ``scale.payload`` etc.
+    values: tuple[tuple[Any, ...], ...]  # of each varied entry, in the order given
+    places: tuple[Place, ...]  # places of the varied entries of the study file
+    run: str  # ``select``: choose drives at each point; ``size``: evaluate those of the study
+    points_per_shard: int  # number of points in one file of results
 
     def __len__(self) -> int:
         return math.prod(map(len, self.values))
@@ -112,22 +112,22 @@ class Sweep:
             yield Point(index, entries, TaskChange(**factors), tuple(_text(value) for value in chosen))
 
     def digest(self) -> str:
-        """What results depend on besides the files that the study names: two sweeps with the same one are one."""
+        """Digest of everything on which results depend, except the files that the study names."""
         parts = [__version__, self.run, self.points_per_shard, self.names, self.values]
         text = json.dumps(parts, default=str).encode()
         return hashlib.sha256(self.document.content + b"\0" + text).hexdigest()
 
 
 def read_sweep(path: str | Path) -> Sweep:
-    """A sweep from its file.
+    """Read a sweep from its file.
 
     Args:
-        path: YAML: ``study`` (a file beside it), ``vary`` (lists of values by place in the study file, such as
+        path: YAML: ``study`` (path relative to it), ``vary`` (lists of values by place in the study file, such as
             ``supply.voltage``), ``scale`` (lists of factors on ``payload``, ``time``, ``voltage``), ``run`` (``select``
             or ``size``), ``points_per_shard``.
 
     Returns:
-        The sweep; its study file has been read, not yet checked.
+        The sweep; its study file has been read but not checked.
 
     Raises:
         InputError: Every fault of the file.
@@ -152,7 +152,7 @@ def read_sweep(path: str | Path) -> Sweep:
 
 
 def study_of(sweep: Sweep, point: Point) -> Study:
-    """The study of one point, its task not yet changed."""
+    """The study of one point, with the entries changed but not yet the task."""
     return study_from(varied(sweep.document, dict(point.entries)))
 
 
@@ -165,7 +165,7 @@ def _text(value: Any) -> str:
 
 
 def _places(form: SweepForm, study: Document, ledger: Ledger) -> dict[str, Place]:
-    """Where the varied entries stand in the study file."""
+    """Places of the varied entries in the study file, by name; faults are added to ``ledger``."""
     found: dict[str, Place] = {}
     for name in form.vary:
         try:

@@ -1,7 +1,7 @@
-"""A sweep run here or on a cluster: shards are given out, and kept as they come back.
+"""Run a sweep in this process or on a cluster: shards are distributed to workers, and written when they are done.
 
-Studies are read here and sent along whole, so that workers need none of their files. A worker that dies takes nothing
-with it: its shards are given to another, and what is done lies in its file.
+Studies are read here and sent to the workers, which therefore need no files. If a worker dies, its shards are
+computed by another one; finished shards are already written.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from distributed import Client
 
 Report = Callable[[int, int, str], None]
-AHEAD = 3  # shards a worker has waiting: it is never idle, and few studies are held at a time
-RETRIES = 5  # of a shard whose worker died
-KEPT = 16  # studies in memory
+AHEAD = 3  # shards queued per worker: enough to keep it busy, without holding many studies in memory
+RETRIES = 5  # attempts to recompute a shard whose worker died
+KEPT = 16  # largest number of studies held in memory
 
 Work = list[tuple[Point, Study | str]]
 
@@ -40,17 +40,17 @@ def run_sweep(
     scheduler: str | None = None,
     progress: Report | None = None,
 ) -> int:
-    """Judge every point that is not done yet, and keep the results in shards.
+    """Evaluate every point that has no result yet, and write the results in shards.
 
     Args:
-        sweep: What is varied.
-        out: Folder of the results; those of the same sweep that lie there are kept.
-        workers: Processes of a cluster on this machine; 0: none, one point after another; None: one a core.
-        scheduler: Address of a running dask scheduler, such as ``tcp://host:8786``, instead.
-        progress: Called with the number of shards done, and of all.
+        sweep: The sweep.
+        out: Folder of the results; existing results of the same sweep are kept.
+        workers: Number of processes on this machine; 0: this process only; None: one per core.
+        scheduler: Address of a running dask scheduler, such as ``tcp://host:8786``, to use instead.
+        progress: Called with the number of finished shards, the number of all shards, and a text.
 
     Returns:
-        How many shards were computed, those found done not counted.
+        Number of shards that were computed, without those found finished.
 
     Raises:
         InputError: Results of another sweep in the folder, a negative number of workers, or no such scheduler.
@@ -72,7 +72,7 @@ def run_sweep(
 
 
 class _Shards:
-    """The studies of a sweep, read once for all points that differ in the task alone."""
+    """The studies of a sweep, each read once for all points that differ only in the task."""
 
     def __init__(self, sweep: Sweep) -> None:
         self.sweep = sweep
@@ -80,11 +80,11 @@ class _Shards:
         self._digests: dict[str, str] = {}
 
     def work(self, shard: int) -> Work:
-        """The points of a shard, each with its study or what is wrong with it."""
+        """The points of a shard, each with its study or the text of its faults."""
         return [(point, self._read(point)) for point in self.sweep.points(shard)]
 
     def digest(self, shard: int) -> str:
-        """Of the sweep and of every file that the studies of a shard were read from."""
+        """Digest of the sweep and of all files from which the studies of a shard were read."""
         parts = [self.sweep.digest()]
         for point in self.sweep.points(shard):
             key = repr(point.entries)
@@ -109,19 +109,19 @@ class _Shards:
 def _spread(
     shards: _Shards, todo: list[int], workers: int | None, scheduler: str | None
 ) -> Iterator[tuple[int, list[Row]]]:
-    """Shards on a cluster, in the order in which they are finished."""
+    """Index and rows of shards computed on a cluster, in the order in which they finish."""
     if not todo:
         return
     from distributed import as_completed
 
-    # Workers need only what is varied.
+    # The workers do not need the study file, only the varied entries.
     light = replace(shards.sweep, document=Document(shards.sweep.document.path, b"", {}, {}))
     with _client(workers, scheduler) as client:
         cores = max(len(client.scheduler_info(n_workers=-1)["workers"]), 1)
         waiting = iter(todo)
 
         def given(shard: int) -> object:
-            # Not pure: a scheduler that outlives this run must not hand out answers of an earlier one.
+            # pure=False: a scheduler that keeps running must not return cached results of an earlier run.
             return client.submit(_shard, light, shard, shards.work(shard), pure=False, retries=RETRIES)
 
         running = as_completed([given(shard) for shard in islice(waiting, AHEAD * cores)])
@@ -138,7 +138,7 @@ def _shard(sweep: Sweep, shard: int, work: Work) -> tuple[int, list[Row]]:
 
 @contextmanager
 def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
-    """A running cluster, or one on this machine."""
+    """Client of the running scheduler, or of a cluster on this machine for the duration of the context."""
     from distributed import Client, LocalCluster
 
     if scheduler is not None:
@@ -155,7 +155,7 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
-            dashboard_address="127.0.0.1:0",  # any free port: two sweeps at once would want the same
+            dashboard_address="127.0.0.1:0",  # any free port, since two sweeps may run at the same time
             scheduler_kwargs={"dashboard": False},
             silence_logs=logging.CRITICAL,
         ) as cluster,

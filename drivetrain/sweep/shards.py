@@ -1,6 +1,6 @@
-"""What a sweep keeps of each point, a row of plain values the same whoever computed it, and the files of rows.
+"""Results of a sweep: one row of plain values per point, and the files of rows (shards).
 
-These are Parquet, each whole or not there, each knowing which sweep it belongs to.
+Shards are Parquet files. They are written completely or not at all, and contain the digest of their sweep.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def _answer(run: str, study: Study) -> Row:
 
 
 def _binding(evaluation: Evaluation) -> tuple[str, str]:
-    """The joint and the check nearest to a limit, or furthest over it."""
+    """Names of the joint and the check with the largest utilisation."""
 
     def used(one: JointResult) -> float:
         return (one.binding.utilisation if one.binding else None) or 0.0
@@ -76,7 +76,7 @@ def shard_path(out: Path, shard: int) -> Path:
 
 
 def write_shard(out: Path, shard: int, sweep: Sweep, digest: str, rows: Sequence[Row]) -> None:
-    """Write the rows of one shard, whole or not at all."""
+    """Write the rows of one shard, completely or not at all."""
     schema = _schema(sweep).with_metadata({_DIGEST: f"{digest}:{shard}".encode()})
     table = pa.Table.from_pylist(list(rows), schema=schema)
     place = shard_path(out, shard)
@@ -85,7 +85,11 @@ def write_shard(out: Path, shard: int, sweep: Sweep, digest: str, rows: Sequence
 
 
 def done_shards(out: Path, sweep: Sweep, digest: Callable[[int], str]) -> set[int]:
-    """The shards that need no more work."""
+    """Indices of the finished shards.
+
+    Raises:
+        InputError: Results of another sweep in the folder.
+    """
     found: set[int] = set()
     for shard in range(sweep.shards):
         place = shard_path(out, shard)
@@ -99,18 +103,18 @@ def done_shards(out: Path, sweep: Sweep, digest: Callable[[int], str]) -> set[in
 
 
 def read_results(out: str | Path) -> pd.DataFrame:
-    """All points of a sweep that are done.
+    """Read the results of all finished points of a sweep.
 
     Args:
-        out: Folder of its results.
+        out: Folder of the results.
 
     Returns:
-        One row a point, by ``point``: what was varied (texts), ``feasible``, ``objective``, ``mass`` [kg], ``price``,
-        ``energy`` [J a cycle], ``utilisation``, ``verdict``, ``proof``, ``binding_joint``, ``binding_check``,
-        ``drives``, ``fault``.
+        One row per point, sorted by ``point``: varied entries (texts), ``feasible``, ``objective``, ``mass`` [kg],
+        ``price``, ``energy`` [J per cycle], ``utilisation``, ``verdict``, ``proof``, ``binding_joint``,
+        ``binding_check``, ``drives``, ``fault``.
 
     Raises:
-        InputError: No results there.
+        InputError: The folder contains no results.
     """
     files = sorted((Path(out) / FOLDER).glob("*.parquet"))
     if not files:
@@ -121,7 +125,7 @@ def read_results(out: str | Path) -> pd.DataFrame:
 
 
 def _schema(sweep: Sweep) -> pa.Schema:
-    """The columns, whatever the rows hold."""
+    """The columns of a shard, independent of its rows."""
     varied = [(name, pa.string()) for name in sweep.names]
     numbers = [(name, pa.float64()) for name in NUMBERS]
     words = [(name, pa.string()) for name in WORDS]
@@ -129,7 +133,7 @@ def _schema(sweep: Sweep) -> pa.Schema:
 
 
 def _digest_of(place: Path) -> str:
-    """What a file says it belongs to; nothing for one that cannot be read."""
+    """The digest and shard index stored in a file; empty if the file cannot be read."""
     try:
         metadata = pq.read_schema(place).metadata or {}
     except (OSError, pa.ArrowInvalid):
