@@ -1,4 +1,4 @@
-"""Arms and drives written out for other tools: each format in a file of its own."""
+"""Export of arms and drives to the formats of other tools, one module per format."""
 
 from typing import TYPE_CHECKING
 

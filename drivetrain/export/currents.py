@@ -1,6 +1,7 @@
 """Current commands as files for amplifiers and controllers: CSV, a C header, a ROS 2 JointTrajectory.
 
-And what an amplifier takes a number for: amperes of some convention, per mille of a rated torque, volts, counts.
+Commands are scaled to the numbers that the amplifier expects: amperes in its convention, per mille of the rated
+torque, volts, or counts.
 """
 
 from __future__ import annotations
@@ -24,20 +25,20 @@ from drivetrain.version import __version__
 from drivetrain.whole_files import write_text
 
 SCALES = ("amperes", "cia402", "analogue", "counts")
-TORQUE = "torque"  # a base of CiA 402 beside the conventions of the current
-WORD = 2**15 - 1  # largest number of signed 16 bits
+TORQUE = "torque"  # a basis for CiA 402, in addition to the conventions of current
+WORD = 2**15 - 1  # largest signed number of 16 bits
 ANALOGUE_VOLTS = 10.0
 
 
 @dataclass(frozen=True)
 class CurrentScale:
-    """The numbers in which one joint's current is written."""
+    """Scale in which the current of one joint is written."""
 
     unit: str  # of the numbers
     amperes: float  # DC-equivalent current of one unit [A]
-    most: float  # largest magnitude that can be written; infinite: any
-    whole: bool  # whether they are whole numbers
-    base: str  # what the scale rests on, in words, with numbers
+    most: float  # largest magnitude that can be written; infinite if there is no limit
+    whole: bool  # whether the numbers are integers
+    base: str  # text that defines the scale, with its numbers
 
 
 def current_scales(
@@ -47,30 +48,29 @@ def current_scales(
     basis: str | None = None,
     full_scale: float | Mapping[str, float] | None = None,
 ) -> dict[str, CurrentScale]:
-    """The scale of every joint's amplifier.
+    """The scale of each joint's amplifier.
 
     Args:
-        evaluation: Of the drives that are to be commanded.
-        scale: ``amperes``; ``cia402``, per mille of the motor's rated torque as objects 0x6071 (target torque) and
-            0x60B2 (torque offset) take it; ``analogue``, +-10 V; ``counts``, signed 16 bits.
-        basis: What the amplifier's ampere is, ``dc``, ``rms`` or ``peak``; None: that of the joint's amplifier in the
-            study. For ``cia402`` it is what object 0x6075 (motor rated current) holds, ``rms`` or ``peak``, as makers
-            differ; or ``torque``, where the drive goes by the rated torque of object 0x6076 alone, which is what None
-            means where the study's amplifiers are in ``dc``.
-        full_scale: Current [A] in that basis at which 10 V or 32767 counts stand, None: the peak current of the
-            amplifier, else of the motor; for ``cia402`` the rated current [A] or with ``torque`` the rated torque
-            [N m], None: of the motor's sheet, else the amplifier's continuous current. One number, or one by joint
-            name.
+        evaluation: Evaluation of the drives to command.
+        scale: ``amperes``; ``cia402``: per mille of the motor's rated torque, as in objects 0x6071 (target torque) and
+            0x60B2 (torque offset); ``analogue``: +-10 V; ``counts``: signed 16 bits.
+        basis: Convention of the amplifier's current, ``dc``, ``rms`` or ``peak``; None: that of the joint's amplifier
+            in the study. For ``cia402`` it is the convention of object 0x6075 (motor rated current), ``rms`` or
+            ``peak`` depending on the manufacturer, or ``torque`` if the drive uses only the rated torque of object
+            0x6076; this is also the meaning of None if the study's amplifiers are in ``dc``.
+        full_scale: Current [A] in that basis at 10 V or 32767 counts; None: the peak current of the amplifier, or else
+            of the motor. For ``cia402`` the rated current [A] or, with ``torque``, the rated torque [N m]; None: that
+            of the motor's data sheet, or else the amplifier's continuous current. A number, or numbers by joint name.
 
     Returns:
-        By joint name.
+        Scales by joint name.
 
     Raises:
-        InputError: An unknown scale or basis, a joint without a stated full scale.
+        InputError: An unknown scale or basis, or a joint whose full scale is unknown.
 
     Reference:
         CiA 402 (IEC 61800-7-201): target torque over 1000 is its share of the motor rated torque [mN m]. Drives
-        command target/1000 of the rated current, as far as 0x6076 and 0x6075 are tied by the motor's torque constant.
+        command target/1000 of the rated current, if the motor's torque constant relates 0x6076 and 0x6075.
     """
     faults: list[Fault] = []
     if scale not in SCALES:
@@ -109,7 +109,7 @@ def _scale(joint: JointResult, scale: str, basis: str, full: float | None) -> Cu
 
 
 def _per_mille(joint: JointResult, basis: str, full: float | None) -> CurrentScale:
-    """Of CiA 402: 1000 is the rated torque of object 0x6076."""
+    """Scale of CiA 402: 1000 corresponds to the rated torque of object 0x6076."""
     motor, constant = joint.drive.motor, abs(joint.drive.motor.torque_constant)
     rated = motor.nominal_current or joint.amplifier.continuous_current
     if full is None and rated is not None:
@@ -127,7 +127,7 @@ def _per_mille(joint: JointResult, basis: str, full: float | None) -> CurrentSca
 
 
 def in_scale(current: Array, scale: CurrentScale, joint: str, time: Array) -> Array:
-    """Currents, DC equivalent [A], in the numbers of a scale; raises where it cannot say them."""
+    """DC-equivalent currents [A], (N,), converted to a scale; raises ``InputError`` if they exceed its range."""
     numbers = current / scale.amperes
     numbers = np.rint(numbers) if scale.whole else numbers
     at = int(np.argmax(np.abs(numbers)))
@@ -138,18 +138,18 @@ def in_scale(current: Array, scale: CurrentScale, joint: str, time: Array) -> Ar
     return numbers.astype(np.int64) if scale.whole else numbers
 
 
-HOLDS = {0: "each the sample before", 1: "straight lines between the samples"}
+HOLDS = {0: "each the sample before", 1: "straight lines between the samples"}  # text in the file by ``hold``
 
 
 @dataclass(frozen=True, eq=False)
 class _Commands:
-    """What a file holds: its head, and of every joint scale, numbers and motion."""
+    """Contents of a file: header lines, and scale, numbers and motion of each joint, by name."""
 
     head: tuple[str, ...]
     time: Array
     scales: Mapping[str, CurrentScale]
     numbers: dict[str, Array]
-    position: dict[str, Array]  # of the joints, also where motors are coupled
+    position: dict[str, Array]  # of the joints, not of the motors, also if motors are coupled
     velocity: dict[str, Array]
 
 
@@ -161,23 +161,23 @@ def write_currents(
     rate: float | None = None,
     hold: int = 1,
 ) -> Path:
-    """Write the current commands of all joints in the numbers that their amplifiers take.
+    """Write the current commands of all joints in the scales of their amplifiers.
 
-    Every file says at its head what study, rate, hold and base it rests on.
+    The header of each file states study, rate, hold and the definition of the scales.
 
     Args:
-        evaluation: Of the drives that are to be commanded.
-        path: Of the file; by its ending CSV (.csv: time and one column a joint), a C header (.h), or a ROS 2
-            ``trajectory_msgs/JointTrajectory`` (.yaml: the numbers stand in ``effort``).
+        evaluation: Evaluation of the drives to command.
+        path: The file; its suffix selects CSV (.csv: time and one column per joint), a C header (.h), or a ROS 2
+            ``trajectory_msgs/JointTrajectory`` (.yaml: the numbers are in ``effort``).
         scales: By joint name, from ``current_scales``.
-        rate: Of the commands [Hz]; None: at the samples of the cycle.
-        hold: As of ``current_commands``.
+        rate: Rate of the commands [Hz]; None: at the samples of the cycle.
+        hold: As in ``current_commands``.
 
     Returns:
-        Where the file is.
+        Path of the file.
 
     Raises:
-        InputError: Another ending, currents beyond their scale (every joint at once), or no right to write.
+        InputError: Another suffix, currents outside their scale (all joints listed), or a file that cannot be written.
     """
     writer = WRITERS.get(Path(path).suffix.lower())
     if writer is None:
@@ -193,7 +193,7 @@ def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: 
     faults = Faults()
     rows = dict(iter(table.groupby("joint", sort=False)))
     time = rows[next(iter(rows))]["time [s]"].to_numpy()
-    lasting = np.append(np.diff(time) > 0.0, True)  # a command with another at its instant lasts no time
+    lasting = np.append(np.diff(time) > 0.0, True)  # of several samples at one instant, the last one
     time, rows = time[lasting], {name: one[lasting] for name, one in rows.items()}
     numbers, position, velocity = {}, {}, {}
     cycle, names = evaluation.study.cycle, [task.name for task in evaluation.study.joints]

@@ -1,4 +1,4 @@
-"""An arm with its drives as other tools take it: links with rotors locked in them, and each drive in a few numbers."""
+"""An arm with its drives as other tools represent it: links with locked rotors, and parameters of each drive."""
 
 from __future__ import annotations
 
@@ -30,36 +30,37 @@ from drivetrain.study.parts.mounting import loaded_arm
 
 @dataclass(frozen=True, eq=False)
 class DriveData:
-    """One drive in numbers that hold at its shaft: the joint, or where motors are coupled what the gear turns."""
+    """Parameters of one drive at its shaft: the joint, or for coupled motors the output of the gear."""
 
     joint: str  # its name
-    ratio: float  # rotor angle over that of the shaft [-], or over its travel [rad/m]
+    ratio: float  # rotor angle over shaft angle [-], or over travel [rad/m]
     rotor_inertia: float  # of rotor and gear input [kg m^2]
-    # of the warm motor [N m/A], [ohm], [H]; 0 if the last is unknown
+    # torque constant [N m/A], resistance [ohm] and inductance [H] of the warm motor; an unknown inductance is 0
     constant: float
     resistance: float
     cold_resistance: float  # at the motor's reference temperature [ohm]
     inductance: float
-    # largest at the terminals [V], [A], and of the motor's torque [N m]; infinite if the last two are not stated
+    # limits of voltage [V] and current [A] at the terminals and of the motor's torque [N m]; the last two are infinite
+    # if they are not stated
     volts: float
     current: float
     torque: float
-    # largest of the shaft: by current, the motor's torque and the gear's repeated peak; by voltage and the largest
-    # speeds of motor and gear [N m or N], [rad/s or m/s]
+    # limits at the shaft: effort [N m or N] by current, motor torque and the gear's repeated peak torque; speed [rad/s
+    # or m/s] by voltage and the largest speeds of motor and gear
     effort: float
     speed: float
-    continuous: float  # largest for ever [N m or N]; NaN if unknown
-    # friction of joint and motor, the gear's drag at the mean speed of the cycle among it [N m or N], [N m s/rad or N
-    # s/m]
+    continuous: float  # continuous limit of effort [N m or N]; NaN if unknown
+    # Coulomb friction [N m or N] and viscous friction [N m s/rad or N s/m] of joint and motor, including the gear's
+    # drag at the mean speed of the cycle
     coulomb: float
     viscous: float
-    # from winding to housing: resistance [K/W], capacity [J/K], coefficient of copper [1/K] at the reference
-    # temperature [C] of the resistance, and the housing's temperature [C]; None if unknown
+    # winding model: resistance to the housing [K/W], heat capacity [J/K], temperature coefficient of copper [1/K],
+    # reference temperature of the electrical resistance [C], housing temperature [C]; None if unknown
     thermal: tuple[float, float, float, float, float] | None
 
 
 def exported(evaluation: Evaluation, format_name: str, payload: str | None = None) -> tuple[Arm, list[DriveData]]:
-    """The arm with its drives and a payload, rotors at the level ``reflected``, and what is known of the drives.
+    """The arm with its drives and a payload, rotors at the level ``reflected``, and the parameters of the drives.
 
     Raises:
         InputError: A study without an arm, an unknown payload, or an arm that the format cannot represent.
@@ -79,25 +80,25 @@ def exported(evaluation: Evaluation, format_name: str, payload: str | None = Non
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A body of an arm and the joint before it, in the frame of its link: that of the file the arm is from."""
+    """A body of an arm and the joint before it, in the frame of its link."""
 
     joint: str
     link: str
-    before: int  # the body on which it hangs; -1 is the base
+    before: int  # index of the parent body; -1 is the base
     slides: bool  # whether its joint is prismatic
-    frame: Array  # of the link, its origin on the joint's axis; base frame, all joints at zero, (4, 4)
-    axis: Array  # direction of its joint [-], (3,)
+    frame: Array  # pose of the link frame in the base frame with all joints at zero, origin on the joint's axis, (4, 4)
+    axis: Array  # direction of its joint's axis in the link frame [-], (3,)
     lower: float
     upper: float
-    locked: RigidBody  # with the rotors that it carries locked in it
-    drives: tuple[int, ...]  # at its joint: one, none, or the two that share it
+    locked: RigidBody  # the body including the rotors that it carries, which are locked
+    drives: tuple[int, ...]  # indices of the drives of its joint: none, one, or two that share it
 
 
 def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
-    """The bodies of an arm, those of its linkages after its own.
+    """The bodies of an arm, followed by those of its linkages.
 
     Raises:
-        InputError: Helical joints, of which other formats know nothing.
+        InputError: Helical joints, which the other formats do not have.
     """
     loops = None if arm.linkage is None else arm.linkage.loops
     chains = (arm,) if arm.linkage is None else arm.linkage.chains
@@ -105,7 +106,7 @@ def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
     if loops is not None:
         places = [(owner, loops.paths[owner].index(body)) for body, owner in enumerate(loops.owner)]
     driven = range(arm.n) if loops is None else loops.driven
-    second = dict(loops.shared) if loops is not None else {}  # of the two motors of an axis
+    second = dict(loops.shared) if loops is not None else {}  # from the first to the second motor of an axis
     faults, found = Faults(), []
     for body, (owner, at) in enumerate(places):
         chain = chains[owner]
@@ -126,11 +127,11 @@ def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
                  combined(parts).seen_from(inverse_pose(frame)), drives)
         )  # fmt: skip
     faults.raise_any()
-    return found[: len(found) - len(second)]  # what a second motor turns weighs nothing and stands at the end
+    return found[: len(found) - len(second)]  # without the massless bodies of second motors, at the end
 
 
 def pins(arm: Arm) -> list[tuple[int, int, Array]]:
-    """The two bodies that each pin of a closed loop holds together, the base (-1) the second, and its point."""
+    """Of each pin of a closed loop: its two bodies (if one is the base, -1, it is the second) and its point."""
     if arm.linkage is None:
         return []
     loops, found = arm.linkage.loops, []
@@ -141,14 +142,14 @@ def pins(arm: Arm) -> list[tuple[int, int, Array]]:
 
 
 def seen(frame: Array, point: Array) -> Array:
-    """A point of the base frame in another frame, (3,)."""
+    """A point of the base frame expressed in another frame, (3,)."""
     return np.asarray(frame[:3, :3].T @ (point - frame[:3, 3]))
 
 
 def joint_limits(arm: Arm, drives: Sequence[DriveData]) -> tuple[Array, Array]:
-    """Largest speed and effort of each joint alone, the others of coupled motors at rest and without load.
+    """Largest speed and effort of each joint, (n,) each; joints coupled with it are at rest and without load.
 
-    No joint is faster than the arm's own limit.
+    The speed does not exceed the arm's own limit.
     """
     speed, effort = (np.array([getattr(drive, name) for drive in drives]) for name in ("speed", "effort"))
     if arm.coupling is not None:
@@ -159,7 +160,7 @@ def joint_limits(arm: Arm, drives: Sequence[DriveData]) -> tuple[Array, Array]:
 
 
 def coupling_rows(arm: Arm) -> list[Array | None]:
-    """What each motor's shaft turns for a turn of every joint; None where it is its joint."""
+    """Speed of each motor's shaft per unit speed of every joint, (n,); None if the shaft is the joint."""
     if arm.coupling is None:
         return [None] * arm.n
     return [None if (row == np.eye(arm.n)[i]).all() else row for i, row in enumerate(arm.coupling)]
@@ -198,7 +199,7 @@ def _drive(study: Study, task: JointTask, joint: JointResult) -> DriveData:
 
 
 def _coulomb(law: Friction) -> float:
-    """Of both directions the mean."""
+    """Mean Coulomb friction of both directions."""
     return 0.5 * (law.coulomb + (law.coulomb if law.coulomb_negative is None else law.coulomb_negative))
 
 

@@ -1,4 +1,4 @@
-"""The drive of one axis as a co-simulation FMU: our simulation of it, packed by pythonfmu."""
+"""The drive of one axis as a co-simulation FMU that runs this package's simulation, built with pythonfmu."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ INPUTS = {
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis as an FMU keeps it, in SI; of a joint that slides torques are forces and angles lengths."""
+    """Parameters of one axis as stored in the FMU, in SI; forces and lengths for a prismatic joint."""
 
     joint: str
     motor: Motor
@@ -105,9 +105,9 @@ class Axis:
     travel_per_turn: float | None
     housing_to_ambient: float | None
     gear_heat: float
-    load_inertia: float  # that the joint moves, drive left out [kg m^2 or kg]
-    springs: bool  # whether the gear gives way
-    # at the start [rad or m], [rad/s or m/s]
+    load_inertia: float  # inertia that the joint moves, without the drive [kg m^2 or kg]
+    springs: bool  # whether the gear is elastic
+    # initial position [rad or m] and speed [rad/s or m/s]
     position: float
     speed: float
 
@@ -115,7 +115,7 @@ class Axis:
         return json.dumps(asdict(self), indent=1) + "\n"
 
     def parameters(self) -> dict[str, tuple[float, str, str]]:
-        """Value, unit and meaning of what may be set before a run, by name; of the rows what they know."""
+        """Value, unit and description, by name, of the parameters that may be set before a run and are known."""
         found = {
             "load_inertia": (self.load_inertia, "kg m^2", "that the joint moves, drive left out"),
             "start_position": (self.position, "rad", "of the joint"),
@@ -133,11 +133,11 @@ class Axis:
         return found
 
     def unit(self, name: str, unit: str) -> str:
-        """Of a parameter, input or output there."""
+        """Unit of a parameter, input or output at this axis, converted for a prismatic joint."""
         return unit if self.travel_per_turn is None or name not in AT_JOINT else SLIDING[unit]
 
     def with_parameters(self, values: Mapping[str, float]) -> Axis:
-        """The axis with other values of ``parameters``."""
+        """The axis with changed values of ``parameters``."""
         parts: dict[str, Any] = {}
         for part in SHEET:
             own = {name.partition(".")[2]: value for name, value in values.items() if name.startswith(f"{part}.")}
@@ -151,7 +151,7 @@ class Axis:
 
 
 def read_axis(text: str) -> Axis:
-    """What ``Axis.text`` wrote."""
+    """The axis from the text of ``Axis.text``."""
     data: dict[str, Any] = json.loads(text)
     data["motor"]["brake"] = _made(Brake, data["motor"]["brake"])
     kinds = {"motor": Motor, "gear": Gear, "friction": Friction, "amplifier": Amplifier, "around": Surroundings}
@@ -162,16 +162,16 @@ def read_axis(text: str) -> Axis:
 
 
 def _made(kind: Any, data: dict[str, Any]) -> Any:
-    """A dataclass from what JSON keeps of it."""
+    """A dataclass of type ``kind`` from its JSON data."""
     return kind(**{name: tuple(value) if isinstance(value, list) else value for name, value in data.items()})
 
 
 def axis_of(evaluation: Evaluation, joint: str, *, springs: bool = False) -> Axis:
-    """One axis of an evaluation, its gear rigid or not.
+    """One axis of an evaluation, with a rigid or an elastic gear.
 
     Raises:
-        InputError: An unknown joint; one whose motor is coupled with others; a load table without ``load_inertia``;
-            springs of a gear whose row gives none.
+        InputError: An unknown joint; a joint with coupled motors; a load table without ``load_inertia``; ``springs``
+            with a gear of unknown stiffness.
     """
     study = evaluation.study
     names = [task.name for task in study.joints]
@@ -194,7 +194,7 @@ def axis_of(evaluation: Evaluation, joint: str, *, springs: bool = False) -> Axi
 
 
 def _load_inertia(study: Study, evaluation: Evaluation, index: int) -> float:
-    """What the joint moves where the cycle begins, all other joints held, its own drive left out."""
+    """Inertia of the joint at the start of the cycle with all other joints held, without its own drive."""
     task = study.joints[index]
     if study.arm is None:
         if task.load_inertia is None:
@@ -213,7 +213,7 @@ def _load_inertia(study: Study, evaluation: Evaluation, index: int) -> float:
 
 
 class AxisRun:
-    """An axis that runs from one communication point to the next, its inputs held between them."""
+    """Simulation of an axis from one communication point to the next, with constant inputs in between."""
 
     def __init__(self, axis: Axis):
         ratio = axis.gear.ratio / (axis.travel_per_turn or 1.0)
@@ -243,7 +243,7 @@ class AxisRun:
         self.time = 0.0  # since the start [s]
 
     def run(self, inputs: Mapping[str, float], end: float) -> dict[str, float]:
-        """Go on to an instant [s] and return the outputs there; ``inputs`` hold until then."""
+        """Simulate until ``end`` [s] with constant inputs, and return the outputs there."""
         outcome = self._to(inputs, end)
         if outcome.stopped_by is not None:
             raise ArithmeticError(f"{outcome.stopped_by.name}: {outcome.stopped_by.detail}")
@@ -269,25 +269,26 @@ class AxisRun:
 
 
 def write_fmu(evaluation: Evaluation, path: str | Path, *, joint: str, springs: bool = False) -> tuple[str, ...]:
-    """Write the drive of one axis as a co-simulation FMU, FMI 2.0: amplifier, motor, gear, frictions, heat and a load.
+    """Write the drive of one axis as a co-simulation FMU, FMI 2.0: amplifier, motor, gear, friction, heat and a load.
 
-    Inputs are the commanded current and the torque on the joint from outside, outputs the joint's motion, torques,
-    current, voltage and temperatures; parameters are the numbers of the motor's and the gear's rows, the load's inertia
-    and the start. It runs this package's own simulation: who loads it needs a Python in which drivetrain is installed.
+    Inputs are the commanded current and the external torque on the joint; outputs are the joint's motion, torques,
+    current, voltage and temperatures; parameters are the values of the motor's and the gear's catalogue rows, the
+    load's inertia and the initial state. The FMU runs this package's simulation, so it needs a Python with drivetrain
+    installed.
 
     Args:
-        evaluation: Of a set of drives.
-        path: Of the file, ending in .fmu.
-        joint: Name of the joint, or a part that no other has.
-        springs: Whether the gear gives way: its spring with 2 % of critical damping, its backlash if the row gives
-            one.
+        evaluation: Evaluation of a set of drives.
+        path: The file, with suffix .fmu.
+        joint: Name of the joint, or a part of it that is unique.
+        springs: Whether the gear is elastic: its stiffness with 2 % of critical damping, and its backlash if known.
 
     Returns:
-        What the format loses.
+        What is lost in the format, one sentence each.
 
     Raises:
-        InputError: An unknown joint, one of coupled motors, a load table without ``load_inertia``, ``springs`` of a
-            gear without a stiffness or at a slide, pythonfmu is not installed, or the file cannot be written.
+        InputError: An unknown joint, a joint with coupled motors, a load table without ``load_inertia``, ``springs``
+            with a gear without stiffness or at a prismatic joint, pythonfmu is not installed, or the file cannot be
+            written.
 
     Reference: FMI 2.0.4, co-simulation; https://github.com/NTNU-IHB/PythonFMU.
     """
@@ -309,7 +310,7 @@ def write_fmu(evaluation: Evaluation, path: str | Path, *, joint: str, springs: 
             FmuBuilder.build_FMU(script, dest=place, project_files=[data])
         except OSError as error:
             raise refusal(error, "path", place) from None
-        finally:  # the builder leaves its folder there
+        finally:  # the builder does not remove its folder
             sys.path[:] = searched
             sys.modules.pop(name, None)
     return lost("fmu")

@@ -1,4 +1,4 @@
-"""What runs inside an FMU: pythonfmu calls it, ``fmu.AxisRun`` does the work."""
+"""The class inside an FMU: pythonfmu calls it, and it calls ``fmu.AxisRun``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from drivetrain.version import __version__
 
 
 class DriveSlave(Fmi2Slave):
-    """The drive of one axis, read from the file of its axis."""
+    """The drive of one axis, read from the axis file in the FMU."""
 
     held: ClassVar[list[Any]] = []
 
@@ -65,7 +65,7 @@ class DriveSlave(Fmi2Slave):
         return True
 
     def to_xml(self, model_options: dict[str, str] | None = None) -> ElementTree.Element:
-        """The model's description; units and what the standard requires about the start are put in here."""
+        """The model description of pythonfmu with units and the initial unknowns that the standard requires."""
         root = super().to_xml(model_options or {})
         units = ElementTree.Element("UnitDefinitions")
         for unit in sorted({*self.units.values()} - {"1"}):
@@ -77,5 +77,5 @@ class DriveSlave(Fmi2Slave):
                 variable[0].set("unit", unit)
         structure = next(root.iter("ModelStructure"))
         unknown = ElementTree.SubElement(structure, "InitialUnknowns")
-        unknown.extend(list(structure[0]))  # at the start as later, the outputs
+        unknown.extend(list(structure[0]))  # the initial unknowns are the outputs
         return root

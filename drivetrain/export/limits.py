@@ -1,4 +1,4 @@
-"""What controllers and game engines take of a drive: ROS 2's joint limits and interfaces, PhysX's envelopes."""
+"""Drives for controllers and physics engines: URDF with drives, ROS 2 joint limits, PhysX performance envelopes."""
 
 from __future__ import annotations
 
@@ -20,40 +20,40 @@ from drivetrain.whole_files import write_files
 
 
 def write_drive_urdf(evaluation: Evaluation, path: str | Path, *, payload: str | None = None) -> tuple[str, ...]:
-    """Write an arm with its drives as URDF: ``write_urdf`` with efforts, frictions, transmissions and Drake's tags.
+    """Write an arm with its drives as URDF: ``write_urdf`` with efforts, friction, transmissions and Drake's tags.
 
     Args:
-        evaluation: Of a set of drives.
-        path: Of the file.
-        payload: That the tip carries, by its name in the study; None: nothing.
+        evaluation: Evaluation of a set of drives.
+        path: The file.
+        payload: Name of the payload at the tip; None: none.
 
     Returns:
-        What the format loses.
+        What is lost in the format, one sentence each.
 
     Raises:
-        InputError: As of ``write_urdf``; a study without an arm, an unknown payload.
+        InputError: As for ``write_urdf``; a study without an arm, an unknown payload.
     """
     arm, drives = exported(evaluation, "urdf", payload)
     coupled = arm.coupling is not None and not np.array_equal(arm.coupling, np.eye(arm.n))
     speeds, efforts = joint_limits(arm, drives)
     known = efforts if np.isfinite(efforts).all() else None
     data = UrdfJointData(known, [one.viscous for one in drives], [one.coulomb for one in drives])
-    data = UrdfJointData(known) if coupled else data  # frictions of shafts are not those of the joints
+    data = UrdfJointData(known) if coupled else data  # friction of coupled shafts cannot be assigned to single joints
     return (*write_urdf(replace(arm, speed_limits=speeds), path, data=data), *lost("urdf"))
 
 
 def write_ros2(evaluation: Evaluation, path: str | Path) -> tuple[str, ...]:
-    """Write ``joint_limits.yaml`` as MoveIt and ros2_control read it, and the ``ros2_control`` tag beside it.
+    """Write ``joint_limits.yaml`` for MoveIt and ros2_control, and a file with the ``ros2_control`` tag beside it.
 
     Args:
-        evaluation: Of a set of drives.
-        path: Of the YAML file; the tag stands in ``<name>.ros2_control.xacro``.
+        evaluation: Evaluation of a set of drives.
+        path: The YAML file; the tag is written to ``<name>.ros2_control.xacro``.
 
     Returns:
         What the format loses.
 
     Raises:
-        InputError: A study without an arm, or a file cannot be written.
+        InputError: A study without an arm, or a file that cannot be written.
 
     Reference: joint_limits, https://github.com/ros-controls/ros2_control, package joint_limits.
     """
@@ -91,18 +91,18 @@ def write_ros2(evaluation: Evaluation, path: str | Path) -> tuple[str, ...]:
 
 
 def write_physx(evaluation: Evaluation, path: str | Path) -> tuple[str, ...]:
-    """Write the envelope of every drive as PhysX and Isaac Sim take it, as JSON.
+    """Write the performance envelope of each drive for PhysX and Isaac Sim as JSON.
 
     ``|effort| <= max_effort - velocity_dependent_resistance |v|`` and
-    ``|v| <= max_actuator_velocity - speed_effort_gradient |effort|``; the second is the straight line of the voltage:
-    V/(k G) and R/(k G)^2. ``tau_max`` and ``k`` are the same line solved for the effort.
+    ``|v| <= max_actuator_velocity - speed_effort_gradient |effort|``; the second follows from the voltage limit, with
+    the constants V/(k G) and R/(k G)^2. ``tau_max`` and ``k`` are the same line solved for the effort.
 
     Args:
-        evaluation: Of a set of drives.
-        path: Of the file.
+        evaluation: Evaluation of a set of drives.
+        path: The file.
 
     Returns:
-        What the format loses; it stands in the file too.
+        What is lost in the format, one sentence each, which the file contains too.
 
     Raises:
         InputError: A study without an arm, or the file cannot be written.
@@ -122,7 +122,7 @@ def write_physx(evaluation: Evaluation, path: str | Path) -> tuple[str, ...]:
 
 
 def _envelope(drive: DriveData) -> dict[str, Any]:
-    """Numbers, null if unknown."""
+    """Values of one drive, None if unknown."""
     size, ohms = drive.constant * abs(drive.ratio), drive.resistance
     numbers = {
         "max_effort": drive.effort,

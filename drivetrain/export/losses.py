@@ -1,4 +1,4 @@
-"""What each format cannot say of an arm with its drives: for files, notes and documentation."""
+"""What is lost in each format, for the comments in files, messages and the documentation."""
 
 from __future__ import annotations
 
@@ -65,5 +65,5 @@ def refuse_unsupported(arm: Arm, name: str) -> None:
 
 
 def lost(name: str) -> tuple[str, ...]:
-    """What a format loses, a sentence each."""
+    """What is lost in a format, one sentence each."""
     return tuple(f"lost: {one}" for one in LOSSES[name])

@@ -1,4 +1,4 @@
-"""MuJoCo's format: the arm with its drives, motors driven by voltage."""
+"""MuJoCo's format MJCF: the arm with its drives; the controls are motor voltages."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ MOTORS = ("dcmotor", "general")
 def write_mjcf(
     evaluation: Evaluation, path: str | Path, *, payload: str | None = None, motors: str = "dcmotor"
 ) -> tuple[str, ...]:
-    """Write an arm with its drives as MJCF: one actuator a motor, whose control is the voltage at its terminals.
+    """Write an arm with its drives as MJCF, with one actuator per motor, controlled by its terminal voltage.
 
     Args:
-        evaluation: Of a set of drives.
-        path: Of the file.
-        payload: That the tip carries, by its name in the study; None: nothing.
+        evaluation: Evaluation of a set of drives.
+        path: The file.
+        payload: Name of the payload at the tip; None: none.
         motors: ``dcmotor`` (MuJoCo 3.7 and later: current limit, inductance, winding temperature as a state) or
-            ``general`` (any version: the same motor without these).
+            ``general`` (all versions; the same motor without these).
 
     Returns:
-        What the format loses; the same sentences stand in a comment of the file.
+        What is lost in the format, one sentence each; a comment in the file contains them too.
 
     Raises:
-        InputError: A study without an arm, helical joints, an unknown payload, or the file cannot be written.
+        InputError: A study without an arm, helical joints, an unknown payload, or a file that cannot be written.
 
-    Reference: MuJoCo, XML reference, actuator/dcmotor; armature is the inertia behind the gear.
+    Reference: MuJoCo, XML reference, actuator/dcmotor; ``armature`` is the rotor inertia reflected to the joint.
     """
     if motors not in MOTORS:
         raise InputError(Fault("motors", f"must be {' or '.join(MOTORS)}", motors))
@@ -57,7 +57,7 @@ def mjcf_text(
     arm: Arm, drives: Sequence[DriveData], springs: Sequence[Sequence[Counterbalance]], *, notes: Sequence[str] = (),
     motors: str = "dcmotor",
 ) -> str:  # fmt: skip
-    """The MJCF of an arm, its drives, and the counterbalances of their joints."""
+    """MJCF text of an arm, its drives and the counterbalances of its joints."""
     bodies = arm_bodies(arm, "MJCF")
     root = ElementTree.Element("mujoco", model=arm.name)
     for line in (f"written by drivetrain {__version__}", *notes):
@@ -109,13 +109,13 @@ def mjcf_text(
 
 
 def _place(stands: Array) -> dict[str, str]:
-    """Where a frame stands, (4, 4)."""
+    """Position and orientation attributes of a frame's pose, (4, 4)."""
     turned = {} if (stands[:3, :3] == np.eye(3)).all() else {"xyaxes": text(cleaned(stands[:3, :2].T))}
     return {"pos": text(cleaned(stands[:3, 3])), **turned}
 
 
 def _pins(root: ElementTree.Element, arm: Arm, bodies: Sequence[Body]) -> None:
-    """What holds closed loops together, as stiff as MuJoCo's constraints are at this step."""
+    """Add the constraints that close the loops, as stiff as MuJoCo's constraints can be with this time step."""
     held = ElementTree.SubElement(root, "equality") if pins(arm) else root
     for one, other, point in pins(arm):
         where = {"body1": bodies[one].link, "anchor": text(seen(bodies[one].frame, point))}
@@ -128,7 +128,7 @@ def _spring(
     tendons: ElementTree.Element, ends: tuple[ElementTree.Element, ElementTree.Element], body: Body, before: Array,
     balance: Counterbalance, name: str,
 ) -> None:  # fmt: skip
-    """A spring between two levers, in line at its dead centre."""
+    """Add a counterbalance as a spring tendon between two levers, which are in line at its dead centre."""
     axis, point = body.frame[:3, :3] @ body.axis, body.frame[:3, 3]
     link = frame_along(axis)[:, 0]
     turned = np.cos(balance.dead_centre) * link + np.sin(balance.dead_centre) * np.cross(axis, link)
@@ -145,7 +145,7 @@ def _spring(
 
 
 def _motor(actuators: ElementTree.Element, drive: DriveData, where: dict[str, str], motors: str) -> None:
-    """One motor, its control the voltage [V]."""
+    """Add the actuator of one motor, controlled by its voltage [V]."""
     common = {
         "name": f"{drive.joint}_motor", **where, "gear": text(drive.ratio), "armature": text(drive.rotor_inertia),
         "ctrllimited": "true", "ctrlrange": text([-drive.volts, drive.volts]),
@@ -158,11 +158,12 @@ def _motor(actuators: ElementTree.Element, drive: DriveData, where: dict[str, st
         force = {} if math.isinf(peak) else {"forcelimited": "true", "forcerange": text([-peak, peak])}
         ElementTree.SubElement(actuators, "general", {**common, **affine, "biasprm": bias, **force})
         return
-    ohms = drive.resistance if drive.thermal is None else drive.cold_resistance  # MuJoCo warms it itself
+    # With a thermal model MuJoCo computes the warm resistance itself.
+    ohms = drive.resistance if drive.thermal is None else drive.cold_resistance
     own = {"motorconst": text(drive.constant), "resistance": text(ohms)}
     if drive.inductance:
         own["inductance"] = text(drive.inductance)
-    if drive.torque < drive.constant * drive.current:  # MuJoCo minds one of the two
+    if drive.torque < drive.constant * drive.current:  # MuJoCo applies only one of the two limits
         own["saturation"] = text([drive.torque, 0.0, 0.0])
     elif not math.isinf(drive.current):
         own["saturation"] = text([0.0, drive.current, 0.0])

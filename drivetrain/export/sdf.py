@@ -1,4 +1,4 @@
-"""SDFormat, as Gazebo and Drake read it."""
+"""SDFormat for Gazebo and Drake."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from drivetrain.whole_files import write_text
 
 
 def write_sdf(evaluation: Evaluation, path: str | Path, *, payload: str | None = None) -> tuple[str, ...]:
-    """Write an arm with its drives as SDF 1.9, its base fixed to the world.
+    """Write an arm with its drives as SDF 1.9, with its base fixed to the world.
 
     Args:
-        evaluation: Of a set of drives.
-        path: Of the file.
-        payload: That the tip carries, by its name in the study; None: nothing.
+        evaluation: Evaluation of a set of drives.
+        path: The file.
+        payload: Name of the payload at the tip; None: none.
 
     Returns:
-        What the format loses; the same sentences stand in a comment of the file.
+        What is lost in the format, one sentence each; a comment in the file contains them too.
 
     Raises:
-        InputError: A study without an arm, helical joints, an unknown payload, or the file cannot be written.
+        InputError: A study without an arm, helical joints, an unknown payload, or a file that cannot be written.
 
-    Joints that follow in closed loops have no effort, so that Drake gives them no actuator; pins are Drake's ball
-    constraints between frames of both links, which other readers may hold together in their own way.
+    Passive joints in closed loops have zero effort, so that Drake gives them no actuator. Pins are Drake's ball
+    constraints between frames of the two links; other readers need their own constraints between these frames.
 
     Reference: SDFormat, http://sdformat.org/spec; the rotor tags and ball constraints are Drake's.
     """
@@ -47,7 +47,7 @@ def write_sdf(evaluation: Evaluation, path: str | Path, *, payload: str | None =
 
 
 def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()) -> str:
-    """The SDF of an arm and its drives."""
+    """SDF text of an arm and its drives."""
     bodies = arm_bodies(arm, "SDF")
     joints = {body.joint for body in bodies}  # in SDF no link may have the name of a joint
     bodies = [replace(one, link=f"{one.link}_link") if one.link in joints else one for one in bodies]
@@ -99,7 +99,7 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
 
 
 def _pin(model: ElementTree.Element, number: int, ends: Sequence[Body | None], point: Array) -> None:
-    """A pin of a closed loop: a frame on each of two links, the base's None, and what holds them together."""
+    """Add a pin of a closed loop: a frame on each of its two links (None: the base) and the constraint between them."""
     held = ElementTree.Element("drake:ball_constraint")
     for which, vector, body in zip("AB", ("AP", "BQ"), ends, strict=True):
         link, at = ("base_link", point) if body is None else (body.link, seen(body.frame, point))

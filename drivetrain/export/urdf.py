@@ -1,7 +1,7 @@
-"""Arms as URDF files that read back as they were: what the format cannot hold is an error or a note, never lost.
+"""Arms as URDF files that read back unchanged: what the format cannot represent gives an error or a note.
 
-Frame of a link: origin where its joint sits, directions of its home frame; so home frames, tensors and axes survive as
-they are. Names: the arm's own for joints and moving links; the base and the tip get one each.
+The frame of a link has its origin at the link's joint and the directions of its home frame, so that home frames,
+inertia tensors and axes are written unchanged. Joints and moving links keep their names; base and tip get names.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from drivetrain.whole_files import write_text
 
 @dataclass(frozen=True, eq=False)
 class UrdfJointData:
-    """What a URDF says of the joints that an arm does not hold; None: nothing known, which URDF writes as no limit."""
+    """Joint data of a URDF that an arm does not contain; None: unknown, which is written as no limit."""
 
     effort: Any = None  # largest torque or force [N m or N], (n,)
     damping: Any = None  # viscous friction [N m s/rad or N s/m], (n,)
@@ -43,23 +43,24 @@ NO_DATA = UrdfJointData()
 def write_urdf(
     arm: Arm, path: str | Path, *, data: UrdfJointData = NO_DATA, base: str | None = None, tip: str | None = None
 ) -> tuple[str, ...]:
-    """Write an arm to a URDF file, whole or not at all.
+    """Write an arm to a URDF file, completely or not at all.
 
-    ``load_arm(path)`` gives the arm back: dynamics equal to rounding, once gravity and the level of the rotors are set
-    where a note says so.
+    ``load_arm(path)`` returns an arm with the same dynamics to rounding, after setting gravity and the level of the
+    rotors if a note says so.
 
     Args:
-        arm: With rotors or without.
-        path: Of the file; its folder must be there.
-        data: Limits of effort and friction, which an arm does not hold.
-        base, tip: Names of the links that stand for the base and the end effector. None: base_link and tool0, with an
-            underscore behind where a link has that name already.
+        arm: With or without rotors.
+        path: The file; its folder must exist.
+        data: Limits of effort, and friction, which an arm does not contain.
+        base, tip: Names of the links of the base and the end effector. None: base_link and tool0, followed by an
+            underscore if a link has that name already.
 
     Returns:
-        What the format could not hold, or holds in another way; the same sentences stand in a comment of the file.
+        What the format cannot represent, or represents differently, one sentence each; a comment in the file
+        contains them too.
 
     Raises:
-        InputError: As of urdf_text; or the file cannot be written.
+        InputError: As for ``urdf_text``, or a file that cannot be written.
     """
     content, notes = _written(arm, data, base, tip)
     write_text(path, content)
@@ -67,7 +68,7 @@ def write_urdf(
 
 
 def urdf_text(arm: Arm, *, data: UrdfJointData = NO_DATA, base: str | None = None, tip: str | None = None) -> str:
-    """The URDF of an arm.
+    """URDF text of an arm.
 
     Reference: URDF, http://wiki.ros.org/urdf/XML; the rotor tags are Drake's, the transmissions ros_control's.
     """
@@ -87,7 +88,7 @@ def _written(arm: Arm, data: UrdfJointData, base: str | None, tip: str | None) -
         faults.add("tip", "must have another name than the base", tip)
     bodies = faults.attempt(written_bodies, arm)
     faults.raise_any()
-    if bodies is None:  # its faults have been raised
+    if bodies is None:  # unreachable: its faults have been raised
         return "", ()
     notes = (*bodies.notes, *_notes(arm))
     root = ElementTree.Element("robot", {"name": arm.name, "xmlns:drake": "http://drake.mit.edu"})
@@ -98,7 +99,7 @@ def _written(arm: Arm, data: UrdfJointData, base: str | None, tip: str | None) -
 
 
 def _end_name(arm: Arm, wanted: str | None, usual: str, end: str, faults: Faults) -> str:
-    """The name of the base or tip link, which no moving link may have."""
+    """The name of the base or tip link, which must differ from those of the moving links."""
     if wanted in arm.link_names:
         faults.add(end, "must not be the name of a moving link", wanted)
     return wanted or _free(usual, arm.link_names)
@@ -112,14 +113,14 @@ def _free(name: str, taken: Iterable[str]) -> str:
 
 
 def _notes(arm: Arm) -> list[str]:
-    """What of an arm without rotors a URDF does not hold."""
+    """Notes on properties of the arm, apart from rotors, that URDF does not represent."""
     notes = []
     if tuple(arm.gravity) != STANDARD_GRAVITY:
         notes.append(f"gravity {text(arm.gravity)} m/s^2, which URDF cannot say: give it when reading")
     away = [
         arm.joint_names[i]
         for i in range(arm.n)
-        if np.linalg.norm(_points(arm)[i] - arm.joint_points[i]) > 1e-9  # m: rounding of a large frame
+        if np.linalg.norm(_points(arm)[i] - arm.joint_points[i]) > 1e-9  # [m] larger than the rounding of a large frame
     ]
     if away:
         notes.append("joint points moved onto the axes they were off: joint " + ", ".join(away))
@@ -138,12 +139,12 @@ def _comments(arm: Arm, notes: Iterable[str]) -> list[Any]:
 
 
 def _points(arm: Arm) -> Array:
-    """Where the joints sit, on their axes."""
+    """Points of the joints, moved onto their axes [m], (n, 3)."""
     points = arm.joint_points.copy()
     for i, screw in enumerate(arm.screws):
         if screw[:3].any():
             nearest = axis_point(screw, points[i])
-            # A point that is on the axis but for rounding stays what it is.
+            # A point that is on the axis except for rounding stays unchanged.
             points[i] = nearest if np.linalg.norm(nearest - points[i]) > 1e-14 else points[i]
     return points
 
@@ -171,14 +172,14 @@ def _chain(root: Element, arm: Arm, bodies: WrittenBodies, columns: dict[str, Ar
 
 
 def _transmissions(root: Element, arm: Arm, bodies: WrittenBodies) -> None:
-    """What drives the joints: one motor each, or two motors two joints together."""
+    """Add the transmissions: one motor per joint, or two motors for two joints."""
     paired = {joint for pair in bodies.pairs for joint in pair.joints}
     for joint, (name, tags) in enumerate(zip(arm.joint_names, bodies.tags, strict=True)):
         if tags is not None and joint not in paired:
             add_transmission(root, name, tags)
     for pair in bodies.pairs:
         names = (arm.joint_names[pair.joints[0]], arm.joint_names[pair.joints[1]])
-        # A direct drive counts as a gear of ratio 1.
+        # A direct drive is written as a gear with ratio 1.
         first, second = (
             bodies.tags[joint] or RotorTags(factor, None)
             for joint, factor in zip(pair.joints, pair.factors, strict=True)
@@ -193,16 +194,16 @@ def _kind(arm: Arm, joint: int) -> str:
     return "continuous" if free else "revolute"
 
 
-# The elements of a URDF file: links, joints, drives, each from numbers that are settled
+# The XML elements of a URDF file: links, joints and drives
 
 
 Element = ElementTree.Element
-NOTHING = 1e-15  # of a length, an angle or a direction: what products of frames leave of zero
+ZERO_TOLERANCE = 1e-15  # lengths, angles and components of directions below this are rounding of zero
 INTERFACE = "hardware_interface/EffortJointInterface"
 
 
 def add_link(root: Element, name: str, body: RigidBody, pose_link_home: Array) -> None:
-    """Add a link with a body given in its home frame; one without mass and inertia has nothing to say of itself."""
+    """Add a link with a body given in its home frame; without mass and inertia it gets no ``inertial`` element."""
     link = ElementTree.SubElement(root, "link", name=name)
     if not body.mass and not body.inertia.any():
         return
@@ -221,15 +222,15 @@ def add_joint(root: Element, name: str, kind: str, ends: tuple[str, str]) -> Ele
 
 
 def add_origin(parent: Element, place: Array) -> None:
-    """Say where a frame stands, (4, 4)."""
+    """Add the ``origin`` of a frame with this pose, (4, 4)."""
     rpy = cleaned(rpy_from_rotation(place[:3, :3]))
     ElementTree.SubElement(parent, "origin", xyz=text(cleaned(place[:3, 3])), rpy=text(rpy))
 
 
 def add_limits(joint: Element, limits: Mapping[str, float]) -> None:
-    """Say how far a joint goes; the largest number there is stands for no limit, where URDF wants a number.
+    """Add the limits of a joint; no limit is written as the largest float, since URDF requires a number.
 
-    ``lower`` and ``upper`` [rad or m], for which a continuous joint has no place, ``effort``, ``velocity``.
+    The limits are ``lower`` and ``upper`` [rad or m] (not for continuous joints), ``effort`` and ``velocity``.
     """
     continuous = joint.get("type") == "continuous"
     known = {name: value for name, value in limits.items() if not (continuous and name in ("lower", "upper"))}
@@ -240,14 +241,14 @@ def add_limits(joint: Element, limits: Mapping[str, float]) -> None:
 
 
 def add_transmission(root: Element, joint: str, tags: RotorTags) -> None:
-    """Add a gear as ros_control wants it, the sign of its ratio kept, and its rotor as Drake does."""
+    """Add a gear in ros_control's form, with the sign of its ratio, and its rotor with Drake's tags."""
     transmission = _transmission(root, f"{joint}_transmission", SIMPLE)
     _end(transmission, "joint", joint)
     _add_rotor(_end(transmission, "actuator", f"{joint}_motor"), tags)
 
 
 def add_pair(root: Element, joints: tuple[str, str], pair: Pair, tags: tuple[RotorTags, RotorTags]) -> None:
-    """Add a transmission that joins two motors to two joints."""
+    """Add a transmission that couples two motors with two joints."""
     transmission = _transmission(root, f"{joints[0]}_{joints[1]}_transmission", pair.kind)
     for role, name, reduction in zip(JOINTS, joints, pair.reductions, strict=True):
         joint = _end(transmission, "joint", name)
@@ -266,14 +267,14 @@ def _transmission(root: Element, name: str, kind: str) -> Element:
 
 
 def _end(transmission: Element, tag: str, name: str) -> Element:
-    """A joint or an actuator, with the interface that ros_control asks for."""
+    """Add a joint or an actuator to a transmission, with the interface that ros_control requires."""
     end = ElementTree.SubElement(transmission, tag, name=name)
     ElementTree.SubElement(end, "hardwareInterface").text = INTERFACE
     return end
 
 
 def _add_rotor(actuator: Element, tags: RotorTags) -> None:
-    """The gear's ratio, and with Drake's tags what a transmission cannot say: the rotor's inertia."""
+    """Add the gear's ratio, and with Drake's tags the rotor's inertia, which a transmission cannot represent."""
     ElementTree.SubElement(actuator, REDUCTIONS[0]).text = text(tags.ratio)
     if tags.inertia is not None:
         ElementTree.SubElement(actuator, ROTOR_INERTIA, value=text(tags.inertia))
@@ -281,10 +282,10 @@ def _add_rotor(actuator: Element, tags: RotorTags) -> None:
 
 
 def cleaned(values: Array) -> Array:
-    """Numbers with what rounding leaves of zero made zero."""
-    return np.where(np.abs(values) < NOTHING, 0.0, values)
+    """The values with those that are rounding of zero set to zero."""
+    return np.where(np.abs(values) < ZERO_TOLERANCE, 0.0, values)
 
 
 def text(values: Any) -> str:
-    """Numbers with every digit that they have, and no more."""
+    """Numbers as text with the fewest digits that read back to the same values."""
     return " ".join(repr(float(value) + 0.0).removesuffix(".0") for value in np.ravel(values))

@@ -1,9 +1,9 @@
-"""What a URDF can hold of an arm's rotors: ratio and axial inertia of each, the rest of them as part of the links.
+"""Rotors in URDF: ratio and axial inertia of each rotor in tags, the rest of its inertia as part of the links.
 
-A reader that supports the rotor tags puts a rotor on its joint's axis, carried by the link before. A balanced rotor
-that is parallel to that axis and on that link moves the arm as such a one does, once its mass and its inertia across
-the axis are counted with the link; so it is written without loss. Of any other rotor URDF holds the reflected inertia
-alone.
+A reader that supports the rotor tags places a rotor on its joint's axis, carried by the previous link. A balanced
+rotor that is parallel to that axis and carried by that link has the same effect on the arm, if its mass and its
+transverse inertia are included in the link; so it is written without loss. Of any other rotor URDF can represent only
+the reflected inertia.
 """
 
 from __future__ import annotations
@@ -22,36 +22,36 @@ from drivetrain.errors import Faults
 from drivetrain.spatial.inertia import RigidBody, combined
 from drivetrain.spatial.poses import inverse_pose
 
-SAME = 1e-12  # on products of printed numbers
+PRODUCT_TOLERANCE = 1e-12  # relative tolerance for products of printed numbers
 
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """Two joints whose motors work together."""
+    """Two joints with two coupled motors."""
 
     kind: str  # ros_control's name for the transmission
-    joints: tuple[int, int]  # indices in the order of ros_control's roles, which is that of the motors too
+    joints: tuple[int, int]  # indices in the order of ros_control's roles, which is also the order of the motors
     reductions: tuple[float, float]  # of the joints [-]
-    # by which the gears' ratios are multiplied, so that the motors turn as they do in the arm [-]
+    # factors on the gears' ratios for the same motor speeds as in the arm [-]
     factors: tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
 class WrittenCouplings:
-    """An arm's coupling as far as URDF can say it."""
+    """An arm's coupling, as far as URDF can represent it."""
 
-    pairs: tuple[Pair, ...]  # of two motors and two joints each
-    factors: Array  # by which each gear's ratio is multiplied [-], (n,)
-    lost: tuple[tuple[int, ...], ...]  # groups of joints whose coupling URDF has no words for
+    pairs: tuple[Pair, ...]  # couplings of two motors with two joints
+    factors: Array  # factor on each gear's ratio [-], (n,)
+    lost: tuple[tuple[int, ...], ...]  # groups of joints whose coupling URDF cannot represent
 
 
 def written_couplings(arm: Arm) -> WrittenCouplings:
-    """The coupling of an arm in the words of URDF."""
+    """The coupling of an arm as URDF's transmissions."""
     pairs, lost = [], []
     factors = np.ones(arm.n)
     for group in coupled_groups(arm):
-        found = None if arm.coupling is None or len(group) > 2 else _said(arm.coupling, group)
-        # A direct drive has no ratio to take a factor.
+        found = None if arm.coupling is None or len(group) > 2 else _representable(arm.coupling, group)
+        # A direct drive has no ratio that could be multiplied by a factor.
         direct = found and any(arm.rotors[i] is None and f != 1.0 for i, f in zip(group, found[1], strict=True))
         if found is None or direct:
             lost.append(group)
@@ -61,8 +61,8 @@ def written_couplings(arm: Arm) -> WrittenCouplings:
     return WrittenCouplings(tuple(pairs), factors, tuple(lost))
 
 
-def _said(coupling: Array, group: tuple[int, ...]) -> tuple[Pair | None, tuple[float, ...]] | None:
-    """The pair, if it is one, and the factors of the group's ratios; None where there are no words."""
+def _representable(coupling: Array, group: tuple[int, ...]) -> tuple[Pair | None, tuple[float, ...]] | None:
+    """The pair, if the group is one, and the factors on the group's ratios; None if URDF cannot represent it."""
     if len(group) == 1:
         return None, (float(coupling[group[0], group[0]]),)
     for joints in (group, group[::-1]):
@@ -74,39 +74,39 @@ def _said(coupling: Array, group: tuple[int, ...]) -> tuple[Pair | None, tuple[f
 
 def _pair(matrix: Array, joints: tuple[int, int]) -> Pair | None:
     (a, b), (c, d) = matrix.tolist()
-    if a and b and abs(a * d + b * c) <= SAME * abs(a * d):
+    if a and b and abs(a * d + b * c) <= PRODUCT_TOLERANCE * abs(a * d):
         return Pair(DIFFERENTIAL, joints, (a, b), (1.0, c / a))
     if a and c and d and not b:
         return Pair(FOUR_BAR, joints, (a, d / c), (1.0, c))
     return None
 
 
-PARALLEL = 1e-9  # on directions; what a workshop calls parallel is a million times coarser
-ROUNDING = 1e-13  # of a rotor's inertia: what is left of it when its axial part is taken away
-WHOLE = "drivetrain.at_level(arm, RotorLevel.REFLECTED) leaves of them what URDF holds"
+PARALLEL = 1e-9  # tolerance of directions: far below manufacturing tolerances
+ROUNDING = 1e-13  # relative rounding error of a rotor's inertia without its axial part
+HINT = "drivetrain.at_level(arm, RotorLevel.REFLECTED) leaves of them what URDF holds"
 
 
 @dataclass(frozen=True, eq=False)
 class RotorTags:
-    """What the file says of one joint's rotor."""
+    """The tags of one joint's rotor."""
 
-    ratio: float  # rotor turns a turn of the joint, about the joint's own axis [-], or rotor angle over travel [rad/m]
-    inertia: float | None  # about the spin axis [kg m^2]; None: the file does not say
+    ratio: float  # rotor turns per turn of the joint about its own axis [-], or rotor angle over travel [rad/m]
+    inertia: float | None  # about the spin axis [kg m^2]; None: no tag
 
 
 @dataclass(frozen=True, eq=False)
 class WrittenBodies:
-    """The links as written, and the rotors beside them."""
+    """The links and rotors as written."""
 
     links: tuple[RigidBody, ...]  # of each link, in its home frame [kg, m, kg m^2], (n,)
-    # of each joint; None: direct drive, or coupled in a way that URDF has no words for, (n,)
+    # of each joint, (n,); None: direct drive, or a coupling that URDF cannot represent
     tags: tuple[RotorTags | None, ...]
-    pairs: tuple[Pair, ...]  # joints whose motors work together
-    notes: tuple[str, ...]  # what URDF does not hold, and what moved into the links
+    pairs: tuple[Pair, ...]  # joints with coupled motors
+    notes: tuple[str, ...]  # what URDF does not represent, and what was moved into the links
 
 
 def written_bodies(arm: Arm) -> WrittenBodies:
-    """The links and rotors of an arm as a URDF can hold them: read back at the arm's level, the same dynamics."""
+    """The links and rotors of an arm as URDF can represent them, with the same dynamics at the arm's rotor level."""
     faults, couplings = Faults(), written_couplings(arm)
     lost = {joint for group in couplings.lost for joint in group}
     added: list[list[RigidBody]] = [[] for _ in range(arm.n)]
@@ -140,14 +140,14 @@ def written_bodies(arm: Arm) -> WrittenBodies:
 
 
 def _turn(arm: Arm, joint: int, rotor: MountedRotor) -> int:
-    """1 or -1 where the rotor's axis is parallel to the joint's, with or against it; 0 where it is not."""
+    """1 if the rotor's axis is parallel to the joint's, -1 if it is antiparallel, else 0."""
     along = float(rotor.screw[:3] @ arm.axes[joint])
     across = float(np.linalg.norm(np.cross(rotor.screw[:3], arm.axes[joint])))
     return int(np.sign(along)) if across <= PARALLEL else 0
 
 
 def _check_full(arm: Arm, joint: int, rotor: MountedRotor, faults: Faults, *, lost: bool) -> None:
-    """A rotor counted in full must move the arm as one on the joint's axis and on the link before does."""
+    """Add faults if a rotor at level ``full`` is not equivalent to one on the joint's axis, on the previous link."""
     place = f"rotor of joint {arm.joint_names[joint]}"
     if lost:
         problem = "is coupled to several joints in a way that URDF has no words for"
@@ -161,18 +161,22 @@ def _check_full(arm: Arm, joint: int, rotor: MountedRotor, faults: Faults, *, lo
     shape = axial * np.outer(spin, spin) + cross * (np.eye(3) - np.outer(spin, spin))
     uneven = float(np.abs(rotor.inertia - shape).max()) > PARALLEL * float(np.abs(rotor.inertia).max())
     if uneven or (rotor.mass > 0.0 and off_axis > PARALLEL):
-        faults.add(place, "is not balanced: URDF has no word for that", None, WHOLE)
+        faults.add(place, "is not balanced: URDF has no word for that", None, HINT)
     if rotor.carrier != joint - 1:
         carrier = "the base" if rotor.carrier < 0 else called(arm.link_names[rotor.carrier])
-        faults.add(place, f"is carried by {carrier}: in URDF the link before the joint carries it", None, WHOLE)
+        faults.add(place, f"is carried by {carrier}: in URDF the link before the joint carries it", None, HINT)
     elif joint > 0 and not _turn(arm, joint, rotor):
-        faults.add(place, "is not parallel to the joint's axis, as URDF takes it to be", None, WHOLE)
+        faults.add(place, "is not parallel to the joint's axis, as URDF takes it to be", None, HINT)
 
 
 def _move_into_links(
     arm: Arm, joint: int, rotor: MountedRotor, added: list[list[RigidBody]], *, tag: RotorTags | None
 ) -> bool:
-    """Count a rotor with the links, but for the axial inertia that a reader will count with the link before."""
+    """Add a rotor to the links in ``added``, without the axial inertia that readers add to the previous link.
+
+    Returns:
+        Whether anything was added.
+    """
     turn = rotor.home[:3, :3]
     body = RigidBody(rotor.mass, rotor.home[:3, 3], turn @ rotor.inertia @ turn.T)
     moved = bool(rotor.carrier >= 0 and rotor.mass)
@@ -181,7 +185,7 @@ def _move_into_links(
         z = arm.axes[joint]
         parts.append((joint - 1, RigidBody(0.0, body.com, -rotor.axial_inertia * np.outer(z, z))))
         if rotor.carrier == joint - 1:
-            parts = [(rotor.carrier, _rest(body, parts[1][1]))]
+            parts = [(rotor.carrier, _without_axial(body, parts[1][1]))]
     for link, part in parts:
         if link >= 0 and (part.mass or part.inertia.any()):
             added[link].append(part)
@@ -189,16 +193,16 @@ def _move_into_links(
     return moved
 
 
-def _rest(body: RigidBody, axial: RigidBody) -> RigidBody:
-    """A rotor without its axial inertia; nothing across the axis stays exactly nothing."""
-    rest = body.inertia + axial.inertia
-    if np.abs(rest).max() <= ROUNDING * np.abs(body.inertia).max():
-        rest = np.zeros((3, 3))
-    return RigidBody(body.mass, body.com, rest)
+def _without_axial(body: RigidBody, axial: RigidBody) -> RigidBody:
+    """A rotor without its axial inertia; a zero transverse inertia stays exactly zero."""
+    transverse = body.inertia + axial.inertia
+    if np.abs(transverse).max() <= ROUNDING * np.abs(body.inertia).max():
+        transverse = np.zeros((3, 3))
+    return RigidBody(body.mass, body.com, transverse)
 
 
 def _with_added(arm: Arm, link: int, parts: list[RigidBody], faults: Faults) -> RigidBody:
-    """A link with what is counted with it, in its home frame."""
+    """A link with the parts added to it, in its home frame."""
     own = RigidBody(arm.masses[link], np.zeros(3), arm.inertias[link])
     if not parts:
         return own
