@@ -1,4 +1,4 @@
-"""From a recording to the arm that made it: parameters, how sure they are, and what they explain of unseen data."""
+"""Identification of an arm from recordings: parameters, their uncertainty, and the errors on unseen data."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Motions that show an arm's parameters: sums of sines within its limits, the best conditioned of many."""
+"""Exciting motions for identification: sums of sines within the arm's limits, the best conditioned of many."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.identification.least_squares import base_parameters
 from drivetrain.motion.motion import Motion
 
-ROOM = 0.9  # share of the limits that is used
-UNLIMITED = {"position": np.pi, "speed": 2.0}  # rad and rad/s if the arm states no limit of a turning joint
-LOOKED_AT = 150  # samples that a candidate is judged by
+USED_SHARE = 0.9  # used share of the limits
+UNLIMITED = {"position": np.pi, "speed": 2.0}  # [rad] and [rad/s] for revolute joints without stated limits
+CONDITION_SAMPLES = 150  # samples from which the condition number of a candidate is computed
 
 
 def exciting_motion(
@@ -28,21 +28,21 @@ def exciting_motion(
 ) -> Motion:
     """A motion for identification: periodic, at rest at its ends, within the arm's limits.
 
-    Each joint runs a sum of sines of the period's multiples, drawn at random and scaled to nine tenths of its limits of
-    position, speed and acceleration; of so many the one is taken whose base parameters are conditioned best.
+    Each joint moves by a sum of sines at multiples of the base frequency, with random amplitudes, scaled to 90 % of its
+    limits of position, speed and acceleration. The candidate with the best conditioned base parameters is returned.
 
     Args:
-        arm: With position and speed limits; a turning joint without takes half a turn either way, 2 rad/s. Whether it
-            hits itself or its surroundings is not looked at.
-        duration: Of a period [s].
-        rate: Samples a second [Hz].
-        harmonics: How many multiples, 2 or more.
-        acceleration: Limit of every joint [rad/s^2 or m/s^2].
-        candidates: How many are drawn.
-        seed: Of the random numbers: the same seed, the same motion.
+        arm: Arm with position and speed limits; for a revolute joint without limits half a turn in either direction and
+            2 rad/s. Collisions are not checked.
+        duration: Period [s].
+        rate: Sample rate [Hz].
+        harmonics: Number of multiples of the base frequency, 2 or more.
+        acceleration: Acceleration limit of every joint [rad/s^2 or m/s^2].
+        candidates: Number of random candidates.
+        seed: Seed of the random numbers; equal seeds give equal motions.
 
     Returns:
-        The motion, its condition number in the notes.
+        The motion, with its condition number in the notes.
 
     Raises:
         InputError: Numbers out of range, or a prismatic joint without position and speed limits.
@@ -58,7 +58,7 @@ def exciting_motion(
     low, high, speed = _limits(arm)
     time = np.arange(round(duration * rate) + 1) / rate
     omega = 2.0 * np.pi / duration * np.arange(1.0, harmonics + 1.0, dtype=np.float64)
-    rng, some = np.random.default_rng(seed), slice(None, None, max(1, len(time) // LOOKED_AT))
+    rng, some = np.random.default_rng(seed), slice(None, None, max(1, len(time) // CONDITION_SAMPLES))
     best: tuple[float, list[Array]] | None = None
     for _ in range(candidates):
         motion = _series(time, omega, rng.normal(size=(2, harmonics, arm.n)), (low, high, speed, acceleration))
@@ -83,17 +83,17 @@ def _limits(arm: Arm) -> tuple[Array, Array, Array]:
 
 
 def _series(time: Array, omega: Array, factors: Array, limits: tuple[Array, Array, Array, float]) -> list[Array]:
-    """Position, speed and acceleration of sums of sines that start at rest, as large as the limits let them be."""
+    """Position, speed and acceleration of sums of sines that start at rest, (N, n) each, scaled to the limits."""
     low, high, fastest, most = limits
     sines, cosines = factors / omega[:, None]
-    sines = sines - omega[:, None] * (omega @ sines) / (omega @ omega)  # no speed at the start
+    sines = sines - omega[:, None] * (omega @ sines) / (omega @ omega)  # zero speed at the start
     square = omega**2
-    cosines = cosines - square[:, None] * (square @ cosines) / (square @ square)  # and no acceleration
+    cosines = cosines - square[:, None] * (square @ cosines) / (square @ square)  # zero acceleration at the start
     s, c = np.sin(time[:, None] * omega), np.cos(time[:, None] * omega)
     q, qd = s @ sines + c @ cosines, (c * omega) @ sines - (s * omega) @ cosines
     qdd = -(s * square) @ sines - (c * square) @ cosines
     middle, span = 0.5 * (q.max(axis=0) + q.min(axis=0)), np.ptp(q, axis=0)
-    size = ROOM * np.minimum.reduce(
+    size = USED_SHARE * np.minimum.reduce(
         [(high - low) / span, fastest / np.abs(qd).max(axis=0), most / np.abs(qdd).max(axis=0)]
     )
     return [0.5 * (low + high) + size * (q - middle), size * qd, size * qdd]

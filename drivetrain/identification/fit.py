@@ -1,8 +1,8 @@
-"""The parameters of an arm from a recording: bodies, rotors and friction, how sure they are, and what they explain.
+"""Parameters of an arm from a recording: bodies, rotors and friction, their uncertainty, and the errors on unseen data.
 
-What the given arm and friction do not explain of the measured torques is put down to their deviations, by weighted
-least squares with a prior at what was given; how strong the prior is, cross-validation decides. Every part of the
-recording is held out once, so that the errors reported are those on data that took no part.
+Deviations from the given parameters are fitted to the torques that the given arm and friction do not explain, by
+weighted least squares with a prior at the given values; cross-validation chooses the strength of the prior. Each part
+of the recording is held out once, so the reported errors are those on data that were not used in the fit.
 
 Reference: J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE Control
     Systems Magazine 27 (2007) 58-71; base parameters and consistency as described there.
@@ -41,12 +41,12 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-FOLDS = 10
-MOST_SAMPLES = 20_000  # of longer recordings every second, third, ... is used
-GAP = 0.04  # s, left out at either end of a part that is held out: smoothing reaches over it
-LAWS = {"viscous": "N m s/rad", "coulomb": "N m", "load_share": "-"}  # what is sought of friction
-MOST_LOAD = 0.999  # of friction over load
-SLOW = 0.01  # of a joint's highest speed, over which Coulomb friction changes its sign
+FOLDS = 10  # parts of the recording for cross-validation
+MOST_SAMPLES = 20_000  # of longer recordings every second, third, ... sample is used
+GAP = 0.04  # [s] left out at both ends of a held-out part, because smoothing uses samples on both sides
+LAWS = {"viscous": "N m s/rad", "coulomb": "N m", "load_share": "-"}  # units of identified friction coefficients
+MOST_LOAD = 0.999  # largest load-dependent friction over load
+SLOW = 0.01  # share of a joint's highest speed over which Coulomb friction changes its sign
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,22 +54,24 @@ class Identification:
     """An arm identified from a recording.
 
     Attributes:
-        arm: The arm given, with the parameters found.
-        friction: At each joint, (n,).
-        study: The study given, with arm and friction in place: it can be evaluated; None where an arm was given.
-        parameters: By name: ``prior``, ``identified``, ``deviation`` (standard, by data and prior), ``share`` (of the
-            prior's uncertainty that is left: near 1 where the recording holds no information). A DataFrame.
-        base: Combinations that torques can distinguish: ``value``, ``deviation`` (standard, by the data alone) and
-            ``combination`` in words. A DataFrame.
-        errors: By joint, on data held out: RMS torque ``measured``, RMS error of the model ``given`` and
-            ``identified`` [N m or N], ``correlation``; a DataFrame.
-        contributions: By joint and cause (links, rotors, each friction, unexplained): RMS torque [N m or N], as a
-            DataFrame.
-        condition: Of the base parameters' scaled regressor [-]; above some 100 the motion excites too little.
-        torque_constant: Of each motor, where torque and current were both measured [N m/A], (n,); else None.
-        time: Of the samples used [s], (N,).
-        measured, modelled: Torque at the joints, by the model identified from all data [N m or N], (N, n).
-        notes: What was done, and what cannot be distinguished.
+        arm: The given arm with the identified parameters.
+        friction: Friction at each joint, (n,).
+        study: The given study with the identified arm and friction, ready to be evaluated; None if an arm was given.
+        parameters: DataFrame by parameter name: ``prior``, ``identified``, ``deviation`` (standard deviation from data
+            and prior), ``share`` (remaining share of the prior's uncertainty: near 1 if the recording has no
+            information about the parameter).
+        base: DataFrame of the combinations that torques can distinguish: ``value``, ``deviation`` (standard deviation
+            from the data alone) and ``combination`` as text.
+        errors: DataFrame by joint, on held-out data: RMS torque ``measured``, RMS error of the model ``given`` and
+            ``identified`` [N m or N], ``correlation``.
+        contributions: DataFrame of RMS torque [N m or N] by joint and cause (links, rotors, each friction,
+            unexplained).
+        condition: Condition number of the scaled regressor of the base parameters [-]; above about 100 the motion
+            excites the parameters too little.
+        torque_constant: Of each motor, if torque and current were both measured [N m/A], (n,); else None.
+        time: Instants of the samples used [s], (N,).
+        measured, modelled: Torque at the joints, measured and by the model identified from all data [N m or N], (N, n).
+        notes: Details of the method, and parameters that cannot be distinguished.
     """
 
     arm: Arm
@@ -95,11 +97,11 @@ class Identification:
         return shown(f"{self!r}; RMS torque and errors on data held out", self.errors.assign(unit=unit))
 
     def plot(self, ax: Axes | None = None, *, joint: str | None = None) -> Axes:
-        """Measured and modelled torque of one joint over time.
+        """Plot measured and modelled torque of one joint over time.
 
         Args:
-            ax: Where to draw; None: a new figure.
-            joint: Name, or a part that no other has; None: the joint whose torque is modelled worst.
+            ax: Axes to draw on; None: a new figure.
+            joint: Name, or a unique part of it; None: the joint with the largest error of the modelled torque.
 
         Returns:
             The axes.
@@ -129,29 +131,29 @@ def identify(
     links: Sequence[str] | None = None,
     load_friction: bool = False,
 ) -> Identification:
-    """Bodies, rotors and friction of an arm, from what it was measured to do.
+    """Identify bodies, rotors and friction of an arm from a recording.
 
     Args:
         study: A study with an arm, whose drives and friction are the prior; or the arm alone. Counterbalances of a
-            study, and where it gives all drives their rotors, gear losses and motor friction, stay as stated; rotors
-            of an arm are identified, about their axes.
-        recording: Positions and, at the joints or motors, torques or currents. Without speeds and accelerations they
-            are found as ``torque_from_positions`` does.
-        friction: At the joints, as a prior; None: the study's, and none for an arm.
-        known_torque: Of what is neither in the arm nor in the study, at the joints [N m or N], (N, n): taken off the
+            study, and if all its drives are given also their rotors, gear losses and motor friction, are not changed;
+            rotors of an arm are identified (inertia about their axes).
+        recording: Positions, and torques at joints or motors, or currents. Speeds and accelerations that are missing
+            are computed as in ``torque_from_positions``.
+        friction: Friction at the joints, (n,), as a prior; None: the study's; for an arm: none.
+        known_torque: Joint torques that are neither in the arm nor in the study [N m or N], (N, n): subtracted from the
             measured torques.
-        torque_constant: Of the motors [N m/A], one or (n,), read where only currents were measured; None: of the
-            study's drives.
-        links: Names of the links whose parameters are sought; None: all. The last link alone, of an arm that is
-            known: its payload is what is found more there.
-        load_friction: Whether friction in proportion to the load is sought too, ``load_share`` of the friction [-]:
-            that of a gear whose efficiency is 1 / (1 + load_share).
+        torque_constant: Of the motors [N m/A], a number or (n,), used if only currents were measured; None: those of
+            the study's drives.
+        links: Names of the links whose parameters are identified; None: all. With only the last link, the difference of
+            its parameters from those of a known arm is the payload.
+        load_friction: Whether to identify friction in proportion to the load, ``load_share`` of the friction [-],
+            which corresponds to a gear efficiency of 1 / (1 + load_share).
 
     Returns:
-        The arm, and how sure it is.
+        The arm with its identified parameters, and their uncertainty.
 
     Raises:
-        InputError: No arm, joints that are not the arm's, no torque, wrong shapes, or too few samples.
+        InputError: No arm, joints other than the arm's, no torque, wrong shapes, or too few samples.
 
     Example: ``dt.identify(dt.load_study("arm.yaml"), dt.read_recording("run.csv", names)).errors``
     """
@@ -205,40 +207,40 @@ def identify(
 
 @dataclass(frozen=True, eq=False)
 class _Prior:
-    """What is known before: the arm as it moves, the arm whose links are sought, and what stands at its joints."""
+    """Prior knowledge of an identification."""
 
-    arm: Arm
-    own: Arm
-    friction: tuple[Friction, ...]
+    arm: Arm  # including the mounted drives
+    own: Arm  # as given: its links are identified
+    friction: tuple[Friction, ...]  # at each joint
     study: Study | None = None
-    drives: tuple[Drive, ...] = ()  # all or none
-    rotors: tuple[int, ...] = ()  # whose inertia is sought
+    drives: tuple[Drive, ...] = ()  # of all joints, or empty
+    rotors: tuple[int, ...] = ()  # joints whose rotor inertia is identified
 
     @property
     def travel(self) -> Array:
-        """Of each joint a radian of its gear's output, 1 where it turns [m/rad]."""
+        """Travel of each prismatic joint per radian of its gear's output [m/rad]; 1 for revolute joints; (n,)."""
         tasks = self.study.joints if self.study is not None else ()
         return np.array([task.travel_per_turn or 1.0 for task in tasks] or [1.0] * self.arm.n)
 
 
 class _Model(NamedTuple):
-    """What is known of the torques in a motion."""
+    """Torques that the prior predicts for a motion."""
 
-    given: Array  # at the joints [N m or N], (N, n)
-    balance: Array  # of it what counterbalances take off
-    through: Array  # the motor's torque times the ratio over the load at the gear's output [-], (N, n)
-    laws: Array  # what viscous, Coulomb, load-dependent friction of 1 give at the gears' outputs, (3, N, n)
+    given: Array  # total torque at the joints [N m or N], (N, n)
+    balance: Array  # the part of it due to counterbalances, (N, n)
+    through: Array  # motor torque times ratio over load at the gear's output [-], (N, n)
+    laws: Array  # torque at the gears' outputs of unit viscous, Coulomb and load-dependent friction, (3, N, n)
 
 
 @dataclass(frozen=True, eq=False)
 class _Columns:
-    """The regressor of what is sought: ten a link, then what must not be negative: rotors, viscous, Coulomb, load."""
+    """Regressor of the identified parameters: ten per link, then rotors and friction, which must not be negative."""
 
     matrix: Array
     prior: Array
     names: list[str]
     links: tuple[int, ...]
-    laws: int  # where friction begins
+    laws: int  # index of the first friction coefficient
 
     @property
     def friction(self) -> np.ndarray:
@@ -276,7 +278,7 @@ def _motion(recording: MeasuredMotion, arm: Arm) -> list[Array]:
 
 
 def _joint_torque(recording: MeasuredMotion, prior: _Prior, torque_constant: Any) -> Array:
-    """What was measured, at the joints, (N, n)."""
+    """Measured torque, converted to the joints [N m or N], (N, n)."""
     if recording.torque is not None:
         return recording.torque
     turns = rotor_turns(prior.arm)
@@ -293,7 +295,7 @@ def _joint_torque(recording: MeasuredMotion, prior: _Prior, torque_constant: Any
 
 
 def _model(prior: _Prior, motion: list[Array]) -> _Model:
-    """What the prior predicts for a motion, losses by the direction of power; near rest they change over smoothly."""
+    """Torques predicted by the prior, with losses by the direction of power; the transition near rest is smooth."""
     arm, travel, study = prior.arm, prior.travel, prior.study
     balance = np.zeros(motion[0].shape)
     for i, task in enumerate(study.joints if study is not None else ()):
@@ -323,7 +325,7 @@ def _model(prior: _Prior, motion: list[Array]) -> _Model:
 
 
 def _smooth(law: Friction, slow: float) -> Friction:
-    """The law for a motion that is known up to noise: without breakaway, and rising over a range of speed."""
+    """The friction law for speeds with noise: without breakaway, and with a smooth change of sign around zero speed."""
     return replace(law, static=None, stribeck_speed=None, tanh_speed=max(law.tanh_speed or 0.0, slow))
 
 
@@ -341,7 +343,8 @@ def _columns(
     inertial = np.concatenate([*(np.arange(10 * i, 10 * i + 10) for i in sought), np.empty(0, np.int64)]).astype(int)
     spinning = np.array([10 * (n + mounted.index(i)) + 9 for i in prior.rotors if links is None], int)
     matrix, every = torque_regressor(arm, *motion), parameter_names(arm)
-    across = turns.T @ (model.through[:, :, None] * np.linalg.inv(turns).T)  # through the gears, (N, n, n)
+    # From joint torques without to those with losses of the gears, (N, n, n).
+    with_losses = turns.T @ (model.through[:, :, None] * np.linalg.inv(turns).T)
     laws = dict(list(LAWS.items())[: 2 + load_friction])
     extra = [np.einsum("ti,ij->tji", model.through * law / prior.travel, turns) for law in model.laws[: len(laws)]]
     known = np.concatenate([
@@ -353,12 +356,12 @@ def _columns(
     for name, unit in laws.items():
         for joint, turning in zip(arm.joint_names, shafts, strict=True):
             names.append(f"{joint}.{name} [{unit if turning else unit.replace('N m', 'N').replace('rad', 'm')}]")
-    parts = [across @ matrix[:, :, inertial], matrix[:, :, spinning], *extra]
+    parts = [with_losses @ matrix[:, :, inertial], matrix[:, :, spinning], *extra]
     return _Columns(np.concatenate(parts, axis=2), known, names, sought, len(inertial) + len(spinning))
 
 
 def _with_bodies(prior: _Prior, columns: _Columns, found: Array) -> Arm:
-    """The arm with the links, and rotors, that were found."""
+    """The arm with the identified links and rotors."""
     arm = prior.own
     home, masses, inertias = arm.home.copy(), arm.masses.copy(), arm.inertias.copy()
     for place, i in enumerate(columns.links):
@@ -382,7 +385,7 @@ def _with_bodies(prior: _Prior, columns: _Columns, found: Array) -> Arm:
 
 
 def _with_friction(friction: Sequence[Friction], change: Array) -> tuple[Friction, ...]:
-    """The laws with what friction turned out more or less, the same in both directions."""
+    """The friction laws with the identified changes, equal in both directions."""
     result = []
     for law, more in zip(friction, change.reshape(-1, len(friction)).T, strict=True):
         new: dict[str, Any] = {}
@@ -399,7 +402,7 @@ def _with_friction(friction: Sequence[Friction], change: Array) -> tuple[Frictio
 
 
 def _correlated_samples(left: Array) -> float:
-    """How many samples count as one, because what is left unexplained changes slowly: the mean over the joints."""
+    """Correlation length of the residuals in samples, averaged over the joints, (N, n) to a number of at least 1."""
     counts = []
     for column in (left - left.mean(axis=0)).T:
         size = 2 ** int(np.ceil(np.log2(2 * len(column))))
@@ -412,24 +415,26 @@ def _correlated_samples(left: Array) -> float:
 
 
 def _covariance(regressor: Array, left: Array) -> Array:
-    """Of least squares whose errors differ by joint and change slowly (N, n, r), (N, n): by what each stretch pulls.
+    """Covariance of least squares with correlated errors that differ by joint, from regressor (N, n, r) and residuals.
 
-    Reference: K.-Y. Liang and S. Zeger, Biometrika 73 (1986) 13-22: the sandwich of clusters, here of stretches four
-    times as long as samples count as one.
+    Reference: K.-Y. Liang and S. Zeger, Biometrika 73 (1986) 13-22: the cluster sandwich estimator, with clusters of
+    consecutive samples of four times the correlation length.
     """
     samples, _, r = regressor.shape
     length = int(np.clip(4.0 * _correlated_samples(left), 1, max(samples // (2 * r), 1)))
-    pulls = np.add.reduceat(np.einsum("tir,ti->tr", regressor, left), np.arange(0, samples, length))
+    cluster_sums = np.add.reduceat(np.einsum("tir,ti->tr", regressor, left), np.arange(0, samples, length))
     bread = np.linalg.inv(np.einsum("tir,tis->rs", regressor, regressor))
-    few = len(pulls) / (len(pulls) - 1) * left.size / (left.size - r)
-    return np.asarray(bread @ (pulls.T @ pulls) @ bread * few)
+    correction = len(cluster_sums) / (len(cluster_sums) - 1) * left.size / (left.size - r)
+    return np.asarray(bread @ (cluster_sums.T @ cluster_sums) @ bread * correction)
 
 
 def _base_table(
     columns: _Columns, weighted: Array, found: Array, left: Array
 ) -> tuple[pd.DataFrame, Array, Array, float]:
-    """The base parameters with standard deviations by the data alone: what combines them, their covariance, and the
-    condition of their regressor.
+    """Table of the base parameters with standard deviations from the data alone.
+
+    Also returns their factors on all parameters, (r, p), their covariance, (r, r), and the condition number of their
+    regressor.
     """
     import pandas as pd
 
@@ -456,11 +461,11 @@ def _base_table(
 def _parameter_table(
     columns: _Columns, found: Array, hessian: Array, problem: Problem, combined: Array, covariance: Array
 ) -> pd.DataFrame:
-    """Every parameter: before, after, how sure, and how much of that is the prior's."""
+    """Table of all parameters: prior and identified values, standard deviation, and the prior's share of it."""
     import pandas as pd
 
     gram = np.sum([fold.gram for fold in problem.folds], axis=0)
-    before = np.diag(hessian) - np.diag(gram)  # the prior's weight
+    before = np.diag(hessian) - np.diag(gram)  # weights of the prior
     size = np.sqrt(np.diag(covariance))
     scaled = combined / problem.scale / size[:, None]
     information = scaled.T @ np.linalg.solve(covariance / np.outer(size, size), scaled)
@@ -505,7 +510,7 @@ def _contributions(
 
 
 def _torque_constants(recording: MeasuredMotion, prior: _Prior) -> Array | None:
-    """Torque constants where torque and current were both measured [N m/A], (n,)."""
+    """Torque constants fitted to measured torque and current [N m/A], (n,); None unless both were measured."""
     if recording.current is None or (recording.torque is None and recording.motor_torque is None):
         return None
     torque = np.linalg.solve(rotor_turns(prior.arm).T, _joint_torque(recording, prior, None).T).T

@@ -1,4 +1,4 @@
-"""Weighted least squares towards a prior: one sum of squares a fold, so that any part can be held out at no cost."""
+"""Weighted least squares with a prior; sums of squares are kept per fold, so that holding out a fold is cheap."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.dynamics.regressor import COLUMN, ROW
 
-LEAST = 1e-9  # of a pseudo-inertia's eigenvalues over its largest: a point mass, or a planar arm's Izz alone
+# Smallest eigenvalue of a pseudo-inertia over its largest: allows point masses, and planar arms with only Izz.
+LEAST = 1e-9
 LOWER = np.tril_indices(4)
 
 
 def pseudo_inertias(parameters: Array) -> Array:
-    """Of bodies with ten parameters each, (b, 4, 4)."""
+    """Pseudo-inertias of bodies with ten parameters each, (10 b,) to (b, 4, 4)."""
     ten = parameters.reshape(-1, 10)
     tensor = np.zeros((len(ten), 3, 3))
     tensor[:, ROW, COLUMN] = tensor[:, COLUMN, ROW] = ten[:, 4:]
@@ -28,20 +29,27 @@ def pseudo_inertias(parameters: Array) -> Array:
 
 
 def ten_parameters(pseudo: Array) -> Array:
-    """The other way, (10 b,)."""
+    """Ten parameters of each body from the pseudo-inertias, (b, 4, 4) to (10 b,)."""
     second = pseudo[:, :3, :3]
     tensor = np.trace(second, axis1=1, axis2=2)[:, None, None] * np.eye(3) - second
     return np.concatenate([pseudo[:, 3:, 3], pseudo[:, :3, 3], tensor[:, ROW, COLUMN]], axis=1).ravel()
 
 
 def consistent(parameters: Array) -> bool:
-    """Whether bodies can have these parameters, ten each."""
+    """Whether the parameters of the bodies, ten each, are physically consistent."""
     values = np.linalg.eigvalsh(pseudo_inertias(parameters))
     return bool((values[:, 0] >= -LEAST * np.maximum(values[:, -1], LEAST)).all())
 
 
 def nearest_consistent(found: Array, hessian: Array, bodies: int, start: Array) -> Array:
-    """The parameters that a body can have, nearest to those found in the metric of the normal equations."""
+    """The physically consistent parameters nearest to ``found`` in the metric of the normal equations.
+
+    Args:
+        found: Unconstrained solution, (p,): ten parameters per body, then parameters that must not be negative.
+        hessian: Matrix of the normal equations, (p, p).
+        bodies: Number of bodies.
+        start: Parameters from which the solution starts, (p,).
+    """
     from scipy.optimize import least_squares
 
     inertial = 10 * bodies
@@ -58,29 +66,29 @@ def nearest_consistent(found: Array, hessian: Array, bodies: int, start: Array) 
         factor[:, LOWER[0], LOWER[1]] = free[:inertial].reshape(bodies, 10)
         return np.concatenate([ten_parameters(factor @ np.swapaxes(factor, 1, 2)), free[inertial:] ** 2])
 
-    def slopes(free: Array) -> Array:
-        """Of the residuals; each entry of a factor moves its own body alone."""
+    def jacobian(free: Array) -> Array:
+        """Jacobian of the residuals; an entry of a Cholesky factor changes only the parameters of its own body."""
         factor = np.zeros((bodies, 4, 4))
         factor[:, LOWER[0], LOWER[1]] = free[:inertial].reshape(bodies, 10)
-        moved = np.zeros((len(free), len(free)))
+        derivative = np.zeros((len(free), len(free)))
         for k, (row, column) in enumerate(zip(*LOWER, strict=True)):
             change = np.zeros((bodies, 4, 4))
             change[:, row, :] = factor[:, :, column]
             ten = ten_parameters(change + np.swapaxes(change, 1, 2)).reshape(bodies, 10)
             for body in range(bodies):
-                moved[10 * body : 10 * body + 10, 10 * body + k] = ten[body]
-        moved[range(inertial, len(free)), range(inertial, len(free))] = 2.0 * free[inertial:]
-        return root @ moved
+                derivative[10 * body : 10 * body + 10, 10 * body + k] = ten[body]
+        derivative[range(inertial, len(free)), range(inertial, len(free))] = 2.0 * free[inertial:]
+        return root @ derivative
 
-    answer = least_squares(lambda free: root @ (parameters(free) - found), first, slopes, x_scale="jac", max_nfev=200)
+    answer = least_squares(lambda free: root @ (parameters(free) - found), first, jacobian, x_scale="jac", max_nfev=200)
     return parameters(answer.x)
 
 
-ROUNDING = 1e-10  # of the largest column: what the motion does not move
+ROUNDING = 1e-10  # columns below this share of the largest are zero: the motion does not excite them
 
 
 class Fold(NamedTuple):
-    """Sums of squares of a part of the recording: X^T X, X^T y, and the rows themselves."""
+    """Normal equations of a part of the recording, X^T X and X^T y, and its rows."""
 
     gram: Array
     moment: Array
@@ -89,7 +97,7 @@ class Fold(NamedTuple):
 
 
 class Weights(NamedTuple):
-    """How strongly parameters are held at their prior: of bodies, and of friction, over the mean sum of squares."""
+    """Weights of the prior for parameters of bodies and of friction, relative to the mean sum of squares."""
 
     bodies: float
     friction: float
@@ -101,41 +109,41 @@ GRID = tuple(Weights(bodies, friction) for bodies in BODIES for friction in FRIC
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A recording as a problem of least squares in deviations from the prior, each times its column's scale."""
+    """The least-squares problem of a recording; unknowns are deviations from the prior times their column's scale."""
 
-    folds: tuple[Fold, ...]  # contiguous parts of it
-    scale: Array  # of each column, its RMS over the recording, (p,); 1 for a column of nothing but rounding
+    folds: tuple[Fold, ...]  # contiguous parts of the recording
+    scale: Array  # RMS of each column over the recording, (p,); 1 for a column that is only rounding
     friction: np.ndarray  # which columns are friction, (p,)
 
     def system(self, kept: list[int], weights: Weights) -> tuple[Array, Array]:
-        """The normal equations of some folds with the prior, ``H d = g``."""
+        """The normal equations ``H d = g`` of the folds ``kept``, including the prior."""
         gram, moment = (sum(np.asarray(self.folds[k][part]) for k in kept) for part in (0, 1))
         count = sum(len(self.folds[k].rows) for k in kept)
         held = np.where(self.friction, weights.friction, weights.bodies) * count
         return gram + np.diag(held), np.asarray(moment)
 
     def deviation(self, kept: list[int], weights: Weights) -> Array:
-        """What some folds say of the parameters, less the prior."""
+        """The deviation of the parameters from the prior that the folds ``kept`` give, (p,)."""
         return np.asarray(np.linalg.solve(*self.system(kept, weights)))
 
     def best_weights(self, kept: list[int]) -> Weights:
-        """The strongest prior that explains each fold from the others as well as the best, to one standard error.
+        """The strongest prior whose cross-validation error is within one standard error of the best.
 
         Reference: T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning (2009), section 7.10.
         """
-        missed = np.array([[self._missed(kept, k, weights) for k in kept] for weights in GRID])
+        missed = np.array([[self._validation_error(kept, k, weights) for k in kept] for weights in GRID])
         more = missed - missed[np.argmin(missed.sum(axis=1))]
         error = more.std(axis=1, ddof=1) * np.sqrt(len(kept))
         as_good = more.sum(axis=1) <= error
         return max(weights for weights, good in zip(GRID, as_good, strict=True) if good)
 
-    def _missed(self, kept: list[int], left_out: int, weights: Weights) -> float:
+    def _validation_error(self, kept: list[int], left_out: int, weights: Weights) -> float:
         fold = self.folds[left_out]
         found = self.deviation([k for k in kept if k != left_out], weights)
         return float(found @ fold.gram @ found - 2.0 * found @ fold.moment)
 
     def held_out(self) -> list[Array]:
-        """Of each fold what the others, their own weights too, leave unexplained, weighted, (samples, n)."""
+        """Weighted residuals of each fold, (samples, n), with parameters and prior weights from the other folds."""
         everything, left = list(range(len(self.folds))), []
         for k, fold in enumerate(self.folds):
             others = [j for j in everything if j != k]
@@ -144,7 +152,7 @@ class Problem:
 
 
 def problem_of(rows: Array, wanted: Array, friction: np.ndarray, folds: int, gap: int) -> Problem:
-    """The problem of weighted rows (N, n, p) and what they should give (N, n); folds lose a gap at either end."""
+    """The problem of weighted rows, (N, n, p), and right-hand sides, (N, n); folds lose ``gap`` samples at each end."""
     scale = np.sqrt(np.mean(np.sum(rows**2, axis=1), axis=0))
     scale = np.where(scale > ROUNDING * scale.max(), scale, np.inf)
     parts = []
@@ -158,8 +166,8 @@ def problem_of(rows: Array, wanted: Array, friction: np.ndarray, folds: int, gap
 class BaseParameters(NamedTuple):
     """The combinations of parameters that torques can distinguish."""
 
-    leading: np.ndarray  # column that each combination is named after, (r,)
-    combined: Array  # factors of all parameters in it, (r, p)
+    leading: np.ndarray  # index of the leading parameter of each combination, (r,)
+    combined: Array  # factors of all parameters in each combination, (r, p)
 
 
 def base_parameters(rows: Array, tolerance: float = 1e-8) -> BaseParameters:
@@ -167,8 +175,8 @@ def base_parameters(rows: Array, tolerance: float = 1e-8) -> BaseParameters:
     from scipy.linalg import qr, solve_triangular
 
     size = np.sqrt(np.sum(rows**2, axis=0))
-    moved = size > tolerance * size.max()
-    scaled = rows / np.where(moved, size, 1.0) * moved
+    excited = size > tolerance * size.max()
+    scaled = rows / np.where(excited, size, 1.0) * excited
     triangle, order = qr(scaled, mode="r", pivoting=True)
     diagonal = np.abs(np.diag(triangle))
     rank = int(np.sum(diagonal > tolerance * diagonal[0]))
@@ -176,6 +184,6 @@ def base_parameters(rows: Array, tolerance: float = 1e-8) -> BaseParameters:
     combined[:, order[:rank]] = np.eye(rank)
     rest = order[rank:]
     combined[:, rest] = solve_triangular(triangle[:rank, :rank], triangle[:rank, rank : len(size)])
-    combined *= np.where(moved, size, 0.0) / size[order[:rank], None]
+    combined *= np.where(excited, size, 0.0) / size[order[:rank], None]
     combined[np.abs(combined) < 1e-7 * np.abs(combined).max(axis=1, keepdims=True)] = 0.0
     return BaseParameters(order[:rank], combined)

@@ -1,4 +1,4 @@
-"""What an identification leaves behind: a study that can be sized, its arm, tables and a page."""
+"""Files of an identification: a study that can be sized, its arm, tables and a report page."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ STYLE = (
 
 
 def write_identification(found: Identification, folder: str | Path) -> dict[str, Path]:
-    """Write the identified study and what it rests on.
+    """Write the identified study, its arm, tables and a report page.
 
     Args:
-        found: From a study, or from an arm, which then gives no study file.
-        folder: That is made where it is missing.
+        found: The identification; without a study, no study file is written.
+        folder: Folder for the files; it is created if it does not exist.
 
     Returns:
-        By name the files written: ``study.yaml``, ``arm.urdf``, ``parameters.csv``, ``base.csv``, ``report.html``.
+        Paths of the files by name: ``study.yaml``, ``arm.urdf``, ``parameters.csv``, ``base.csv``, ``report.html``.
 
     Raises:
-        InputError: An arm that URDF cannot hold, or a folder that cannot be written.
+        InputError: An arm that URDF cannot represent, or a folder that cannot be written.
     """
-    arm = replace(found.arm, coupling=None)  # which the study holds
+    arm = replace(found.arm, coupling=None)  # the study contains the coupling
     texts = {
         "arm.urdf": urdf_text(arm),
         "parameters.csv": found.parameters.to_csv(index_label="parameter"),
