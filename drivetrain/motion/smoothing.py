@@ -32,9 +32,11 @@ MOVES = 0.05  # share of the largest speed below which jitter has no visible eff
 # Smallest position noise, as a share of the noise from jitter at the median speed: otherwise the samples at turning
 # points, where jitter has no effect, would have nearly all the weight.
 LEAST_NOISE = 0.05
+SAME_NOISE = 0.5  # ratio of the slowest samples' noise to that of all above which no jitter is needed to explain it
 MEDIAN_TO_DEVIATION = 1.0 / 0.6745  # ratio of standard deviation to median absolute value of a normal variable
 FEWEST_SAMPLES = 6  # a quintic through fewer is not defined
 DEGREE = 5
+UNLIKELY = 1e200  # a value that the line search can subtract, as it cannot infinity
 LEAST_PENALTY, MOST_PENALTY = -16, 6  # range of log10 of noise variance over variance of third differences
 
 
@@ -165,7 +167,7 @@ def _fit_on_knots(time: Array, values: Array, noise: Array, count: int) -> Fitte
         try:
             factor, weights = solve(power)
         except np.linalg.LinAlgError:  # the penalty is so large that the data are lost in rounding
-            return math.inf
+            return UNLIKELY
         misfit = float(np.sum(((values - basis @ weights) / noise) ** 2))
         prior = 10.0**power * float(np.sum((third @ weights) ** 2)) - (size - 3) * power * math.log(10.0)
         return misfit + prior + 2.0 * float(np.sum(np.log(factor[-1])))
@@ -299,7 +301,7 @@ def estimated_noise(time: Array, values: Array) -> float:
     if len(values) < 12:
         return 0.0
     parts = [_scaled_differences(time, values, order) for order in ORDERS]
-    deviations = [_deviation(one if is_uniform(time) else one[_moves(speed)]) for one, speed in parts]
+    deviations = [_deviation(one[_moves(speed)]) for one, speed in parts]
     if deviations[1] < WHITE * deviations[0]:
         return 0.0
     # The estimate is raised by about three of its own standard deviations: with too small a value the spline would
@@ -308,8 +310,11 @@ def estimated_noise(time: Array, values: Array) -> float:
 
 
 def estimated_jitter(time: Array, values: Array, noise: float) -> float:
-    """Standard deviation of the instants [s], from the noise at high speed in excess of ``noise``; 0 if uniform."""
-    if len(values) < 12 or is_uniform(time):
+    """Standard deviation of the instants [s], from the noise at high speed in excess of ``noise``.
+
+    Also of uniform samples: many recorders write the instants that should be, not those of the readings.
+    """
+    if len(values) < 12:
         return 0.0
     wavering, speed = _scaled_differences(time, values, ORDERS[0])
     fast = speed >= np.median(speed[_moves(speed)])
@@ -355,17 +360,22 @@ def chosen_smoothing(time: Array, values: Array, resolution: float) -> Smoothing
         spline = SmoothingSpline(deviation / NOISE_OF_RESOLUTION)
         second = spline.derivatives(time, values).second
         if deviation * SECOND_DIFFERENCE / step**2 > share * _rms(second):
-            return _with_jitter(time, values, noise, jitter) if jitter else spline
+            return _with_jitter(time, values, noise, jitter, spline) if jitter else spline
     return Parabolas()
 
 
-def _with_jitter(time: Array, values: Array, noise: float, jitter: float) -> SmoothingSpline:
-    """The spline for instants with jitter; the noise of the positions is estimated from the slowest samples."""
+def _with_jitter(time: Array, values: Array, noise: float, jitter: float, without: SmoothingSpline) -> SmoothingSpline:
+    """The spline for instants with jitter, or that without where the slowest samples are about as noisy as all.
+
+    The noise of the positions is estimated from the slowest samples.
+    """
     wavering, speed = _scaled_differences(time, values, ORDERS[0])
     slow = speed <= np.quantile(speed, SLOW)
     still = _deviation(wavering[slow]) ** 2 - (jitter * float(np.mean(speed[slow]))) ** 2
     usual = float(np.median(speed[_moves(speed)]))
     own = max(noise, math.sqrt(max(still, 0.0)), LEAST_NOISE * jitter * usual)
+    if own > SAME_NOISE * (without.resolution or 0.0) * NOISE_OF_RESOLUTION:
+        return without
     return SmoothingSpline(own / NOISE_OF_RESOLUTION, estimated_jitter(time, values, own))
 
 
