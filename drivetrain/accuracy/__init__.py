@@ -1,4 +1,4 @@
-"""What accuracy costs in time: effects, solvers, and the cheapest scene that is good enough."""
+"""Accuracy and computing time of effects and solvers, and the choice of the cheapest scene within a tolerance."""
 
 from typing import TYPE_CHECKING
 

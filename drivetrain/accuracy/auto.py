@@ -1,7 +1,8 @@
-"""``effects: auto``: the cheapest set of effects whose changes, each found alone, fit a tolerance; the proof.
+"""``effects: auto``: choose the cheapest set of effects within a tolerance, and prove it.
 
-What leaving an effect out changes is found by a run without it at a coarse step, beside one with all. The estimate that
-is told counts in what that step cannot resolve of a sharp peak; the choice rests on what was found, and on the proof.
+The influence of an effect is estimated by a run without it at a coarse step, compared with a run with all effects. The
+reported estimate also contains what that step cannot resolve of a sharp current peak. Effects are left out as long as
+the sum of their influences is within the tolerance. The proof is a run of the chosen scene beside the full one.
 """
 
 from __future__ import annotations
@@ -26,29 +27,29 @@ from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.solvers.solver import check_positive
 
-COARSE = 2.5e-4  # s, at which peaks of most scenes are accurate to a few hundredths of a percent
+COARSE = 2.5e-4  # step of the estimates [s]; peaks of most scenes are then accurate to a few hundredths of a percent
 COSTS = {
     "FlexibleJoint": 6.0, "Backlash": 6.0, "MeshLoss": 3.0, "LuGreFriction": 3.0, "CurrentLoop": 2.0,
     "SampledCurrentLoop": 8.0, "SampledCascade": 2.0, "Encoder": 0.5,
     "DryFriction": 2.0, "GearDrag": 2.0, "ViscousFriction": 1.0, "Cogging": 1.0, "WindingHeat": 0.5, "FullRotor": 0.5,
 }  # fmt: skip
-"""What keeping an effect is thought to cost, relative to others: states and coordinates more, bounds to be solved."""
+"""Assumed computing time of each effect, relative to the others: more states, coordinates, friction bounds."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What leaving one effect out is thought to change."""
+    """Estimated influence of leaving out one effect."""
 
     choice: Choice  # the effect
-    changes: Mapping[str, Change]  # sizes of the changes by joint; the tip's stands at each
-    valid: bool  # whether a run without it comes to its end
-    why: str  # how it was found, or what ended that run
-    # of peak currents by joint, what the step cannot resolve [-]
+    changes: Mapping[str, Change]  # absolute changes by joint; the change at the tip is included at each joint
+    valid: bool  # whether the run without it reached its end
+    why: str  # how the estimate was found, or what ended that run
+    # share of the peak current that the step cannot resolve, by joint [-]
     unresolved: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def bound(self) -> Mapping[str, Change]:
-        """The changes with what the step cannot resolve."""
+        """The changes plus the unresolved shares of the peak currents, by joint."""
         return {
             name: replace(one, peak_current=one.peak_current + self.unresolved.get(name, 0.0))
             for name, one in self.changes.items()
@@ -58,6 +59,7 @@ class Estimate:
 def estimates(
     scene: Scene, basis: Basis, step: float = COARSE, progress: Progress | None = None
 ) -> tuple[Estimate, ...]:
+    """Estimate the influence of every effect that may be left out, each by a run without it at a step [s]."""
     engine, full, listed = FixedStep(step), without(scene, ()), choices(scene)
     whole, found = run_to_end(plan(full), engine), []
     base, unresolved = decision(whole, full, basis), _unresolved_peaks(whole, full, basis)
@@ -70,6 +72,7 @@ def estimates(
 def _estimate(
     scene: Scene, choice: Choice, base: Decision, unresolved: Mapping[str, float], basis: Basis, engine: Engine
 ) -> Estimate:
+    """The influence of one effect; ``base`` and ``unresolved`` are the results of the full scene."""
     try:
         less = without(scene, [choice])
         run = run_to_end(plan(less), engine)
@@ -82,10 +85,10 @@ def _estimate(
 
 
 def _unresolved_peaks(run: Recording, scene: Scene, basis: Basis) -> dict[str, float]:
-    """Shares of the peak currents that friction which lets go a step later or sooner changes, by joint.
+    """Share of each peak current that is uncertain because breakaway may be one step too early or too late, by joint.
 
-    There a current rises steadily up to its peak: by what it rises within a step the peak is unknown. A jump rises
-    once, and what bends towards its peak would rise no further.
+    Before breakaway a current rises steadily, so its rise in the last step is the uncertainty of the peak. At a jump,
+    which rises in one step only, and at a rounded peak, whose rise decreases, the uncertainty is smaller or zero.
     """
     last = run.time >= run.time[-1] - (basis.period or math.inf) - 1e-9
     found = dict.fromkeys(scene.joints, 0.0)
@@ -100,27 +103,27 @@ def _unresolved_peaks(run: Recording, scene: Scene, basis: Basis) -> dict[str, f
 
 
 def joined(rule: Callable[[tuple[float, ...]], float], parts: Iterable[Change]) -> Change:
-    """Changes made one by a rule for each quantity, such as ``sum``; none changes nothing."""
+    """Combine changes quantity by quantity with a rule such as ``sum`` or ``max``; without changes, no change."""
     return Change(*(rule(values) for values in zip(*((*part.shares, part.tip) for part in parts), strict=True)))
 
 
 def added(parts: list[Mapping[str, Change]], joints: tuple[str, ...]) -> dict[str, Change]:
-    """Estimates of several effects together."""
+    """Sum of the estimated changes of several effects, by joint."""
     return {name: joined(sum, [part[name] for part in parts if name in part]) for name in joints}
 
 
-FEASIBLE = 1e-6  # of a tolerance, by which the solver may be beyond it
-NUMERICAL = 0.2  # of the measured change or of the tolerance that the step itself may make
-HALVINGS = 3
-AUDIT = 1e-3  # of the energy that passes through that may be lost in the step
+FEASIBLE = 1e-6  # constraint violation that the integer programming solver may leave, over the tolerance
+NUMERICAL = 0.2  # numerical error that is allowed, over the measured change or the tolerance
+HALVINGS = 3  # of the step, at most, to reach that
+AUDIT = 1e-3  # error of the energy balance that is allowed, over the energy exchanged
 
 
 @dataclass(frozen=True)
 class Limits:
-    """How far the decision quantities may be off."""
+    """Tolerances of the decision quantities."""
 
-    share: float  # of currents, torques and rises [-]
-    tip: float  # [m], of one joint [rad or m]
+    share: float  # relative tolerance of currents, torques and temperature rises [-]
+    tip: float  # tolerance of the tip's deviation [m]; without an arm of the joint's [rad or m]
 
 
 def choose_effects(
@@ -133,7 +136,20 @@ def choose_effects(
     costs: Mapping[str, float] = COSTS,
     progress: Progress | None = None,
 ) -> AutoChoice:
-    """The cheapest scene within a tolerance of the full one, proven by running both."""
+    """Choose the cheapest scene within a tolerance of the full one, and prove it by running both.
+
+    Args:
+        scene: The scene with all effects.
+        basis: What the recordings are judged by.
+        tolerance: Relative tolerance of the decision quantities [-].
+        tip_tolerance: Tolerance of the tip's deviation [m]; None: the relative tolerance times the tip's travel.
+        step: Time step of the estimates [s].
+        costs: Relative computing time of each effect, by class name.
+        progress: Called with (finished, total, text).
+
+    Returns:
+        The scene, the estimates of all effects, and the proof.
+    """
     check_positive("tolerance", tolerance, "1")
     report = progress or silent
     found = estimates(scene, basis, step, report)
@@ -166,7 +182,10 @@ def choose_effects(
 def cheapest(
     found: Sequence[Estimate], limits: Limits, joints: tuple[str, ...], costs: Mapping[str, float]
 ) -> tuple[Choice, ...]:
-    """The effects that may go together and save most."""
+    """The effects to leave out: those that save most while the sum of their changes is within all limits.
+
+    A binary linear program, with one variable per effect and one constraint per decision quantity.
+    """
     fit = [one for one in found if one.valid and _uses(one, limits, joints).max() <= 1.0]
     if not fit:
         return ()
@@ -180,7 +199,7 @@ def cheapest(
 
 
 def _uses(one: Estimate, limits: Limits, joints: tuple[str, ...]) -> Array:
-    """Shares of the tolerance that an estimate uses up: of every quantity of every joint, and of the tip."""
+    """Changes of an estimate over their tolerances: of every quantity of every joint, then of the tip."""
     changes = added([one.changes], joints).values()
     shares = [share / limits.share for change in changes for share in change.shares]
     tip = max((change.tip for change in changes), default=0.0)
@@ -189,7 +208,7 @@ def _uses(one: Estimate, limits: Limits, joints: tuple[str, ...]) -> Array:
 
 
 def _largest(left: Sequence[Estimate], dropped: Collection[Choice], limits: Limits, proof: Proof) -> Choice:
-    """Of what was left out, that with the largest estimate at the joint that is furthest off."""
+    """The effect to restore after a failed proof: with the largest estimate at the joint with the largest change."""
     joints = tuple(proof.measured)
     worst = max(proof.measured, key=lambda name: proof.measured[name].largest(limits.tip))
     candidates = [one for one in left if one.choice in dropped]
@@ -200,7 +219,11 @@ def _largest(left: Sequence[Estimate], dropped: Collection[Choice], limits: Limi
 def proved(
     scene: Scene, kept: Scene, basis: Basis, estimate: Mapping[str, Change], tolerance: float, tip: float, step: float
 ) -> Proof:
-    """The chosen scene beside the full one."""
+    """Run the chosen scene and the full one with ever smaller steps, and compare their decision quantities.
+
+    The step is halved until the numerical error of the measured change is small. ``tip`` is the tolerance of the tip's
+    deviation [m], ``step`` the first time step [s], ``estimate`` the summed estimates that the result reports.
+    """
     full = without(scene, ())
     plans, scenes = (plan(kept), plan(full)), (kept, full)
     coarse, audit = _pair(plans, scenes, basis, step)
@@ -230,13 +253,14 @@ def proved(
 def _pair(
     plans: tuple[Plan, Plan], scenes: tuple[Scene, Scene], basis: Basis, step: float
 ) -> tuple[tuple[Decision, Decision], float]:
+    """Decisions of both scenes at a step [s], and the larger error of their energy balances [-]."""
     runs = [run_to_end(ready, FixedStep(step)) for ready in plans]
     found = [decision(run, own, basis) for run, own in zip(runs, scenes, strict=True)]
     return (found[0], found[1]), max(audited(run) for run in runs)
 
 
 def audited(recording: Recording) -> float:
-    """Energy that is there and should not be, over all that was put in, taken out, or stored on the way."""
+    """Error of the energy balance over the largest energy exchanged [-]; NaN if the recording has no balance."""
     if "energy_error" not in recording.series:
         return math.nan
     passed = max(
@@ -248,6 +272,7 @@ def audited(recording: Recording) -> float:
 
 
 def _said(within: bool, good: bool, audit: float, noise: float) -> str:
+    """The result of the proof in words."""
     if not good:
         return f"the step itself changes the result by {noise:.2g}: beyond any estimate"
     if not audit <= AUDIT:

@@ -1,4 +1,4 @@
-"""What each effect changes and costs in the user's own motion, and work and precision of every solver on it."""
+"""Influence and computing time of each effect in the user's own motion; work-precision data of the solvers on it."""
 
 from __future__ import annotations
 
@@ -20,38 +20,42 @@ from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene
 from drivetrain.solvers.solver import DormandPrince54, Rodas5P, RungeKutta4
 
-MOST_ROWS = 20_000  # of a recording
-MOST_NODES = 120_000  # of fixed steps, which are all recorded: where friction lets go a current has a sharp peak
-USUAL_INTERVAL = 1e-3  # s
-WORK = ("rates", "solves")  # what an engine counts its evaluations as
+MOST_ROWS = 20_000  # output rows of a recording
+MOST_NODES = 120_000  # output rows with fixed steps, where all steps are recorded: breakaway makes sharp current peaks
+USUAL_INTERVAL = 1e-3  # time between two output rows [s]
+WORK = ("rates", "solves")  # names of the counters of evaluations, of the adaptive and the fixed-step engine
 FIXED = "fixed implicit step"
 ADAPTIVE = "adaptive RODAS5P"
-STEPS = (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4)  # s
-PRECISIONS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
-REFERENCES = (1e-7, 1e-8)
+STEPS = (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4)  # fixed steps that are compared [s]
+PRECISIONS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)  # relative tolerances that are compared [-]
+REFERENCES = (1e-7, 1e-8)  # relative tolerances of the two reference runs [-]
 EXPLICIT: tuple[tuple[str, float, Engine], ...] = (
     ("explicit RK4", 1e-4, AdaptiveStep(RungeKutta4(1e-4))),
     ("explicit RK4", 5e-5, AdaptiveStep(RungeKutta4(5e-5))),
     ("explicit DP5(4)", 1e-4, AdaptiveStep(DormandPrince54(1e-4, 1e-6))),
 )
-"""What others use, at settings at which it may run; where it cannot, the reason is given."""
-LONGEST = 20.0  # s of wall time that one run may take
-LONG = 1.0  # s of processor time after which a run is not repeated
+"""Explicit methods, which other simulators use, for comparison; where one fails, the result says why."""
+LONGEST = 20.0  # wall time after which a run is stopped [s]
+LONG = 1.0  # processor time above which a run is not repeated [s]
 
 Progress = Callable[[int, int, str], None]
 
 
 def silent(_done: int, _total: int, _text: str) -> None:
-    """Progress that is not shown."""
+    """A progress callback that does nothing."""
 
 
 def interval_of(duration: float) -> float:
-    """Between two recorded instants of a run that decisions are read from: 1 ms, or longer for a long run [s]."""
+    """Time between two output rows of a run that is judged [s]: 1 ms, longer for a long run, shorter for a short."""
     return max(min(USUAL_INTERVAL, duration / 500.0), duration / MOST_ROWS)
 
 
 def run_to_end(ready: Plan, engine: Engine) -> Recording:
-    """A run that must reach its end; why it did not is an error."""
+    """Simulate a plan, recorded finely enough to be judged.
+
+    Raises:
+        InputError: The run stopped before its end.
+    """
     duration = ready.scene.duration
     every = interval_of(duration)
     if isinstance(engine, FixedStep):
@@ -64,28 +68,32 @@ def run_to_end(ready: Plan, engine: Engine) -> Recording:
 
 
 def seconds(plans: Sequence[tuple[Plan, Engine]], rounds: int = 3, longest: float = math.inf) -> list[float]:
-    """Median processor time of runs [s], in turns; wall time would count what else the machine does."""
+    """Median processor time of each plan with its engine [s], measured in alternation.
+
+    Processor time, since wall time would include other processes. Further rounds are skipped once all runs together
+    have taken ``longest`` [s].
+    """
     found: list[list[float]] = [[] for _ in plans]
     for done in range(rounds):
         if done and sum(map(sum, found)) >= longest:
             break
         for own, (ready, engine) in zip(found, plans, strict=True):
             begin = clock.process_time()
-            # Two rows: recording costs nothing.
+            # Only two output rows, so that recording takes no time.
             simulate(ready, solver=engine, interval=ready.scene.duration, checked=False)
             own.append(clock.process_time() - begin)
     return [statistics.median(own) for own in found]
 
 
 def work(counters: Mapping[str, int]) -> int:
-    """Evaluations that a run took."""
+    """Number of evaluations of a run, from its counters."""
     return next((counters[name] for name in WORK if name in counters), 0)
 
 
 def effects_cost(
     scene: Scene, basis: Basis, *, engine: Engine | None = None, rounds: int = 3, progress: Progress | None = None
 ) -> EffectCosts:
-    """Every effect of a scene left out once, at all joints that have it."""
+    """Leave out every kind of effect once, at all joints that have it, and compare results and computing time."""
     engine, report = FixedStep(5e-4) if engine is None else engine, progress or silent
     groups: dict[str, list[Choice]] = {}
     for choice in choices(scene):
@@ -119,7 +127,12 @@ def solver_cost(
     rounds: int = 3,
     progress: Progress | None = None,
 ) -> SolverCosts:
-    """Error in the decision quantities against processor time and against evaluations."""
+    """Work-precision data: error of the decision quantities, processor time and evaluations of solvers and settings.
+
+    Errors are relative to the adaptive engine at the tighter of two tolerances, or to a very small fixed step if that
+    engine stops. ``steps`` in s, ``precisions`` and ``references`` are relative tolerances, ``rounds`` the number of
+    timed runs.
+    """
     ready = plan(scene)
     listed = [
         *((FIXED, step, FixedStep(step)) for step in steps),
@@ -148,7 +161,7 @@ def solver_cost(
 def _references(
     ready: Plan, scene: Scene, basis: Basis, engines: Sequence[Engine], report: Progress, total: int
 ) -> list[tuple[Decision, float]]:
-    """What each decides, and how far the tip is commanded to go."""
+    """Decision of each reference engine, and the commanded travel of the tip [m or rad]."""
     found = []
     for done, engine in enumerate(engines):
         report(done, total, "reference")
@@ -160,7 +173,7 @@ def _references(
 def _run(
     ready: Plan, basis: Basis, listed: tuple[str, float, Engine], best: tuple[Decision, float], rounds: int
 ) -> SolverRun:
-    """One engine, its error and its median time."""
+    """Run one engine; its error against the reference, its processor time, or why it did not end."""
     family, setting, engine = listed
     begun = clock.perf_counter()
 
@@ -183,7 +196,7 @@ def _run(
 
 
 def distance(one: Decision, best: Decision, travel: float) -> tuple[float, str]:
-    """The largest share by which two decisions differ in any quantity of any joint, and in which."""
+    """The largest relative difference of two decisions over all quantities and joints [-], and where it is."""
     apart = change(one, best)
     joint = max(apart, key=lambda name: apart[name].largest(travel))
     return apart[joint].largest(travel), f"{apart[joint].leading(travel)} of {joint}"

@@ -1,4 +1,4 @@
-"""What a recording decides: currents, torque, heat and deviation of every joint, and the study's checks on them."""
+"""The decision quantities of a recording: currents, torque, heat and deviation of every joint, and the checks."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ from drivetrain.study.parts.verdicts import Check
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """What a recording is judged by, beside itself."""
+    """The data, besides a recording, from which its decision quantities are computed."""
 
-    motors: Mapping[str, Motor]  # sheets by joint name
-    # thermal networks by joint name; a joint that is not named has no temperature
+    motors: Mapping[str, Motor]  # data sheets by joint name
+    # thermal networks by joint name; a joint without one has no temperature
     networks: Mapping[str, ThermalNetwork]
-    # share of the gear's loss that warms the housing, by joint name
+    # share of the gear's loss that heats the housing, by joint name
     gear_heat: Mapping[str, float] = field(default_factory=dict)
     evaluation: Evaluation | None = None  # of the study; None: no checks
-    period: float | None = None  # of the repeated cycle [s], the last of which is looked at; None: the whole recording
-    ends: tuple[float, ...] = (math.inf,)  # of the parts of a mix within the period [s]
-    shares: tuple[float, ...] = (1.0,)  # of the time of use, one a part
+    period: float | None = None  # of the repeated cycle, of which the last is judged [s]; None: the whole recording
+    ends: tuple[float, ...] = (math.inf,)  # ends of the parts of a mix within the period [s]
+    shares: tuple[float, ...] = (1.0,)  # share of the operating time of each part [-]
 
     def use(self, time: Array) -> Mix:
-        """How recorded instants belong to the parts of the mix."""
+        """The parts of the mix as slices of the recorded times [s], (N,)."""
         stops = [*np.searchsorted(time, time[0] + np.array(self.ends[:-1])).tolist(), len(time)]
         return Mix([slice(first, stop) for first, stop in pairwise([0, *stops])], self.shares)
 
 
 def basis_of(scene: Scene, evaluation: Evaluation | None = None) -> Basis:
-    """What recordings of a scene are judged by."""
+    """The data from which the decision quantities of a scene's recordings are computed."""
     motors, networks, gear_heat = {}, {}, {}
     for name, effects in scene.effects.items():
         for effect in effects:
@@ -66,6 +66,7 @@ def basis_of(scene: Scene, evaluation: Evaluation | None = None) -> Basis:
 
 
 def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
+    """The decision quantities of a recording, over the last period of its cycle."""
     first = 0.0 if basis.period is None else max(0.0, float(recording.time[-1]) - basis.period)
     last = np.flatnonzero(recording.time >= first - 1e-9)
     series = {name: one.values[last] for name, one in recording.series.items()}
@@ -81,7 +82,7 @@ def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
 
 
 def change(one: Decision, full: Decision) -> dict[str, Change]:
-    """How far a decision lies from that of the full scene."""
+    """The signed relative changes of a decision against that of the full scene, by joint."""
     tip = one.tip_deviation - full.tip_deviation
     parts = ("peak_current", "rms_current", "rms_torque", "rise")
     return {
@@ -91,6 +92,7 @@ def change(one: Decision, full: Decision) -> dict[str, Change]:
 
 
 def _share(value: float, whole: float) -> float:
+    """Relative change of a value against a reference [-]; NaN if the reference is zero."""
     if value == whole:
         return 0.0
     return (value - whole) / abs(whole) if whole else math.nan
@@ -99,6 +101,7 @@ def _share(value: float, whole: float) -> float:
 def _joint(
     name: str, weights: Array, series: Mapping[str, Array], basis: Basis, heat: PeriodicTemperature | None
 ) -> JointDecision:
+    """The decision quantities of one joint; ``weights`` are those of ``mean_weights``."""
     current = series.get(f"{name}.current", np.full(len(weights), np.nan))
     torque = series.get(f"{name}.mesh_torque", np.full(len(weights), np.nan))
     network = basis.networks.get(name)
@@ -113,7 +116,7 @@ def _joint(
 
 
 def mean_weights(time: Array, use: Mix) -> Array:
-    """The time that each recorded instant stands for in the mean use."""
+    """Integration weights of the recorded times [s], (N,), for means over all parts with their shares of use."""
     weights = np.zeros(len(time))
     for part, share in zip(use.parts, use.shares, strict=True):
         own = sample_weights(time[part])
@@ -122,18 +125,19 @@ def mean_weights(time: Array, use: Mix) -> Array:
 
 
 def rms(values: Array, weights: Array) -> float:
-    """The root of the mean square."""
+    """Weighted root mean square."""
     total = float(weights.sum())
     return math.sqrt(float(weights @ values**2) / total) if total > 0.0 else 0.0
 
 
 def _away(name: str, series: Mapping[str, Array]) -> Array:
+    """Deviation of a joint from its command [rad or m], (N,); zero without a command."""
     position = series[f"{name}.position"]
     return position - series.get(f"{name}.command_position", position)
 
 
 def _tip(scene: Scene, series: Mapping[str, Array]) -> float:
-    """Largest distance of the tip from where it is commanded."""
+    """Largest distance of the tip from its commanded position [m]; without an arm that of the joint [rad or m]."""
     if not isinstance(scene.body, Arm):
         return float(max(np.abs(_away(name, series)).max() for name in scene.joints))
     q = np.column_stack([series[f"{name}.position"] for name in scene.joints])
@@ -143,13 +147,13 @@ def _tip(scene: Scene, series: Mapping[str, Array]) -> float:
 
 
 def _tip_place(arm: Arm, q: Array) -> Array:
-    """Of the tip, the driven joints at these positions [m], (N, 3)."""
+    """Position of the tip for positions of the driven joints (N, n) [m], (N, 3)."""
     place: Array = tip_pose(*main_chain(arm, q))[:, :3, 3]
     return place
 
 
 def tip_travel(scene: Scene, recording: Recording) -> float:
-    """How far the tip is commanded to go: the largest distance from where it starts."""
+    """Largest commanded distance of the tip from its start [m]; without an arm that of the joint [rad or m]."""
     names = [f"{name}.command_position" for name in scene.joints]
     if any(name not in recording.series for name in names):
         return 0.0
@@ -161,7 +165,10 @@ def tip_travel(scene: Scene, recording: Recording) -> float:
 
 
 def _heat(name: str, time: Array, series: Mapping[str, Array], basis: Basis, warm: bool) -> PeriodicTemperature | None:
-    """Temperatures when the simulated cycle repeats for ever."""
+    """Temperatures of one joint in the periodic steady state of the simulated cycle; None if they are unknown.
+
+    ``warm``: the scene contains the heating of the winding, so its resistance follows the temperature.
+    """
     network, motor = basis.networks.get(name), basis.motors.get(name)
     current = series.get(f"{name}.current")
     if network is None or motor is None or current is None:
@@ -169,7 +176,7 @@ def _heat(name: str, time: Array, series: Mapping[str, Array], basis: Basis, war
     loss = np.zeros(len(time))
     share = basis.gear_heat.get(name, 0.0)
     shares = {"motor_friction_power": 1.0, "motor_viscous_power": 1.0, "mesh_power": share}
-    shares["gear_drag_power"] = share - 1.0  # it stands in the motor's friction already
+    shares["gear_drag_power"] = share - 1.0  # already included in the motor's friction
     for what, counted in shares.items():
         loss = loss + counted * series.get(f"{name}.{what}", np.zeros(1))
     use = basis.use(time)
@@ -180,7 +187,7 @@ def _heat(name: str, time: Array, series: Mapping[str, Array], basis: Basis, war
         replace(network, winding_capacity=None), motor, time, current, use, housing_loss=loss, warming=False
     )
     winding, housing = still.peak_winding, still.magnet_temperature
-    # The ripple of the constant resistance is left out: it is small beside what the resistance does.
+    # The temperature ripple at constant resistance is left out; it is small against the influence of the resistance.
     return replace(
         found, winding=np.full(len(time), winding), housing=np.full(len(time), housing), mean_winding=winding,
         mean_housing=housing, peak_winding=winding, magnet_temperature=motor.reference_temperature, runaway=False,
@@ -191,7 +198,7 @@ def _checks(
     evaluation: Evaluation, name: str, when: tuple[Array, Array], series: Mapping[str, Array],
     heat: PeriodicTemperature | None,
 ) -> tuple[Check, ...]:  # fmt: skip
-    """The study's checks of one joint, its own limits held against what was simulated."""
+    """The study's checks of one joint that apply to a simulation, with the requirements from the recorded series."""
     joint, safety, (time, weights) = evaluation.joints[name], evaluation.study.safety, when
     known = heat is not None and not heat.runaway
     magnets = heat.magnet_temperature if heat is not None and known else evaluation.study.ambient
@@ -206,7 +213,7 @@ def _checks(
     }
     mixed, found = len(evaluation.study.cycle.parts) > 1, []
     for check in joint.checks:
-        if mixed and check.time is not None:  # its remark begins with the part of the mix in which sizing finds it
+        if mixed and check.time is not None:  # its remark begins with the part of the mix that decides in sizing
             check = replace(check, remark=check.remark.partition("; ")[2])
         if check.name in largest:
             factor, values = largest[check.name]
@@ -222,7 +229,10 @@ def _checks(
 
 
 def _held(check: Check, required: float | None, time: float | None, reserve: float, origin: float = 0.0) -> Check:
-    """A check with another requirement, both counted from an origin; what the study cannot compute is not checked."""
+    """A check with a new requirement and its utilisation, where requirement and limit count from ``origin``.
+
+    A check that the study cannot compute stays NOT CHECKED.
+    """
     if required is None or check.required is None or check.available is None:
         return replace(check, required=None if check.required is None else required, time=time)
     used = utilisation(required - origin, check.available - origin)
@@ -230,4 +240,5 @@ def _held(check: Check, required: float | None, time: float | None, reserve: flo
 
 
 def moving(recording: Recording, joint: str) -> Array:
+    """Whether the joint is commanded to move at each recorded time, (N,)."""
     return ~np.asarray(resting(recording[f"{joint}.command_speed"]), dtype=bool)

@@ -1,4 +1,4 @@
-"""The currents of sizing against those of simulation, with the same effects in both."""
+"""Comparison of the motor currents of sizing (inverse) and of simulation (forward), with the same effects in both."""
 
 from __future__ import annotations
 
@@ -17,13 +17,22 @@ from drivetrain.simulation.scene import Scene
 from drivetrain.sizing.results import Evaluation
 
 UNKNOWN_TO_SIZING = ("FlexibleJoint", "CurrentLoop", "Backlash", "Cogging")
-SMALL = 0.01  # share of the RMS current below which a difference needs no words
+SMALL = 0.01  # difference over the RMS current below which no explanation is given
 
 
 def inverse_against_forward(
     evaluation: Evaluation, *, scene: Scene | None = None, engine: Engine | None = None
 ) -> CurrentsCompared:
-    """Both roads' currents, joint by joint."""
+    """Compare the currents of an evaluation with a forward simulation, joint by joint.
+
+    Args:
+        evaluation: The evaluated drives.
+        scene: Their scene with all effects; None: built here. Effects unknown to sizing are left out.
+        engine: The engine of the simulation; None: fixed steps of 0.5 ms.
+
+    Returns:
+        Currents of both, their differences, and the recording of the simulation.
+    """
     full = full_scene(evaluation) if scene is None else scene
     engine = FixedStep(5e-4) if engine is None else engine
     same = without(full, [one for one in choices(full) if one.kind in UNKNOWN_TO_SIZING])
@@ -39,8 +48,9 @@ def inverse_against_forward(
 def _compared(
     evaluation: Evaluation, name: str, when: tuple[Array, Array], forward: Array, moves: Array
 ) -> JointCurrents:
+    """The comparison for one joint; ``when`` are the recorded times and their integration weights [s]."""
     series, (time, weights) = evaluation.joints[name].series, when
-    # At a jump the inverse road has both sides; between samples its current is a straight line.
+    # At a jump sizing has a sample on both sides; between samples its current is linear.
     own = np.interp(time, series.time + 1e-12 * np.arange(len(series.time)), series.current)
     difference = forward - own
     whole = rms(own, weights)
@@ -54,7 +64,7 @@ def _compared(
 
 
 def _note(moves: float, rests: float, evaluation: Evaluation, name: str) -> str:
-    """What the difference comes from."""
+    """The cause of the difference, in words; empty if it is small."""
     said = []
     if not math.isnan(rests) and rests > SMALL:
         holds = "friction holds with what the stop has left in it, anywhere between its two bounds"

@@ -1,4 +1,4 @@
-"""Everything that a study's sheets know as one scene, and a scene with some of its effects left out."""
+"""The scene of a study with all effects for which there is data, and scenes with some of them left out."""
 
 from __future__ import annotations
 
@@ -52,12 +52,15 @@ LABELS = {
     "SampledCurrentLoop": "samples of the current loop",
     "Encoder": "steps of the encoder",
 }
-"""Effects that may be left out; commands, loops, motors, supplies and contacts may not."""
-PARTNERS = {"SampledCurrentLoop": "Winding"}  # whose stand-in holds what the partner does
-AT_REST_IN = 1e4  # cycles that a node of unknown capacity outlasts: it stays at its mean, as in ``thermal/heat.py``
+"""Effects that may be left out, with their names; commands, loops, motors, supplies and contacts may not."""
+# Effects whose quasi-static substitute includes a partner effect, which is then left out as well.
+PARTNERS = {"SampledCurrentLoop": "Winding"}
+# Time constant of a thermal node of unknown capacity, in cycles: it stays at its mean, as in ``thermal/heat.py``.
+AT_REST_IN = 1e4
 
 
 def choices(scene: Scene) -> tuple[Choice, ...]:
+    """The effects of a scene that may be left out, each at its joint."""
     found = [
         Choice(type(effect).__name__, joint)
         for joint, effects in scene.effects.items()
@@ -71,7 +74,7 @@ def choices(scene: Scene) -> tuple[Choice, ...]:
 
 
 def without(scene: Scene, dropped: Collection[Choice]) -> Scene:
-    """A scene without some of its effects, ready to run."""
+    """A scene without some of its effects, with feed-forward currents, ready to run."""
     gone = set(dropped)
     body = scene.body
     if isinstance(body, Arm) and Choice("FullRotor", WHOLE) in gone:
@@ -80,13 +83,13 @@ def without(scene: Scene, dropped: Collection[Choice]) -> Scene:
     ratios = dict(zip(scene.joints, ratios_of(scene), strict=True))
     less = replace(scene, body=body, effects=effects)
     for joint, now in zip(scene.joints, ratios_of(less), strict=True):
-        if now != ratios[joint]:  # the effect that gave the ratio is gone, the gear is not
+        if now != ratios[joint]:  # the effect that defined the ratio was left out, but the gear is still there
             effects[joint] = (*effects[joint], ReflectedRotor(0.0, ratios[joint]))
     return fed_forward(replace(less, effects=effects))
 
 
 def fed_forward(scene: Scene) -> Scene:
-    """A scene with the currents that its command takes commanded along, where that can be known."""
+    """A scene with the currents that its command requires fed forward, where the inverse engine can compute them."""
     if any(isinstance(effect, GivenCurrent) for effects in scene.effects.values() for effect in effects):
         return scene
     try:
@@ -96,7 +99,10 @@ def fed_forward(scene: Scene) -> Scene:
 
 
 def _settled(scene: Scene) -> Scene:
-    """With motors, not links, where the command begins: a spring that carries load is twisted from the start."""
+    """The scene with initial positions for which the motors, not the links, are at the start of their command.
+
+    The links are displaced by the wind-up of the springs under the initial load.
+    """
     ready = plan(scene)
     if not ready.body.springs:
         return scene
@@ -109,6 +115,7 @@ def _settled(scene: Scene) -> Scene:
 
 
 def remaining(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> tuple[Effect, ...]:
+    """The effects of a joint without those left out, each replaced by its quasi-static substitute if it has one."""
     kept: list[Effect] = []
     for effect in effects:
         stays: Effect | None = effect
@@ -123,7 +130,7 @@ def remaining(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice])
 
 
 def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Scene:
-    """The scene with every effect that the sheets have numbers for; what the controller feeds forward is not in yet."""
+    """The scene of evaluated drives with every effect for which the data sheets have values, without feed-forward."""
     study = evaluation.study
     settings = study.simulation if options is None else options
     built = scene_of(
@@ -152,17 +159,20 @@ def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Sce
 
 
 def wanted_scene(full: Scene, names: Iterable[str], added: Iterable[AddedEffect] = ()) -> Scene:
-    """A full scene with only those effects that are named or that the study adds, ready to run."""
+    """A full scene with only the effects that are named (keys of ``KNOWN_EFFECTS``) or added by the study."""
     kept = {KNOWN_EFFECTS[name] for name in names}
     own = {Choice(one.kind.__name__, one.joint or WHOLE) for one in added}
     gone = [one for one in choices(full) if one.kind not in kept and one not in own]
-    if "CurrentLoop" not in kept:  # what stands in for a sampled one is left out too
+    if "CurrentLoop" not in kept:  # also where it replaces a sampled loop that was left out
         gone += [Choice("CurrentLoop", joint) for joint in full.joints]
     return without(full, gone)
 
 
 def _electrical(effect: Effect, drive: Drive, options: Simulation, joint: str) -> tuple[Effect, ...]:
-    """A current loop around the winding where the sheet prints an inductance; sampled where that is stated."""
+    """Replace a motor without inductance by a current loop, if the data sheet gives the inductance.
+
+    The loop is sampled where the study states the rate of the amplifier.
+    """
     if not isinstance(effect, MotorCurrent) or not drive.motor.inductance:
         return (effect,)
     control = options.control.get(joint)
@@ -174,9 +184,10 @@ def _electrical(effect: Effect, drive: Drive, options: Simulation, joint: str) -
 
 
 def _sampled(effect: Effect, ratio: float, control: Control | None) -> tuple[Effect, ...]:
-    """The position loop as a digital controller runs it: a cascade of the same gains on an encoder, where stated.
+    """Replace the position loop by a sampled cascade with the same gains and an encoder, where the study states one.
 
-    Stiffness K and damping D at the joint are a position gain K / D around a speed gain D / (ratio^2 kt) at the motor.
+    Stiffness K and damping D at the joint correspond to a position gain K / D and a speed gain D / (ratio^2 kt) at the
+    motor.
     """
     if control is None or not isinstance(effect, PositionLoop):
         return (effect,)
@@ -187,6 +198,7 @@ def _sampled(effect: Effect, ratio: float, control: Control | None) -> tuple[Eff
 
 
 def _heat(study: Study, task: JointTask, joint: JointResult) -> tuple[Effect, ...]:
+    """The heating of a joint's motor, starting in the periodic steady state of the evaluation; empty if unknown."""
     winding, housing = joint.series.winding_temperature, joint.series.housing_temperature
     network = thermal_network(joint.drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
     if network is None or winding is None or housing is None or not np.isfinite(winding).all():
@@ -196,7 +208,7 @@ def _heat(study: Study, task: JointTask, joint: JointResult) -> tuple[Effect, ..
 
 
 def _slow_where_unknown(network: ThermalNetwork, period: float) -> ThermalNetwork:
-    """The network with capacities for nodes whose own are unknown, so large that nothing moves in a cycle."""
+    """The network with capacities for nodes that have none, so large that they stay constant within a cycle."""
     longest = AT_REST_IN * period
     inner = network.resistance_winding_housing or network.resistance_housing_ambient
     return replace(

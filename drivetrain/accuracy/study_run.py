@@ -1,4 +1,4 @@
-"""From a study to its run: which drives, which effects, which engine; the same from Python and from the command."""
+"""Simulation of a study: choice of drives, effects and engine, for Python and for the command."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from drivetrain.study.parts.simulation import KNOWN_EFFECTS, Simulation
 
 @dataclass(frozen=True, eq=False)
 class StudyScene:
-    """The scene of a study with the effects that it wants."""
+    """The scene of a study with the effects that its ``simulation`` section selects."""
 
-    full: Scene  # every effect that the sheets and the study have numbers for; nothing fed forward
-    scene: Scene  # with the wanted effects, ready to run
-    words: str  # which those are
+    full: Scene  # with every effect for which data sheets and study have values, without feed-forward
+    scene: Scene  # with the selected effects, ready to run
+    words: str  # a description of the selection
 
 
 def simulate(
@@ -51,33 +51,34 @@ def simulate(
     verify: bool = False,
     start: str | Mapping[str, float] = run.EQUILIBRIUM,
 ) -> Recording:
-    """What happens when a scene, or the drives of a study, run.
+    """Simulate a scene, or the drives of a study on its cycle.
 
     Args:
-        scene: A scene or its plan. Or a study: with the drives that it gives, or else those that ``select`` chooses,
-            the effects and the engine of its ``simulation`` section. Or what ``evaluate`` or ``select`` found.
-        drives: Of a study, by joint name: drives, or keys of (motor, gear).
-        solver: The engine; None: as the study states, or fixed implicit steps of a millisecond. A solver that runs
-            compiled, such as Rodas5P(rtol=1e-6), stands for the adaptive engine with it.
-        duration: Replaces that of the scene [s].
-        interval: Between two recorded instants [s]; None: 10 ms of a scene; 1 ms of a study, longer for a long cycle.
-        resume: A recording of the same scene that ended earlier or was stopped: go on from its end.
-        progress: Called with the share done after every few thousand steps; False from it stops the run.
-        verify: Run once more at half the step or a tenth of the tolerance: ``verified`` of the recording holds both
-            values of all that it decides, and an event reports what changes by more than 1 %.
+        scene: A scene or its plan. Or a study, which is simulated with its own drives, or else with those that
+            ``select`` chooses, with the effects and the engine of its ``simulation`` section. Or the result of
+            ``evaluate`` or ``select``.
+        drives: For a study, the drives by joint name: ``Drive`` objects, or keys of (motor, gear).
+        solver: The engine; None: that of the study, or fixed implicit steps of 1 ms. A solver that runs compiled, such
+            as Rodas5P(rtol=1e-6), selects the adaptive engine with this solver.
+        duration: Duration of the run, instead of that of the scene [s].
+        interval: Time between two output rows [s]; None: 10 ms for a scene; 1 ms for a study, longer for a long cycle.
+        resume: A recording of the same scene that ended earlier or was stopped; the run continues from its end.
+        progress: Called with the finished share after every few thousand steps; returning False stops the run.
+        verify: Repeat the run at half the step or a tenth of the tolerance: ``verified`` of the recording contains
+            both values of all decision quantities, and an event reports a change of more than 1 %.
         start: ``equilibrium``: springs, currents, integrators and loops hold the load, so that nothing moves that is
-            not commanded to; ``about["start"]`` describes it. Or states that are given instead, by name [their own
-            units].
+            not commanded to; ``about["start"]`` describes it. Or given initial states, by name [their own units]; the
+            others are in equilibrium.
 
     Returns:
         ``<joint>.position`` and all other states and signals, energies of all powers, ``stored_energy`` and
-        ``energy_error`` where they can be computed; counters, events, and what it takes to go on.
+        ``energy_error`` where they can be computed; counters, events, and the data to resume the run.
 
     Raises:
-        InputError: A scene that contradicts itself, a study that no drives fit or that cannot be simulated, or an
-            earlier recording of another scene.
+        InputError: A contradictory scene, a study for which no drives fit or that cannot be simulated, or a recording
+            of another scene to resume.
     """
-    if not isinstance(scene, Study | Evaluation | Selection):  # the runner reports what is no scene either
+    if not isinstance(scene, Study | Evaluation | Selection):  # ``run.simulate`` reports anything that is no scene
         if drives is not None:
             raise InputError(Fault("drives", "go with a study", hint="a scene holds its drives as effects"))
         usual = run.DEFAULT_INTERVAL if interval is None else interval
@@ -127,7 +128,7 @@ def run_scene(
 def study_scene(
     evaluation: Evaluation, settings: Simulation, *, progress: Callable[[int, int, str], None] | None = None
 ) -> StudyScene:
-    """The scene in which a study's drives run its cycle."""
+    """The scene of evaluated drives on the study's cycle, with the effects that ``settings`` selects."""
     full = full_scene(evaluation, settings)
     if settings.effects == ("auto",):
         found = choose_effects(
@@ -146,6 +147,7 @@ def study_scene(
 
 
 def engine_of(settings: Simulation) -> Engine:
+    """The engine that a study's ``simulation`` section states."""
     if settings.solver == "adaptive":
         return AdaptiveStep(Rodas5P(rtol=settings.precision))
     return Inverse() if settings.solver == "inverse" else FixedStep(settings.step)
@@ -154,6 +156,7 @@ def engine_of(settings: Simulation) -> Engine:
 def _evaluation(
     what: Study | Evaluation | Selection, drives: Mapping[str, Drive] | Mapping[str, Given] | None
 ) -> Evaluation:
+    """The evaluation to be simulated: that of the given drives, of the study's own drives, or of those selected."""
     if not isinstance(what, Study):
         if drives is not None:
             hint = "an evaluation and a selection have their drives"

@@ -1,4 +1,4 @@
-"""A run done once more at half the step or a tenth of the tolerance, and what that changes of what it decides."""
+"""Verification of a run: repeated at half the step or a tenth of the tolerance, decision quantities compared."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from drivetrain.simulation.recording import Event, Recording
 from drivetrain.simulation.run import EQUILIBRIUM, simulate
 from drivetrain.simulation.scene import Scene
 
-ALLOWED = 0.01  # of a quantity, that a finer run may change
-SMALL = 1e-6  # [A, N m, K, rad, m]: below it a quantity is nothing
+ALLOWED = 0.01  # relative change up to which a quantity counts as converged
+SMALL = 1e-6  # quantities below this are not compared [A, N m, K, rad, m]
 UNITS = {"peak_current": "A", "rms_current": "A", "rms_torque": "N m", "rise": "K", "deviation": "rad"}
 
 
@@ -32,7 +32,11 @@ def verified(
     progress: Progress | None = None,
     start: str | Mapping[str, float] = EQUILIBRIUM,
 ) -> Recording:
-    """The recording with ``verified``: every quantity that it decides, as it is and as a finer run has it."""
+    """The recording with ``verified``: every decision quantity from this run and from a finer run, by name.
+
+    ``interval`` is the time between two output rows of the finer run [s]. A recording that stopped early is returned
+    unchanged.
+    """
     if recording.stopped_by is not None:
         return recording
     ready = plan(scene)
@@ -48,7 +52,7 @@ def verified(
 
 
 def _quantities(found: Decision) -> dict[str, float]:
-    """What a recording decides, as far as it is known, by name."""
+    """The known decision quantities by name, such as ``elbow.peak_current`` [units of ``UNITS``]."""
     values = {f"{joint}.{name}": getattr(one, name) for joint, one in found.joints.items() for name in UNITS}
     values["tip_deviation"] = found.tip_deviation
     return {name: float(value) for name, value in values.items() if math.isfinite(value)}
@@ -57,7 +61,10 @@ def _quantities(found: Decision) -> dict[str, float]:
 def _changed(
     recording: Recording, finer: Recording, scene: Scene, values: Mapping[str, tuple[float, float]]
 ) -> tuple[Event, ...]:
-    """The event of a run whose answer still changes: deviations as shares of the way, all else of itself."""
+    """An event for a run that is not converged: the largest relative change exceeds ``ALLOWED``; else empty.
+
+    Changes of deviations are relative to the travel, all others to the quantity itself.
+    """
     ways = {f"{joint}.deviation": float(np.ptp(recording[f"{joint}.position"])) for joint in scene.joints}
     ways["tip_deviation"] = tip_travel(scene, recording)
     sizes = {name: max(ways.get(name, 0.0), abs(b)) for name, (_, b) in values.items()}
@@ -70,6 +77,6 @@ def _changed(
 
 
 def refuse_resumed(verify: bool, resume: Recording | None) -> None:
-    """That what is to be verified is a whole run."""
+    """Raise InputError for a verification of a resumed run: the finer run must begin at the start."""
     if verify and resume is not None:
         raise InputError(Fault("verify", "needs a run from its start: the finer one cannot go on from another's end"))
