@@ -1,4 +1,4 @@
-"""Motions that follow from forces: what is simulated, and what is recorded of it."""
+"""Forward simulation: scenes, plans, engines and recordings."""
 
 from typing import TYPE_CHECKING
 

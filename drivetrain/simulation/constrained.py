@@ -1,4 +1,4 @@
-"""An arm without drives that is held by constraints: a door, a pen on paper, a closed loop of links."""
+"""Simulation of an arm without drives under constraints: a door, a pen on paper, a closed loop of links."""
 
 from __future__ import annotations
 
@@ -37,26 +37,29 @@ from drivetrain.solvers.solver import RungeKutta4, Solver, check_positive
 
 
 class Stabilisation:
-    """Base of the ways: asks for what the rows ask for and puts nothing back; each may do otherwise."""
+    """Base of the methods that keep the motion on the constraints; this one does nothing beyond the constraints."""
 
     def drift(self, rows: Rows, qd: Array, held: Array) -> Array:
-        """What accelerations must undo: the drift of the rows, and perhaps more."""
+        """Right-hand side of the acceleration constraint, dA/dt qd, with additional stabilising terms.
+
+        ``held`` tells which rows are holonomic. Both are batches, (1, rows).
+        """
         return rows.drift
 
     def put_back(
         self, arm: Arm, constraints: tuple[Constraint, ...], q: Array, qd: Array
     ) -> tuple[Array, Array] | None:
-        """The state after a step, put back."""
+        """Positions and speeds after a step, (1, n) each, corrected; None if nothing is to be corrected."""
         return None
 
 
 @dataclass(frozen=True)
 class Projection(Stabilisation):
-    """After each step back onto the constraints, by the least change in the metric of M: nothing drifts.
+    """Projection onto the constraints after each step, by the smallest change in the metric of M: no drift.
 
     Attributes:
-        tolerance: Errors of positions [m or -] and of speeds [m/s or 1/s] that are left alone.
-        most: Newton steps at a time [-].
+        tolerance: Errors of positions [m or -] and of speeds [m/s or 1/s] that are not corrected.
+        most: Newton iterations per correction, at most [-].
     """
 
     tolerance: float = 1e-12
@@ -75,7 +78,7 @@ class Projection(Stabilisation):
         for _ in range(self.most):
             if np.abs(rows.error).max() <= self.tolerance:
                 break
-            # Rows that bind speeds only have no error, and so their directions are left alone.
+            # Rows that constrain only speeds have no position error, so they cause no correction.
             step, _, _ = least_change(arm, q, rows.jacobian, np.zeros(q.shape), rows.error)
             q, changed = q + step, True
             rows = stacked_rows(arm, constraints, q, qd)
@@ -88,7 +91,7 @@ class Projection(Stabilisation):
 
 @dataclass(frozen=True)
 class Baumgarte(Stabilisation):
-    """Errors die away as those of a critically damped spring; cheap, with any solver, but never quite zero.
+    """Baumgarte stabilisation: errors decay with critical damping. Cheap, for any solver, but errors never vanish.
 
     Attributes:
         rate: a of ``A qdd + dA/dt qd + 2 a A qd + a^2 error = 0`` [1/s]; far below the inverse of the solver's step.
@@ -108,12 +111,12 @@ class Baumgarte(Stabilisation):
 
 @dataclass(frozen=True)
 class Drifting(Stabilisation):
-    """Nothing is done: to see what the others are good for."""
+    """No stabilisation, for comparison with the others."""
 
 
 DEFAULT_SOLVER = RungeKutta4(1e-3)
 PROJECTION = Projection()
-MOVED = 1e-9  # rad or m; a larger correction of the start is reported
+MOVED = 1e-9  # correction of the initial position above which an event reports it [rad or m]
 
 
 def simulate_constrained(
@@ -132,23 +135,23 @@ def simulate_constrained(
     """The motion of an arm under gravity, given joint torques, and constraints that do no work.
 
     Args:
-        arm: With rotors or without, at any level.
-        constraints: One or several. The start is first moved to the nearest state that meets them.
-        q0, qd0: Positions and speeds at the start [rad or m, and per s], (n,).
-        duration: [s].
-        solver: The method.
-        torque: Called with (t [s], q [rad or m], qd [rad/s or m/s]), gives the generalised joint torques [N m; N at a
-            prismatic joint], (n,). None: none.
-        stabilisation: How the motion is kept to the constraints.
-        breakpoints: Where the torque law jumps [s]; no step crosses one.
-        interval: Between two recorded instants [s]; the last instant is the end.
+        arm: Arm, with or without rotors, at any level.
+        constraints: One or several. The initial state is first moved to the nearest one that satisfies them.
+        q0, qd0: Initial positions and speeds [rad or m, and per s], (n,).
+        duration: Duration of the run [s].
+        solver: Integration method.
+        torque: Called with (t [s], q [rad or m], qd [rad/s or m/s]), returns the generalised joint torques [N m; N at a
+            prismatic joint], (n,). None: no torques.
+        stabilisation: How the motion is kept on the constraints.
+        breakpoints: Times at which the torque law jumps [s]; no step crosses one.
+        interval: Time between two output rows [s]; the last row is at the end.
 
     Returns:
-        What ``simulate_passive`` records, and ``constraint_error`` [m, - for angles], ``constraint_speed`` [m/s], the
-        largest of any row, ``constraint_<i>.multiplier_<j>`` [N or N m], and ``rank`` [-].
+        The series of ``simulate_passive``, and ``constraint_error`` [m, - for angles] and ``constraint_speed`` [m/s],
+        each the largest of all rows, ``constraint_<i>.multiplier_<j>`` [N or N m], and ``rank`` [-].
 
     Raises:
-        InputError: As ``simulate_passive``; or the constraints cannot be met near q0.
+        InputError: As ``simulate_passive``; or the constraints cannot be satisfied near q0.
 
     Reference: Modern Robotics, section 8.7.
     """
@@ -170,7 +173,7 @@ def simulate_constrained(
         "stabilisation": repr(stabilisation),
         "duration": f"{duration:g} s",
     }
-    # Between the ends of steps the solver's own curve leaves the constraints a little, too.
+    # The dense output between the ends of steps is not exactly on the constraints, so its states are corrected too.
     corrected = [(correct(t, y), y) for t, y in zip(solution.times, solution.states, strict=True)]
     solution = replace(solution, states=np.array([y if better is None else better for better, y in corrected]))
     recording = record(arm, solution, law, about)
@@ -178,7 +181,7 @@ def simulate_constrained(
 
 
 def _rates(arm: Arm, constraints: tuple[Constraint, ...], torque: TorqueLaw | None, how: Stabilisation) -> Rates:
-    """Of positions, speeds, and the work of the torques."""
+    """The right-hand side for the state (positions, speeds, work of the torques), (2 n + 1,)."""
     n, model = arm.n, packed(arm)
     nothing = np.zeros((1, n))
     holonomic = np.concatenate([np.full(one.count, one.holonomic) for one in constraints])
@@ -194,7 +197,7 @@ def _rates(arm: Arm, constraints: tuple[Constraint, ...], torque: TorqueLaw | No
         except InputError:
             if np.abs(y).max() <= BEYOND:
                 raise
-            return result  # it was no state of an arm before; the solver will report it
+            return result  # a diverged state; NaN rates make the solver report it
         result[:n], result[n : 2 * n] = qd[0], acceleration[0]
         result[2 * n] = tau[0] @ qd[0]
         return result
@@ -203,6 +206,7 @@ def _rates(arm: Arm, constraints: tuple[Constraint, ...], torque: TorqueLaw | No
 
 
 def _correction(arm: Arm, constraints: tuple[Constraint, ...], how: Stabilisation) -> Correct:
+    """The stabilisation as a correction of the solver's state after each step."""
     n = arm.n
 
     def correct(t: float, y: Array) -> Array | None:
@@ -218,7 +222,10 @@ def _correction(arm: Arm, constraints: tuple[Constraint, ...], how: Stabilisatio
 def _with_constraints(
     arm: Arm, constraints: tuple[Constraint, ...], recording: Recording, states: Array, moved: float
 ) -> Recording:
-    """The recording, with what the constraints do, and accelerations as they let them be."""
+    """The recording with the series of the constraints, and with the constrained accelerations.
+
+    ``moved`` is the correction of the initial position [rad or m].
+    """
     n = arm.n
     q, qd = np.ascontiguousarray(states[:, :n]), np.ascontiguousarray(states[:, n : 2 * n])
     tau = np.array(list(recording.ending("torque").values())).T

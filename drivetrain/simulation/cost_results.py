@@ -1,4 +1,4 @@
-"""What is found about accuracy and its cost: plain results, computed in ``accuracy/`` and drawn in ``report/``."""
+"""Results about accuracy and computing time, computed in ``accuracy/`` and shown in ``report/``."""
 
 from __future__ import annotations
 
@@ -14,58 +14,61 @@ from drivetrain.study.parts.verdicts import Check, Verdict, verdict_of
 
 @dataclass(frozen=True)
 class JointDecision:
-    """What one joint's drive is judged by, of a simulated cycle."""
+    """The decision quantities of one joint in a simulated cycle."""
 
     # [A]
     peak_current: float
     rms_current: float
-    rms_torque: float  # through the mesh, at the gear's output [N m or N]
-    # hottest in the periodic steady state of the cycle [C]; NaN where the sheet does not say
+    rms_torque: float  # transmitted by the mesh, at the gear's output [N m or N]
+    # maximum in the periodic steady state of the cycle [C]; NaN if the data sheet does not allow to compute it
     winding_temperature: float
-    ambient: float  # air [C]
-    deviation: float  # largest distance from the commanded position [rad or m]
+    ambient: float  # ambient temperature [C]
+    deviation: float  # largest deviation from the commanded position [rad or m]
 
     @property
     def rise(self) -> float:
-        """Of the winding over the air [K]."""
+        """Temperature rise of the winding over ambient [K]."""
         return self.winding_temperature - self.ambient
 
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What a set of drives is judged by, of a simulated cycle."""
+    """The decision quantities of a set of drives in a simulated cycle."""
 
-    joints: Mapping[str, JointDecision]  # by name
-    tip_deviation: float  # largest distance of the tip from where it is commanded [m]; of one joint its own [rad or m]
-    # of the study, held against the simulated series, by joint; empty without a study
+    joints: Mapping[str, JointDecision]  # by joint name
+    # largest distance of the tip from its commanded position [m]; without an arm that of the joint [rad or m]
+    tip_deviation: float
+    # the study's checks with requirements from the simulation, by joint; empty without a study
     checks: Mapping[str, tuple[Check, ...]] = field(default_factory=dict)
 
     @property
     def verdict(self) -> Verdict:
+        """The worst verdict of all checks."""
         return verdict_of(check for checks in self.checks.values() for check in checks)
 
 
 @dataclass(frozen=True)
 class Change:
-    """How far two decisions lie apart, or are thought to, as shares; of the tip as a length."""
+    """Measured or estimated change of the decision quantities: relative, for the tip a length."""
 
-    # over the values of the full scene [-]
+    # relative to the values of the full scene [-]
     peak_current: float = 0.0
     rms_current: float = 0.0
     rms_torque: float = 0.0
-    temperature: float = 0.0  # over the winding's rise in the full scene [-]
-    tip: float = 0.0  # [m], of one joint [rad or m]
+    temperature: float = 0.0  # relative to the winding's temperature rise in the full scene [-]
+    tip: float = 0.0  # change of the tip's deviation [m]; without an arm of the joint's [rad or m]
 
     def largest(self, tip_scale: float) -> float:
-        """The largest share, the tip's beside a length."""
+        """The largest relative change [-]; that of the tip is relative to ``tip_scale`` [m]."""
         return max(self._sizes(tip_scale).values(), default=0.0)
 
     def leading(self, tip_scale: float) -> str:
-        """Which quantity the largest share belongs to."""
+        """The name of the quantity with the largest relative change."""
         sizes = self._sizes(tip_scale)
         return max(sizes, key=lambda name: sizes[name], default="tip")
 
     def _sizes(self, tip_scale: float) -> dict[str, float]:
+        """Absolute relative changes by name, without unknown ones [-]."""
         words = ("peak current", "RMS current", "RMS torque", "winding temperature")
         named = dict(zip(words, self.shares, strict=True))
         named["tip"] = self.tip / tip_scale if tip_scale > 0.0 else 0.0
@@ -73,135 +76,136 @@ class Change:
 
     @property
     def shares(self) -> tuple[float, float, float, float]:
-        """Those of the joint [-]."""
+        """The relative changes of the joint's quantities [-]; without the tip."""
         return self.peak_current, self.rms_current, self.rms_torque, self.temperature
 
 
 @dataclass(frozen=True)
 class Choice:
-    """One effect that may be left out."""
+    """One effect at one place that may be left out."""
 
     kind: str  # name of the effect's class
-    joint: str  # its joint; ``scene`` for one of all
+    joint: str  # its joint; ``scene`` for an effect of the whole scene
 
 
 @dataclass(frozen=True, eq=False)
 class EffectCost:
-    """One effect left out of the full scene."""
+    """Influence and computing time of one effect, from the full scene and the scene without it."""
 
-    label: str  # what it is, in words
+    label: str  # name of the effect in reports
     joints: tuple[str, ...]  # where it was left out
-    changes: Mapping[str, Change]  # by joint, signed: without it less with it
+    changes: Mapping[str, Change]  # by joint, signed: value without it minus value with it
     verdict: Verdict  # without it
-    time: float  # of the full scene over that without it [-]; above 1 it costs time
+    time: float  # computing time of the full scene over that without it [-]
     work: float  # evaluations of the full scene over those without it [-]
 
 
 @dataclass(frozen=True, eq=False)
 class EffectCosts:
-    """Every effect left out once."""
+    """Influence and computing time of all effects, each left out once."""
 
     full: Decision  # decision of the full scene
-    seconds: float  # processor time of one run of it [s]
-    solver: str  # what ran it
-    counters: Mapping[str, int]  # its work
-    rows: tuple[EffectCost, ...]  # one an effect, dearest first
-    bare: float  # processor time without any of them over the full one's [-]
+    seconds: float  # processor time of one run of the full scene [s]
+    solver: str  # the engine used
+    counters: Mapping[str, int]  # counters of the full scene's run
+    rows: tuple[EffectCost, ...]  # one per effect, the most expensive first
+    bare: float  # processor time without any of them over that of the full scene [-]
 
 
 @dataclass(frozen=True)
 class Judged:
-    """An effect before the run: what leaving it out is thought to change, and what became of it."""
+    """The estimated influence of an effect, and whether the chosen scene keeps it."""
 
     choice: Choice  # the effect
-    label: str  # in words
-    estimate: Change  # bounds on the changes at its joint
-    valid: bool  # whether the derivation holds here
-    why: str  # the derivation, or what it lacks
-    kept: bool  # whether the scene keeps it
-    cost: float  # what keeping it is thought to cost [-], relative to others
+    label: str  # its name in reports
+    estimate: Change  # estimated changes at its joint, the largest of all joints
+    valid: bool  # whether the run without it reached its end
+    why: str  # how the estimate was found, or what ended that run
+    kept: bool  # whether the chosen scene keeps it
+    cost: float  # assumed computing time, relative to the others [-]
 
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """The chosen scene run beside the full one."""
+    """The comparison of the chosen scene with the full one."""
 
-    # decisions
+    # decisions of both scenes
     chosen: Decision
     full: Decision
-    # changes by joint; the tip's is the scene's
+    # changes by joint; the change at the tip is the same at all joints
     estimate: Mapping[str, Change]
     measured: Mapping[str, Change]
-    numerical: Mapping[str, Change]  # how much of the measured change may be the step's, by halving it
-    steps: float  # that were used [s]
-    audit: float  # energy that is there and should not be, over what was put in and taken out [-]
+    numerical: Mapping[str, Change]  # numerical error of the measured change, by halving the step
+    steps: float  # time step of both runs [s]
+    audit: float  # error of the energy balance over the energy exchanged [-]
     # processor time of one run [s]
     seconds_chosen: float
     seconds_full: float
-    beyond: bool  # whether the measured change is beyond the tolerance
-    proven: bool  # whether it is within, and the numbers good enough to say so
-    why: str  # in words
+    beyond: bool  # whether the measured change exceeds the tolerance
+    proven: bool  # whether it is within the tolerance, with small enough numerical error and energy error
+    why: str  # the result in words
 
 
 @dataclass(frozen=True, eq=False)
 class AutoChoice:
     """The cheapest scene within a tolerance, and its proof."""
 
-    scene: Scene  # to be run
-    tolerance: float  # of the decision quantities [-]
-    tip_tolerance: float  # of the tip [m], of one joint [rad or m]
-    effects: tuple[Judged, ...]  # all that could be left out
-    proof: Proof | None  # none where nothing was left out
-    restored: tuple[Choice, ...] = ()  # effects that came back because the proof asked for them
+    scene: Scene  # the chosen scene
+    tolerance: float  # relative tolerance of the decision quantities [-]
+    tip_tolerance: float  # tolerance of the tip's deviation [m]; without an arm of the joint's [rad or m]
+    effects: tuple[Judged, ...]  # all effects that could be left out
+    proof: Proof | None  # None if nothing was left out
+    restored: tuple[Choice, ...] = ()  # effects that were left out first, and restored after a failed proof
 
     @property
     def dropped(self) -> tuple[Judged, ...]:
+        """The effects that were left out."""
         return tuple(one for one in self.effects if not one.kept)
 
 
 @dataclass(frozen=True)
 class SolverRun:
-    """One solver at one setting."""
+    """Result of one solver at one setting."""
 
-    family: str  # such as ``fixed step``
-    setting: float  # its step [s] or tolerance [-]
-    error: float  # in the decision quantities, the largest share [-]; NaN where the run did not end
-    seconds: float  # processor time, the median of some runs [s]
-    work: int  # evaluations of the right-hand side or solved steps
-    note: str = ""  # why it did not end; empty where it did
-    where: str = ""  # the decision quantity that is furthest off, and its joint
+    family: str  # method, such as ``fixed implicit step``
+    setting: float  # its step [s] or relative tolerance [-]
+    error: float  # largest relative error of the decision quantities [-]; NaN if the run stopped early
+    seconds: float  # processor time, median of several runs [s]
+    work: int  # evaluations of the right-hand side, or solutions of steps
+    note: str = ""  # why it stopped early; empty if it did not
+    where: str = ""  # the decision quantity with the largest error, and its joint
 
 
 @dataclass(frozen=True, eq=False)
 class SolverCosts:
-    """Work and precision on one scene."""
+    """Work-precision data of the solvers on one scene."""
 
-    runs: tuple[SolverRun, ...]  # all of them
-    reference: str  # what they are held against, in words
-    settled: float  # largest share by which two settings of the reference differ [-]; smaller errors are not drawn
+    runs: tuple[SolverRun, ...]
+    reference: str  # description of the reference solution
+    settled: float  # largest relative difference of two settings of the reference [-]; smaller errors are not shown
 
 
 @dataclass(frozen=True, eq=False)
 class JointCurrents:
-    """The current of one joint by both roads."""
+    """The current of one joint from sizing (inverse) and from simulation (forward)."""
 
     time: Array  # [s], (N,)
     # [A], (N,)
     inverse: Array
     forward: Array
-    moving: Array  # where the joint is commanded to move, (N,)
-    # of both roads [A]
+    moving: Array  # whether the joint is commanded to move, (N,)
+    # (inverse, forward) [A]
     peaks: tuple[float, float]
     rms: tuple[float, float]
-    # RMS of the difference over that of the inverse road [-]; NaN where it never does
+    # RMS of the difference over the RMS of the inverse current, while moving and at rest [-]; NaN if it never does
     apart_moving: float
     apart_resting: float
-    note: str  # what the difference comes from, in words
+    note: str  # the cause of the difference, in words
 
 
 @dataclass(frozen=True, eq=False)
 class CurrentsCompared:
-    """Sizing against simulation with the same effects."""
+    """Comparison of the currents of sizing and of simulation with the same effects."""
 
-    joints: Mapping[str, JointCurrents]  # by name
-    recording: Recording  # of the forward run
+    joints: Mapping[str, JointCurrents]  # by joint name
+    recording: Recording  # of the simulation

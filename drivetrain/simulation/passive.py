@@ -1,4 +1,4 @@
-"""An arm without drives: what it does under gravity, its rotors, and torques that are given over time."""
+"""Simulation of an arm without drives: under gravity and given joint torques, rotors included."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from drivetrain.solvers.solver import DormandPrince853, Solver, check_positive
 TorqueLaw = Callable[[float, Array, Array], Any]
 DEFAULT_SOLVER = DormandPrince853()
 DEFAULT_INTERVAL = 0.01  # s
-FASTEST = 1e6  # rad/s or m/s
-LONGEST = 1e9  # s, thirty years
-MOST_INSTANTS = 1e8  # in a recording
-BEYOND = 1e60  # no state of an arm; its squares and products are still numbers
+FASTEST = 1e6  # largest initial speed [rad/s or m/s]
+LONGEST = 1e9  # longest duration, thirty years [s]
+MOST_INSTANTS = 1e8  # output rows of a recording
+BEYOND = 1e60  # a larger state counts as diverged; its squares and products are still finite
 
 
 def simulate_passive(
@@ -38,22 +38,22 @@ def simulate_passive(
 ) -> Recording:
     """The motion of an arm from a given state, under gravity and given joint torques; no friction, no losses.
 
-    Accelerations come from the articulated-body method, so the time it takes grows as the number of joints.
+    Accelerations come from the articulated-body algorithm, so the computing time is linear in the number of joints.
 
     Args:
-        arm: With rotors or without, at any level.
-        q0, qd0: Positions and speeds at the start [rad or m, and per s], (n,).
-        duration: [s].
-        solver: The method.
-        torque: Called with (t [s], q [rad or m], qd [rad/s or m/s]), gives the generalised joint torques [N m; N at a
-            prismatic joint], (n,). None: none.
-        breakpoints: Where the torque law jumps [s]; no step crosses one.
-        interval: Between two recorded instants [s]; the last instant is the end.
+        arm: Arm, with or without rotors, at any level.
+        q0, qd0: Initial positions and speeds [rad or m, and per s], (n,).
+        duration: Duration of the run [s].
+        solver: Integration method.
+        torque: Called with (t [s], q [rad or m], qd [rad/s or m/s]), returns the generalised joint torques [N m; N at a
+            prismatic joint], (n,). None: no torques.
+        breakpoints: Times at which the torque law jumps [s]; no step crosses one.
+        interval: Time between two output rows [s]; the last row is at the end.
 
     Returns:
         ``<joint>.position``, ``.speed``, ``.acceleration`` and ``.torque``; ``kinetic_energy``, ``potential_energy``,
-        ``work`` (what the torques have put in) and ``energy_error`` (what is there and should not be: the error of the
-        solver, by which it can be judged) [J]. Events: a joint passes a limit of its position.
+        ``work`` (of the torques) and ``energy_error`` (total energy minus work minus initial energy, the error of the
+        solver) [J]. Events: a joint passes a limit of its position.
 
     Raises:
         InputError: Wrong shapes, NaN, a duration that is not positive, a joint that moves no inertia.
@@ -71,7 +71,7 @@ def simulate_passive(
 
 
 def checked_start(arm: Arm, q0: Any, qd0: Any) -> Array:
-    """Positions and speeds in one vector, checked."""
+    """Initial positions and speeds in one vector, (2 n,), checked."""
     faults = Faults()
     position = faults.attempt(checked_array, q0, (arm.n,), "q0")
     speed = faults.attempt(checked_array, qd0, (arm.n,), "qd0")
@@ -84,7 +84,7 @@ def checked_start(arm: Arm, q0: Any, qd0: Any) -> Array:
 
 
 def recorded_times(duration: float, interval: float) -> Array:
-    """The instants of a recording, evenly spaced, the end among them."""
+    """The output times of a recording [s], evenly spaced, with the end as the last, (N,)."""
     check_positive("duration", duration, "s")
     check_positive("interval", interval, "s")
     if duration > LONGEST:
@@ -98,7 +98,7 @@ def recorded_times(duration: float, interval: float) -> Array:
 
 
 def up_to_divergence(solution: Solution) -> Solution:
-    """The solution, cut before the first state that is too large for any arm."""
+    """The solution up to the last row before a state exceeds ``BEYOND``, with that as the reason to stop."""
     far = np.flatnonzero((np.abs(solution.states) > BEYOND).any(axis=1))
     if not len(far):
         return solution
@@ -110,7 +110,7 @@ def up_to_divergence(solution: Solution) -> Solution:
 
 
 def record(arm: Arm, solution: Solution, torque: TorqueLaw | None, about: dict[str, str]) -> Recording:
-    """The recording of an arm's motion, with its energies."""
+    """The recording of an arm's motion, with its energies and events."""
     n, times = arm.n, solution.times
     q, qd, work = solution.states[:, :n], solution.states[:, n : 2 * n], solution.states[:, 2 * n]
     given = np.zeros(q.shape)
@@ -147,7 +147,7 @@ def joint_series(arm: Arm, q: Array, qd: Array, qdd: Array, tau: Array) -> dict[
 
 
 def limit_events(arm: Arm, times: Array, q: Array) -> tuple[Event, ...]:
-    """When joints pass the limits of their positions, to the recording's interval."""
+    """Events where joints pass their position limits, with the time resolution of the recording."""
     events = []
     for i, name in enumerate(arm.joint_names):
         unit = "m" if arm.slides[i] else "rad"
@@ -163,20 +163,20 @@ def limit_events(arm: Arm, times: Array, q: Array) -> tuple[Event, ...]:
 
 
 def stopped_by(arm: Arm, solution: Solution) -> Event | None:
-    """What ended a run before its time."""
+    """The event that ended a run early; None if it reached its end."""
     if not solution.stopped:
         return None
     if solution.fault_index is None:
         return Event(solution.stopped_at, "solver", solution.stopped)
     culprit = solution.fault_index
-    if culprit >= 2 * arm.n:  # the work of the torques: it is a joint that runs away
+    if culprit >= 2 * arm.n:  # the work of the torques; name the joint with the largest state instead
         culprit = int(np.argmax(np.abs(solution.states[-1, : 2 * arm.n])))
     signal = f"{arm.joint_names[culprit % arm.n]}.{('position', 'speed')[culprit // arm.n]}"
     return Event(solution.stopped_at, "diverged", f"{signal}: {solution.stopped}")
 
 
 def _rates(arm: Arm, torque: TorqueLaw | None) -> Rates:
-    """Of positions, speeds, and the work of the torques."""
+    """The right-hand side for the state (positions, speeds, work of the torques), (2 n + 1,)."""
     n, accelerations = arm.n, unchecked_accelerations(arm)
     nothing = np.zeros(n)
 
@@ -194,7 +194,7 @@ def _rates(arm: Arm, torque: TorqueLaw | None) -> Rates:
 
 
 def checked_law(arm: Arm, torque: TorqueLaw | None, start: Array) -> TorqueLaw | None:
-    """The law, once it has given n numbers at the start."""
+    """The torque law, checked by a call at the initial state."""
     if torque is None:
         return None
     if not callable(torque):

@@ -1,4 +1,4 @@
-"""What a simulation leaves behind: named series with units over one clock, counters, events; kept in one file."""
+"""The recording of a simulation: named series with units over a common time, counters and events; saved in one file."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
 
 
 class Series(NamedTuple):
-    """One quantity over the recording's clock."""
+    """One quantity at the times of a recording."""
 
     unit: str  # SI, such as ``rad/s``; ``-`` for a pure number
     values: Array  # (N,)
 
 
 class TableSeries(Mapping[str, Series]):
-    """Series that stand in the columns of a table, and some more.
+    """Series in the columns of a table, made only when they are asked for, and some more series.
 
-    A run leaves hundreds of series, of which few are looked at: none costs anything before that.
+    A run has hundreds of series, of which few are used.
     """
 
     def __init__(self, table: Array, columns: Mapping[str, tuple[int, str]], more: Mapping[str, Series]) -> None:
-        """Take a table over; it must not be changed any more."""
+        """Use a table, which must not be changed afterwards; ``columns`` gives column and unit by name."""
         self._table, self._columns, self._made = table, columns, dict(more)
         self._names = (*columns, *more)
         for one in more.values():
@@ -45,11 +45,11 @@ class TableSeries(Mapping[str, Series]):
 
     @property
     def rows(self) -> int:
-        """How long each series is."""
+        """Number of values of each series."""
         return len(self._table)
 
     def __getitem__(self, name: str) -> Series:
-        """A series."""
+        """The series of a name, made at the first access."""
         if name not in self._made:
             column, unit = self._columns[name]
             values = self._table[:, column].copy()
@@ -58,7 +58,7 @@ class TableSeries(Mapping[str, Series]):
         return self._made[name]
 
     def __contains__(self, name: object) -> bool:
-        """Whether there is a series of a name, without making it."""
+        """Whether there is a series of that name; it is not made."""
         return name in self._columns or name in self._made
 
     def __iter__(self) -> Iterator[str]:
@@ -68,11 +68,11 @@ class TableSeries(Mapping[str, Series]):
         return len(self._names)
 
 
-ALLOWED = 0.01  # of the energy that goes to and fro
-UNACCOUNTED = "energy"  # the name of the event
-ROUNDING = 1e-9  # of all that is stored
-FORMAT = 1
-# What reading a damaged archive may end in: every layer has errors of its own.
+ALLOWED = 0.01  # error of the energy balance, over the energy exchanged, above which an event warns
+UNACCOUNTED = "energy"  # name of that event
+ROUNDING = 1e-9  # error that rounding may cause, over the stored energy
+FORMAT = 1  # version of the file format
+# Errors that reading a damaged archive may raise: each layer has its own.
 DAMAGE = (
     ValueError, KeyError, TypeError, AttributeError, NotImplementedError, OSError, EOFError, zipfile.BadZipFile,
     zlib.error,
@@ -81,27 +81,27 @@ DAMAGE = (
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened at an instant."""
+    """An event of a run, such as a change of contact mode or a warning."""
 
     time: float  # [s]
-    name: str  # its kind, such as ``limit``
-    detail: str  # what happened, in words, with units
+    name: str  # kind of the event, such as ``limit``
+    detail: str  # description, with units
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Named series with units over one clock, what they cost, and what happened.
+    """Named series with units at common times, with counters of the computing effort and events.
 
     Attributes:
-        time: [s], rising, (N,).
-        series: By name, such as ``elbow_joint.position`` or ``kinetic_energy``.
-        counters: What it cost: evaluations of the right-hand side, steps, by name [-].
-        events: In the order of time.
-        stopped_by: What ended the run before its time; None when nothing did.
-        about: What was run: arm, solver and the like, by name, in words.
-        kept: What it takes to go on from the end, by name; empty where a run cannot be resumed.
-        verified: What it decides, by name, as it is and as a run at half the step or a tenth of the tolerance has it
-            [SI]; empty where that was not asked for.
+        time: Times of the output rows, increasing [s], (N,).
+        series: Series by name, such as ``elbow_joint.position`` or ``kinetic_energy``.
+        counters: Computing effort, such as evaluations of the right-hand side and steps, by name [-].
+        events: Events in the order of time.
+        stopped_by: The event that ended the run early; None if it reached its end.
+        about: Description of the run (arm, solver and others), by name.
+        kept: The data to resume the run from its end, by name; empty if it cannot be resumed.
+        verified: Decision quantities by name [SI]: from this run, and from a run at half the step or a tenth of the
+            tolerance; empty if that was not requested.
     """
 
     time: Array
@@ -120,7 +120,7 @@ class Recording:
             object.__setattr__(self, "series", _frozen(self.series, len(time)))
 
     def __getitem__(self, name: str) -> Array:
-        """The values of a series."""
+        """The values of a series, (N,)."""
         return self._find(name).values
 
     def __repr__(self) -> str:
@@ -137,11 +137,11 @@ class Recording:
         return shown(repr(self), pd.DataFrame.from_dict(rows, orient="index"))
 
     def plot(self, *names: str, ax: Axes | None = None) -> Axes:
-        """Series over time.
+        """Plot series over time.
 
         Args:
-            names: Of series of one unit, or the last part of several, such as ``current``; none: ``position``.
-            ax: Where to draw; None: a new figure.
+            names: Names of series of one unit, or the last part of several, such as ``current``; none: ``position``.
+            ax: The axes to draw into; None: a new figure.
 
         Returns:
             The axes.
@@ -168,7 +168,7 @@ class Recording:
         """The unit of a series.
 
         Args:
-            name: Of the series.
+            name: Name of the series.
 
         Returns:
             SI unit, such as ``rad/s``.
@@ -179,10 +179,10 @@ class Recording:
         return self._find(name).unit
 
     def ending(self, part: str) -> dict[str, Array]:
-        """All series whose name ends with a part, such as ``position``, by what stands before it.
+        """All series whose name ends with a part, such as ``position``, by the part before it.
 
         Args:
-            part: After the last dot.
+            part: Last part of the name, after the last dot.
 
         Returns:
             Values by joint or body, in the order of the arm, (N,) each, in the series' unit.
@@ -191,20 +191,20 @@ class Recording:
         return {n.removesuffix(suffix): s.values for n, s in self.series.items() if n.endswith(suffix)}
 
     def to_frame(self) -> pd.DataFrame:
-        """The series as a table for pandas.
+        """The series as a pandas DataFrame.
 
         Returns:
-            One row an instant, index ``time [s]``; columns ``name [unit]``.
+            One row per output time, index ``time [s]``; columns ``name [unit]``.
         """
         columns = {f"{name} [{series.unit}]": series.values for name, series in self.series.items()}
         return pd.DataFrame(columns, index=pd.Index(self.time, name="time [s]"))
 
     def save(self, path: Path | str) -> Path:
-        """Write the recording to a file, all of it or nothing: a reader never meets half a file.
+        """Write the recording to a file, atomically: a reader never finds an incomplete file.
 
         Args:
-            path: Where to; a table for pandas where it ends in ``.parquet``, which needs pyarrow; else numpy's npz,
-                with all that a recording holds.
+            path: The file. With the suffix ``.parquet`` it contains the DataFrame of the series, which needs pyarrow;
+                else it is a numpy npz file with the whole recording.
 
         Returns:
             The path.
@@ -228,11 +228,13 @@ class Recording:
         return target
 
     def _find(self, name: str) -> Series:
+        """The series of a name; InputError if there is none."""
         if name not in self.series:
             raise InputError(Fault("series", "no series of that name", name, nearest(name, self.series)))
         return self.series[name]
 
     def _header(self) -> str:
+        """All but the arrays, as JSON."""
         header: dict[str, Any] = {
             "format": FORMAT,
             "series": [[name, series.unit] for name, series in self.series.items()],
@@ -246,7 +248,7 @@ class Recording:
 
 
 def _frozen(series: Mapping[str, Series], size: int) -> dict[str, Series]:
-    """The series, read-only, all of them checked at once; one by one only to name what is wrong."""
+    """The series with read-only values, checked together, which is faster; one by one only to name a fault."""
     columns = [one.values for one in series.values()]
     if all(isinstance(c, np.ndarray) and c.dtype == np.float64 and c.shape == (size,) for c in columns):
         table = np.array(columns)
@@ -257,7 +259,15 @@ def _frozen(series: Mapping[str, Series], size: int) -> dict[str, Series]:
 
 
 def energy_event(time: Array, error: Array, passed: float, stored: float, tolerance: float = 0.0) -> tuple[Event, ...]:
-    """The event of a run whose energies do not add up."""
+    """A warning if the energies of a run do not balance; empty if they do.
+
+    Args:
+        time: [s], (N,).
+        error: Error of the energy balance [J], (N,).
+        passed: Largest energy exchanged [J].
+        stored: Largest stored energy [J].
+        tolerance: Relative tolerance of the engine [-].
+    """
     off, most = np.abs(error), max(ALLOWED, 10.0 * tolerance) * passed + ROUNDING * stored
     if not len(off) or not off.max() > most:
         return ()
@@ -270,13 +280,13 @@ def energy_event(time: Array, error: Array, passed: float, stored: float, tolera
 
 
 def load_recording(path: Path | str) -> Recording:
-    """A recording from a file that ``Recording.save`` has written.
+    """Read a recording from a file that ``Recording.save`` has written.
 
     Args:
         path: The file.
 
     Returns:
-        The recording, the same to the bit.
+        The recording, bit-identical.
 
     Raises:
         InputError: No such file, or not a recording.
@@ -300,7 +310,7 @@ def load_recording(path: Path | str) -> Recording:
 
 
 def _restored(header: dict[str, Any], arrays: dict[str, Any]) -> Recording:
-    """The recording of a file."""
+    """The recording from the header and the arrays of a file."""
     named = enumerate(header["series"])
     return Recording(
         arrays["time"],

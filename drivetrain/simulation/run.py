@@ -1,4 +1,4 @@
-"""Run a scene: plan it, hand it to an engine, and make a recording of what comes back."""
+"""Run a scene: plan it, run the plan with an engine, and make a recording of the result."""
 
 from __future__ import annotations
 
@@ -26,12 +26,16 @@ from drivetrain.solvers.solver import Solver, check_positive
 
 DEFAULT_INTERVAL = 0.01  # s
 EQUILIBRIUM = "equilibrium"
-MOST_ROWS = 1e8
-BUS, SINKS, BUS_OFF = "scene.bus_voltage", 0.99, 1e-3  # of the nominal voltage: a source that is too weak; an error
-MOST_CHECKED = 5e4  # steps, at most 0.3 s more, and a second where a step that sees enough is looked for
-MOST_TRIED, MOST_KNOWN, MOST_COMPARED = 4e5, 100_000, 2e4  # of a bus that sinks: steps of each engine, rows
-ALLOWED, NOTHING = 0.01, 1e-6  # of what is decided, that half the step may change; [its unit]
-BEYOND = 1e30  # no number of an arm; its square is still one
+MOST_ROWS = 1e8  # output rows of a run
+# Signal of the bus voltage; share of the nominal voltage below which the source is too weak; error of the voltage, over
+# the nominal one, above which it is reported.
+BUS, SINKS, BUS_OFF = "scene.bus_voltage", 0.99, 1e-3
+MOST_CHECKED = 5e4  # steps of a run up to which the step is checked by a second run (about 0.3 s more)
+# For a check of the bus voltage: steps of the fixed-step engine, steps of the adaptive engine, output rows, at most.
+MOST_TRIED, MOST_KNOWN, MOST_COMPARED = 4e5, 100_000, 2e4
+# Relative change with half the step up to which a run counts as converged; size below which a quantity is not compared.
+ALLOWED, NOTHING = 0.01, 1e-6
+BEYOND = 1e30  # a larger number counts as diverged; its square is still finite
 
 
 def simulate(
@@ -45,7 +49,10 @@ def simulate(
     start: str | Mapping[str, float] = EQUILIBRIUM,
     checked: bool = True,
 ) -> Recording:
-    """What happens when a scene runs; a fixed step that is too long for it is reported."""
+    """Simulate a scene or its plan; the arguments are those of ``accuracy.study_run.simulate``.
+
+    ``checked``: report a fixed step that is too long, by a second run at half the step.
+    """
     if not isinstance(scene, Scene | Plan):
         raise InputError(Fault("scene", "must be a scene or its plan", type(scene).__name__))
     engine = engine_of(solver)
@@ -69,6 +76,7 @@ def simulate(
 
 
 def engine_of(solver: Engine | Solver | None) -> Engine:
+    """The engine for a ``solver`` argument: an engine itself, a solver for the adaptive engine, or None."""
     engine = FixedStep() if solver is None else AdaptiveStep(solver) if isinstance(solver, Solver) else solver
     if not isinstance(engine, Engine):
         raise InputError(Fault("solver", "must be an engine, such as FixedStep(0.001)", solver))
@@ -76,6 +84,7 @@ def engine_of(solver: Engine | Solver | None) -> Engine:
 
 
 def _given(start: object, resume: Recording | None) -> Mapping[str, float]:
+    """The given initial states of a ``start`` argument, checked; empty for equilibrium."""
     if isinstance(start, str) and start == EQUILIBRIUM:
         return {}
     if not isinstance(start, Mapping):
@@ -91,12 +100,13 @@ def _given(start: object, resume: Recording | None) -> Mapping[str, float]:
 def _recording(
     plan: Plan, engine: Engine, outcome: Outcome, resumed: Mapping[str, Any], given: Mapping[str, float]
 ) -> Recording:
+    """The recording of an engine's result, with energy balance, warnings and the data to resume."""
     about = {"scene": plan.scene.name, "solver": repr(engine), "duration": f"{plan.scene.duration:g} s"}
     if outcome.times is not None:
         return Recording(outcome.times, outcome.series, outcome.counters, outcome.events, outcome.stopped_by, about)
     rows, stopped = _sound(plan, outcome)
     stored, left, passed, largest = plan.layout.energies(rows)
-    # Of a run that goes on the audit does, too.
+    # The energy balance of a resumed run continues that of the earlier one.
     balance = float(resumed["balance"]) if "balance" in resumed else float(left[0])
     energies = {"stored_energy": Series("J", stored), "energy_error": Series("J", left - balance)}
     series = TableSeries(rows, plan.layout.recorded, energies)
@@ -114,10 +124,11 @@ def _recording(
 def _step_events(
     plan: Plan, engine: Engine, rows: Array, recording: Recording, given: Mapping[str, float], interval: float
 ) -> tuple[Event, ...]:
-    """What a fixed step sees too little of, found by a run at half the step.
+    """Warnings for a fixed step that is too long, found by runs at half the step.
 
-    A bus that sinks limits every drive behind it, and what these draw then decides when it sinks. What strikes, sticks
-    or hunts a little later does all that comes after otherwise.
+    Two kinds of scenes are sensitive. A bus whose voltage drops limits all drives, and their power decides when it
+    drops. And a contact, breakaway or limit cycle that occurs at a slightly different time changes all that follows.
+    If half the step changes a decision quantity, the step is halved further to advise one that is short enough.
     """
     if not isinstance(engine, FixedStep) or recording.stopped_by is not None:
         return ()
@@ -127,7 +138,7 @@ def _step_events(
     halved = engine.finer(plan.period).run(plan, RunOptions(interval, start=given))
     if halved.stopped_by is not None or not _most_changed(plan, rows, halved.rows):
         return events
-    # What rings faster than rows are recorded looks different whenever it is; the rows of these runs see it.
+    # Oscillations faster than the output rows would differ by aliasing, so the comparison uses more output rows.
     seen = RunOptions(min(interval, plan.scene.duration / MOST_COMPARED), start=given)
     rows, tried, first, advice = engine.run(plan, seen).rows, engine, "", "try AdaptiveStep"
     while plan.scene.duration <= MOST_CHECKED * tried.step:
@@ -150,7 +161,10 @@ def _step_events(
 
 
 def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mapping[str, float]) -> tuple[Event, ...]:
-    """What the voltage of a bus that sinks is off by beside AdaptiveStep, and a step that was found to hold it."""
+    """A warning if the voltage of an overloaded bus is inaccurate, with a step that is short enough.
+
+    The reference is the adaptive engine. Empty if the bus does not drop, or if its error is small.
+    """
     nominal = max((one.effect.voltage for one in plan.instances if isinstance(one.effect, SupplyBus)), default=0.0)
     if not nominal or recording[BUS].min() >= SINKS * nominal:
         return ()
@@ -168,7 +182,8 @@ def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mappi
         return ()
     advice, left = "try AdaptiveStep", worst
     while left > BUS_OFF:
-        step = float(f"{step * min(0.9 * BUS_OFF / left, 0.5):.2g}")  # when limits bind follows the grid
+        # Limits become active at grid points, so the error is proportional to the step.
+        step = float(f"{step * min(0.9 * BUS_OFF / left, 0.5):.2g}")
         if plan.scene.duration > MOST_TRIED * step:
             break
         rows = FixedStep(step).run(plan, RunOptions(every, start=given)).rows
@@ -180,7 +195,10 @@ def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mappi
 
 
 def _most_changed(plan: Plan, rows: Array, finer: Array) -> str:
-    """What a finer run changes most of what a recording decides, and by how much; empty where that is little."""
+    """The decision quantity that a finer run changes most, with its relative change; empty if below ``ALLOWED``.
+
+    ``rows`` and ``finer`` are output rows of both runs.
+    """
     shares: dict[str, float] = {}
     for joint in plan.scene.joints:
         for what, measures in LOOKED.items():
@@ -196,9 +214,11 @@ def _most_changed(plan: Plan, rows: Array, finer: Array) -> str:
 
 
 def _rms(here: Array, there: Array) -> float:
+    """Relative difference of the RMS values of two series [-]."""
     return abs(float(np.linalg.norm(here) / np.linalg.norm(there)) - 1.0)
 
 
+# Quantities of each joint that are compared, and their measures, as relative differences of two series.
 LOOKED: dict[str, dict[str, Callable[[Array, Array], float]]] = {
     "position": {"on its way": lambda here, there: float(np.abs(there - here).max() / np.ptp(there))},
     "current": {
@@ -210,18 +230,22 @@ LOOKED: dict[str, dict[str, Callable[[Array, Array], float]]] = {
 
 
 def _limits(plan: Plan, rows: Array) -> tuple[Event, ...]:
-    """When joints of an arm pass the limits of their positions, to the recording's interval."""
+    """Events where joints of an arm pass their position limits, with the time resolution of the recording."""
     arm = plan.scene.body
     if not isinstance(arm, Arm):
         return ()
-    positions = rows[:, 1 : 1 + arm.n]  # the first states
+    positions = rows[:, 1 : 1 + arm.n]  # the positions are the first states
     if not (positions < arm.lower).any() and not (positions > arm.upper).any():
         return ()
     return limit_events(arm, rows[:, 0], positions)
 
 
 def _sound(plan: Plan, outcome: Outcome) -> tuple[Array, Event | None]:
-    """The rows before the first that holds no number, or one too large to calculate with; and what ended the run."""
+    """The rows before the first with a value that is NaN or exceeds ``BEYOND``, and the event that ended the run.
+
+    Raises:
+        InputError: The first row already contains such a value.
+    """
     rows, stopped = outcome.rows, outcome.stopped_by
     if -BEYOND < rows.min() and rows.max() < BEYOND:  # false where there is a NaN
         return rows, stopped
@@ -234,7 +258,7 @@ def _sound(plan: Plan, outcome: Outcome) -> tuple[Array, Event | None]:
         name = list(named)[int(np.argmin(fine[0]))]
         raise InputError(Fault(name, f"is beyond {BEYOND:g}, or no number, at the very start"))
     if stopped is None or stopped.name == "diverged":
-        # Not what grows with its square, such as a loss, but the state that is furthest away.
+        # Name the largest state, not a quantity that grows with its square, such as a loss.
         states = list(plan.memory.states)
         size = np.nan_to_num(np.abs(rows[bad[0], 1 : 1 + len(states)]), nan=np.inf)
         name = states[int(np.argmax(size))]

@@ -1,4 +1,4 @@
-"""A scene: an arm, or one inertia, and the effects that it calls for."""
+"""A scene: an arm or a single inertia, and the effects that are simulated."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from drivetrain.effects.effect import Effect
 from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.solvers.solver import check_positive
 
-WHOLE = "scene"  # the name under which effects of the whole scene stand
+WHOLE = "scene"  # key of the effects of the whole scene
 
 
 @dataclass(frozen=True)
@@ -20,11 +20,12 @@ class Inertia:
     """One joint without an arm.
 
     Attributes:
-        inertia: That the joint moves, rotors left out [kg m^2], or mass [kg] where it slides.
-        weight: Torque of gravity against the joint where its load points along x [N m]; it falls with the cosine.
-        phase: Angle of the load from x at position 0 [rad].
-        turning: Whether it turns, or slides.
-        name: What to call the joint.
+        inertia: Inertia that the joint moves, without rotors [kg m^2], or mass [kg] of a prismatic joint.
+        weight: Gravity torque against the joint with its load in horizontal position [N m]; times the cosine of the
+            load's angle otherwise.
+        phase: Angle of the load above the horizontal at position 0 [rad].
+        turning: Whether it is a revolute joint, or a prismatic one.
+        name: Name of the joint.
     """
 
     inertia: float
@@ -44,15 +45,16 @@ class Inertia:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What is simulated.
+    """A mechanical system with its effects, to be simulated for a duration.
 
     Attributes:
         body: The arm, or one inertia.
-        effects: By joint name, and under ``scene`` those of the whole; their order does not matter.
-        duration: [s].
-        position, speed: At the start [rad or m, and per s], (n,); None: where an effect's command begins, else zero.
-        name: What to call it.
-        notes: What the reader of a plan should know.
+        effects: Effects by joint name, and under ``scene`` those of the whole scene; their order does not matter.
+        duration: Duration of the run [s].
+        position, speed: Initial positions and speeds [rad or m, and per s], (n,); None: those at the beginning of the
+            command, without a command zero.
+        name: Name of the scene.
+        notes: Notes for the reader of its plan.
     """
 
     body: Arm | Inertia
@@ -93,14 +95,14 @@ class Scene:
 
     @property
     def turning(self) -> tuple[bool, ...]:
-        """Whether each joint turns, or slides."""
+        """Whether each joint is revolute (or prismatic)."""
         if isinstance(self.body, Arm):
             return tuple(bool(screw[:3].any()) for screw in self.body.screws)
         return (self.body.turning,)
 
 
 def _check_kinds(body: object, effects: object) -> None:
-    """A body, and effects by name: what is neither has nothing that could be looked at further."""
+    """Raise InputError if the arguments of a scene have the wrong types, before they are checked further."""
     faults = Faults()
     if not isinstance(body, Arm | Inertia):
         faults.add("body", "must be an arm or an Inertia", body, "dt.load_arm reads an arm from its name")
@@ -122,15 +124,16 @@ def joint_scene(
 
     Args:
         inertia: The load, or its inertia [kg m^2].
-        effects: Of the joint and of the scene; each goes where it belongs.
-        duration: [s].
-        position, speed: At the start [rad or m, and per s]; None: where an effect's command begins, else zero.
+        effects: Effects of the joint and of the whole scene, in any order.
+        duration: Duration of the run [s].
+        position, speed: Initial position and speed [rad or m, and per s]; None: those at the beginning of the command,
+            without a command zero.
 
     Returns:
         The scene.
 
     Raises:
-        InputError: Numbers that are none, or effects that are none.
+        InputError: Values that are no numbers, or effects that are no effects.
     """
     body = inertia if isinstance(inertia, Inertia) else Inertia(inertia)
     if not isinstance(effects, Effect | Iterable):
@@ -145,14 +148,14 @@ def joint_scene(
 
 
 def without(scene: Scene, kind: type[Effect]) -> Scene:
-    """The scene with one kind of effect dropped, or replaced by what stands in for it.
+    """The scene without one kind of effect, which is replaced by its quasi-static substitute if it has one.
 
     Args:
         scene: The scene.
-        kind: Class of the effects to drop, everywhere.
+        kind: Class of the effects to leave out, at all joints.
 
     Returns:
-        The scene; the same effects elsewhere, to the bit.
+        The scene; all other effects are the same objects.
     """
     kept: dict[str, tuple[Effect, ...]] = {}
     for name, effects in scene.effects.items():

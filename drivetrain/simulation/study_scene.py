@@ -1,4 +1,4 @@
-"""Scenes from studies: the arm with its drives, what resists, what commands, and what heats."""
+"""Scenes of studies: the arm with its drives, friction and losses, position loops, command and heating."""
 
 from __future__ import annotations
 
@@ -67,17 +67,21 @@ def refuse_unsimulated(study: Study) -> None:
 
 
 def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
-    """What is commanded, and what the load does beside being accelerated.
+    """Command and load torque of one axis that is given by a load table.
 
-    A table gives what the drive must provide, T = J a + load; so the link feels J a - T from outside. A cycle that does
-    not come back to where it began (a conveyor) goes on from there.
+    The table gives the torque that the drive must provide, T = J a + load, so the torque on the link from outside is
+    J a - T. A cycle that does not end at its start (a conveyor) is continued from its end.
+
+    Raises:
+        InputError: The cycle has no torques.
     """
     cycle, task = study.cycle, study.joints[0]
     if cycle.torque is None:
         raise InputError(Fault("cycle", "holds no torques: it is no load table"))
     travel = cycle.position[-1] - cycle.position[0]
     starts = cycle.duration * np.arange(repetitions)
-    time = np.maximum.accumulate(np.concatenate([start + cycle.time for start in starts]))  # rounding falls
+    # Rounding could make times decrease.
+    time = np.maximum.accumulate(np.concatenate([start + cycle.time for start in starts]))
     position = np.concatenate([cycle.position + k * travel for k in range(repetitions)])
     velocity, acceleration = (np.tile(values, (repetitions, 1)) for values in (cycle.velocity, cycle.acceleration))
     load = (task.load_inertia or 0.0) * cycle.acceleration[:, 0] - cycle.torque[:, 0]
@@ -87,17 +91,17 @@ def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """What a scene of a study is to hold."""
+    """Options for the scene of a study."""
 
-    bandwidth: float = 40.0  # of the position loops, damped critically [rad/s]
-    feed_forward: bool = True  # whether the currents that the command takes are commanded along with it
-    # whether those effects are in
+    bandwidth: float = 40.0  # natural frequency of the critically damped position loops [rad/s]
+    feed_forward: bool = True  # whether the currents that the command requires are fed forward
+    # whether the scene contains these effects
     friction: bool = True
     mesh: bool = True
     heat: bool = True
     springs: bool = False
-    damping: float = 0.02  # of the springs, as a share of the critical one of link against rotor [-]
-    repetitions: int = 1  # of the cycle
+    damping: float = 0.02  # damping ratio of the springs [-]
+    repetitions: int = 1  # how often the cycle is run
 
 
 DEFAULT_OPTIONS = SceneOptions()
@@ -134,7 +138,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
     if study.arm is None:
         task, drive = study.joints[0], drives[study.joints[0].name]
         body = Inertia(float(task.load_inertia or 0.0), name=task.name)
-        # Behind the gear; nothing carries the stator about.
+        # Reflected to the gear's output; without an arm the stator does not move.
         rotor = ReflectedRotor(drive_inertia(drive), drive.gear.ratio)
         moved = [body.inertia + rotor.ratio**2 * rotor.inertia]
     else:
@@ -159,7 +163,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
 
 
 def _moved(arm: Arm, position: Array) -> list[float]:
-    """Inertia that each motor moves, seen from its joint, or from its shaft where motors are coupled."""
+    """Inertia that each motor moves, referred to its joint, or to the gear's output shaft where motors are coupled."""
     if arm.linkage is not None:
         return [float(one) for one in np.diag(plan(Scene(arm, {}, 1.0, position)).inertia)]
     mass = mass_matrix(arm, position)
@@ -170,7 +174,7 @@ def _moved(arm: Arm, position: Array) -> list[float]:
 
 
 def _left_out(study: Study, drives: Mapping[str, Drive], options: SceneOptions) -> tuple[str, ...]:
-    """What a reader of the plan should know is not in it."""
+    """Notes for the reader of the plan on what the scene does not contain."""
     bound = [task.name for task in study.joints if task.coupled and drives[task.name].gear.stiffness_1 is not None]
     notes = [f"what is apart in {name}: {TWO_AS_ONE}" for name, one in drives.items() if TWO_AS_ONE in one.assumptions]
     if bound and options.springs:
@@ -179,7 +183,7 @@ def _left_out(study: Study, drives: Mapping[str, Drive], options: SceneOptions) 
 
 
 def _apart(cycle: Cycle) -> list[Fault]:
-    """Parts of a mix that could not follow one another in one run."""
+    """Faults for parts of a mix that do not begin where the part before them ends, so that one run is impossible."""
     faults = []
     for k, part in enumerate(cycle.parts):
         ahead = cycle.parts[(k + 1) % len(cycle.parts)]
@@ -193,7 +197,7 @@ def _apart(cycle: Cycle) -> list[Fault]:
 
 
 def _carried(study: Study, repetitions: int) -> tuple[Effect, ...]:
-    """What the tip carries over the cycle; nothing where it never carries anything."""
+    """The payload changes over all repetitions of the cycle; empty if the tip never carries a payload."""
     payload, time = study.cycle.payload, study.cycle.time
     if (payload < 0).all():
         return ()
@@ -217,21 +221,22 @@ def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, options:
 
 
 def spring_damping(gear: Gear, inertia: float, share: float = DEFAULT_OPTIONS.damping) -> float:
-    """Of a gear's spring, as a share of the critical one of the inertia on both sides [N m s/rad]."""
+    """Damping of a gear's spring from a damping ratio ``share``, with the inertia at the joint [N m s/rad]."""
     return share * 2.0 * math.sqrt((gear.stiffness_1 or 0.0) * inertia)
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a drive takes from around it."""
+    """Supply and ambient conditions of a drive."""
 
     supply_voltage: float  # [V]
-    ambient: float  # [C]
-    drag_temperature: float  # at which the gear's drag is taken [C]
-    drag_follows: bool  # the housing from there on
+    ambient: float  # ambient temperature [C]
+    drag_temperature: float  # temperature of the gear for its drag [C]
+    drag_follows: bool  # whether the gear follows the temperature of the housing instead, if that is simulated
 
 
 def surroundings(study: Study) -> Surroundings:
+    """Supply and ambient conditions of a study's drives."""
     cold = float(study.drag_temperature(study.ambient))
     return Surroundings(study.supply.voltage, study.ambient, cold, study.gear_temperature is None)
 
@@ -239,7 +244,7 @@ def surroundings(study: Study) -> Surroundings:
 def drive_effects(
     task: JointTask, drive: Drive, around: Surroundings, options: SceneOptions = DEFAULT_OPTIONS
 ) -> list[Effect]:
-    """Those of a drive whose current is commanded: motor, frictions, losses, counterbalances, heat."""
+    """The effects of a drive without control: motor, friction, gear losses, counterbalances, heating."""
     volts = available_voltage(task.amplifier, around.supply_voltage)
     effects: list[Effect] = [MotorCurrent(drive.motor, task.amplifier.peak_current or math.inf, volts)]
     if options.friction:
@@ -259,7 +264,7 @@ def drive_effects(
 
 
 def _drag(drive: Drive, around: Surroundings) -> list[Effect]:
-    """The gear's drag, where there is any: at the temperature that is stated, else at that of the housing."""
+    """The drag of the gear, if it has any: at a stated temperature, else at that of the housing."""
     found = mesh(drive.gear)
     if found.drag + found.seal + found.starting == 0.0:
         return []
@@ -276,7 +281,7 @@ def _friction(law: Friction, side: Side) -> list[Effect]:
 
 
 def at_joint(law: Friction, travel: float) -> Friction:
-    """A friction law of a turning shaft, at the joint that it moves along."""
+    """A friction law of a rotating shaft, referred to its prismatic joint with a travel per angle [m/rad]."""
     if travel == 1.0:
         return law
 
@@ -296,22 +301,22 @@ def at_joint(law: Friction, travel: float) -> Friction:
 
 
 def with_feed_forward(scene: Scene) -> Scene:
-    """A scene whose motors are fed forward the currents of the command.
+    """A scene with the currents that its command requires, computed by the inverse engine, as feed-forward.
 
     Args:
-        scene: With a command for every joint, and a motor.
+        scene: A scene with a command and a motor for every joint.
 
     Returns:
-        The scene with tables of current in it, sampled where the command is, on both sides of its jumps.
+        The scene with tables of current, sampled at the times of the command and on both sides of its jumps.
 
     Raises:
-        InputError: Nothing is commanded.
+        InputError: A joint without a command.
     """
     ready = plan(scene)
     times = command_times(scene)
     demand = demanded(ready, times)
     after = np.append(times[1:], np.inf)
-    table = np.where(after - times < 1e-12, after, times)  # both sides of a jump at the instant of the jump itself
+    table = np.where(after - times < 1e-12, after, times)  # both sides of a jump get the time of the jump
     effects = dict(scene.effects)
     for i, name in enumerate(scene.joints):
         if np.isfinite(demand.current[:, i]).all():
@@ -320,7 +325,10 @@ def with_feed_forward(scene: Scene) -> Scene:
 
 
 def command_times(scene: Scene, longest: float = 2e-3) -> Array:
-    """Instants that show a command whole: its samples, both sides of its jumps, and steps between."""
+    """Times at which a command is sampled completely [s], (N,).
+
+    Its own samples, both sides of its jumps, and further times not further apart than ``longest`` [s].
+    """
     instants = {0.0, scene.duration}
     jumps: set[float] = set()
     for effect in scene.effects.get(WHOLE, ()):

@@ -1,4 +1,4 @@
-"""What a run was not made for: temperatures that no motor stands, steps that see nothing of what they pass over."""
+"""Warnings about runs of little use: temperatures that damage a motor, steps too long for motion or bristles."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 
-HOTTEST_MAGNETS = 150.0  # C, ASSUMED: above it the usual sintered magnets stay weaker for good
-FEWEST_STEPS = 10  # of a motion
-STIFFEST = 3.0  # swings of the load on its bristles, in radians a step
-FINEST = 1e-6  # rad or m: a bend of the bristles, over the relative tolerance that resolves it
+HOTTEST_MAGNETS = 150.0  # ASSUMED: above it common sintered magnets are demagnetised permanently [C]
+FEWEST_STEPS = 10  # in a motion
+STIFFEST = 3.0  # phase of the oscillation of the load on its bristles within one step [rad]
+FINEST = 1e-6  # deflection of the bristles over the relative tolerance that resolves it [rad or m]
 
 
 def warnings(plan: Plan, engine: Engine, rows: Array) -> tuple[Event, ...]:
-    """Events of a run that ended without error but is of little use."""
+    """Warnings about a run that ended without an error; ``rows`` are its output rows."""
     step = float(getattr(engine, "step", 0.0))
     return (*_heat(plan, rows), *_long_step(plan, step), *_bristles(plan, engine.tolerance, step))
 
 
 def _heat(plan: Plan, rows: Array) -> Iterator[Event]:
-    """Windings and magnets above what they stand, and heat that would run away."""
+    """Windings and magnets above their limits, and losses at which the temperature would rise without limit."""
     recorded, time = plan.layout.recorded, rows[:, 0]
     for joint, effects in plan.scene.effects.items():
         heat = next((one for one in effects if isinstance(one, WindingHeat)), None)
@@ -58,12 +58,13 @@ def _heat(plan: Plan, rows: Array) -> Iterator[Event]:
 
 
 def _mean(time: Array, values: Array) -> float:
+    """Time average of a series."""
     span = float(time[-1] - time[0])
     return float(np.trapezoid(values, time)) / span if span > 0.0 else float(values[0])
 
 
 def _long_step(plan: Plan, step: float) -> Iterator[Event]:
-    """A fixed step of which few fit into the motion."""
+    """A fixed step that is too long for the duration of the motion."""
     moves = [one.effect.motion.time for one in plan.instances if isinstance(one.effect, CommandedMotion)]
     lasts = min([plan.scene.duration, *(float(time[-1] - time[0]) for time in moves)])
     if FEWEST_STEPS * step > lasts:
@@ -72,7 +73,7 @@ def _long_step(plan: Plan, step: float) -> Iterator[Event]:
 
 
 def _bristles(plan: Plan, tolerance: float, step: float) -> Iterator[Event]:
-    """Bristles stiffer than a step or a tolerance resolves."""
+    """LuGre bristles that are too stiff for the step or the tolerance."""
     inertia = np.diag(plan.inertia)
     for one in plan.instances:
         law = one.effect

@@ -1,1 +1,1 @@
-"""From a scene to a plan: mechanics, who needs whom, the memory of a run."""
+"""From a scene to a plan: mechanics, order of the effects by their signals, and the memory of a run."""

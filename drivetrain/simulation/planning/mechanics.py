@@ -1,4 +1,4 @@
-"""The mechanics of a scene: rotors and springs of the effects on the arm, as constants of the compiled equations."""
+"""The mechanics of a scene: the arm with rotors and springs of its effects, as constants of the compiled equations."""
 
 from __future__ import annotations
 
@@ -26,41 +26,41 @@ from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.simulation.core import records as r
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
-# What the tip carries from an instant on: mass, first and second moments of the last link with it.
+# Inertial data of the last link with a payload, from a time [s] on: mass, first and second moments.
 BODY_NAMES = ("mass", "hx", "hy", "hz", "sxx", "syy", "szz", "sxy", "sxz", "syz")
 PAYLOAD = np.dtype([(name, np.float64) for name in ("time", *BODY_NAMES)])
 
 
 @dataclass(frozen=True, eq=False)
 class Coupled:
-    """Motors that drive several joints, whose coordinates are then the turns of the shafts behind the gears."""
+    """Coupled motors: coordinates of the mechanics are then the angles of the gears' output shafts."""
 
-    shafts: tuple[int, ...]  # joints whose motors are coupled
-    shaft_turns: Array  # C, the first n coordinates a unit of each joint, (n, n)
-    turns: Array  # joints a unit of each of those coordinates, its inverse, (n, n)
-    # coordinates of the bodies (joints, rotors on their own, rotors that follow several joints) a unit of each
-    # coordinate, (e, c)
+    shafts: tuple[int, ...]  # indices of the joints whose motors are coupled
+    shaft_turns: Array  # coupling matrix C from the joints to the first n coordinates, (n, n)
+    turns: Array  # its inverse, from these coordinates to the joints, (n, n)
+    # matrix from the coordinates of the mechanics to those of the bodies (joints, rotors behind springs, rotors that
+    # turn with several joints), (e, c)
     spread: Array
-    # body's coordinate whose turning the motor of each coordinate feels; -1: it turns nothing, (c,)
+    # row of the body that the motor of each coordinate turns; -1: none, (c,)
     felt: NDArray[np.int64]
     own: Array  # inertia of reflected rotors at their shafts [kg m^2 or kg], (c,)
 
 
 @dataclass(frozen=True, eq=False)
 class ClosedLoops:
-    """What closes the loops of an arm: records and tables of ``core/loops.py``, joints of all rows among them."""
+    """The closed loops of an arm: data for ``core/loops.py``, with a row per joint of a chain and rotor on a spring."""
 
-    chains: Any
-    whole: Any
-    follow: NDArray[np.int64]  # joints that follow
-    ends: Any
-    joints: NDArray[np.int64]  # of the whole linkage, by row; -1 less the coordinate of a rotor on its own
-    screws: Array  # of the joints by row, (e, 6)
-    spread: Array  # rows a unit of each coordinate, where these alone determine it, (e, c)
-    felt: NDArray[np.int64]  # row whose turning the motor of each coordinate feels, (c,)
+    chains: Any  # records CHAIN
+    whole: Any  # joints of the linkage, records WHOLE
+    follow: NDArray[np.int64]  # indices of the passive joints
+    ends: Any  # records END of the loop closures
+    joints: NDArray[np.int64]  # joint of the linkage by row; -1 - k for a rotor behind a spring with coordinate k, (e,)
+    screws: Array  # screws of the joints by row, (e, 6)
+    spread: Array  # matrix from the coordinates to the rows, where it is constant, (e, c)
+    felt: NDArray[np.int64]  # row of the body that the motor of each coordinate turns, (c,)
 
     def put(self, put: Callable[[Any, bool, str], Any]) -> None:
-        """Their sections in a run's memory."""
+        """Add their sections to a run's memory, by calling ``put`` for each."""
         p, columns = len(self.follow), len(self.whole) + 2
         for name, values in (
             ("body_rates", np.zeros(len(self.joints))), ("row_joints", self.joints), ("chains", self.chains),
@@ -76,43 +76,47 @@ class ClosedLoops:
 class Mechanics:
     """The mechanics of a scene."""
 
-    # number of joints, and of coordinates: rotors on their own come after the joints
+    # number of joints, and of coordinates: rotors behind springs come after the joints
     n: int
     c: int
     kind: int  # 0 without an arm, 1 with one
     ratios: Array  # motor angle over joint coordinate [- or rad/m], (n,)
-    motors: Array  # coordinate that each joint's motor turns with, (n,)
+    motors: Array  # index of the coordinate of each joint's motor, (n,)
     # records LINK, ROTOR and BODY of ``mass_and_bias``; empty without an arm
     links: Any
     spinning: Any
     bodies: Any
-    constant: Array  # inertia, weight, phase, rotor's share of the inertia, (4, c)
-    tip: Array  # frame of the tip in the last link's, (4, 4)
-    arm: Arm | None  # with all rotors mounted; None without one
+    constant: Array  # without an arm: inertia, weight, phase, rotor's share of the inertia, (4, c)
+    tip: Array  # frame of the tip in the last link's frame, (4, 4)
+    arm: Arm | None  # with all rotors mounted; None without an arm
     springs: dict[int, Shape]  # shapes of the flexible joints, by joint
-    rotors: Array  # inertia about each motor's axis, at the joint [kg m^2 or kg], (n,)
-    uncoupled: tuple[int, ...] = ()  # flexible joints whose rotor does not feel its carrier turn
-    # instant [s], and ten numbers of the last link's body from there on, records PAYLOAD, (K,)
+    rotors: Array  # inertia about each motor's axis, referred to the joint [kg m^2 or kg], (n,)
+    uncoupled: tuple[int, ...] = ()  # flexible joints with a reflected rotor, which does not move with its carrier
+    # time [s] and inertial data of the last link from then on, records PAYLOAD, (K,)
     payloads: Any = field(default_factory=lambda: np.zeros(0, PAYLOAD))
-    coupled: Coupled | None = None  # how coupled motors turn with the joints; None where each has its own
-    last: int = -1  # link that carries the tip
-    loops: ClosedLoops | None = None  # what closes its loops; None where none is closed
+    coupled: Coupled | None = None  # coupled motors; None: each joint has its own motor
+    last: int = -1  # index of the link that carries the tip
+    loops: ClosedLoops | None = None  # closed loops; None: there are none
 
     def coordinates_of(self, motion: Array) -> Array:
-        """What the coordinates do in a motion of the joints: shafts stand for joints whose motors are coupled."""
+        """Motion of the first n coordinates (shafts, where motors are coupled) for a motion of the joints, (..., n)."""
         return motion if self.coupled is None else np.asarray(motion @ self.coupled.shaft_turns.T)
 
     def joints_of(self, motion: Array) -> Array:
-        """What the joints do in a motion of the coordinates."""
+        """Motion of the joints for a motion of the first n coordinates, (..., n)."""
         return motion if self.coupled is None else np.asarray(motion @ self.coupled.turns.T)
 
     def torques_of(self, torque: Array) -> Array:
-        """What torques at the joints are along the coordinates."""
+        """Torques along the first n coordinates for torques at the joints, (..., n)."""
         return torque if self.coupled is None else np.asarray(torque @ self.coupled.turns)
 
 
 def ratios_of(scene: Scene) -> tuple[float, ...]:
-    """Motor angle over joint coordinate of each joint."""
+    """Motor angle over joint coordinate of each joint, from its effects and rotors; 1 if none defines it.
+
+    Raises:
+        InputError: Different ratios for one joint.
+    """
     blank = Place(0, "", scene.joints, (1.0,) * len(scene.joints), scene.turning, 0, coupling_of(scene))
     result, faults = [], []
     for index, name in enumerate(scene.joints):
@@ -129,6 +133,11 @@ def ratios_of(scene: Scene) -> tuple[float, ...]:
 
 
 def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
+    """The mechanics of a scene, with the rotors, springs and payloads of its effects.
+
+    Raises:
+        InputError: Contradictory effects, such as two rotors or springs at one joint.
+    """
     shapes, faults = [], []
     for index, name in enumerate(scene.joints):
         place = Place(index, name, scene.joints, tuple(ratios), scene.turning, 0, coupling_of(scene))
@@ -153,12 +162,13 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
 
 
 def coupling_of(scene: Scene) -> tuple[tuple[float, ...], ...]:
+    """The coupling matrix of the motors, (n, n); empty if none are coupled."""
     coupling = scene.body.coupling if isinstance(scene.body, Arm) else None
     return () if coupling is None else tuple(tuple(float(one) for one in row) for row in coupling)
 
 
 def _behind_couplings(scene: Scene, shapes: Sequence[Shape]) -> list[Fault]:
-    """Springs where motors are coupled: what each would carry, and against which rotor, is not known here."""
+    """Faults for springs at joints with coupled motors: the distribution of their torques is not modelled."""
     bound = Place(-1, WHOLE, scene.joints, (), (), 0, coupling_of(scene)).shafts
     hint = "leave the spring out (effects: without springs), or couple no motors to this joint"
     return [
@@ -169,6 +179,7 @@ def _behind_couplings(scene: Scene, shapes: Sequence[Shape]) -> list[Fault]:
 
 
 def _joint_shape(name: str, effects: Sequence[Effect], place: Place) -> tuple[Shape, list[Fault]]:
+    """The combined contribution of a joint's effects to the mechanics, and its faults."""
     shapes = [effect.shape(place) for effect in effects]
     rotors = [shape for shape in shapes if shape.rotor_inertia is not None]
     springs = [shape for shape in shapes if shape.flexible]
@@ -187,6 +198,7 @@ def _joint_shape(name: str, effects: Sequence[Effect], place: Place) -> tuple[Sh
 
 
 def _motors(shapes: Sequence[Shape]) -> Array:
+    """Index of the coordinate of each joint's motor, (n,): the joint's own, or after the joints behind a spring."""
     n, motors, extra = len(shapes), [], 0
     for index, shape in enumerate(shapes):
         motors.append(n + extra if shape.flexible else index)
@@ -195,7 +207,7 @@ def _motors(shapes: Sequence[Shape]) -> Array:
 
 
 def _mounted(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Arm:
-    """The arm with the rotors of effects that are bodies."""
+    """The arm with those rotors of effects mounted that are rigid bodies."""
     own = [shape.rotor_inertia for shape in shapes]
     if any(inertia is not None for inertia in own):
         mounted = [
@@ -207,6 +219,7 @@ def _mounted(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Arm:
 
 
 def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
+    """The mechanics of an arm that is an open chain."""
     motors, arm = _motors(shapes), _mounted(arm, shapes, ratios)
     free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
     bound, model, frames = _coupled(arm, free, ratios), packed(arm, free), link_frames(arm)
@@ -214,7 +227,7 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     felt, spread, apart, e = np.arange(c), np.eye(c), np.zeros(c), c
     if bound is not None:
         felt, spread, apart, e = bound.felt, bound.spread, bound.own, len(bound.spread)
-        # Stand-ins come in the order of joints there; here those of rotors on their own come first.
+        # ``packed`` lists the additional bodies in the order of the joints; here rotors behind springs come first.
         listed = sorted({*followers(arm), *free})
         order = [*range(arm.n), *(arm.n + listed.index(i) for i in (*free, *(i for i in listed if i not in free)))]
         links[:e], rotors["joint"] = links[order], np.argsort(order)[rotors["joint"]]
@@ -224,7 +237,7 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
             inertia = shape.rotor_inertia * ratios[i] ** 2
             if bound is not None and i in bound.shafts:
                 apart[i] = inertia
-            elif shape.flexible:  # a stand-in of its own, uncoupled from its carrier
+            elif shape.flexible:  # a body of its own that does not move with its carrier
                 links["rotor_inertia"][at] = inertia
                 uncoupled.append(i)
             else:
@@ -241,14 +254,14 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
 
 
 def _coupled(arm: Arm, free: tuple[int, ...], ratios: Array) -> Coupled | None:
-    """The coordinates of an arm with coupled motors; None where each motor has its own joint."""
+    """The coordinates of an arm with coupled motors; None if each motor drives its own joint only."""
     if arm.coupling is None:
         return None
     shafts = tuple(i for group in coupled_groups(arm) for i in group)
     follows = [i for i in followers(arm) if i in shafts]
     c = arm.n + len(free)
     turns, spread = np.linalg.inv(arm.coupling), np.eye(c + len(follows), c)
-    # What is zero stays so, and a joint of its own is exactly that.
+    # Rows and columns of joints that are not coupled are made exact, free of rounding errors.
     for i in range(arm.n):
         if i not in shafts:
             turns[i], turns[:, i] = np.eye(arm.n)[i], np.eye(arm.n)[i]
@@ -262,7 +275,7 @@ def _coupled(arm: Arm, free: tuple[int, ...], ratios: Array) -> Coupled | None:
 
 
 def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
-    """The chains of an arm with closed loops, one after another; coordinates are its driven joints."""
+    """The mechanics of an arm with closed loops: its chains one after another; coordinates are the driven joints."""
     refuse_loops(arm, closed=True)
     if arm.coupling is not None:
         raise InputError(refused_coupling(arm))
@@ -277,7 +290,7 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     whole, follow, ends = linkage_records(arm.linkage)
     links, rotors, bodies, screws = list[Any](), list[Any](), list[Any](), list[Array]()
     chains, joints, first = list[tuple[int, ...]](), list[int](), np.zeros(4, np.int64)  # link, rotor, body, entry
-    felt, at = np.full(c, -1), np.zeros(c, np.int64)  # row and link of what the motor of each coordinate turns
+    felt, at = np.full(c, -1), np.zeros(c, np.int64)  # row and link that the motor of each coordinate turns
     for chain, path in zip(chain_arms(arm), loops.paths, strict=True):
         own = {j: int(whole["coordinate"][joint]) for j, joint in enumerate(path) if joint in loops.driven}
         free = [j for j, i in own.items() if shapes[i].flexible and chain.rotors[j] is not None]
@@ -315,7 +328,10 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
 
 
 def _payloads(built: Mechanics, time: Array, moments: Array) -> Any:
-    """The last link's numbers, empty first, then with each body; two rows of numbers may differ in the body only."""
+    """The last link's inertial data without a payload, then with each, records PAYLOAD, (K + 1,).
+
+    ``time`` [s], (K,), and ``moments``, (K, 4, 4), are those of ``PayloadChange.carried``.
+    """
     in_link = built.tip @ moments @ built.tip.T
     added = np.zeros((1 + len(time), 10))
     added[1:, 0] = in_link[:, 3, 3]
@@ -330,6 +346,7 @@ def _payloads(built: Mechanics, time: Array, moments: Array) -> Any:
 
 
 def _without_arm(body: Inertia, shape: Shape, ratios: Array) -> Mechanics:
+    """The mechanics of one joint without an arm."""
     motors = _motors([shape])
     reflected = (shape.rotor_inertia or 0.0) * ratios[0] ** 2
     constant = np.zeros((4, 1 + shape.flexible))

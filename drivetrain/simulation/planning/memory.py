@@ -1,6 +1,6 @@
-"""The memory of a run, laid out: one block of numbers, in it the records of ``records.py`` and of every effect.
+"""Layout of the memory of a run: one block of numbers with the records of ``records.py`` and of every effect.
 
-Which numbers are states, rates, powers or recorded follows from the names of the records' fields.
+Which numbers are states, rates, powers or recorded columns follows from the names of the records' fields.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from drivetrain.simulation.planning.wiring import Directory, Group, Instance, ra
 
 ENERGIES = (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
 SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, *ENERGIES, named.PAYLOAD_ENERGY)
+# Offset of each signal in the connectors of a joint, and of the scene.
 OF_A_JOINT = {signal.name: int(place_in(JOINT, signal.path) or 0) for signal in named.JOINT_SIGNALS}
 OF_THE_SCENE = {signal.name: int(place_in(WORLD, signal.path) or 0) for signal in SCENE_SIGNALS}
 SPRING = {named.GEAR_TORQUE.name, named.GEAR_DAMPING.name, named.GEAR_STIFFNESS.name}
@@ -35,21 +36,21 @@ INTEGERS: Any = np.int64
 
 @dataclass(frozen=True, eq=False)
 class Memory:
-    """What the engines work on."""
+    """The memory of a run, with indices of all that has a name."""
 
-    numbers: Array  # the block, as it is before the start
-    places: dict[str, int]  # of each signal in it, by full name
-    states: dict[str, int]  # number of each state, by full name, in the order of the states
-    powers: tuple[str, ...]  # names of the powers that are summed up, in their order
-    atol: Array  # error that does not matter, one a state [its unit]
-    memory: NDArray[np.bool_]  # whether a state is memory, which no rate changes, one a state; those that are come last
-    sections: dict[str, tuple[int, Any, int]]  # first number and record of each section, by name
-    # first number of parts of the block, how many there are, and which of a record's numbers change
+    numbers: Array  # the block before the start
+    places: dict[str, int]  # index of each signal in the block, by full name
+    states: dict[str, int]  # index of each state among the states, by full name
+    powers: tuple[str, ...]  # names of the powers that are integrated, in order
+    atol: Array  # absolute tolerance of each state [its unit]
+    memory: NDArray[np.bool_]  # whether a state is memory, which has no rate; such states come last
+    sections: dict[str, tuple[int, Any, int]]  # first index, record type and size in numbers of each section, by name
+    # parts of the block that a run changes: first index, size, and which numbers of a record change
     kept: list[tuple[int, int, Any]]
 
     @cached_property
     def changing(self) -> NDArray[np.bool_]:
-        """Whether a number changes as a run goes on, and must be kept to go on later, one a number."""
+        """Whether each number of the block changes during a run and must be kept to resume it."""
         found = np.zeros(len(self.numbers), dtype=np.bool_)
         for first, size, mask in self.kept:
             found[first : first + size] = np.resize(mask, size)
@@ -57,23 +58,23 @@ class Memory:
 
     @property
     def moving(self) -> int:
-        """How many states follow rates."""
+        """Number of states that have rates."""
         return int(len(self.memory) - self.memory.sum())
 
     def view(self, numbers: Array, section: str) -> Any:
-        """A section of a block like this one, as records or numbers."""
+        """A section of a block with this layout, as records or numbers."""
         first, dtype, size = self.sections[section]
         return numbers[first : first + size].view(dtype)
 
     def places_of(self, section: str, field: str) -> NDArray[np.int64]:
-        """Which numbers hold a field of a section's records, one a record."""
+        """Indices of a field of all records of a section in the block."""
         first, dtype, size = self.sections[section]
         width = dtype.itemsize // 8
         return np.arange(first + int(place_in(dtype, field) or 0), first + size, width, dtype=np.int64)
 
 
 class _Block:
-    """Sections handed out one after another."""
+    """A block under construction: sections are appended one after another."""
 
     def __init__(self) -> None:
         self.parts: list[Array] = []
@@ -82,7 +83,10 @@ class _Block:
         self.size = 0
 
     def put(self, values: Any, changing: Any, name: str = "") -> int:
-        """First number of some values or records, now at the end."""
+        """Append values or records; returns the index of their first number.
+
+        ``changing`` tells which numbers a run changes: True, False, or a mask for the numbers of one record.
+        """
         flat, at = np.ascontiguousarray(values).reshape(-1), self.size
         dtype, block = flat.dtype, flat.view(np.float64)
         self.parts.append(block)
@@ -96,7 +100,7 @@ class _Block:
 
 @cache
 def changing_numbers(described: type) -> list[bool]:
-    """Which numbers of a dataclass's record change: those with a default; a dataclass in it is treated alike."""
+    """A mask of the numbers of a dataclass's record that a run changes: the fields with a default, recursively."""
     hints, record, found = get_type_hints(described), record_type(described, INTEGERS), []
     for field in (one for one in fields(described) if one.name in record.names):
         inner = record[field.name]
@@ -110,16 +114,17 @@ def changing_numbers(described: type) -> list[bool]:
 
 @dataclass(frozen=True, eq=False)
 class _Placed:
-    """Where all that has a name is."""
+    """Indices in the block, by full name."""
 
     signals: dict[str, int]
-    states: dict[str, tuple[int, int]]  # value and rate; -1: none
-    owns: dict[int, int]  # first number of each effect's record
+    states: dict[str, tuple[int, int]]  # of value and rate; -1: no rate
+    owns: dict[int, int]  # of the first number of each effect's record, by id of its instance
 
 
 def lay_out(
     groups: Sequence[Group], accounts: Sequence[Group], body: Mechanics, known: Directory, joints: Sequence[str]
 ) -> Memory:
+    """Lay out the memory of a run; ``groups`` and ``accounts`` are the effects in the order of their laws."""
     instances = [one for group in groups for one in group.instances]
     block, n = _Block(), body.n
     block.put(np.zeros(1, WORLD), True, "world")
@@ -157,7 +162,7 @@ def lay_out(
 
 
 def _put_mechanics(block: _Block, body: Mechanics) -> None:
-    """Constants and room of the equations of motion."""
+    """Append the constants and the working memory of the equations of motion."""
     n, c, bound, loops = body.n, body.c, body.coupled, body.loops
     coordinates = np.zeros(c, r.COORDINATE)
     coordinates["motor"][:n], coordinates["ratio"][:n] = body.motors, body.ratios
@@ -190,7 +195,7 @@ def _put_mechanics(block: _Block, body: Mechanics) -> None:
 
 
 def _connectors(block: _Block, joints: Sequence[str]) -> dict[str, int]:
-    """Where the signals of the connectors lie."""
+    """Indices of the signals of the connectors, by full name."""
     first, size = block.sections["joints"][0], JOINT.itemsize // 8
     places = {
         f"{joint}.{name}": first + i * size + at for name, at in OF_A_JOINT.items() for i, joint in enumerate(joints)
@@ -199,6 +204,7 @@ def _connectors(block: _Block, joints: Sequence[str]) -> dict[str, int]:
 
 
 def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) -> _Placed:
+    """Append the records and tables of all effects."""
     places, states, owns, tables = _connectors(block, joints), {}, {}, 0
     for group in groups:
         described = group.kind.described()
@@ -230,7 +236,7 @@ def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) 
 
 
 def _field(one: Instance, dtype: Any, path: str) -> int:
-    """Where a field is in an effect's record."""
+    """Offset of a field in an effect's record."""
     found = place_in(dtype, path)
     if found is None:
         raise InputError(Fault(one.title, f"keeps nothing of the name {path}", hint="name the field by its path"))
@@ -238,7 +244,7 @@ def _field(one: Instance, dtype: Any, path: str) -> int:
 
 
 def _checked(one: Instance) -> Any:
-    """What an effect keeps; its constants are numbers."""
+    """The record of an effect; InputError if one of its constants is NaN."""
     own = one.effect.own(one.place)
     for field in fields(own):
         value = getattr(own, field.name)
@@ -248,7 +254,7 @@ def _checked(one: Instance) -> Any:
 
 
 def _put_coordinates(placed: _Placed, block: _Block, body: Mechanics, joints: Sequence[str]) -> None:
-    """Positions, wind-ups and speeds, before the states of effects."""
+    """Put the states of the mechanics (positions, wind-ups, speeds) before those of the effects, memory last."""
     first, size = block.sections["coordinates"][0], r.COORDINATE.itemsize // 8
     shafts = () if body.coupled is None else body.coupled.shafts
     kinds = ["shaft_" if i in shafts else "" for i in range(body.n)]
@@ -265,7 +271,7 @@ def _put_coordinates(placed: _Placed, block: _Block, body: Mechanics, joints: Se
 
 
 def _states(instances: Sequence[Instance], placed: _Placed, body: Mechanics) -> tuple[Array, NDArray[np.bool_], Any]:
-    """Errors that do not matter, which states are memory, and the records of all states, memory last."""
+    """Absolute tolerances, which states are memory, and the records of all states; memory comes last."""
     declared = {name: state for one in instances for name, state in zip(one.states, one.ports.states, strict=True)}
     order = [name for one in ranked(instances) for name in one.states]
     order = [*(name for name in order if not declared[name].memory), *(name for name in order if declared[name].memory)]
@@ -286,7 +292,7 @@ def _states(instances: Sequence[Instance], placed: _Placed, body: Mechanics) -> 
 
 
 def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Placed) -> Any:
-    """Addresses of laws, their records, and periods of samples."""
+    """Records CALL of a law; consecutive records of one kind share a call. ``listed`` gives sampling periods [s]."""
     rows: list[list[Any]] = []
     last: Any = None
     for group, period in listed:
@@ -301,7 +307,7 @@ def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Placed) -> 
 
 
 def _guards(instances: Sequence[Instance], placed: _Placed) -> Any:
-    """What must not become negative, and whom it concerns."""
+    """Records GUARDED of the effects that have a guard."""
     rows = []
     for one in instances:
         if one.ports.guard:
@@ -311,7 +317,7 @@ def _guards(instances: Sequence[Instance], placed: _Placed) -> Any:
 
 
 def _sampled(groups: Sequence[Group]) -> Iterable[tuple[Group, float]]:
-    """Sampled effects, apart by kind and period."""
+    """Sampled effects, grouped by kind and period [s]."""
     for group in groups:
         if group.kind.sample is not None:
             for period in sorted({one.effect.period or 0.0 for one in group.instances} - {0.0}):
@@ -319,10 +325,10 @@ def _sampled(groups: Sequence[Group]) -> Iterable[tuple[Group, float]]:
 
 
 def _repeated(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Group]:
-    """Effects between gear and link or at the tip, where any of them has pieces within a step; else none.
+    """The effects that are evaluated in every Newton iteration of a step: springs of gears, and contacts at the tip.
 
-    They are asked again with what the step has come to, so they alone may set what they set, and no other effect may
-    need it.
+    Empty if none of them is piecewise. Since they are evaluated again on their own, they may only contribute to these
+    torques and forces, no other effect may read them, and they may have no states; otherwise they are not iterated.
     """
     if not any(one.effect.piecewise() for one in instances):
         return []
@@ -337,7 +343,7 @@ def _repeated(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Gr
 def _columns(
     placed: _Placed, effects: Container[str], known: Directory, powers: Sequence[str], block: _Block
 ) -> list[int]:
-    """The numbers that a row of a run holds behind the time; states as the connectors show them."""
+    """Indices of the numbers in an output row after the time; states as the connectors show them."""
     energies = block.sections["energies"][0]
     states = [placed.signals[name] if name in effects else at for name, (at, _) in placed.states.items()]
     return [*states, *(placed.signals[name] for name in recorded_signals(placed.signals, known)),
@@ -345,9 +351,9 @@ def _columns(
 
 
 def recorded_signals(places: Mapping[str, int], known: Directory) -> list[str]:
-    """Names worth recording: no sums without contributions, no constants without a provider.
+    """Names of the signals that are recorded: no sums without contributions, no defaults without a provider.
 
-    First what the mechanics show, then what effects provide, what the mechanics take, what effects take.
+    In this order: signals of the mechanics, signals that effects provide, contributions to the mechanics, to effects.
     """
     shown = (*named.BEFORE, *named.AFTER, *named.SHAFT_GIVEN, *named.TIP_GIVEN, *ENERGIES)
     taken = (*named.TAKEN, *named.SHAFT_TAKEN, *named.TIP_TAKEN)
@@ -368,6 +374,7 @@ def recorded_signals(places: Mapping[str, int], known: Directory) -> list[str]:
 
 
 def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) -> None:
+    """Fill the records WORLD and ENGINE, and the list of sections."""
     numbers, sections = made.numbers, made.sections
     world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
     world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c

@@ -1,4 +1,4 @@
-"""The plan of a scene: what is computed, in which order, from what; printed, it documents the simulation."""
+"""The plan of a scene: which laws are evaluated in which order from which signals; printed, it documents the run."""
 
 from __future__ import annotations
 
@@ -42,27 +42,31 @@ from drivetrain.simulation.scene import WHOLE, Scene
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """The columns of a run's rows: time, states, signals, energies."""
+    """The columns of a run's output rows: time, states, signals, energies."""
 
     columns: tuple[tuple[str, str], ...]  # names and units of all columns after the time
-    recorded: dict[str, tuple[int, str]]  # column, the time's being 0, and unit of what is worth recording, by name
+    recorded: dict[str, tuple[int, str]]  # column (that of the time is 0) and unit of each recorded series, by name
     stores: tuple[str, ...]  # names of all stored energies
-    # names of the energies that powers have moved, and 1 for what they put in, -1 for what they take
+    # names of the integrals of powers, with 1 for a source and -1 for a loss
     flows: tuple[tuple[str, float], ...]
 
     def energies(self, rows: Array) -> tuple[Array, Array, float, float]:
-        """Stored energy; that less what was put in, (N,) each; the largest that goes to and fro; the largest [J]."""
+        """The energy balance of output rows.
+
+        Returns the stored energy and that minus the energy supplied, (N,) each, the largest range of a stored or
+        supplied energy, and the largest stored energy [J].
+        """
         stored = rows[:, [self.recorded[name][0] for name in self.stores]]
         moved = rows[:, [self.recorded[name][0] for name, _ in self.flows]]
         passed = max(np.ptp(stored, axis=0).max(), np.ptp(moved, axis=0).max(initial=0.0))
         total = sum(stored.T, start=np.zeros(len(rows)))
-        # Column by column: what a matrix product rounds would hang on how many rows there are.
+        # Column by column, since the rounding of a matrix product depends on the number of rows.
         left = total - sum((sign * one for one, (_, sign) in zip(moved.T, self.flows, strict=True)), start=0.0 * total)
         return total, left, float(passed), float(np.abs(stored).max())
 
 
 def layout_of(memory: Memory, signals: Directory, units: Mapping[str, str]) -> Layout:
-    """What a run's rows hold."""
+    """The columns of a run's output rows, from its memory and signals."""
     states = [(name, units[name]) for name in memory.states]
     shown = [(name, signals.units[name]) for name in recorded_signals(memory.places, signals)]
     columns = (*states, *shown, *((energy_of(name), "J") for name in memory.powers))
@@ -76,29 +80,29 @@ def layout_of(memory: Memory, signals: Directory, units: Mapping[str, str]) -> L
 
 
 def energy_of(power: str) -> str:
-    """The name of the energy that a power has moved."""
+    """The name of the integral of a power."""
     return f"{power.removesuffix('_power')}_energy"
 
 
-MASSLESS = 1e-14  # of a joint's own inertia: what is left of it when others give way is rounding
-SMALLEST = 1e-60  # kg m^2 or kg
-MOST_SAMPLES = 1e9
+MASSLESS = 1e-14  # share of a joint's inertia below which the inertia with all other joints free is a rounding error
+SMALLEST = 1e-60  # smallest inertia [kg m^2 or kg]
+MOST_SAMPLES = 1e9  # of one effect in a run
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A scene made ready to run.
+    """A scene, checked and prepared to run.
 
     Attributes:
-        scene: What is simulated.
+        scene: The scene.
         body: Its mechanics.
         groups: Effects in the order of their laws, those of one kind together.
-        signals: All signals: units, who sets them, powers and stored energies.
-        memory: Numbers and words of the compiled engines, as they are before the start.
-        units: Of the states, by full name.
-        breakpoints: Where laws jump in time [s], rising, inside the run or at its end.
-        time_scales: How fast what is, by effect, the fastest first.
-        left_out: Effects that others stand in for, in words.
+        signals: All signals with units and the effects that set them, powers and stored energies.
+        memory: Memory of the compiled engines before the start.
+        units: Units of the states, by full name.
+        breakpoints: Times at which laws are discontinuous [s], increasing, inside the run or at its end.
+        time_scales: Time scales with the effects that they belong to, the fastest first.
+        left_out: Notes on effects that are left out.
     """
 
     scene: Scene
@@ -113,17 +117,17 @@ class Plan:
 
     @property
     def instances(self) -> tuple[Instance, ...]:
-        """All effects, in their order."""
+        """All effects, in the order of their laws."""
         return tuple(chain.from_iterable(group.instances for group in self.groups))
 
     @property
     def period(self) -> float:
-        """The shortest between two samples [s]; infinite: nothing is sampled."""
+        """The shortest sampling period [s]; infinite: nothing is sampled."""
         return min((one.effect.period for one in self.instances if one.effect.period is not None), default=math.inf)
 
     @cached_property
     def coordinates(self) -> list[str]:
-        """Names of the coordinates: joints, then motors on springs."""
+        """Names of the coordinates: joints, then motors behind springs."""
         return coordinate_names(self.body, self.scene)
 
     @cached_property
@@ -133,7 +137,7 @@ class Plan:
 
     @cached_property
     def layout(self) -> Layout:
-        """What stands in the rows of its runs."""
+        """The columns of the output rows of its runs."""
         return layout_of(self.memory, self.signals, self.units)
 
     def __str__(self) -> str:
@@ -150,17 +154,17 @@ class Plan:
 
 
 def plan(scene: Scene) -> Plan:
-    """Check a scene's effects against one another, and put them in order.
+    """Check a scene and order its effects.
 
     Args:
-        scene: What is to be simulated.
+        scene: The scene to be simulated.
 
     Returns:
         The plan.
 
     Raises:
-        InputError: Signals that no effect provides or two set, loops, mechanics that contradict themselves, joints
-            without inertia, meshes that jam, samples too fast to wait for.
+        InputError: Signals that no effect provides or that two effects set, algebraic loops, contradictory mechanics,
+            joints without inertia, meshes that jam, sampling periods that are too short for the duration.
     """
     if not isinstance(scene, Scene):
         raise InputError(Fault("scene", "must be a scene", type(scene).__name__, "scene_of makes one of a study"))
@@ -191,10 +195,10 @@ def plan(scene: Scene) -> Plan:
 def check_meshes(
     instances: Sequence[Instance], body: Mechanics, inertia_at_start: tuple[Array, Array], scene: Scene
 ) -> None:
-    """That friction in the meshes has one solution.
+    """Raise InputError unless the equations with mesh friction have exactly one solution in the initial position.
 
-    Reference:
-        Of a N + mu |N| = r with a = 1 + J ratio^2 / I: one solution for every r only while mu < a.
+    The mesh torque N of a rigid joint satisfies a N + mu |N| = r with a = 1 + J ratio^2 / I. There is one solution for
+    every r only if mu < a.
     """
     loss_terms = [(one.place.joint, getattr(one.effect, "driven_loss", None)) for one in instances]
     losses = {joint: float(loss) for joint, loss in loss_terms if loss is not None}
@@ -215,7 +219,7 @@ def check_meshes(
 
 
 def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Array]:
-    """Mass matrix at the start, (c, c), and what of its diagonal is each rotor's, (c,) [kg m^2 or kg]."""
+    """Mass matrix at the start, (c, c), and the rotors' part of its diagonal, (c,) [kg m^2 or kg]."""
     numbers = memory.numbers.copy()
     at = memory.view(numbers, "coordinates")
     if scene.position is not None:
@@ -226,7 +230,7 @@ def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Arra
 
 
 def coordinate_names(body: Mechanics, scene: Scene) -> list[str]:
-    """Joints, then motors on springs."""
+    """Names of the coordinates: joints, then motors behind springs."""
     names = [*scene.joints, *[""] * len(body.springs)]
     for i in body.springs:
         names[body.motors[i]] = f"motor of {scene.joints[i]}"
@@ -234,10 +238,10 @@ def coordinate_names(body: Mechanics, scene: Scene) -> list[str]:
 
 
 def check_inertias(body: Mechanics, whole: Array, scene: Scene) -> None:
-    """That every joint and every rotor on its own moves some inertia."""
+    """Raise InputError if a joint or a rotor behind a spring moves no inertia; ``whole`` is the mass matrix, (c, c)."""
     left, c = whole.copy(), len(whole)
     names = coordinate_names(body, scene)
-    # From the last joint to the first: what is left of each when those after it give way.
+    # Elimination from the last joint to the first: the inertia of each joint while those after it are free.
     for i in range(c - 1, -1, -1):
         if not left[i, i] > max(MASSLESS * whole[i, i], SMALLEST):
             problem = f"moves no inertia ({max(left[i, i], 0.0):.3g} kg m^2 or kg)"
@@ -247,7 +251,7 @@ def check_inertias(body: Mechanics, whole: Array, scene: Scene) -> None:
 
 
 def _check_periods(instances: Sequence[Instance], scene: Scene) -> None:
-    """That nothing is sampled more often than anyone could wait for."""
+    """Raise InputError for more than ``MOST_SAMPLES`` samples of one effect, which would take too long."""
     raise_faults(
         Fault(f"{one.title}", f"samples more than {MOST_SAMPLES:g} times in {scene.duration:g} s", one.effect.period)
         for one in instances
@@ -256,7 +260,7 @@ def _check_periods(instances: Sequence[Instance], scene: Scene) -> None:
 
 
 def _check_shafts(instances: Sequence[Instance]) -> None:
-    """Friction of coupled motors acts at the shafts: a joint there has no coordinate of its own."""
+    """Raise InputError for dry friction at a joint with coupled motors: the coordinate there is the shaft."""
     faults = []
     for one in instances:
         own = {signal.name for signal in one.ports.contributes} & {JOINT_HOLD_FORWARD.name, SURFACE_SPEED.name}
@@ -267,7 +271,7 @@ def _check_shafts(instances: Sequence[Instance]) -> None:
 
 
 def _check_meshes_alone(instances: Sequence[Instance]) -> None:
-    """That no joint has two meshes: of losses in series no sum of shares is the whole."""
+    """Raise InputError for two mesh losses at one joint: the losses of meshes in series do not add."""
     kinds: dict[str, list[str]] = {}
     for one in instances:
         if any(signal.name == MESH_DRIVING.name for signal in one.ports.contributes):
@@ -281,7 +285,10 @@ def _check_meshes_alone(instances: Sequence[Instance]) -> None:
 
 
 def _check_belts(instances: Sequence[Instance], body: Mechanics) -> None:
-    """That friction in the motor and in the mesh is not made to follow a belt: of a rigid joint all slides one way."""
+    """Raise InputError for a belt at a rigid joint with friction in motor or mesh.
+
+    A rigid joint has one contact mode, but relative to the belt it may slip in another direction than the motor.
+    """
     belts = {one.place.joint for one in instances if SURFACE_SPEED in one.ports.contributes} - set(body.springs)
     hint = "give the joint a spring (FlexibleJoint), which lets motor and joint slide each its own way"
     raise_faults(
@@ -292,6 +299,7 @@ def _check_belts(instances: Sequence[Instance], body: Mechanics) -> None:
 
 
 def _state_units(instances: Sequence[Instance], memory: Memory, scene: Scene) -> dict[str, str]:
+    """Units of the states, by full name."""
     units: dict[str, str] = {}
     for joint, turning in zip(scene.joints, scene.turning, strict=True):
         units |= {f"{joint}.{name}": unit_at("rad", turning) for name in ("position", "deflection")}
@@ -303,6 +311,7 @@ def _state_units(instances: Sequence[Instance], memory: Memory, scene: Scene) ->
 
 
 def _breakpoints(instances: Sequence[Instance], scene: Scene) -> Array:
+    """Breakpoints of all effects within the run [s], increasing."""
     instants = {float(t) for one in instances for t in one.effect.breakpoints()}
     bad = [t for t in instants if not np.isfinite(t)]
     if bad:
@@ -311,7 +320,7 @@ def _breakpoints(instances: Sequence[Instance], scene: Scene) -> Array:
 
 
 def _scale_rows(scales: Sequence[tuple[str, TimeScale]]) -> list[tuple[str, str]]:
-    """A row for what is equally fast at several joints."""
+    """Printed rows of the time scales; equal ones at several joints share a row."""
     same: dict[tuple[str, str, str], list[str]] = {}
     for who, scale in scales:
         kind, _, joint = who.partition(" of ")
@@ -320,6 +329,7 @@ def _scale_rows(scales: Sequence[tuple[str, TimeScale]]) -> list[tuple[str, str]
 
 
 def _left_out(scene: Scene, instances: Sequence[Instance]) -> tuple[str, ...]:
+    """Notes on effects that the scene does not contain."""
     kinds = {type(one.effect).__name__ for one in instances}
     missing = []
     if isinstance(scene.body, Arm) and not any(kind in kinds for kind in ("FlexibleJoint", "Backlash")):
@@ -328,11 +338,12 @@ def _left_out(scene: Scene, instances: Sequence[Instance]) -> tuple[str, ...]:
 
 
 def _where(group: Group) -> str:
+    """The places of a group's effects."""
     return ", ".join(dict.fromkeys(one.place.name for one in group.instances))
 
 
 def _state_rows(names: Iterable[str], units: dict[str, str]) -> list[tuple[str, str]]:
-    """The states with their units; a row for all joints that have the same."""
+    """Printed rows of the states with their units; equal ones of several joints share a row."""
     rows: dict[tuple[str, str], list[str]] = {}
     for name in names:
         rows.setdefault((name.rpartition(".")[2], units[name]), []).append(name.rpartition(".")[0])
@@ -340,11 +351,12 @@ def _state_rows(names: Iterable[str], units: dict[str, str]) -> list[tuple[str, 
 
 
 def _printed(unit: str) -> str:
+    """A unit as it is printed."""
     return "°C" if unit == "C" else unit
 
 
 def _signal_rows(known: Directory) -> list[tuple[str, str]]:
-    """What sets each signal; a row for all joints of which the same can be said."""
+    """Printed rows of the signals with the effects that set them; equal ones of several joints share a row."""
     rows: dict[tuple[str, str], list[str]] = {}
     for name, unit in known.units.items():
         who, place = _who(name, known), name.rpartition(".")[0]
@@ -356,11 +368,12 @@ def _signal_rows(known: Directory) -> list[tuple[str, str]]:
 
 
 def _joined(places: Sequence[str]) -> str:
+    """Several joints as they are printed: their names, or their number."""
     return places[0] if len(places) == 1 else f"({', '.join(places)})" if len(places) < 4 else f"({len(places)} joints)"
 
 
 def _who(name: str, known: Directory) -> str:
-    """What sets a signal, in words; empty for those of the mechanics, and for sums without a summand."""
+    """What sets a signal, in words; empty for signals of the mechanics, and for sums without contributions."""
     adders = known.adders.get(name)
     if adders is not None:
         return "sum of " + ", ".join(adders) if adders else ""
@@ -371,6 +384,7 @@ def _who(name: str, known: Directory) -> str:
 
 
 def _table(title: str, rows: Iterable[tuple[str, str]]) -> list[str]:
+    """Lines of a titled table with two columns; empty without rows."""
     listed = list(rows)
     if not listed:
         return []

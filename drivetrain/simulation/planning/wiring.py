@@ -1,4 +1,4 @@
-"""Who needs whom: the signals of a scene, each with a place, and the effects in an order that serves them all."""
+"""The signals of a scene with the effects that set them, and the order in which the effects are evaluated."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from drivetrain.errors import Fault, InputError, nearest, raise_faults
 
 @dataclass(frozen=True, eq=False)
 class Instance:
-    """One effect at one place, its ports under full names."""
+    """One effect at one place, with the full names of its signals."""
 
     effect: Effect  # the effect
-    place: Place  # where it stands
-    ports: Ports  # its ports, as it names them
-    # full names of those, in the order of the ports
+    place: Place  # its joint, or the scene
+    ports: Ports  # its signals, with their local names
+    # their full names, in the same order
     states: tuple[str, ...]
     needs: tuple[str, ...]
     provides: tuple[str, ...]
@@ -27,13 +27,13 @@ class Instance:
 
     @property
     def title(self) -> str:
-        """What to call it in messages."""
+        """Its name in messages."""
         return f"{type(self.effect).__name__} of {self.place.name}"
 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Instances of one kind that one call serves."""
+    """Effects of one kind that are evaluated by one call."""
 
     kind: type[Effect]  # their class
     instances: tuple[Instance, ...]  # in the order of their joints
@@ -41,21 +41,21 @@ class Group:
 
 @dataclass
 class Directory:
-    """Names and units of the signals, and who sets them."""
+    """All signals of a scene by full name, with the effects that set them."""
 
-    units: dict[str, str] = field(default_factory=dict)  # by full name
-    givers: dict[str, str] = field(default_factory=dict)  # who alone sets it; ``motion and forces`` for the mechanics
-    adders: dict[str, list[str]] = field(default_factory=dict)  # who add to it
-    defaults: dict[str, float] = field(default_factory=dict)  # values of needs that no effect provides
-    powers: dict[str, Role] = field(default_factory=dict)  # roles of the powers [W]
-    stores: list[str] = field(default_factory=list)  # stored energies [J]
+    units: dict[str, str] = field(default_factory=dict)  # unit of each signal
+    givers: dict[str, str] = field(default_factory=dict)  # the effect that provides it, or ``motion and forces``
+    adders: dict[str, list[str]] = field(default_factory=dict)  # the effects that contribute to it
+    defaults: dict[str, float] = field(default_factory=dict)  # values of needed signals that no effect provides
+    powers: dict[str, Role] = field(default_factory=dict)  # role of each power [W]
+    stores: list[str] = field(default_factory=list)  # names of the stored energies [J]
 
 
-MECHANICS = "motion and forces"
+MECHANICS = "motion and forces"  # name of the mechanics as the provider of a signal
 
 
 def full_name(name: str, place: Place) -> str:
-    """The name of a signal in the whole scene."""
+    """Full name of a signal in a scene, from its local name at a place."""
     if name.startswith("scene."):
         return name
     joint, colon, own = name.rpartition(":")
@@ -63,6 +63,7 @@ def full_name(name: str, place: Place) -> str:
 
 
 def instance(effect: Effect, place: Place) -> Instance:
+    """An effect at a place, with the full names of its signals."""
     ports = effect.ports(place)
 
     def names(signals: Iterable[Signal]) -> tuple[str, ...]:
@@ -74,7 +75,7 @@ def instance(effect: Effect, place: Place) -> Instance:
 
 
 def ranked(instances: Iterable[Instance]) -> list[Instance]:
-    """Instances that may come in any order, in one: by kind, joint and, of two of a kind there, what they say."""
+    """Effects in an order that does not depend on that of their declaration: by kind, joint, then parameters."""
 
     def rank(one: Instance) -> tuple[str, int]:
         return type(one.effect).__name__, one.place.joint
@@ -83,14 +84,16 @@ def ranked(instances: Iterable[Instance]) -> list[Instance]:
     return [one for same in groups for one in (sorted(same, key=lambda x: repr(x.effect)) if len(same) > 1 else same)]
 
 
+# Unit at a prismatic joint for each unit at a revolute joint.
 SLIDING = {"rad": "m", "rad/s": "m/s", "rad/s^2": "m/s^2", "N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m"}
 
 
 def unit_at(unit: str, turning: bool) -> str:
-    """The SI unit of a joint's quantity, where the joint slides too."""
+    """The SI unit of a joint's quantity, at a revolute (``turning``) or a prismatic joint."""
     return unit if turning else SLIDING.get(unit, unit)
 
 
+# Signals at the motor's shaft, which rotates at prismatic joints too.
 MOTOR_SIDE = {
     "motor_position", "motor_speed", "motor_acceleration", "motor_torque", "motor_damping", "motor_stiffness",
     "motor_friction", *(signal.name for signal in named.TAKEN if signal.name.startswith("motor_")),
@@ -98,6 +101,11 @@ MOTOR_SIDE = {
 
 
 def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bool]) -> Directory:
+    """All signals of a scene; ``flexible`` tells which joints have a spring.
+
+    Raises:
+        InputError: Signals that nothing provides or that are set twice, and contradictory units or defaults.
+    """
     known, faults = Directory(), list[Fault]()
     every = [
         *((signal, False) for signal in (*named.BEFORE, *named.AFTER)),
@@ -144,6 +152,7 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
 
 
 def _enter(one: Instance, known: Directory, faults: list[Fault]) -> None:
+    """Add the signals that an effect sets to the directory."""
     slides = one.place.joint >= 0 and not one.place.turning[one.place.joint]
     set_there = [
         *zip(((s.name, s.unit) for s in one.ports.states), one.states, strict=True),
@@ -175,7 +184,13 @@ def _enter(one: Instance, known: Directory, faults: list[Fault]) -> None:
 
 
 def ordered(instances: Sequence[Instance], *, outputs: bool = False) -> list[Group]:
-    """The effects in groups, each after all that set what it needs."""
+    """The effects in groups, each after all effects that set the signals that it needs.
+
+    ``outputs``: the order of their ``account`` laws, which set the outputs, instead of ``compute``.
+
+    Raises:
+        InputError: Effects that need one another in a loop.
+    """
     sets: dict[str, list[Instance]] = {}
     for one in instances:
         for name in one.outputs if outputs else (*one.provides, *one.contributes):
@@ -201,7 +216,7 @@ def ordered(instances: Sequence[Instance], *, outputs: bool = False) -> list[Gro
 
 
 def _loop(left: list[Instance], before: dict[int, set[int]], sets: dict[str, list[Instance]]) -> str:
-    """A loop among the effects that are left, in words."""
+    """A loop among the effects that are left, described for the message."""
     by_id = {id(one): one for one in left}
     path = [left[0]]
     while True:
