@@ -10,9 +10,11 @@ import pytest
 from random_tasks import feasible_sets
 
 from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier, best_of
 from drivetrain.errors import InputError
 from drivetrain.sizing.answers.curve import optimum_curve
 from drivetrain.sizing.answers.trade_offs import check_trade_offs
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.front import check_criteria, pareto_front
 from drivetrain.sizing.tolerance.monte_carlo import robustness
 from drivetrain.study.parts.selection import CurveWanted, TradeOffs, Wanted
@@ -48,6 +50,24 @@ def judged(make):
     """Every set that holds with nominal numbers, with its criteria and its probability."""
     study = scattering(make, None)
     return {tuple(one.drives.values()): (one.criteria, robustness(one).whole) for one in feasible_sets(study)}
+
+
+def test_chances_are_those_with_the_amplifier_that_the_price_counts(make):
+    """The cheaper amplifier bears the nominal current and little more: with what the stronger one bears, all hold."""
+    cycle = make.sines(1, samples=41, duration=2.0, size=0.6)
+    any_current = Amplifier(peak_current=90.0, continuous_current=90.0)
+    study = make.study(
+        cycle, arm=make.planar_arm([0.4], [1.5]), joints=(make.task("j1", amplifier=any_current),),
+        tolerances=Tolerances(torque_constant=Tolerance(0.1), samples=2000), wanted=Wanted((("mass", 1.0),)),
+    )  # fmt: skip
+    drawn = {check.name: check.required for check in evaluate(study).joints["j1"].checks}["amplifier peak current"]
+    some = tuple(Amplifier(peak_current=f * drawn, continuous_current=90.0, price=f, key=f"a{f}") for f in (1.02, 3.0))
+    study = replace(study, joints=(make.task("j1", amplifier=best_of(some), amplifiers=some),))
+    own = robustness(evaluate(study)).whole
+    assert 0.5 < own.probability < 0.7  # a torque constant 2 % down of 10 % either way: 0.6
+    front, curve = pareto_front(study, ("mass",)), optimum_curve(study, "voltage", (48.0, 50.0), points=2)
+    for chance in (*front.chances, *(point.chance for point in curve.points)):
+        assert chance.probability == pytest.approx(own.probability, abs=0.06)  # four standard errors of either
 
 
 def beaten(one, others, names):

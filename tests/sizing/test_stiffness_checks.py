@@ -14,6 +14,7 @@ from drivetrain.arm.kinematics import tip_pose
 from drivetrain.catalog.read import Catalog
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
+from drivetrain.report.pages.spread_section import chance_sentence
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import gaps
 from drivetrain.sizing.judge.stiffness import tip_deviation
@@ -23,9 +24,11 @@ from drivetrain.sizing.search.domains import Domain
 from drivetrain.sizing.search.front import pareto_front
 from drivetrain.sizing.search.problem import TipCut, build_problem
 from drivetrain.sizing.search.search import select
+from drivetrain.sizing.tolerance.monte_carlo import robustness
 from drivetrain.study.model import DriveMass, StiffnessWish
 from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.parts.selection import Wanted
+from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 from drivetrain.study.parts.verdicts import Verdict
 
 SPRINGS = {"stiffness_1": 3000.0, "stiffness_2": 5000.0, "stiffness_3": 8000.0, "torque_1": 3.0, "torque_2": 9.0}
@@ -72,6 +75,18 @@ def test_one_joint_by_hand(make):
             made = shared(evaluate(replace(study, stiffness=wish)))
             assert made[name].verdict is verdict and made[name].essential
             assert [one for one in made if one.startswith("arm")] == [name]  # what is not wished is not told
+
+
+def test_an_arm_that_is_too_soft_holds_in_no_sample(make):
+    arm, cycle = make.planar_arm([0.5], [1.0]), make.sines(1, samples=41, duration=4.0, size=0.3)
+    scattering = Tolerances(torque_constant=Tolerance(0.01), samples=200)
+    study = sprung(make, arm, cycle, drive_mass=DriveMass.INCLUDED, tolerances=scattering)
+    assert robustness(evaluate(study)).whole.probability == 1.0
+    soft = evaluate(replace(study, stiffness=StiffnessWish(tip_deviation=1e-5)))
+    assert soft.verdict is Verdict.FAIL and soft.joints["j1"].verdict is not Verdict.FAIL
+    odds = robustness(soft)
+    assert odds.whole.held == 0 and odds.joints["j1"].probability == 1.0
+    assert chance_sentence(odds).endswith("arm tip deviation fails with nominal values already.")
 
 
 @pytest.fixture

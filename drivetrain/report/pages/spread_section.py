@@ -11,6 +11,7 @@ from drivetrain.report.pages.sheet import Section, SheetTable
 from drivetrain.report.quantities import percent
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.tolerance.monte_carlo import Chance, Robustness
+from drivetrain.sizing.tolerance.sampling import failed_undrawn, undrawn
 from drivetrain.study.model import Study
 
 SURE = 0.9999  # of a probability: checks that hold more often are not listed one by one
@@ -51,6 +52,8 @@ def spread_section(found: Spread) -> Section:
         "and gear of each joint drawn by themselves, the air and each payload once an arm, nothing correlated beyond "
         f"that. Limits from data sheets stay as printed. {'; '.join(law_lines(odds.evaluation.study))}."
     )
+    if nominal := undrawn(odds.evaluation):
+        how += f" With nominal values alone: {', '.join(check.name for check in nominal)}."
     headings = ("where", "check", "holds in", "standard error", "95 % interval",
                 "utilisation that 5 / 50 / 95 % of the arms stay below")  # fmt: skip
     return Section("What tolerances do", "spread", lead=(f"{chance_sentence(odds)}{choice}",), figures=tuple(figures),
@@ -62,6 +65,8 @@ def chance_sentence(odds: Robustness) -> str:
     lacking = ", ".join(dict.fromkeys(check.name for check in odds.evaluation.lacking))
     if lacking:
         return f"That all checks hold is proven in no arm: data are missing to check {lacking}."
+    if failed := failed_undrawn(odds.evaluation):
+        return f"All checks hold in no arm: {', '.join(failed)} fails with nominal values already."
     row = _row("", "", odds.whole)
     return (
         f"All checks hold in {row.probability} of {_grouped(odds.samples)} arms drawn "

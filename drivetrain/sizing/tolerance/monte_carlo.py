@@ -78,7 +78,8 @@ def robustness(
     """Probability that each check, each joint and the whole set of drives is satisfied, by Monte Carlo.
 
     Samples are drawn within the study's tolerances, and the checks of ``evaluate`` are applied to each. Checks that
-    could not be made are ignored.
+    could not be made are ignored. Those of the whole arm, its stiffness and stops, are made with nominal values alone:
+    where one of them fails, the whole set holds in no sample.
 
     Args:
         evaluation: Of the drives with nominal values; its study states the tolerances.

@@ -24,6 +24,7 @@ from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.tolerance.draws import CONSTANT, DRAG, EFFICIENCY, FRICTION, RESISTANCE, THERMAL, Draws, Pair
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.model import Study
+from drivetrain.study.parts.verdicts import Check, Verdict
 
 NAMES = tuple(check.name for check in CHECKS)
 SUPPLY_NAMES = tuple(check.name for check in SUPPLY_CHECKS)
@@ -64,13 +65,13 @@ class Samples:
 
     joints: Array  # in the order of ``NAMES``, (S, n, checks)
     supply: Array  # in the order of ``SUPPLY_NAMES``, (S, checks of the supply)
-    judged: bool  # whether every essential check could be made
+    proven: bool  # whether every essential check could be made, and those of the whole arm hold with nominal values
 
     @property
     def feasible(self) -> Array:
         """Whether every check of a sample is satisfied, (S,)."""
         over = (self.joints > 1.0).any(axis=(1, 2)) | (self.supply > 1.0).any(axis=1)
-        return np.asarray(~over & self.judged)
+        return np.asarray(~over & self.proven)
 
 
 def nominal_of(study: Study, work: Workload | None = None) -> Nominal:
@@ -96,15 +97,18 @@ def _payload_rows(work: Workload, without: Mapping[str, Workload], joint: int) -
 
 
 def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
-    """A set of drives, prepared for random samples; drives: keys of (motor, gear) by joint name."""
-    study, filled_parts = nominal.study, FilledParts(nominal.study)
+    """A set of drives, prepared for random samples; drives: keys of (motor, gear) by joint name.
+
+    Each joint has the amplifier that its drive takes with nominal values: that is the one that is bought.
+    """
+    evaluation = evaluated(nominal.work, given_drives(nominal.study, drives))
+    study, filled_parts = evaluation.study, FilledParts(nominal.study)
     mounted = {i: filled_parts.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
     cases, works = [], []
     for joint, added in enumerate(nominal.payloads):
         demand = nominal.work.at(joint, mounted).demand(mounted[joint])
         cases.append(cases_of(study, joint, demand, [mounted[joint]]))
         works.append(work_of(demand, added))
-    evaluation = evaluated(nominal.work, given_drives(study, drives))
     known = all(result.torque_known for result in evaluation.joints.values())
     stated = [getattr(study.supply, check.limit) if known else None for check in SUPPLY_CHECKS]
     limits = np.array(stated, dtype=np.float64)  # None becomes NaN
@@ -240,7 +244,19 @@ def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice)
     with np.errstate(divide="ignore", invalid="ignore"):
         supply = np.where(ready.limits > 0.0, required / ready.limits, np.where(required > 0.0, np.inf, 0.0))
     supply[:, np.isnan(ready.limits)] = np.nan
-    return Samples(np.swapaxes(used, 0, 1), supply, not ready.nominal.lacking)
+    proven = not (ready.nominal.lacking or failed_undrawn(ready.nominal))
+    return Samples(np.swapaxes(used, 0, 1), supply, proven)
+
+
+def undrawn(evaluation: Evaluation) -> tuple[Check, ...]:
+    """The checks of the whole arm, its stiffness and stops, which are made with nominal values alone."""
+    made = (check for check in evaluation.shared if check.utilisation is not None)
+    return tuple(check for check in made if check.name not in SUPPLY_NAMES)
+
+
+def failed_undrawn(evaluation: Evaluation) -> tuple[str, ...]:
+    """Names of those that fail: then no sample counts as feasible."""
+    return tuple(check.name for check in undrawn(evaluation) if check.verdict is Verdict.FAIL)
 
 
 def figures_of(evaluation: Evaluation) -> tuple[Array, Array]:
