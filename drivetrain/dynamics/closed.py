@@ -1,8 +1,8 @@
-"""Arms with closed loops: how the joints that follow move, and what the driven ones must give.
+"""Arms with closed loops: motion of the passive joints, and torques of the driven joints.
 
-Pins hold the joints that follow: ``A_p qd_p + A_d qd_d = 0``. So ``qd = J qd_d`` for all joints, and as the forces in
-ideal pins do no work, what the chains ask one by one is asked of the drives as ``J^T tau``: the constrained inverse
-dynamics of the driven joints, without the forces in the pins. Their friction is not in it.
+Pins close the loops: ``A_p qd_p + A_d qd_d = 0`` for passive and driven joints. So ``qd = J qd_d`` for all joints, and
+since the forces in ideal pins do no work, the torques of the driven joints are ``J^T tau`` from the torques tau of the
+open chains. This is the constrained inverse dynamics without the pin forces. Friction in the pins is not included.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.2 (loop constraints by explicit constraints).
 """
@@ -23,24 +23,25 @@ from drivetrain.dynamics.core.frames import FRAME, move_frame
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import pose
 
-STRIDE = 0.2  # of a driven joint at once, on the way from zero [rad]; of sliding ones as far as the arm is wide [-]
-CLOSED = 1e-12  # that pins may stay open, over the arm's size: rounding
-MOST = 30  # Newton's steps
-DEAD = 1e-5  # smallest over largest singular value at which joints still follow: a dead centre is near below it
+# Largest step of a driven joint on the way from zero [rad]; of a prismatic joint as a share of the arm's size.
+STRIDE = 0.2
+CLOSED = 1e-12  # gap of a closed pin, as a share of the arm's size: rounding
+MOST = 30  # largest number of Newton steps
+DEAD = 1e-5  # smallest over largest singular value below which the linkage is near a dead centre
 
 
 class WholeMotion(NamedTuple):
-    """All joints of an arm with loops, m of them."""
+    """Motion of all m joints of an arm with loops."""
 
     # [rad or m, and per s, s^2], (N, m)
     position: Array
     velocity: Array
     acceleration: Array
-    turns: Array  # J, what each does a unit of a driven joint [-, rad/m or m/rad], (N, m, n)
+    turns: Array  # J, motion of each joint per unit of each driven joint [-, rad/m or m/rad], (N, m, n)
 
 
 def whole_motion(linkage: Linkage, q: Array, qd: Array, qdd: Array) -> WholeMotion:
-    """What all joints do in a motion of the driven ones; raises InputError where pins cannot stay closed."""
+    """Motion of all joints for a motion of the driven ones, (N, n) each; raises ``InputError`` if pins cannot close."""
     geometry = _Geometry(linkage.loops, tuple(chain.screws.tobytes() for chain in linkage.chains))
     position, turns, follows = _assembly(geometry, np.ascontiguousarray(q).tobytes(), len(q))
     velocity, acceleration = ((turns @ values[:, :, None])[..., 0] for values in (qd, qdd))
@@ -51,20 +52,20 @@ def whole_motion(linkage: Linkage, q: Array, qd: Array, qdd: Array) -> WholeMoti
 
 
 class _Geometry(NamedTuple):
-    """What the motion of all joints depends on: neither masses nor rotors."""
+    """Geometry of a linkage, on which the motion of all joints depends; the key of the cache."""
 
     loops: Loops
     chains: tuple[bytes, ...]
 
     @property
     def screws(self) -> list[Array]:
-        """Of each chain, (k, 6); kernels are compiled for arrays that may be written to."""
+        """Screws of each chain, (k, 6), as writable arrays, for which the kernels are compiled."""
         return [np.frombuffer(screws).reshape(-1, 6).copy() for screws in self.chains]
 
 
 @lru_cache(maxsize=8)
 def _assembly(geometry: _Geometry, key: bytes, count: int) -> tuple[Array, Array, Array]:
-    """Positions of all joints, J, and the pseudo-inverse of what pins ask of those that follow; kept for positions."""
+    """Positions of all joints, J, and pseudo-inverse of the passive joints' pin Jacobian, cached by the positions."""
     loops, screws = geometry.loops, geometry.screws
     driven, passive = list(loops.driven), list(loops.passive)
     q = np.frombuffer(key).reshape(count, -1)
@@ -80,7 +81,7 @@ def _assembly(geometry: _Geometry, key: bytes, count: int) -> tuple[Array, Array
 
 
 def _following(jacobian: Array, passive: list[int], q: Array) -> Array:
-    """The pseudo-inverse of what pins ask of the joints that follow, (N, p, k)."""
+    """The pseudo-inverse of the pin Jacobian of the passive joints, (N, p, k)."""
     if not passive:
         return np.zeros((len(q), 0, jacobian.shape[1]))
     left, values, right = np.linalg.svd(jacobian[:, :, passive], full_matrices=False)
@@ -93,10 +94,10 @@ def _following(jacobian: Array, passive: list[int], q: Array) -> Array:
 
 
 def _closed_positions(loops: Loops, screws: list[Array], q: Array) -> Array:
-    """Where all joints are, on the way from zero straight to positions of the driven ones, (N, m).
+    """Positions of all joints, (N, m), followed on a straight path of the driven joints from zero to their positions.
 
-    Along this way, which all samples go at once, joints that follow cannot change to the linkage's other assembly
-    unless it passes a dead centre.
+    All samples advance together. Along this path the passive joints cannot change to another assembly mode of the
+    linkage unless it passes a dead centre.
     """
     driven, passive = list(loops.driven), list(loops.passive)
     size = max((float(np.linalg.norm(point)) for _, _, point in loops.pins), default=1.0) or 1.0
@@ -127,7 +128,7 @@ def _closed_positions(loops: Loops, screws: list[Array], q: Array) -> Array:
 
 
 def _least(matrix: Array, target: Array) -> Array:
-    """Least squares by the normal equations, whose rounding the next step of Newton's method takes away, (N, p)."""
+    """Least squares by the normal equations, (N, p); the next Newton step corrects their rounding errors."""
     turned = np.swapaxes(matrix, 1, 2)
     normal = turned @ matrix
     scale = np.trace(normal, axis1=1, axis2=2)[:, None, None] + 1e-300
@@ -136,7 +137,7 @@ def _least(matrix: Array, target: Array) -> Array:
 
 
 def _pins(loops: Loops, screws: list[Array], position: Array, velocity: Array) -> tuple[Array, Array, Array]:
-    """How far pins are open [m], (N, k), its Jacobian, (N, k, m), and second derivative at constant rates, (N, k)."""
+    """Gaps of the pins [m], (N, k), their Jacobian, (N, k, m), and second derivatives at constant rates, (N, k)."""
     count, m = position.shape
     error, drift = np.zeros((2, count, 3 * len(loops.pins)))
     jacobian = np.zeros((count, 3 * len(loops.pins), m))
@@ -156,7 +157,7 @@ def _pins(loops: Loops, screws: list[Array], position: Array, velocity: Array) -
 
 
 def chain_arms(arm: Arm) -> list[Arm]:
-    """The chains of an arm with loops, its gravity, level, rotors and coupled motors on them."""
+    """The chains of an arm with loops as arms, with its gravity, level, rotors and coupled motors."""
     assert arm.linkage is not None
     loops, found, groups = arm.linkage.loops, [], coupled_groups(arm)
     beside = {loops.driven[i]: [loops.driven[k] for k in group] for group in groups for i in group}
@@ -179,7 +180,7 @@ def chain_arms(arm: Arm) -> list[Arm]:
 
 
 def _chain_coupling(arm: Arm, groups: list[tuple[int, ...]], path: tuple[int, ...]) -> Array | None:
-    """Of the motors whose joints all stand in a chain; None where there are none."""
+    """Coupling matrix of the motors whose joints are all in this chain; None if there are none."""
     assert arm.linkage is not None
     found, driven = np.eye(len(path)), arm.linkage.loops.driven
     for group in groups:
@@ -191,13 +192,13 @@ def _chain_coupling(arm: Arm, groups: list[tuple[int, ...]], path: tuple[int, ..
 
 
 def main_chain(arm: Arm, q: Array) -> tuple[Arm, Array]:
-    """An arm's own chain and the positions of all its joints, (N, n); the arm itself where no loop closes."""
+    """An arm's main chain and the positions of all its joints, (N, n); the arm itself if it has no loops."""
     chain, positions, _ = chain_motions(arm, q)[0]
     return chain, positions
 
 
 def chain_motions(arm: Arm, q: Array) -> list[tuple[Arm, Array, list[int]]]:
-    """Each chain from the base on, positions of its joints, (N, n), and which driven joints these are, else -1."""
+    """Each chain from the base, positions of its joints, (N, k), and their indices among the driven joints or -1."""
     if arm.linkage is None:
         return [(arm, q, list(range(arm.n)))]
     rest, loops = np.zeros_like(q), arm.linkage.loops
@@ -209,11 +210,11 @@ def chain_motions(arm: Arm, q: Array) -> list[tuple[Arm, Array, list[int]]]:
 
 
 def closed_loads(arm: Arm, motion: list[Array], tip_wrench: Any, loads: Any) -> tuple[Array, ...]:
-    """What the driven joints of an arm with loops must give, from the loads of its chains.
+    """Loads of the driven joints of an arm with loops, from the loads of its chains.
 
-    Generalised torque, the part of it that passes the gears, wrenches, and accelerations of the links before, as in
-    ``JointLoads``; wrenches are NaN where a loop closes around the joint: how its bearings and the pins share them
-    depends on how stiff they are. ``loads``: ``joint_loads``.
+    Returns generalised torque, its part through the gears, wrenches, and accelerations of the previous links, as in
+    ``JointLoads``. Wrenches are NaN for joints within a loop: how bearings and pins share them depends on their
+    stiffness. ``loads`` is ``joint_loads``, passed in because of the direction of imports.
     """
     assert arm.linkage is not None
     loops = arm.linkage.loops

@@ -1,17 +1,17 @@
-"""An arm under constraints ``A(q) qd = 0``: its accelerations, its torques, and the multipliers of the rows.
+"""Constrained dynamics with ``A(q) qd = 0``: accelerations, torques, and multipliers of the rows of A.
 
     tau = M qdd + h + A^T lambda                                                    (8.93)
 
-Rows may say the same twice; then their rank is found, the motion is unique all the same, and of all multipliers that
-give it those of least norm are returned. Rows that cannot be satisfied are reported (``missed``).
+Rows may be redundant. The motion is still unique, and the multipliers of least norm are returned. Rows that cannot be
+satisfied are reported (``missed``).
 
-Where the book slips: after equation 8.100 it calls ``P_theta qdd`` "the set of joint accelerations". That misses the
-part ``-M^-1 A^T (A M^-1 A^T)^-1 dA/dt qd`` which the constraint itself asks for while it turns; the two agree at rest,
-or where A is constant. P is not symmetric, and not a projector in the usual metric but in that of M^-1.
+Misprint in the book: after equation 8.100 it calls ``P_theta qdd`` "the set of joint accelerations". That omits the
+term ``-M^-1 A^T (A M^-1 A^T)^-1 dA/dt qd`` due to the changing constraint; the two agree at rest, or if A is constant.
+P is not symmetric: it is an orthogonal projector in the metric of M^-1, not in the usual one.
 
-Exercise 8.10, from 8.98 to 8.100: multiply ``P tau = P (M qdd + h)`` by ``M^-1`` from the left, put ``M M^-1`` between
-P and its factor on both sides, and name ``M^-1 P M`` as ``P_theta``: ``P_theta M^-1 tau = P_theta (qdd + M^-1 h)``. P
-was never inverted.
+Exercise 8.10, from 8.98 to 8.100: multiply ``P tau = P (M qdd + h)`` by ``M^-1`` from the left, insert ``M M^-1``
+between P and its factor on both sides, and write ``P_theta`` for ``M^-1 P M``. The result is
+``P_theta M^-1 tau = P_theta (qdd + M^-1 h)``; P is never inverted.
 
 Reference: Modern Robotics, section 8.7.
 """
@@ -40,25 +40,25 @@ from drivetrain.dynamics.mass import (
 )
 from drivetrain.errors import Fault, InputError
 
-CLOSED, MOST_STEPS = 1e-12, 50  # [m or -] that a closed position may be off, and Newton's steps to it
-RANK = 1e-9  # a singular value that counts as none, over the largest: above rounding, below any workshop
+CLOSED, MOST_STEPS = 1e-12, 50  # tolerance of a closed position [m or -], and largest number of Newton steps
+RANK = 1e-9  # singular values below this share of the largest count as zero: above rounding, below tolerances of parts
 
 Constraints = Constraint | Sequence[Constraint]
 
 
 @dataclass(frozen=True, eq=False)
 class ConstrainedMotion:
-    """What an arm does under constraints; one sample has no leading axis.
+    """Motion of an arm under constraints; one sample has no leading axis.
 
     Attributes:
         acceleration: Of the joints [rad/s^2 or m/s^2], (N, n).
-        multipliers: Of the rows, of least norm where rows are redundant [N for lengths, N m for angles], (N, k).
-        rank: Rows that are independent [-], (N,); k - rank are redundant, n - rank freedoms are left.
+        multipliers: Of the rows, of least norm if rows are redundant [N for lengths, N m for angles], (N, k).
+        rank: Number of independent rows [-], (N,); k - rank are redundant, n - rank degrees of freedom remain.
         condition: Largest over smallest singular value that was kept [-], (N,).
-        missed: Largest acceleration that the rows ask for and no motion can give [m/s^2 or 1/s^2], (N,); more than
-            rounding when rows contradict each other.
-        error: How far positions are off [m or -], (N, k).
-        speed_error: How fast the constraints are being left, ``A qd`` [m/s or 1/s], (N, k).
+        missed: Largest acceleration that the rows require and no motion can provide [m/s^2 or 1/s^2], (N,); more than
+            rounding only if rows contradict each other.
+        error: Position error of the rows [m or -], (N, k).
+        speed_error: Speed error of the rows, ``A qd`` [m/s or 1/s], (N, k).
     """
 
     acceleration: Array
@@ -72,13 +72,13 @@ class ConstrainedMotion:
 
 @dataclass(frozen=True, eq=False)
 class ConstrainedTorque:
-    """What moves an arm under constraints; one sample has no leading axis.
+    """Torques that move an arm under constraints; one sample has no leading axis.
 
     Attributes:
         torque: ``P (M qdd + h)``, or ``M qdd + h + A^T lambda`` for given lambda [N m or N], (N, n).
-        acceleration: What it gives: the part of the wanted one that the constraints allow, (N, n).
-        missed: How far the wanted acceleration leaves the constraints, ``A qdd + dA/dt qd`` [m/s^2 or 1/s^2], (N, k).
-        rank: Rows that are independent [-], (N,).
+        acceleration: The resulting acceleration: the part of the wanted one that the constraints allow, (N, n).
+        missed: Violation of the constraints by the wanted acceleration, ``A qdd + dA/dt qd`` [m/s^2 or 1/s^2], (N, k).
+        rank: Number of independent rows [-], (N,).
     """
 
     torque: Array
@@ -92,9 +92,10 @@ class Projectors:
     """The two projectors of the book; one sample has no leading axis.
 
     Attributes:
-        torque: P, leaves of torques what does work on the arm [-], (N, n, n); equation 8.99.
-        acceleration: P_theta, leaves of accelerations what the constraints allow [-], (N, n, n); equation 8.101.
-        rank: Rows that are independent [-], (N,); the projectors' own rank is n less that.
+        torque: P, projects torques onto those that do work on the arm [-], (N, n, n); equation 8.99.
+        acceleration: P_theta, projects accelerations onto those that the constraints allow [-], (N, n, n); equation
+            8.101.
+        rank: Number of independent rows [-], (N,); the rank of the projectors is n minus that.
     """
 
     torque: Array
@@ -105,19 +106,19 @@ class Projectors:
 def constrained_forward_dynamics(
     arm: Arm, constraints: Constraints, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = None, tolerance: float = RANK
 ) -> ConstrainedMotion:
-    """The accelerations and multipliers that torques give under constraints.
+    """The accelerations and multipliers due to torques under constraints.
 
-    Nothing is done about a position or speed that breaks the constraints, but to tell it: ``closed_position`` and
-    ``closed_speed`` correct a start, the simulation holds it.
+    A position or speed that violates the constraints is reported but not corrected: ``closed_position`` and
+    ``closed_speed`` correct an initial state, and the simulation keeps it closed.
 
     Args:
         arm: With rotors or without.
         constraints: One or several.
         q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
         tau: Generalised torques [N m; N at a prismatic joint], (n,) or (N, n).
-        tip_wrench: What the end effector applies to the environment besides, in the tip frame, (moment [N m], force
+        tip_wrench: What the end effector applies to the environment in addition, in the tip frame, (moment [N m], force
             [N]), (6,) or (N, 6). None: nothing.
-        tolerance: Singular value that counts as none, over the largest [-].
+        tolerance: Singular values below this share of the largest count as zero [-].
 
     Returns:
         Motion and multipliers.
@@ -148,19 +149,19 @@ def constrained_inverse_dynamics(
     multipliers: Any = None,
     tip_wrench: Any = None,
 ) -> ConstrainedTorque:
-    """The torques for a wanted acceleration and, if wanted, for given forces against the constraints.
+    """The torques for a wanted acceleration and, optionally, for given forces on the constraints.
 
     Args:
         arm: With rotors or without.
         constraints: One or several.
         q, qd, qdd: Positions, speeds and wanted accelerations [rad or m, and per s, s^2], (n,) or (N, n).
-        multipliers: With which the arm presses against the rows [N for lengths, N m for angles], (k,) or (N, k). None:
-            it leaves to the constraints whatever they can carry, gravity too.
-        tip_wrench: What the end effector applies to the environment besides, in the tip frame, (moment [N m], force
+        multipliers: Forces with which the arm acts on the constraints [N for lengths, N m for angles], (k,) or (N, k).
+            None: the constraints carry all loads that they can, including gravity.
+        tip_wrench: What the end effector applies to the environment in addition, in the tip frame, (moment [N m], force
             [N]), (6,) or (N, 6). None: nothing.
 
     Returns:
-        Torques, and what the constraints leave of the wanted acceleration.
+        Torques, and the part of the wanted acceleration that the constraints allow.
 
     Raises:
         InputError: Wrong shapes, NaN, no constraints, a singular mass matrix.
@@ -180,7 +181,7 @@ def constrained_inverse_dynamics(
     motion, _, found = least_change(arm, positions, rows.jacobian, force, rows.drift)
     whole = (matrices @ motion[:, :, None])[..., 0] + bias
     if multipliers is None:
-        # What the constraints take off when nothing else has to be met: (1 - P) tau = A^T lambda.
+        # The part that the constraints carry: (1 - P) tau = A^T lambda.
         _, taken, _ = least_change(arm, positions, rows.jacobian, whole, np.zeros((count, k)))
         pressed = -taken
     torque = whole + (np.swapaxes(rows.jacobian, 1, 2) @ pressed[:, :, None])[..., 0]
@@ -196,7 +197,7 @@ def constraint_projectors(arm: Arm, constraints: Constraints, q: Any, *, toleran
         arm: With rotors or without.
         constraints: One or several.
         q: Positions [rad or m], (n,) or (N, n).
-        tolerance: Singular value that counts as none, over the largest [-].
+        tolerance: Singular values below this share of the largest count as zero [-].
 
     Returns:
         Both, with the rank of the rows.
@@ -221,9 +222,9 @@ def constraint_projectors(arm: Arm, constraints: Constraints, q: Any, *, toleran
 
 
 def closed_position(arm: Arm, constraints: Constraints, q: Any) -> Array:
-    """The position near q at which the constraints hold, by Newton's method, each step least in the metric of M.
+    """The position near q that satisfies the constraints, by Newton's method with least steps in the metric of M.
 
-    Raises InputError where no such position is near q: the constraints cannot be met, or not from there.
+    Raises ``InputError`` if none is found: the constraints cannot be satisfied, or not starting from q.
     """
     held = tuple(one for one in checked_constraints(arm, constraints) if one.holonomic)
     (positions,) = finite_samples(arm.n, {"q": q})
@@ -245,7 +246,7 @@ def closed_position(arm: Arm, constraints: Constraints, q: Any) -> Array:
 
 
 def closed_speed(arm: Arm, constraints: Constraints, q: Any, qd: Any) -> Array:
-    """``P_theta qd``, the allowed speeds nearest to qd in the metric of M: what is left after a shock."""
+    """``P_theta qd``, the allowed speeds nearest to qd in the metric of M: the speeds after an impact."""
     several = checked_constraints(arm, constraints)
     positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
     jacobian = stacked_rows(arm, several, positions, speeds).jacobian
@@ -258,9 +259,9 @@ def closed_speed(arm: Arm, constraints: Constraints, q: Any, qd: Any) -> Array:
 def least_change(
     arm: Arm, q: Array, jacobian: Array, force: Array, drift: Array, tolerance: float = RANK
 ) -> tuple[Array, Array, Array]:
-    """The x and lambda of ``M x + A^T lambda = force``, ``A x = -drift``; for checked input.
+    """Solve ``M x + A^T lambda = force``, ``A x = -drift`` for x and lambda; the input must be valid.
 
-    x, (N, n), lambda, (N, k), and rank, condition, missed drift, (N, 3), of A (N, k, n); tolerance: as ``RANK``.
+    Returns x, (N, n), lambda, (N, k), and rank, condition and unsatisfied drift, (N, 3), for A, (N, k, n).
     """
     motion, multipliers, found = np.empty(force.shape), np.empty(drift.shape), np.empty((len(q), 3))
     matrices = mass_matrices(packed(arm), q)

@@ -1,7 +1,7 @@
-"""What constrains an arm: rows ``A(q) qd = 0``, from a position that must be held (holonomic) or from speeds alone.
+"""Constraints of an arm as rows ``A(q) qd = 0``, from conditions on positions (holonomic) or on speeds only.
 
-Loops closed: two frames, on links or on the base, held together as by a joint. Contacts: a point of a link that stays
-on a surface. Whatever else there is, a blade that does not slip sideways: ``CallableConstraint``.
+``LoopClosure``: two frames, on links or on the base, connected as by a joint. ``PointOnSurface``: a point of a link
+that stays on a surface. ``CallableConstraint``: any other, such as a blade that does not slip sideways.
 """
 
 from __future__ import annotations
@@ -24,19 +24,20 @@ from drivetrain.spatial.poses import inverse_pose
 
 
 class Rows(NamedTuple):
-    """The rows of constraints over samples."""
+    """The rows of constraints at N samples."""
 
-    # how far the position is off, (N, k), [m for lengths, - for angles]; zero for rows that only bind speeds
+    # error of position, (N, k), [m for lengths, - for angles]; zero for rows that constrain speeds only
     error: Array
-    jacobian: Array  # A, (N, k, n): the rows of ``A qd = 0``; the derivative of the error where there is one
+    jacobian: Array  # A, (N, k, n): the rows of ``A qd = 0``; for holonomic rows the derivative of the error
     drift: Array  # ``dA/dt qd``, (N, k), [m/s^2 or 1/s^2]
 
 
 class Constraint(ABC):
-    """Base of the constraints; a frozen dataclass that can tell its rows for any samples.
+    """Base class of constraints: frozen dataclasses that compute their rows for given samples.
 
-    Multipliers belong to rows: that of a length is a force [N], that of an angle a moment [N m], and ``A^T lambda`` are
-    the joint torques that go against the constraint, equation 8.93.
+    Each row has a multiplier: a force [N] for a length, a moment [N m] for an angle. ``A^T lambda`` are the joint
+        torques
+    that act on the constraint, equation 8.93.
     """
 
     @property
@@ -46,7 +47,7 @@ class Constraint(ABC):
 
     @property
     def holonomic(self) -> bool:
-        """Whether positions are held, not only speeds."""
+        """Whether positions are constrained, not only speeds."""
         return True
 
     @property
@@ -56,7 +57,7 @@ class Constraint(ABC):
 
     @abstractmethod
     def rows(self, arm: Arm, q: Array, qd: Array) -> Rows:
-        """The rows at given samples."""
+        """The rows at samples q and qd, (N, n) each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,7 @@ class Attachment:
 
     Attributes:
         link: Index of the link; -1 is the base.
-        pose: Of the frame in the base frame with all joints at zero, (4, 4); translation [m].
+        pose: Pose of the frame in the base frame with all joints at zero, (4, 4); translation [m].
     """
 
     link: int
@@ -92,7 +93,7 @@ class Attachment:
 
     @classmethod
     def base(cls, pose: Any) -> Attachment:
-        """A frame that stands still.
+        """A frame fixed to the base.
 
         Args:
             pose: In the base frame, (4, 4); translation [m].
@@ -104,19 +105,19 @@ class Attachment:
 
     @classmethod
     def at(cls, arm: Arm, link: int, q: Any, pose: Any) -> Attachment:
-        """The frame on a link that stands somewhere given when the arm is at q: a handle that has just been grasped.
+        """The frame on a link that has a given pose when the arm is at q, such as a handle that has just been grasped.
 
         Args:
             arm: The arm.
             link: Index of the link; -1 is the base.
             q: Positions [rad or m], (n,).
-            pose: Of the frame in the base frame then, (4, 4); translation [m].
+            pose: Pose of the frame in the base frame at q, (4, 4); translation [m].
 
         Returns:
             The frame, fixed to the link.
 
         Raises:
-            InputError: Wrong shapes, or no pose.
+            InputError: Wrong shapes, or a matrix that is not a pose.
         """
         place = checked_pose(pose, "pose")
         moved = displacements(arm, checked_array(q, (arm.n,), "q"))[0, link + 1]
@@ -125,15 +126,15 @@ class Attachment:
 
 @dataclass(frozen=True, eq=False)
 class CallableConstraint(Constraint):
-    """Rows from functions of one sample: whatever the other constraints cannot say.
+    """Rows from functions of one sample, for constraints that the other classes cannot express.
 
     Attributes:
         jacobian: ``q -> A``, (k, n) from (n,).
         drift: ``(q, qd) -> dA/dt qd``, (k,).
         size: k, the number of rows.
-        error: ``q -> error``, (k,), whose derivative is A. None: the rows bind speeds only (Pfaffian).
+        error: ``q -> error``, (k,), whose derivative is A. None: the rows constrain speeds only (Pfaffian).
 
-    Reference: Modern Robotics, section 8.7: the Pfaffian A(theta), and what its derivative adds.
+    Reference: Modern Robotics, section 8.7: the Pfaffian A(theta), and the term with its derivative.
     """
 
     jacobian: Callable[[Array], Any]
@@ -162,17 +163,18 @@ class CallableConstraint(Constraint):
         return Rows(*(np.array(part) for part in zip(*parts, strict=True)))
 
 
-# Rows of closures: across, axis of the second frame, axis of the first.
+# Rows of closures: (0: distance, 1: angle), axis of the second frame, axis of the first frame.
 _X, _Y, _Z = ((0, k, 0) for k in range(3))
-_TILTS = ((1, 0, 2), (1, 1, 2))  # the z axis of a at right angles to x and y of b
-_TURN = (1, 0, 1)  # its y axis at right angles to x of b: with the tilts, no turn at all
+_TILTS = ((1, 0, 2), (1, 1, 2))  # the z axis of a is perpendicular to x and y of b
+_TURN = (1, 0, 1)  # its y axis is perpendicular to x of b: together with the tilts, no rotation
 
 
 class ClosingJoint(Enum):
-    """How two frames are held together, in the axes of the second; the joint's own freedom is left.
+    """Connection of two frames, in the axes of the second one, by the freedom that is left.
 
-    WELD: nothing moves. HINGE: turns about the common z axis. SLIDER: slides along it. CYLINDER: both. BALL: turns any
-    way about the common origin. PLANE: slides in the x-y plane and turns about z.
+    WELD: none. HINGE: rotation about the common z axis. SLIDER: translation along it. CYLINDER: both. BALL: any
+        rotation
+    about the common origin. PLANE: translation in the x-y plane and rotation about z.
     """
 
     WELD = (_X, _Y, _Z, *_TILTS, _TURN)
@@ -185,14 +187,14 @@ class ClosingJoint(Enum):
 
 @dataclass(frozen=True, eq=False)
 class LoopClosure(Constraint):
-    """Two frames held together as by a joint: a loop of links, a handle, a fixture, or, by a WELD, a pose.
+    """Two frames connected as by a joint: a loop of links, a handle, a fixture, or a given pose (WELD).
 
     Rows are distances along the axes of the second frame [m], then cosines of angles between axes [-], which near
-    closure are the angles themselves [rad]. Their multipliers are forces [N] and moments [N m].
+    closure are small angles [rad]. Their multipliers are forces [N] and moments [N m].
 
     Attributes:
         first, second: The frames.
-        joint: What holds them together.
+        joint: Kind of connection.
     """
 
     first: Attachment
@@ -232,18 +234,18 @@ class LoopClosure(Constraint):
 
 
 def _motion(arm: Arm, attachment: Attachment, q: Array, qd: Array) -> tuple[Any, Array]:
-    """How a frame on a link moves, records FRAME (N,), and the Jacobian of its velocities (N, 6, n)."""
+    """Motion of a frame on a link, records FRAME (N,), and the Jacobian of its velocities (N, 6, n)."""
     frames, jacobian = np.empty(len(q), FRAME), np.empty((len(q), 6, arm.n))
     move_frame(arm.screws, attachment.pose, attachment.link, q, qd, frames, jacobian)
     return frames, jacobian
 
 
 class Surface(ABC):
-    """A surface that stands still: the points where its height is zero."""
+    """A fixed surface: the points whose height is zero."""
 
     @abstractmethod
     def height(self, points: Array) -> tuple[Array, Array, Array]:
-        """How high points (N, 3) are above the surface [m], positive outside; its gradient and second derivative."""
+        """Height of points (N, 3) above the surface [m], positive outside, with its gradient and second derivative."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,8 +253,8 @@ class Plane(Surface):
     """A plane.
 
     Attributes:
-        normal: Outwards, made unit length [-], (3,).
-        point: Any point of it, in the base frame [m], (3,).
+        normal: Outward normal, scaled to unit length [-], (3,).
+        point: Any point of the plane, in the base frame [m], (3,).
     """
 
     normal: Array
@@ -271,12 +273,12 @@ class Plane(Surface):
 class PointOnSurface(Constraint):
     """The origin of a frame stays on a surface: the book's pen on paper. One row; its multiplier is a force [N].
 
-    The multiplier is the force of the arm on the surface along the outward normal: negative while the arm pushes.
-    A real surface can only be pushed; this one holds both ways.
+    The multiplier is the force of the arm on the surface along the outward normal: negative if the arm pushes. A real
+    surface can only be pushed; this constraint acts in both directions.
 
     Attributes:
-        point: The frame; its axes do not matter.
-        surface: What it stays on.
+        point: The frame; its axes are not used.
+        surface: The surface.
     """
 
     point: Attachment
@@ -311,7 +313,7 @@ def stacked_rows(arm: Arm, constraints: Sequence[Constraint], q: Array, qd: Arra
 
 
 def checked_constraints(arm: Arm, constraints: Any) -> tuple[Constraint, ...]:
-    """Constraints as a tuple, each of which is one and fits the arm."""
+    """The constraints as a tuple; raises ``InputError`` unless each is a constraint that fits the arm."""
     refuse_loops(arm)
     if isinstance(constraints, Constraint):
         several: tuple[Any, ...] = (constraints,)

@@ -1,4 +1,4 @@
-"""How torques change with the motion, and accelerations with state and torque: exact derivatives, rotors included."""
+"""Exact derivatives of torques by the motion, and of accelerations by state and torques, rotors included."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, run, spoiled
 
 @dataclass(frozen=True, eq=False)
 class TorqueDerivatives:
-    """Derivatives of the joint torques; one sample has no leading axis. Row: the torque; column: by which coordinate.
+    """Derivatives of the joint torques (row) by the coordinates (column); one sample has no leading axis.
 
     Attributes:
         q: By positions [N m/rad; N/m, N m/m, N/rad where joints are prismatic], (N, n, n).
@@ -36,7 +36,7 @@ class TorqueDerivatives:
 
 @dataclass(frozen=True, eq=False)
 class AccelerationDerivatives:
-    """Derivatives of the joint accelerations; one sample has no leading axis. Row: the acceleration.
+    """Derivatives of the joint accelerations (row) by the coordinates (column); one sample has no leading axis.
 
     Attributes:
         q: By positions [1/s^2; 1/(m s^2), m/s^2 where joints are prismatic], (N, n, n).
@@ -107,7 +107,7 @@ def forward_dynamics_derivatives(
 
 
 def one_derivatives(model: Packed, q: Array, qd: Array, qdd: Array, tip: Array) -> TorqueDerivatives:
-    """The derivatives for one sample that has been checked, (n, n) each, of an arm without coupled rotors."""
+    """The derivatives at one valid sample, (n, n) each, of an arm without coupled rotors."""
     n = len(q)
     result = np.empty((3, 1, n, n))
     derivatives_alone(model.arm, q, qd, qdd, tip, result)
@@ -115,7 +115,7 @@ def one_derivatives(model: Packed, q: Array, qd: Array, qdd: Array, tip: Array) 
 
 
 def derivatives(model: Packed, motion: list[Array], *, tip: Array = NO_TIP) -> TorqueDerivatives:
-    """The derivatives for samples whose shapes have been checked, (N, n, n) each; arguments as of ``samples.run``."""
+    """The derivatives at samples of valid shape, (N, n, n) each; arguments as in ``samples.run``."""
     wide = motion if model.spread is None else [x @ model.spread.T for x in motion]
     count, n = wide[0].shape
     result = [np.empty((count, n, n)) for _ in range(3)]
@@ -129,9 +129,9 @@ def derivatives(model: Packed, motion: list[Array], *, tip: Array = NO_TIP) -> T
 # The Coriolis matrix and the Christoffel symbols
 #
 # Entry i of the velocity torques ``h(q, qd)`` is the quadratic form of the symbols ``Gamma_ijk``, symmetric in j and k.
-# So the Coriolis matrix is half the derivative of the torques by the speeds, and the form determines the symbols: by
-# polarisation ``Gamma(u, v) = (h(u + v) - h(u - v)) / 4``, from the recursion without gravity and accelerations, with
-# no derivative taken and nothing neglected, and with rotors of any kind and at any level.
+# So the Coriolis matrix is half the derivative of the torques by the speeds, and the form determines the symbols by
+# polarisation, ``Gamma(u, v) = (h(u + v) - h(u - v)) / 4``, from the recursion without gravity and accelerations. This
+# needs no derivatives and no approximation, and holds for rotors of any kind and at any level.
 
 
 def coriolis_matrix(arm: Arm, q: Any, qd: Any) -> Array:
@@ -158,7 +158,7 @@ def coriolis_matrix(arm: Arm, q: Any, qd: Any) -> Array:
 
 
 def christoffel_symbols(arm: Arm, q: Any) -> Array:
-    """The Christoffel symbols of the first kind: entry i, j, k is what speeds of joints j and k ask of joint i.
+    """The Christoffel symbols of the first kind: entry i, j, k is the coefficient of ``qd_j qd_k`` in torque i.
 
     ``sum over j and k of Gamma_ijk qd_j qd_k`` is the torque of joint i at constant speeds without gravity; the terms
     j = k are centripetal, the others Coriolis terms.
@@ -189,7 +189,7 @@ def christoffel_symbols(arm: Arm, q: Any) -> Array:
 
 
 def _velocity_form(model: Packed, q: Array, u: Array, v: Array) -> Array:
-    """Gamma(u, v) of m pairs of speeds a sample, (N, m, n); q is (N, n), u and v fit to (N, m, n)."""
+    """Gamma(u, v) for m pairs of speeds per sample, (N, m, n); q is (N, n), u and v broadcast to (N, m, n)."""
     fast, slow = np.broadcast_arrays(u + v, u - v)
     speeds = np.broadcast_to(np.concatenate([fast, slow], axis=1), (len(q), 2 * fast.shape[1], q.shape[1]))
     m = fast.shape[1]

@@ -1,8 +1,8 @@
-"""The two energies of the Lagrangian, and where the power of a motion goes.
+"""Kinetic and potential energy, and the power balance of a motion.
 
-Rotors are counted according to the arm's level, as everywhere: at NONE they ride along, at REFLECTED each adds the
-energy of its spin ``inertia (ratio qd)^2 / 2`` (or ``inertia (N qd)_i^2 / 2`` where motors are coupled), at FULL they
-are bodies.
+Rotors are counted according to the arm's level, as everywhere: at NONE they are locked to their carriers, at REFLECTED
+each adds the energy of its spin ``inertia (ratio qd)^2 / 2`` (or ``inertia (N qd)_i^2 / 2`` for coupled motors), at
+FULL they are bodies.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from drivetrain.dynamics.samples import run, tip_samples
 
 @dataclass(frozen=True, eq=False)
 class PowerBalance:
-    """Where the power goes that the joints put in: ``joints.sum() = kinetic + potential + tip``.
+    """Power of the joints and its use: ``joints.sum() = kinetic + potential + tip``.
 
     Attributes:
-        joints: What each joint's torque does, ``qd_i tau_i`` [W], (n,) or (N, n); negative where it brakes.
+        joints: Power of each joint's torque, ``qd_i tau_i`` [W], (n,) or (N, n); negative while it brakes.
         kinetic: Rate of the kinetic energy [W], () or (N,).
         potential: Rate of the potential energy [W], () or (N,).
-        tip: What the end effector gives to the environment [W], () or (N,).
+        tip: Power that the end effector transfers to the environment [W], () or (N,).
     """
 
     joints: Array
@@ -62,8 +62,8 @@ def kinetic_energy(arm: Arm, q: Any, qd: Any) -> Array:
 def potential_energy(arm: Arm, q: Any) -> Array:
     """The potential energy of all links and rotors in the arm's gravity.
 
-    Its zero: every centre of mass in the plane through the origin of the base frame, at right angles to gravity. The
-    base itself is not counted, a rotor that it carries is.
+    It is zero if all centres of mass are in the plane through the origin of the base frame perpendicular to gravity.
+    The base itself is not counted, but rotors that it carries are.
 
     Args:
         arm: With rotors or without.
@@ -90,7 +90,7 @@ def potential_energy(arm: Arm, q: Any) -> Array:
 
 
 def power_balance(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> PowerBalance:
-    """Where the power of a motion comes from and where it goes, without losses.
+    """The power balance of a motion without losses.
 
     Args:
         arm: With rotors or without.

@@ -1,10 +1,10 @@
-"""Arms with springs in their joints and links that bend: small motions about a posture.
+"""Arms with elastic joints and bending links: small motions about a posture.
 
-The spring of a joint lies between the rotor, seen through its ratio, and the link that it drives; where motors are
-coupled (``arm/coupling.py``), spring i lies between rotor i and shaft i. Vibrations are those of the frozen posture,
-without damping, gravity's own small stiffness and the terms of speed.
+The spring of a joint connects the rotor, referred to the joint by its ratio, with the link that it drives; for coupled
+motors (``arm/coupling.py``), spring i connects rotor i and shaft i. Vibrations are those at a fixed posture, without
+damping, the stiffness due to gravity, and velocity terms.
 
-Reference: Modern Robotics, section 8.9.5, which names these effects and leaves their equations to the reader.
+Reference: Modern Robotics, section 8.9.5, which names these effects without equations.
 """
 
 from __future__ import annotations
@@ -29,40 +29,41 @@ from drivetrain.spatial.beams import Beam, beam_compliance
 from drivetrain.spatial.poses import inverse_pose
 from drivetrain.spatial.wrenches import like
 
-NEXT_TO_NOTHING = (
-    1e-6  # of an axis' inertia: what winds its two gears against each other swings a thousand times faster
-)
+# Share of an axis' inertia for the difference of its two motors: their mode against each other is then a thousand times
+# faster than the others.
+NEXT_TO_NOTHING = 1e-6
 NO_BEAMS: Mapping[int, Beam] = {}
 
 
 def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
-    """The natural frequencies with every motor holding its rotor still against its stator: stiff control, or a brake.
+    """The natural frequencies with all rotors locked to their stators, as with stiff control or a brake.
 
     Args:
-        arm: With rotors or without; rotors ride along as dead weight. Loops may close.
+        arm: With rotors or without; rotors count as mass of their carriers. Closed loops are allowed.
         q: Positions [rad or m], (n,) or (N, n).
-        stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) of each sample. Infinite:
+        stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) for each sample. Infinite:
             a rigid joint, which does not vibrate.
 
     Returns:
-        [Hz], lowest first, one a sprung joint, (m,) or (N, m).
+        Frequencies [Hz], lowest first, one per elastic joint, (m,) or (N, m).
 
     Raises:
-        InputError: Wrong shapes, stiffness not positive, or a joint sprung in some samples only.
+        InputError: Wrong shapes, stiffness not positive, or a joint that is elastic in some samples only.
 
-    Reference: K v = w^2 M v, with M of the sprung joints.
+    Reference: K v = w^2 M v, with M of the elastic joints.
     """
     positions, springs, sprung = _door(arm, q, stiffness)
     masses = locked_mass(arm, positions)
-    # Joint motions of a unit twist of each sprung shaft, the rigid ones still.
+    # Joint motions for a unit rotation of each elastic shaft, with the rigid ones at rest.
     motions = np.linalg.inv(shaft_turns(arm))[:, sprung]
     return like(_frequencies(motions.T @ masses @ motions, np.eye(motions.shape[1]), springs[:, sprung]), q)
 
 
 def locked_mass(arm: Arm, q: Any) -> Array:
-    """The mass matrix with every rotor held still against its stator, (n, n) or (N, n, n).
+    """The mass matrix with all rotors locked to their stators, (n, n) or (N, n, n).
 
-    Of two motors on an axis each has half of it: their mean moves the arm, and their difference next to nothing.
+    Two motors on one axis share its inertia equally: their mean moves the arm, and their difference a negligible
+        inertia.
     """
     positions = np.atleast_2d(np.asarray(q, dtype=np.float64))
     if arm.linkage is not None:
@@ -78,20 +79,21 @@ def locked_mass(arm: Arm, q: Any) -> Array:
 
 
 def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
-    """The natural frequencies with every motor's torque constant: links swing against rotors, two masses a spring.
+    """The natural frequencies with constant motor torques: links and rotors vibrate against each other.
 
     Args:
-        arm: With rotors, counted at its level. A sprung joint without a rotor has its spring between the two links, as
-            a link that bends has.
+        arm: With rotors, counted at its level. An elastic joint without a rotor has its spring between the two links,
+            as a bending link.
         q: Positions [rad or m], (n,) or (N, n).
-        stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) of each sample. Infinite:
+        stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) for each sample. Infinite:
             a rigid joint, whose rotor follows the link.
 
     Returns:
-        [Hz], lowest first, one a sprung joint, (m,) or (N, m); the motions without any twist, of frequency 0, left out.
+        Frequencies [Hz], lowest first, one per elastic joint, (m,) or (N, m), without the rigid-body modes of frequency
+        0.
 
     Raises:
-        InputError: As ``locked_frequencies``; or the rotor of a sprung joint has no inertia.
+        InputError: As for ``locked_frequencies``, or a rotor of an elastic joint without inertia.
 
     Reference: One joint: w^2 = K (1/I + 1/(G^2 J)), the torsional resonance of the drive-train.
     """
@@ -99,7 +101,7 @@ def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     _demand_inertia(arm, sprung)
     masses = free_mass(arm, positions)
     loose = sprung & np.array([rotor is not None for rotor in arm.rotors])
-    # A rigid joint has one coordinate for link and rotor; its row of the second block joins that of the first.
+    # A rigid joint has one coordinate for link and rotor; its row of the second block is added to that of the first.
     links_part = np.vstack([np.eye(arm.n), (~sprung)[:, None] * shaft_turns(arm)])
     rotors_part = np.vstack([np.zeros((arm.n, arm.n)), np.eye(arm.n)])[:, loose]
     reduction = np.hstack([links_part, rotors_part])
@@ -108,12 +110,13 @@ def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
 
 
 def free_mass(arm: Arm, q: Array) -> Array:
-    """The mass matrix of joints, and of rotors that move on their own, each angle counted behind its gear.
+    """The mass matrix of joints and of independent rotors, whose angles are referred to the output of their gears.
 
-    (N, 2 n, 2 n) for positions (N, n), rotors where these have brought them; zero where a joint has no rotor. With it
-    as ``[[M0, S], [S.T, B]]``, M0 + S C + C.T S.T + C.T B C is that of rotors bound to their joints by a coupling C.
+    It is (N, 2 n, 2 n) for positions (N, n), zero in the rows of joints without a rotor. With its blocks
+    ``[[M0, S], [S.T, B]]``, M0 + S C + C.T S.T + C.T B C is the matrix for rotors that follow the joints by a coupling
+    C.
 
-    Reference: Modern Robotics, equation 8.111, taken apart.
+    Reference: Modern Robotics, equation 8.111, split into its parts.
     """
     there = [i for i, rotor in enumerate(arm.rotors) if rotor is not None]
     moving = [*range(arm.n), *(arm.n + i for i in there)]
@@ -124,23 +127,23 @@ def free_mass(arm: Arm, q: Array) -> Array:
 
 
 def tip_compliance(arm: Arm, q: Any, stiffness: Any, *, beams: Mapping[int, Beam] = NO_BEAMS) -> Array:
-    """How the tip gives way to a wrench on it: joint springs and bending links in series.
+    """Compliance of the tip: joint springs and bending links in series.
 
     Args:
         arm: The arm.
         q: Positions [rad or m], (n,) or (N, n).
-        stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) of each sample; infinite:
+        stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) for each sample; infinite:
             rigid.
-        beams: The part of a link that bends, by link index, in the base frame with every joint at zero [m, N m^2].
+        beams: Beam of each bending link, by link index, in the base frame with all joints at zero [m, N m^2].
 
     Returns:
-        The matrix that takes a wrench on the tip (moment [N m], force [N]) to the tip's (rotation [rad], displacement
-        [m]), all about the tip in axes of the base, (6, 6) or (N, 6, 6).
+        The matrix from a wrench on the tip (moment [N m], force [N]) to the tip's (rotation [rad], displacement [m]),
+        about the tip, in axes of the base, (6, 6) or (N, 6, 6).
 
     Raises:
         InputError: Wrong shapes, stiffness not positive, or a beam of a link that the arm does not have.
 
-    Reference: J K^-1 J^T (J C^-1 for J with a coupling C), plus every beam's own compliance carried to the tip.
+    Reference: J K^-1 J^T (J C^-1 for J with a coupling C), plus the compliance of each beam transformed to the tip.
     """
     positions, springs, _ = _door(arm, q, stiffness)
     check_beams(arm, beams)
@@ -158,9 +161,10 @@ def tip_compliance(arm: Arm, q: Any, stiffness: Any, *, beams: Mapping[int, Beam
 
 
 def carried_to(levers: Array) -> Array:
-    """The matrices that carry a small motion of one point of a rigid body to another point of it, same axes.
+    """The matrices from a small motion of one point of a rigid body to that of another point, in the same axes.
 
-    They act on (rotation [rad], displacement [m]), (N, 6, 6); their transposes carry wrenches back.
+    They act on (rotation [rad], displacement [m]), (N, 6, 6); their transposes transform wrenches in the other
+    direction.
     """
     x, y, z = np.asarray(levers).T
     result = np.tile(np.eye(6), (len(x), 1, 1))
@@ -179,7 +183,7 @@ def check_beams(arm: Arm, beams: Mapping[int, Beam]) -> None:
 
 
 def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Positions (N, n), spring stiffness of every sample (N, n), and which joints are sprung (n,)."""
+    """Checked positions (N, n), stiffness at every sample (N, n), and which joints are elastic (n,)."""
     (positions,) = finite_samples(arm.n, {"q": q})
     try:
         given = real_array(stiffness)
@@ -202,7 +206,7 @@ def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bo
 
 
 def _demand_inertia(arm: Arm, sprung: NDArray[np.bool_]) -> None:
-    """A spring behind a rotor needs a mass on either side."""
+    """Raise ``InputError`` for an elastic joint whose rotor has no inertia."""
     faults = []
     for name, rotor, has_spring in zip(arm.joint_names, arm.rotors, sprung, strict=True):
         if has_spring and rotor is not None and (rotor.axial_inertia <= 0.0 or arm.level is RotorLevel.NONE):
@@ -212,7 +216,7 @@ def _demand_inertia(arm: Arm, sprung: NDArray[np.bool_]) -> None:
 
 
 def _frequencies(masses: Array, twists: Array, springs: Array) -> Array:
-    """Those of springs that feel ``twists @ x``, without the motions that wind none of them up, (N, m) [Hz]."""
+    """Frequencies of springs with deflections ``twists @ x``, (N, m) [Hz], without modes that deflect no spring."""
     loose = twists @ np.linalg.solve(masses, np.broadcast_to(twists.T, (len(masses), *twists.T.shape)))
     root = np.sqrt(springs)
     squares = np.linalg.eigvalsh(root[:, :, None] * (0.5 * (loose + np.swapaxes(loose, 1, 2))) * root[:, None, :])

@@ -1,10 +1,10 @@
-"""Forward dynamics: the accelerations that torques give, by the mass matrix or by articulated bodies.
+"""Forward dynamics: accelerations due to torques, from the mass matrix or by the articulated-body recursion.
 
-One sample alone goes by articulated bodies, many go by the mass matrix, whose kernels take 64 samples at a time.
-Solving with the mass matrix takes n^2 to fill it and n^3 to factor it, and on long chains it loses digits as the
-matrix's condition, which grows as n^4. The recursion over articulated bodies does neither. It is made for chains of
-bodies: rotors that follow several joints, or ride on a link further off than those beside their joint, close loops in
-them, and arms with such go the way of the mass matrix.
+One sample is computed by articulated bodies, many samples with the mass matrix, whose kernels process 64 samples at a
+time. The mass matrix costs n^2 to fill and n^3 to factor, and on long chains loses digits by its condition number,
+which grows as n^4; the articulated-body recursion costs n and does not lose them. It applies to chains of bodies:
+rotors that follow several joints, or are carried by a link not adjacent to their joint, form loops, and such arms use
+the mass matrix.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7; rotors as described in
     ``core/articulated.py``.
@@ -30,7 +30,7 @@ UNDEFINED = ": accelerations are not defined there"
 
 
 def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = None) -> Array:
-    """The accelerations that generalised joint torques give.
+    """The accelerations due to generalised joint torques.
 
     Args:
         arm: With rotors or without.
@@ -49,7 +49,7 @@ def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     """
     model = packed(arm)
     if model.chained and alone_within_reach(arm.n, q, qd, tau):
-        # Of one sample the articulated bodies take a third of the time; the rest is solved with the mass matrix.
+        # For one sample the articulated-body recursion takes a third of the time; all else uses the mass matrix.
         found, tip = np.empty(arm.n), tip_samples(model, tip_wrench, 1)
         _, joint = articulated_accelerations(model.arm, q[None], qd[None], tau[None], tip, found[None])
         if joint < 0 and found.dot(found) < np.inf:
@@ -67,7 +67,7 @@ def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
 
 
 def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = None) -> Array:
-    """The accelerations that generalised joint torques give, without the mass matrix.
+    """The accelerations due to generalised joint torques, without the mass matrix.
 
     Args:
         arm: With rotors or without, at any level.
@@ -77,11 +77,11 @@ def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
             (6,) or (N, 6). None: nothing.
 
     Returns:
-        Accelerations [rad/s^2 or m/s^2], (n,) or (N, n): those of ``forward_dynamics``, to rounding.
+        Accelerations [rad/s^2 or m/s^2], (n,) or (N, n), equal to those of ``forward_dynamics`` to rounding.
 
     Raises:
         InputError: Wrong shapes, a NaN or infinity, numbers too large to calculate with, or a joint that moves no
-            inertia when the joints after it give way.
+            inertia while the joints after it are free.
 
     Reference: Modern Robotics, section 8.5; Featherstone (2008), table 7.1.
     """
@@ -99,10 +99,10 @@ def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
 
 
 def unchecked_accelerations(arm: Arm) -> Callable[[Array, Array, Array], Array]:
-    """``articulated_body`` for one sample after another, for solvers: a third of the time, nothing checked.
+    """A function for solvers that computes ``articulated_body`` for one sample without checks, in a third of the time.
 
-    A function of q, qd and tau [rad or m, per s, N m or N], contiguous float64, (n,), that gives accelerations
-    [rad/s^2 or m/s^2], (n,); not finite ones where the input is not finite.
+    Its arguments are q, qd and tau [rad or m, per s, N m or N], contiguous float64, (n,); it returns accelerations
+    [rad/s^2 or m/s^2], (n,), which are not finite if the input is not.
     """
     model, n = packed(arm), arm.n
 

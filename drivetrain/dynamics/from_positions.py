@@ -1,10 +1,10 @@
-"""Joint torques of a motion known by its positions alone: differentiated twice, with the noise of the readings
-estimated.
+"""Joint torques of a motion from measured positions: smoothing, differentiation, and standard deviations.
 
-Second differences multiply the noise of a reading by 2.4/dt^2. A 12-bit encoder read at 1 kHz wavers by 1100 rad/s^2,
-and torques computed so are an arm's noise, not its load. So each joint is first smoothed by as much as its resolution,
-its noise and the jitter of its clock explain; joints that need none are differentiated as they are. How sure positions,
-speeds and accelerations then are comes with the smoothing, and reaches the torques by their derivatives.
+Second differences multiply the noise of a reading by 2.4/dt^2. A 12-bit encoder read at 1 kHz gives a noise of 1100
+rad/s^2, so that torques computed from it would consist of noise. Therefore each joint is smoothed by as much as its
+resolution, its noise and the jitter of its clock justify; joints that need no smoothing are differentiated directly.
+The smoothing also gives the standard deviations of positions, speeds and accelerations; those of the torques follow
+with the derivatives of the inverse dynamics.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ from drivetrain.motion.smoothing import (
     estimated_noise,
 )
 
-UNEQUAL = 1e6  # between gaps of one recording: beyond, it is none
+UNEQUAL = 1e6  # largest accepted ratio of time steps in a recording
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueFromPositions:
-    """Torques, how sure they are, and the speeds and accelerations that they were computed from.
+    """Torques with their standard deviations, and the speeds and accelerations from which they were computed.
 
     Attributes:
         torque: Generalised torque [N m; N at a prismatic joint], (N, n).
-        deviation: Its standard deviation by the noise of readings and clock, and by what the samples miss between them
-            [N m or N], (N, n): the torque is within 1.96 of it for 95 % of the samples; for 85 to 95 % where the
-            acceleration jumps, or where a move has no more than some thirty samples. Zero for exact positions.
+        deviation: Its standard deviation due to noise of positions and clock, and to the finite sampling [N m or N],
+            (N, n): the error is below 1.96 times it for 95 % of the samples; for 85 to 95 % if the acceleration jumps,
+            or if a move has at most about thirty samples. Zero for exact positions.
         qd: Speeds [rad/s or m/s], (N, n).
         qdd: Accelerations [rad/s^2 or m/s^2], (N, n).
-        smoothing: What was done to each joint, in words, (n,).
+        smoothing: Method used for each joint, as text, (n,).
     """
 
     torque: Array
@@ -64,16 +64,16 @@ def torque_from_positions(
     Args:
         arm: With rotors or without.
         time: Increasing [s], (N,), N >= 3.
-        q: Positions as read [rad or m], (N, n).
-        resolution: Step between neighbouring readings [rad or m], one for all joints or one each, (n,); for noise that
-            is no rounding, 3.46 times its standard deviation; 0 for exact positions, which are not smoothed. None:
-            taken from the samples themselves, and smoothed only where it would show.
+        q: Positions as measured [rad or m], (N, n).
+        resolution: Step between neighbouring readings [rad or m], a number or (n,); for noise other than rounding,
+            sqrt(12) = 3.46 times its standard deviation; 0 for exact positions, which are not smoothed. None: detected
+            from the samples, which are smoothed only if the noise would show in the acceleration.
         tip_wrench: What the end effector applies to the environment, in the tip frame, (moment [N m], force [N]),
             (6,) or (N, 6). None: nothing.
 
     Returns:
-        Torques and what they come from. Towards either end accelerations rest on one side only, and ``deviation``
-        grows: record a little more than you need.
+        Torques, deviations and rates. Near both ends accelerations depend on samples on one side only, and
+        ``deviation`` grows: record a little more than needed.
 
     Raises:
         InputError: Wrong shapes, a NaN or infinity, times that do not increase or whose gaps differ by a factor of a
@@ -101,9 +101,9 @@ def torque_from_positions(
 def rates_from_positions(
     time: Array, positions: Array, steps: Sequence[float | None]
 ) -> tuple[list[Array], Array, tuple[str, ...]]:
-    """Positions, speeds and accelerations, (N, n) each, their covariance (N, 3, 3, n), and in words how.
+    """Positions, speeds and accelerations, (N, n) each, their covariance, (N, 3, 3, n), and the methods as text.
 
-    The steps are those between neighbouring readings [rad or m], None where they are to be found.
+    ``steps`` are the resolutions [rad or m] of the joints; None: detected.
     """
     joints = [_differentiated(time, values, step) for values, step in zip(positions.T, steps, strict=True)]
     rates, covariance = (np.stack(parts, axis=-1) for parts in zip(*(fitted for fitted, _ in joints), strict=True))
@@ -111,15 +111,15 @@ def rates_from_positions(
 
 
 def _differentiated(time: Array, values: Array, given: float | None) -> tuple[Fitted, str]:
-    """Position, speed, acceleration and their covariance, and in words how they came about."""
+    """Position, speed and acceleration of one joint with their covariance, and the method as text."""
     step = detected_resolution(values) if given is None else given
     way: Smoothing = Parabolas()
-    if np.ptp(values) == 0.0:  # a joint that stayed at one reading has no noise to remove
+    if np.ptp(values) == 0.0:  # constant readings have no noise to remove
         step = 0.0
     elif given is None:
         way = chosen_smoothing(time, values, step)
     elif step:
-        step = max(step, float(np.spacing(np.abs(values).max())))  # no reading is finer than its number
+        step = max(step, float(np.spacing(np.abs(values).max())))  # no finer than the rounding of the numbers
         way = SmoothingSpline(step, estimated_jitter(time, values, step * NOISE_OF_RESOLUTION))
     if isinstance(way, SmoothingSpline):
         return way.fitted(time, values), way.description
@@ -129,7 +129,7 @@ def _differentiated(time: Array, values: Array, given: float | None) -> tuple[Fi
     if given is None and np.ptp(values) > 0.0:
         noise = max(noise, estimated_noise(time, values))
         jitter = estimated_jitter(time, values, noise)
-        # What a parabola misses of speed and acceleration by the change of the latter, of unequal steps more.
+        # Error of the parabola's speed and acceleration due to the change of acceleration, larger for unequal steps.
         unequal = np.diff(time, 2, prepend=2 * time[0] - time[1], append=2 * time[-1] - time[-2])
         jerk = np.gradient(second, time)
         missed[0] = (jerk * gap**2 / 6.0) ** 2
@@ -140,7 +140,7 @@ def _differentiated(time: Array, values: Array, given: float | None) -> tuple[Fi
 
 
 def _steps(arm: Arm, resolution: Any) -> list[float | None]:
-    """The resolution of each joint, None where it is to be found."""
+    """The given resolution of each joint; None if it is to be detected."""
     if resolution is None:
         return [None] * arm.n
     each = np.full(arm.n, resolution) if axes_of(resolution) == 0 else resolution

@@ -1,8 +1,8 @@
-"""Inverse dynamics with drives: the torques that a motion asks for, by the Newton-Euler recursion.
+"""Inverse dynamics with drives: the torques for a motion, by the Newton-Euler recursion.
 
-Rotors may ride on any link and spin about any axis. The recursion itself is compiled, see ``core/recursion.py``: the
-first call in a process takes some tenths of a second, the very first on a machine some seconds. Torques by one cause
-(speeds, gravity, the tip) are runs with the other causes left out.
+Rotors may be carried by any link and spin about any axis. The recursion is compiled, see ``core/recursion.py``: the
+first call in a process takes some tenths of a second, the first on a machine some seconds. Torques due to one cause
+(speeds, gravity, tip wrench) are computed without the other causes.
 
 Reference: Modern Robotics (Lynch and Park), equations 8.103 to 8.111.
 """
@@ -25,12 +25,12 @@ from drivetrain.dynamics.samples import TORQUE_ONLY, Outputs, alone, run, tip_sa
 
 @dataclass(frozen=True, eq=False)
 class DriveTorques:
-    """What each drive must give, without losses; one sample has no leading axis.
+    """Required torque of each drive without losses; one sample has no leading axis.
 
     Attributes:
-        gear: Torque at the output of the gear, which is at the joint or, where motors are coupled, at the shaft that
-            the gear turns [N m; N at a prismatic joint], (N, n); equation 8.110.
-        motor: Torque at the motor's shaft [N m; as gear where there is no rotor], (N, n); equation 8.111.
+        gear: Torque at the output of the gear, which is the joint or, for coupled motors, the shaft that the gear
+            drives [N m; N at a prismatic joint], (N, n); equation 8.110.
+        motor: Torque at the motor's shaft [N m; as gear if there is no rotor], (N, n); equation 8.111.
     """
 
     gear: Array
@@ -42,16 +42,16 @@ class DriveTorques:
 
 @dataclass(frozen=True, eq=False)
 class JointLoads:
-    """Everything that a motion asks of the joints; one sample has no leading axis.
+    """All loads of the joints in a motion; one sample has no leading axis.
 
     Attributes:
         torque: Generalised torque, rotors included [N m; N at a prismatic joint], (N, n).
-        gear: At the output of the gear (joint or shaft, as of DriveTorques), without losses [N m; N at a prismatic
+        gear: At the output of the gear (joint or shaft, as in ``DriveTorques``), without losses [N m; N at a prismatic
             joint], (N, n).
-        motor: At the motor's shaft, without losses [N m; as gear where there is no rotor], (N, n).
-        wrench: What each joint passes on to the link after it, (moment [N m], force [N]), (N, n, 6), in the joint's
-            frame: origin where the joint sits on its axis (``joint_points``), z along the axis; with every joint at
-            zero x and y are the base's, turned the shortest way that takes the base's z to the axis. The frame moves
+        motor: At the motor's shaft, without losses [N m; as gear if there is no rotor], (N, n).
+        wrench: Wrench that each joint exerts on the link after it, (moment [N m], force [N]), (N, n, 6), in the joint's
+            frame: origin at the joint's point on its axis (``joint_points``), z along the axis; with all joints at zero
+            the axes are those of the base, rotated by the smallest angle that takes z to the axis. The frame moves
             with the link after the joint.
         carrier_acceleration: Angular acceleration of the link before the joint, along the joint's axis [rad/s^2],
             (N, n).
@@ -75,7 +75,7 @@ def inverse_dynamics(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = N
 
     Returns:
         Torque [N m; N at a prismatic joint], (n,) or (N, n): entry i is ``ratio_i`` times the torque of motor i, or
-        entry i of ``N^T`` times those of all where they are coupled (``arm/coupling.py``).
+        for coupled motors (``arm/coupling.py``) entry i of ``N^T`` times the motor torques.
 
     Raises:
         InputError: Wrong shapes, or a NaN or infinity.
@@ -95,7 +95,7 @@ def inverse_dynamics(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = N
 
 
 def drive_torques(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> DriveTorques:
-    """What a motion asks of each drive, at the output of the gear and at the motor, without losses.
+    """Torques of each drive for a motion, at the output of the gear and at the motor, without losses.
 
     Args:
         arm: With rotors or without; a joint without one is a direct drive, of ratio 1.
@@ -125,7 +125,7 @@ def drive_torques(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None
 
 
 def joint_loads(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> JointLoads:
-    """Everything that a motion asks of the joints: torques, and the six-component wrench that loads the bearings.
+    """All loads of the joints in a motion: torques, and the six-component wrench that loads the bearings.
 
     Args:
         arm: With rotors or without.
@@ -158,7 +158,7 @@ def joint_loads(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) 
 
 
 def gravity_torque(arm: Arm, q: Any) -> Array:
-    """The generalised torques that hold the arm still, nothing at its tip.
+    """The generalised torques that hold the arm at rest without a wrench at its tip.
 
     Args:
         arm: With rotors or without.
@@ -179,7 +179,7 @@ WEIGHTLESS = np.zeros(3)
 
 
 def _torque(arm: Arm, given: dict[str, Any], *, gravity: Array | None = None, tip_wrench: Any = None) -> Array:
-    """The torques of a motion that is at rest, or at constant speed, where it is not given."""
+    """The torques of a motion whose speeds and accelerations are zero unless given."""
     motion, model = finite_samples(arm.n, given), packed(arm)
     rest = np.zeros(motion[0].shape)
     tip = tip_samples(model, tip_wrench, len(rest))
@@ -188,7 +188,7 @@ def _torque(arm: Arm, given: dict[str, Any], *, gravity: Array | None = None, ti
 
 
 def bias_torque(arm: Arm, q: Any, qd: Any, *, tip_wrench: Any = None) -> Array:
-    """The torques h that keep the joints at constant speed: all of the equation of motion but ``M qdd``.
+    """The torques h that keep the joints at constant speed: all terms of the equation of motion except ``M qdd``.
 
     Args:
         arm: With rotors or without.
@@ -226,10 +226,10 @@ def velocity_torque(arm: Arm, q: Any, qd: Any) -> Array:
 
 
 def tip_torque(arm: Arm, q: Any, tip_wrench: Any) -> Array:
-    """The torques that press the end effector on the environment, and nothing else: ``J^T F``.
+    """The torques due to a wrench on the environment alone: ``J^T F``.
 
     Args:
-        arm: With rotors or without; rotors at rest add nothing.
+        arm: With rotors or without; rotors at rest do not contribute.
         q: Positions [rad or m], (n,) or (N, n).
         tip_wrench: What the end effector applies to the environment, in the tip frame, (moment [N m], force [N]),
             (6,) or (N, 6).

@@ -1,11 +1,12 @@
-"""The torques as a matrix times the parameters of the bodies: what identification rests on.
+"""The torques as a matrix (regressor) times the parameters of the bodies, for identification.
 
-Every body, link or rotor, has ten parameters in a frame of its own, in this order, as pinocchio has them:
+Every body, link or rotor, has ten parameters in its own frame, in this order, the same as pinocchio's:
 
     mass [kg], first moments x, y, z [kg m], inertia about the frame's origin xx, xy, yy, xz, yz, zz [kg m^2].
 
-The frame of a link has its origin where its joint sits (``arm.joint_points``) and, with every joint at zero, the axes
-of the base. That of a rotor has its origin on its spin axis, abreast of its centre of mass, z along that axis.
+The frame of a link has its origin at its joint's point (``arm.joint_points``) and, with all joints at zero, the axes of
+the base. That of a rotor has its origin on its spin axis, at the foot of the perpendicular from its centre of mass, and
+z along that axis.
 Force and moment of a body are linear in them: ``f = m a + dw x h + w x (w x h)``, ``n = h x a + I dw + w x I w``.
 
 Reference: C. Atkeson, C. An, J. Hollerbach, Estimation of inertial parameters of manipulator loads and links,
@@ -28,23 +29,23 @@ from drivetrain.dynamics.mass import CHUNK
 
 BODY_PARAMETERS = ("mass", "hx", "hy", "hz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 BODY_UNITS = ("kg", *["kg m"] * 3, *["kg m^2"] * 6)
-FRICTION_UNITS = (("viscous", "N m s/rad"), ("coulomb", "N m"))  # at a turning joint
+FRICTION_UNITS = (("viscous", "N m s/rad"), ("coulomb", "N m"))  # at a revolute joint
 ROW, COLUMN = np.array([[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]])  # of the entries xx, xy, yy, xz, yz, zz
 
 
 def torque_regressor(arm: Arm, q: Any, qd: Any, qdd: Any, *, friction: bool = False) -> Array:
-    """The matrix Y of ``torque = Y(q, qd, qdd) p``, p the parameters of links and rotors (``torque_parameters``).
+    """The matrix Y in ``torque = Y(q, qd, qdd) p`` with the parameters p of links and rotors (``torque_parameters``).
 
     Args:
         arm: With rotors or without, at any level, coupled or not; of its bodies only the frames are used.
         q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
-        friction: Whether columns of joint friction follow: of all joints the viscous one, qd, then of all joints
-            Coulomb's, the sign of qd (0 at rest).
+        friction: Whether to append columns of joint friction: viscous of all joints, qd, then Coulomb of all joints,
+            the sign of qd (0 at rest).
 
     Returns:
-        Y, (n, p) or (N, n, p): ten columns a link, then ten a rotor (joints without one have none), then friction; in
-        each ten the order mass, first moments, inertia xx, xy, yy, xz, yz, zz, of the frames described at
-        ``torque_parameters`` [N m or N, per unit of the parameter].
+        Y, (n, p) or (N, n, p), [N m or N, per unit of the parameter]: ten columns per link, then ten per rotor (none
+        for joints without one), then friction; each ten in the order mass, first moments, inertia xx, xy, yy, xz, yz,
+        zz, in the frames described at ``torque_parameters``.
 
     Raises:
         InputError: Wrong shapes, or a NaN or infinity.
@@ -70,10 +71,11 @@ def torque_parameters(arm: Arm) -> Array:
         arm: With rotors or without.
 
     Returns:
-        Ten a link, then ten a rotor: mass [kg], first moments [kg m], inertia about the origin xx, xy, yy, xz, yz, zz
-        [kg m^2]. Frame of a link: its origin where the joint sits (``arm.joint_points``), with every joint at zero its
-        axes are the base's. Frame of a rotor: its origin on the spin axis, abreast of the centre of mass, z along the
-        axis, x and y the base's turned the shortest way.
+        Ten per link, then ten per rotor: mass [kg], first moments [kg m], inertia about the origin xx, xy, yy, xz, yz,
+            zz
+        [kg m^2]. Frame of a link: its origin is the joint's point (``arm.joint_points``), and with all joints at zero
+        its axes are the base's. Frame of a rotor: its origin is the point of the spin axis nearest to the centre of
+        mass, z is along the axis, x and y are the base's rotated by the smallest angle that takes z to the axis.
     """
     refuse_loops(arm)
     frames, home, masses, inertias = link_parameter_frames(arm), arm.home, arm.masses, arm.inertias
@@ -90,14 +92,14 @@ def torque_parameters(arm: Arm) -> Array:
 
 
 def parameter_names(arm: Arm, *, friction: bool = False) -> list[str]:
-    """What the columns of ``torque_regressor`` belong to.
+    """Names of the parameters of ``torque_regressor``'s columns.
 
     Args:
         arm: With rotors or without.
-        friction: As of ``torque_regressor``.
+        friction: As in ``torque_regressor``.
 
     Returns:
-        Names such as ``forearm.hx [kg m]`` or ``rotor elbow.Izz [kg m^2]``, one a column.
+        Names such as ``forearm.hx [kg m]`` or ``rotor elbow.Izz [kg m^2]``, one per column.
     """
     rotors = [f"rotor {name}" for name, r in zip(arm.joint_names, arm.rotors, strict=True) if r is not None]
     units = tuple(zip(BODY_PARAMETERS, BODY_UNITS, strict=True))
@@ -111,7 +113,7 @@ def parameter_names(arm: Arm, *, friction: bool = False) -> list[str]:
 
 
 def link_parameter_frames(arm: Arm) -> Array:
-    """The frames of the links' parameters with every joint at zero: base axes, where the joint sits, (n, 4, 4)."""
+    """The frames of the links' parameters with all joints at zero: origin at the joint, base axes, (n, 4, 4)."""
     frames = np.tile(np.eye(4), (arm.n, 1, 1))
     frames[:, :3, 3] = arm.joint_points
     return frames
@@ -154,13 +156,13 @@ def _fill(arm: Arm, rotors: list[int], motion: list[Array], result: Array) -> No
 
 
 def _bracket(v: Array, s: Array) -> Array:
-    """How a screw changes that is carried along with a velocity, both (..., 6): ``ad_v s``."""
+    """Rate of change of a screw that moves with a twist, both (..., 6): ``ad_v s``."""
     angular = np.cross(v[..., :3], s[..., :3])
     return np.concatenate([angular, np.cross(v[..., :3], s[..., 3:]) + np.cross(v[..., 3:], s[..., :3])], axis=-1)
 
 
 def _columns(frame: Array, velocity: Array, acceleration: Array, screws: Array) -> Array:
-    """What the ten parameters of a body in a frame (N, 4, 4) ask of joints that carry it, (N, j, 10)."""
+    """Torques at the joints that carry a body per unit of its ten parameters in a frame (N, 4, 4), (N, j, 10)."""
     turn, origin = frame[:, :3, :3], frame[:, None, :3, 3]
     w, dw = (x[:, None, :3] @ turn for x in (velocity, acceleration))  # in the body's axes, (N, 1, 3)
     at_origin = velocity[:, None, 3:] + np.cross(velocity[:, None, :3], origin)

@@ -1,4 +1,4 @@
-"""Where samples come in and go to the compiled recursion: shapes and numbers are checked here, once."""
+"""Calls of the compiled recursion for samples, with the checks of shapes and numbers."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ FLOAT = np.dtype(np.float64)
 
 
 class Outputs(NamedTuple):
-    """Arrays for the recursion to fill; what has no rows is not computed."""
+    """Arrays for the recursion to fill; those without rows are not computed."""
 
     gear: Array  # torque at the output of the gear [N m or N], (N, n)
-    axial: Array  # angular acceleration of the link before, along the joint axis [rad/s^2], (N, n)
+    axial: Array  # angular acceleration of the previous link along the joint axis [rad/s^2], (N, n)
     wrench: Array  # through the joint, (moment [N m], force [N]), (N, n, 6)
 
 
@@ -29,7 +29,7 @@ TORQUE_ONLY = Outputs(np.empty((0, 1)), np.empty((0, 1)), np.empty((0, 1, 6)))
 
 
 def alone(n: int, *values: Any) -> bool:
-    """Whether values are one sample each, of a kind that the kernels for one sample take as it is."""
+    """Whether all values are single samples that the one-sample kernels accept without conversion."""
     for value in values:
         if type(value) is not np.ndarray or value.shape != (n,) or value.dtype != FLOAT or not value.flags.carray:
             return False
@@ -37,12 +37,12 @@ def alone(n: int, *values: Any) -> bool:
 
 
 def alone_within_reach(n: int, a: Any, b: Any, c: Any) -> bool:
-    """As ``alone``, and every number is finite and not too large."""
+    """As ``alone``, and all numbers are finite and not too large."""
     return alone(n, a, b, c) and squares(a, b, c) <= LARGEST * LARGEST
 
 
 def tip_samples(model: Packed, tip_wrench: Any, count: int) -> Array:
-    """The wrench on the environment as the recursion takes it."""
+    """The tip wrench in the form that the recursion needs: 0, 1 or N rows in the last link's frame, (.., 6)."""
     if tip_wrench is None:
         return NO_TIP
     rows = batch(tip_wrench, 6, "tip_wrench")
@@ -59,7 +59,18 @@ def run(
     tip: Array = NO_TIP,
     outputs: Outputs = TORQUE_ONLY,
 ) -> Array:
-    """The generalised torques of a motion, by the compiled recursion."""
+    """The generalised torques of a motion by the compiled recursion, (N, n).
+
+    Args:
+        model: The packed arm.
+        motion: q, qd and qdd, (N, n) each.
+        gravity: In the base frame [m/s^2], (3,); None: the arm's.
+        tip: From ``tip_samples``.
+        outputs: Further arrays to fill.
+
+    Raises:
+        InputError: A number that is not finite.
+    """
     wide, filled = motion, outputs
     if model.spread is not None:
         wide = [x @ model.spread.T for x in motion]
@@ -76,5 +87,5 @@ def run(
 
 
 def spoiled(motion: Sequence[Array]) -> InputError:
-    """The complaint about a motion (q, qd, qdd) in which a kernel has met a number that is none."""
+    """The error for a motion (q, qd, qdd) with numbers that are not finite or too large."""
     return wrong_samples(motion[0].shape[1], dict(zip(("q", "qd", "qdd"), motion, strict=True)))

@@ -1,15 +1,15 @@
-"""Dynamics in coordinates of the tip: the inertia that the tip shows, and the wrench that holds it on its way.
+"""Task-space dynamics: apparent inertia of the tip, and the wrench for its motion.
 
-A task asks for rows of a Jacobian, the tip's twist in some frame. With fewer rows than six the rest of the tip's motion
-is free: (2, 3, 4) of a body twist is the plane of a planar arm that turns about z.
-For a task with Jacobian J, the torques are ``tau = J^T F`` plus what does not reach the task, and
+A task is a selection of rows of the tip's twist in some frame. With fewer than six rows the rest of the tip's motion is
+free: rows (2, 3, 4) of a body twist are those of a planar arm with axes along z.
+For a task with Jacobian J, the torques are ``tau = J^T F`` plus torques without effect on the task, with
 
     F = inertia Vd + bias + gravity,   inertia = (J M^-1 J^T)^-1,
 
 which for six joints and six rows are Lambda = J^-T M J^-1 and eta = bias + gravity of the book. Redundant arms (more
-joints than rows) get the dynamically consistent inverse. Everything is computed from the singular values s of
+joints than rows) use the dynamically consistent inverse. Everything is computed from the singular values s of
 ``L^-1 J^T``, ``M = L L^T``: the inertia along a direction is ``1/s^2``, and where s goes to zero the arm is singular.
-There an answer is either damped or reduced, and always says so: ``condition``, ``rank``, ``damping``.
+There the result is damped or reduced, as ``condition``, ``rank`` and ``damping`` state.
 
 Reference: Modern Robotics, section 8.6; Khatib, A unified approach for motion and force control of robot manipulators,
     IEEE J. Robotics and Automation 3 (1987) 43-53, for redundant arms.
@@ -42,9 +42,9 @@ ALL = (0, 1, 2, 3, 4, 5)
 
 @dataclass(frozen=True)
 class Task(ABC):
-    """Base of the tasks."""
+    """Base class of the tasks."""
 
-    rows: tuple[int, ...] = ALL  # which of the six rows count, (angular 0 to 2, linear 3 to 5)
+    rows: tuple[int, ...] = ALL  # selected rows of the twist (angular 0 to 2, linear 3 to 5)
 
     def __post_init__(self) -> None:
         rows = tuple(self.rows)
@@ -61,7 +61,7 @@ class Task(ABC):
         """Its time derivative, (N, 6, n)."""
 
     def jacobian(self, arm: Arm, q: Array) -> Array:
-        """The matrix that takes joint rates to the rates of the task, SI units, (N, k, n)."""
+        """The matrix from joint rates to the rates of the task, in SI units, (N, k, n)."""
         return self._whole(arm, q)[:, self.rows]
 
     def jacobian_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
@@ -82,7 +82,7 @@ class BodyTwist(Task):
 
 @dataclass(frozen=True)
 class SpaceTwist(Task):
-    """The twist of the tip in the base frame: its linear part is that of the point that passes the base's origin."""
+    """The twist of the tip in the base frame; the linear part is the velocity of its point at the base's origin."""
 
     def _whole(self, arm: Arm, q: Array) -> Array:
         return space_jacobian(arm, q)
@@ -93,7 +93,7 @@ class SpaceTwist(Task):
 
 @dataclass(frozen=True)
 class TipVelocity(Task):
-    """Angular velocity of the tip, and velocity of its origin, both along the base's axes."""
+    """Angular velocity of the tip, and velocity of its origin, both in the base's axes."""
 
     def _whole(self, arm: Arm, q: Array) -> Array:
         return tip_jacobian(arm, q)
@@ -107,7 +107,7 @@ BODY = BodyTwist()
 
 @dataclass(frozen=True)
 class NearSingular(ABC):
-    """What to do where the arm loses a direction of the task."""
+    """Treatment of singularities, where the arm loses a direction of the task."""
 
     threshold: float = 1e-6  # smallest singular value that counts as regular, as a share of the largest [-]
 
@@ -117,12 +117,12 @@ class NearSingular(ABC):
 
     @abstractmethod
     def inverse_squares(self, values: Array) -> tuple[Array, Array]:
-        """What stands in for ``1/s^2``, and the damping."""
+        """The replacement of ``1/s^2``, (N, k), and the damping, (N,)."""
 
 
 @dataclass(frozen=True)
 class Damped(NearSingular):
-    """``1/(s^2 + d)``, d growing smoothly from zero as the smallest s falls below the threshold.
+    """``1/(s^2 + d)``, with d growing smoothly from zero when the smallest s falls below the threshold.
 
     Reference: Chiaverini, Siciliano, Egeland, IEEE Trans. Control Systems Technology 2 (1994) 123-134.
     """
@@ -135,7 +135,7 @@ class Damped(NearSingular):
 
 @dataclass(frozen=True)
 class Reduced(NearSingular):
-    """``1/s^2`` along regular directions and nothing along the others: the task without what the arm cannot do."""
+    """``1/s^2`` along regular directions and 0 along the others, which are removed from the task."""
 
     def inverse_squares(self, values: Array) -> tuple[Array, Array]:
         regular = values > self.threshold * values[:, :1]
@@ -151,12 +151,12 @@ class TaskSpaceDynamics:
 
     Attributes:
         inertia: Lambda, (N, k, k), [kg m^2; kg m and kg in linear rows].
-        bias: What speeds ask, eta without gravity, (N, k), [N m; N in linear rows].
-        gravity: What gravity asks, (N, k), [N m; N in linear rows].
-        condition: Largest over smallest singular value of the task's own square-rooted mobility [-], (N,); infinite
-            where a direction is lost. Depends on the units of the rows, SI.
-        rank: Directions that are regular [-], (N,); less than k near a singularity.
-        damping: What was added to the mobility there [1/(kg m^2) or 1/kg], (N,); zero where the answer is exact.
+        bias: Velocity terms, eta without gravity, (N, k), [N m; N in linear rows].
+        gravity: Gravity term, (N, k), [N m; N in linear rows].
+        condition: Largest over smallest singular value of ``L^-1 J^T`` [-], (N,); infinite if a direction is lost. It
+            depends on the units of the rows, which are SI.
+        rank: Number of regular directions [-], (N,); less than k near a singularity.
+        damping: Term added to the mobility [1/(kg m^2) or 1/kg], (N,); zero if the result is exact.
     """
 
     inertia: Array
@@ -175,11 +175,11 @@ def task_space_dynamics(
     Args:
         arm: With rotors or without.
         q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
-        task: Which twist of the tip.
-        near_singular: What to do where the arm loses a direction.
+        task: Twist of the tip, and its rows.
+        near_singular: Treatment of singularities.
 
     Returns:
-        The terms, with what was done near a singularity.
+        The terms, with the treatment near a singularity.
 
     Raises:
         InputError: Wrong shapes, NaN, more rows than joints and ``near_singular`` not Reduced, a singular mass matrix.
@@ -227,11 +227,11 @@ class _Mobility:
         return np.asarray(0.5 * (result + np.swapaxes(result, 1, 2)))
 
     def times_inertia(self, rows: Array) -> Array:
-        """That, times vectors, (N, k)."""
+        """The inertia times vectors, (N, k)."""
         along = (np.swapaxes(self._right, 1, 2) @ rows[:, :, None])[..., 0]
         return np.asarray((self._right @ (self._inverse * along)[:, :, None])[..., 0])
 
     def wrench(self, torques: Array) -> Array:
-        """``inertia J M^-1`` times torques, (N, n), one division by s, (N, k)."""
+        """``inertia J M^-1`` times torques, (N, n) to (N, k), with a single division by s."""
         along = np.swapaxes(self._left, 1, 2) @ solve_lower(self._factor, torques[:, :, None])
         return np.asarray((self._right @ ((self._inverse * self._values)[:, :, None] * along))[..., 0])

@@ -1,1 +1,1 @@
-"""Topics of the chapter beyond the algorithms that the package runs on."""
+"""Topics of the book's chapter that the package itself does not need: closed forms, ellipsoids, symbolic equations."""

@@ -1,21 +1,21 @@
 """The equation of motion in closed form: M, its rate, c, g and the tip's Jacobian as products of stacked matrices.
 
-A second way to the results of the recursion, in the form of the book. Rotors are bodies like links.
+An independent computation of the results of the recursion, in the form of the book. Rotors are bodies like links.
 
-Where the book slips: in equation 8.74 the two terms with ``[ad_Aqd]`` must be subtracted, as they are in 8.69 and in
-8.79. And the rate of M in exercise 8.7 is written with a matrix Gamma that the chapter does not define, and lacks a
-factor L in the second term, which should be the transpose of the first; neither W nor L, with either sign, mends the
-formula as printed. From ``dL/dt = -L [ad_Aqd] W L`` it follows with ``Gamma = -W``:
+Misprints in the book: in equation 8.74 the two terms with ``[ad_Aqd]`` must be subtracted, as they are in 8.69 and in
+8.79. The rate of M in exercise 8.7 contains a matrix Gamma that the chapter does not define, and lacks a factor L in
+the second term, which should be the transpose of the first; with neither W nor L, of either sign, for Gamma is the
+printed formula correct. From ``dL/dt = -L [ad_Aqd] W L`` it follows with ``Gamma = -W``:
 
     dM/dt = A^T L^T Gamma^T [ad_Aqd]^T L^T G L A + A^T L^T G L [ad_Aqd] Gamma L A.
 
-Bodies are the links and, after them, the rotors, each with a frame at its centre of mass. Body b rides on the body
-``carrier(b)`` before it in the list and moves against it along its own screw, a rotor ``ratio`` times as far as its
-joint (where motors are coupled, a sum of such multiples). So ``V = W V + A qd`` (equation 8.68) holds with the rotors'
-rows as it does without, W stays nilpotent, and every formula of section 8.4 holds unchanged; torques come out as
-generalised torques, ``ratio`` times the motor's.
+Bodies are the links and, after them, the rotors, each with a frame at its centre of mass. Body b is carried by the body
+``carrier(b)`` before it in the list and moves relative to it along its own screw, a rotor by ``ratio`` times the motion
+of its joint (for coupled motors, by a sum of such multiples). So ``V = W V + A qd`` (equation 8.68) also holds with the
+rotors' rows, W stays nilpotent, and all formulas of section 8.4 hold unchanged. The torques are generalised torques,
+``ratio`` times the motor's.
 At the level REFLECTED a rotor is two bodies: one locked to its carrier, and one without mass that spins as if its
-carrier stood still. This is for study and for tests.
+carrier were at rest. This module is for study and for tests.
 
 Reference: Modern Robotics, section 8.4, equations 8.60 to 8.80 and 8.103 to 8.108.
 """
@@ -132,16 +132,16 @@ def mass_matrix_rate(arm: Arm, q: Any, qd: Any) -> Array:
 
 
 class _Constants(NamedTuple):
-    carriers: np.ndarray  # as of Stacked, (b,)
+    carriers: np.ndarray  # as in Stacked, (b,)
     places: (
         Array  # of the carrier seen from the body: all joints zero, and what sin, 1 - cos and angle add, (b, 4, 3, 4)
     )
-    screws: Array  # in the bodies' frames, (b, 6)
-    turns: Array  # of the joints' positions along them, (b, n)
+    screws: Array  # of the joints in the bodies' frames, (b, 6)
+    turns: Array  # factors from joint positions to motions along the screws, (b, n)
     inertias: Array  # about the centre of mass [kg m^2], (b, 3, 3)
     masses: Array  # (b,)
-    base: Array  # acceleration of the base less gravity, (6,)
-    tip: Array  # takes twists of the last link to those of the tip, (6, 6)
+    base: Array  # acceleration of the base minus gravity, (6,)
+    tip: Array  # from twists of the last link to those of the tip, (6, 6)
 
 
 @lru_cache(maxsize=64)
@@ -152,8 +152,8 @@ def _constants(arm: Arm) -> _Constants:
     for place, body in zip(places, bodies, strict=True):
         x = np.zeros((4, 4))
         x[:3, :3], x[:3, 3] = skew(body.screw[:3]), body.screw[3:]
-        # The third power is minus the first, but for the pitch; of a slide both higher powers are none. The sum of both
-        # is given by the pitch: a rounding error would grow with the angle.
+        # The third power is minus the first, except for the pitch; for a prismatic joint both higher powers are zero.
+        # The sum of both is set from the pitch, since a rounding error in it would grow with the angle.
         advance = np.zeros((4, 4))
         advance[:3, 3] = _advance(body.screw[:3], body.screw[3:])
         powers = (np.eye(4), -x @ x @ x, x @ x, advance)
@@ -171,7 +171,7 @@ def _constants(arm: Arm) -> _Constants:
 
 
 def _advance(axis: Array, linear: Array) -> Array:
-    """Along a screw axis a radian, or a metre of a slide [m]."""
+    """Displacement along the screw axis per radian, or per metre of a prismatic joint, (3,) [m]."""
     if not axis.any():
         return linear
     pitch = float(axis @ linear)
@@ -183,10 +183,10 @@ def _advance(axis: Array, linear: Array) -> Array:
 def _fill_terms(
     known: Any, q: Array, qd: Array, mass: Array, rate: Array, velocity: Array, held: Array, jacobian: Array
 ) -> None:  # fmt: skip
-    """Fill M, dM/dt, c, g and J, products with L taken body by body: row b of ``L X`` is ``W L X + X``."""
+    """Fill M, dM/dt, c, g and J; products with L are computed body by body, as ``L X = W L X + X``."""
     carriers, places, screws, turns, inertias, masses, base, tip = known
     n = q.shape[1]
-    # Of each body, as rows: n of L A, n of L [ad_Aqd] L A, then L [ad_Aqd] W V and L times the base's acceleration.
+    # For each body, as rows: n of L A, n of L [ad_Aqd] L A, then L [ad_Aqd] W V, and L times the base's acceleration.
     stack, place, momentum = np.empty((len(carriers), 2 * n + 2, 6)), np.empty((3, 4)), np.empty((n, 6))
     for sample in range(len(q)):
         for b in range(len(carriers)):
@@ -216,7 +216,7 @@ def _fill_terms(
             w, v = plus(w, own_w), plus(v, own_v)
             spin, push = turned(inertia, w), times(m, v)  # of the body's momentum G V
             moment, force = plus(cross(w, spin), cross(v, push)), cross(w, push)
-            for i in range(n):  # [ad_Aqd] W L A = [ad_Aqd] L A, since a screw's bracket with itself vanishes
+            for i in range(n):  # [ad_Aqd] W L A = [ad_Aqd] L A, since a screw's bracket with itself is zero
                 _add_bracket(own_w, own_v, vector(rows[i]), linear(rows[i]), rows[n + i])
                 add_six(rows[i], times(turns[b, i], vector(screw)), times(turns[b, i], linear(screw)))
                 put_six(momentum[i], turned(inertia, vector(rows[i])), times(m, linear(rows[i])))
@@ -239,38 +239,38 @@ def _fill_terms(
 
 @exact
 def _carry(place: Array, twist: Array, to: Array) -> None:
-    """A twist seen from a frame in which its own stands at a place, (3, 4)."""
+    """Transform a twist into the frame in which its own frame has the pose ``place``, (3, 4)."""
     w = turned(place, vector(twist))
     put_six(to, w, plus(turned(place, linear(twist)), cross((place[0, 3], place[1, 3], place[2, 3]), w)))
 
 
 @exact
 def _add_bracket(w: Vector, v: Vector, x: Vector, y: Vector, to: Array) -> None:
-    """The Lie bracket of the twists (w, v) and (x, y) joins."""
+    """Add the Lie bracket of the twists (w, v) and (x, y)."""
     add_six(to, cross(w, x), plus(cross(v, x), cross(w, y)))
 
 
-BASE, NOTHING = -1, -2  # what a body rides on, if not another body; nothing: not even on gravity
+BASE, NOTHING = -1, -2  # carriers that are no body; NOTHING also excludes the acceleration of gravity
 
 
 @dataclass(frozen=True, eq=False)
 class Stacked:
-    """The matrices of an arm of n joints and b bodies (links, then rotors); one sample has no leading axis."""
+    """The stacked matrices of an arm of n joints and b bodies (links, then rotors); one sample has no leading axis."""
 
     A: Array  # screws of the joints in the bodies' frames, a rotor's times its ratio, (6 b, n)
     G: Array  # spatial inertias on the diagonal [kg m^2, kg], (6 b, 6 b)
-    W: Array  # takes twists to what riding on another body adds to them, (N, 6 b, 6 b); depends on q
+    W: Array  # from the twists of carriers to their part in the twists of the bodies, (N, 6 b, 6 b); depends on q
     L: Array  # ``inv(1 - W)``, (N, 6 b, 6 b); depends on q
-    base: Array  # takes the base's acceleration (its six components) to what the bodies on it get of it, (N, 6 b, 6)
-    tip: Array  # takes a wrench in the tip frame to the stack of wrenches, (6 b, 6)
-    carriers: tuple[int, ...]  # what each body rides on: index of a body, -1 the base, -2 nothing, (b,)
+    base: Array  # from the base's acceleration to its part in those of the bodies on it, (N, 6 b, 6)
+    tip: Array  # from a wrench in the tip frame to the stack of wrenches, (6 b, 6)
+    carriers: tuple[int, ...]  # carrier of each body: its index, -1 for the base, -2 for nothing, (b,)
 
 
 @dataclass(frozen=True, eq=False)
 class _Body:
     home: Array  # (4, 4), base frame, all joints zero
     carrier: int
-    turns: Array  # of the joints' positions along its own screw, (n,); all 0: locked
+    turns: Array  # factors from joint positions to the motion along its own screw, (n,); all 0: locked
     screw: Array  # (6,), in its own frame
     inertia: Array  # (6, 6), in its own frame
 
@@ -305,7 +305,7 @@ def stacked(arm: Arm, q: Any) -> Stacked:
 
 
 def _bodies(arm: Arm) -> list[_Body]:
-    """Links first, then what the rotors are at this level."""
+    """The links, then the bodies of the rotors at the arm's level."""
     found = []
     for i in range(arm.n):
         screw = adjoint(inverse_pose(arm.home[i])) @ arm.screws[i]
@@ -337,12 +337,12 @@ def _spatial_inertia(mass: float, tensor: Array) -> Array:
 
 
 def _at_zero(body: _Body, bodies: list[_Body]) -> Array:
-    """Pose of the carrier seen from the body, all joints zero, (4, 4)."""
+    """Pose of the carrier in the body's frame with all joints at zero, (4, 4)."""
     return np.asarray(inverse_pose(body.home) @ (bodies[body.carrier].home if body.carrier >= 0 else np.eye(4)))
 
 
 def _seen_from(body: _Body, bodies: list[_Body], angles: Array) -> Array:
-    """Poses of the carrier seen from the body, (N, 4, 4)."""
+    """Poses of the carrier in the body's frame, (N, 4, 4)."""
     return np.asarray(screw_displacements(body.screw, -angles) @ _at_zero(body, bodies))
 
 

@@ -1,7 +1,7 @@
-"""The mass matrix as ellipsoids: how massy an arm at rest feels, by joint torques or by a force at its tip.
+"""Ellipsoids of the mass matrix: apparent inertia of an arm at rest for joint torques, or for a force at its tip.
 
-All of it is for an arm at rest, as there are no Coriolis and centripetal terms then, and apart from gravity. Where
-joints of different kinds mix, so do the units along an ellipsoid's axes, and its directions depend on them; the
+All functions are for an arm at rest, without Coriolis and centripetal terms, and without gravity. With joints of
+different kinds the components along an ellipsoid's axes have mixed units, and its directions depend on the units; the
 effective mass at the tip does not.
 """
 
@@ -20,17 +20,17 @@ from drivetrain.dynamics.mass import mass_matrix, solve_lower
 from drivetrain.errors import Fault, InputError, raise_faults
 
 BASE_AXES = np.eye(3)
-STUCK = 1e-12  # of the largest: a square root of a mobility below this is rounding, not motion
+STUCK = 1e-12  # square roots of mobilities below this share of the largest are rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Ellipsoid:
-    """What a symmetric positive matrix makes of the unit ball; one sample has no leading axis.
+    """Image of the unit ball under a symmetric positive matrix; one sample has no leading axis.
 
     Attributes:
-        semi_axes: Lengths, longest first, unit as the function says, (k,) or (N, k): the matrix's eigenvalues. Infinite
-            where nothing moves, zero where the ellipsoid is flat.
-        directions: Unit vectors along them, as columns [-], (k, k) or (N, k, k): its eigenvectors.
+        semi_axes: Lengths, longest first, in the unit that the function states, (k,) or (N, k): the eigenvalues of the
+            matrix. Infinite in directions without motion, zero in directions in which the ellipsoid is flat.
+        directions: Unit vectors along the axes, as columns [-], (k, k) or (N, k, k): the eigenvectors.
     """
 
     semi_axes: Array
@@ -38,15 +38,15 @@ class Ellipsoid:
 
     @property
     def matrix(self) -> Array:
-        """The matrix itself, unit of the semi-axes, (k, k) or (N, k, k); not finite where a semi-axis is not."""
+        """The matrix, in the unit of the semi-axes, (k, k) or (N, k, k); not finite if a semi-axis is infinite."""
         with np.errstate(invalid="ignore"):
             return np.asarray((self.directions * self.semi_axes[..., None, :]) @ np.swapaxes(self.directions, -1, -2))
 
 
 def torque_ellipsoid(arm: Arm, q: Any, *, joints: Any = None) -> Ellipsoid:
-    """The joint torques that give the arm all accelerations of unit size: the mass ellipsoid.
+    """The joint torques for all accelerations of unit size: the mass ellipsoid.
 
-    Torque and acceleration have one direction only along its axes.
+    Torque and acceleration are parallel only along its axes.
 
     Args:
         arm: With rotors or without.
@@ -54,7 +54,7 @@ def torque_ellipsoid(arm: Arm, q: Any, *, joints: Any = None) -> Ellipsoid:
         joints: Indices of the joints that move, the others being held, (k,). None: all.
 
     Returns:
-        Semi-axes in N m a rad/s^2, which is [kg m^2] (N a m/s^2 at prismatic joints), and directions.
+        Semi-axes in N m per rad/s^2, which is [kg m^2] (N per m/s^2 at prismatic joints), and directions.
 
     Raises:
         InputError: Wrong shapes, a NaN or infinity, no such joint.
@@ -65,7 +65,7 @@ def torque_ellipsoid(arm: Arm, q: Any, *, joints: Any = None) -> Ellipsoid:
 
 
 def acceleration_ellipsoid(arm: Arm, q: Any, *, joints: Any = None) -> Ellipsoid:
-    """The accelerations that all joint torques of unit size give.
+    """The accelerations due to all joint torques of unit size.
 
     Args:
         arm: With rotors or without.
@@ -73,7 +73,7 @@ def acceleration_ellipsoid(arm: Arm, q: Any, *, joints: Any = None) -> Ellipsoid
         joints: Indices of the joints that move, the others being held, (k,). None: all.
 
     Returns:
-        Semi-axes in rad/s^2 a N m, which is [1/(kg m^2)] (m/s^2 a N at prismatic joints), and directions.
+        Semi-axes in rad/s^2 per N m, which is [1/(kg m^2)] (m/s^2 per N at prismatic joints), and directions.
 
     Raises:
         InputError: Wrong shapes, a NaN or infinity, no such joint, or a joint that moves no inertia.
@@ -87,21 +87,22 @@ def acceleration_ellipsoid(arm: Arm, q: Any, *, joints: Any = None) -> Ellipsoid
 
 
 def tip_acceleration_ellipsoid(arm: Arm, q: Any, *, axes: Any = BASE_AXES) -> Ellipsoid:
-    """The accelerations of the tip, from rest, that all forces of unit size at the tip give: ``J M^-1 J^T``.
+    """The accelerations of the tip, from rest, due to all forces of unit size at the tip: ``J M^-1 J^T``.
 
-    It exists everywhere; at a singular posture and in the directions that an arm has no joints for it is flat.
+    It is defined everywhere; at a singular posture, and in directions in which the joints cannot move the tip, it is
+    flat.
 
     Args:
         arm: With rotors or without.
         q: Positions [rad or m], (n,) or (N, n).
-        axes: Unit vectors at right angles, base frame [-], (k, 3): forces act and accelerations are seen along these
-            alone, the tip is free to give way along any other. The first two rows of the default suit a planar arm.
+        axes: Orthogonal unit vectors in the base frame [-], (k, 3): only forces and accelerations along these count,
+            and the tip is free to move along the others. The first two rows of the default suit a planar arm.
 
     Returns:
-        Semi-axes in m/s^2 a N, which is [1/kg], and directions in terms of ``axes``.
+        Semi-axes in m/s^2 per N, which is [1/kg], and directions in terms of ``axes``.
 
     Raises:
-        InputError: Wrong shapes, a NaN or infinity, axes not at right angles, or a joint that moves no inertia.
+        InputError: Wrong shapes, a NaN or infinity, axes that are not orthogonal, or a joint that moves no inertia.
 
     Reference: Modern Robotics, section 8.1.3 and figure 8.4, dotted.
     """
@@ -110,20 +111,20 @@ def tip_acceleration_ellipsoid(arm: Arm, q: Any, *, axes: Any = BASE_AXES) -> El
 
 
 def tip_force_ellipsoid(arm: Arm, q: Any, *, axes: Any = BASE_AXES) -> Ellipsoid:
-    """The forces at the tip that give it, from rest, all accelerations of unit size: the effective mass ``Lambda``.
+    """The forces at the tip for all accelerations of the tip of unit size from rest: the effective mass ``Lambda``.
 
-    For an arm with as many joints as axes this is ``J^-T M J^-1``; for one with more, ``(J M^-1 J^T)^-1``.
+    For an arm with as many joints as axes it is ``J^-T M J^-1``; for an arm with more joints, ``(J M^-1 J^T)^-1``.
 
     Args:
         arm: With rotors or without.
         q: Positions [rad or m], (n,) or (N, n).
-        axes: As of ``tip_acceleration_ellipsoid`` [-], (k, 3).
+        axes: As in ``tip_acceleration_ellipsoid`` [-], (k, 3).
 
     Returns:
-        Semi-axes [kg], infinite where the tip cannot be moved, and directions in terms of ``axes``.
+        Semi-axes [kg], infinite in directions in which the tip cannot move, and directions in terms of ``axes``.
 
     Raises:
-        InputError: As of ``tip_acceleration_ellipsoid``.
+        InputError: As for ``tip_acceleration_ellipsoid``.
 
     Reference: Modern Robotics, equation 8.21 and figure 8.4, which prints -1.73 for -sqrt(3) and 0.35 for sqrt(3)/5.
     """
@@ -134,18 +135,18 @@ def tip_force_ellipsoid(arm: Arm, q: Any, *, axes: Any = BASE_AXES) -> Ellipsoid
 
 
 def effective_mass(arm: Arm, q: Any, direction: Any) -> Array:
-    """How massy the tip feels to a push: force over the acceleration along it, ``1 / (u^T J M^-1 J^T u)``.
+    """Effective mass at the tip: force over the acceleration in its direction, ``1 / (u^T J M^-1 J^T u)``.
 
-    The tip may give way sideways. To hold it to the straight line takes a force with components across, and more
-    along: ``u^T Lambda u``.
+    The tip is free to move sideways. To keep it on a straight line, a force with transverse components is needed, and a
+    larger component along the line: ``u^T Lambda u``.
 
     Args:
         arm: With rotors or without.
         q: Positions [rad or m], (n,) or (N, n).
-        direction: Of the push, base frame, any length but zero [-], (3,), or (N, 3) one a sample.
+        direction: Direction of the force in the base frame, of any length except zero [-], (3,), or (N, 3).
 
     Returns:
-        Mass [kg], () or (N,); infinite where the tip cannot move that way.
+        Mass [kg], () or (N,); infinite if the tip cannot move in this direction.
 
     Raises:
         InputError: Wrong shapes, a NaN or infinity, a direction of length zero, or a joint that moves no inertia.
@@ -168,7 +169,10 @@ def effective_mass(arm: Arm, q: Any, direction: Any) -> Array:
 
 
 def outline(ellipsoid: Ellipsoid, *, longest: float = np.inf, points: int = 181) -> Array:
-    """The closed curve of a plane ellipsoid, for drawing, the last point on the first, (.., points, 2)."""
+    """The closed curve of a plane ellipsoid for plotting, (.., points, 2); the last point equals the first.
+
+    Semi-axes are cut at ``longest``.
+    """
     faults = []
     if ellipsoid.semi_axes.shape[-1] != 2:
         faults.append(Fault("ellipsoid", "must have two axes to be drawn in a plane", ellipsoid.semi_axes.shape[-1]))
@@ -190,7 +194,7 @@ def _largest_first(values: Array, directions: Array) -> Ellipsoid:
 
 
 def _chosen(arm: Arm, q: Any, joints: Any) -> Array:
-    """The mass matrix of the joints that move, (k, k) or (N, k, k)."""
+    """The mass matrix of the joints that are not held, (k, k) or (N, k, k)."""
     matrices = mass_matrix(arm, q)
     if joints is None:
         return matrices
@@ -202,7 +206,7 @@ def _chosen(arm: Arm, q: Any, joints: Any) -> Array:
 
 
 def _factor(matrices: Array) -> Array:
-    """Cholesky's factors of mass matrices, (N, k, k)."""
+    """Cholesky factors of mass matrices, (N, k, k)."""
     factors = np.array(matrices, order="C").reshape(-1, *matrices.shape[-2:])
     if factorise(factors)[1] >= 0:
         problem = "a joint moves no inertia: the mass matrix is singular, and accelerations are not defined"
@@ -212,12 +216,12 @@ def _factor(matrices: Array) -> Array:
 
 
 def _weighted_jacobian(arm: Arm, q: Array) -> Array:
-    """X of ``J M^-1 J^T = X^T X``, (N, n, 3)."""
+    """X in ``J M^-1 J^T = X^T X``, (N, n, 3)."""
     return solve_lower(_factor(mass_matrix(arm, q)), np.swapaxes(tip_jacobian(arm, q)[:, 3:], 1, 2))
 
 
 def _tip_mobility(arm: Arm, q: Any, axes: Array) -> tuple[Array, Array]:
-    """Square roots of the mobility's semi-axes, largest first, and its directions; from X, whose digits last longer."""
+    """Square roots of the mobility's semi-axes, largest first, and its directions; X is better conditioned than M."""
     (positions,) = finite_samples(arm.n, {"q": q})
     seen = _weighted_jacobian(arm, positions) @ axes.T
     _, roots, turned = np.linalg.svd(seen, full_matrices=True)

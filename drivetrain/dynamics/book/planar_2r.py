@@ -1,6 +1,6 @@
-"""The book's first arm in closed form: two links in a plane, each a point mass at the end of a weightless rod.
+"""The book's first arm in closed form: two links in a plane, each a point mass at the end of a massless rod.
 
-Written out by hand from equation 8.9, it shares nothing with the recursions and serves to hold them.
+Written by hand from equation 8.9, it shares no code with the recursions and is used to check them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from drivetrain.spatial.poses import pose
 
 @dataclass(frozen=True, eq=False)
 class Planar2R:
-    """Two links in the x-y plane, turning about z; gravity pulls along -y."""
+    """Two links in the x-y plane with joint axes along z; gravity acts along -y."""
 
     masses: Array | tuple[float, float] = (1.0, 1.0)  # at the ends of the links [kg], (2,), positive
     lengths: Array | tuple[float, float] = (1.0, 1.0)  # of the links [m], (2,), positive
@@ -70,7 +70,7 @@ def planar_2r_torque(chain: Planar2R, q: Any, qd: Any, qdd: Any) -> Array:
 
 
 def planar_2r_arm(chain: Planar2R) -> Arm:
-    """The arm of figure 8.1 without motors: stretched along x at zero, base at joint 1, tip at the second mass."""
+    """The arm of figure 8.1 without motors: stretched along x at zero, with its base at joint 1, its tip at mass 2."""
     l1, l2 = (float(length) for length in chain.lengths)
     home = [pose(point=[l1, 0.0, 0.0]), pose(point=[l1 + l2, 0.0, 0.0])]
     screws = [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0, -l1, 0.0]]

@@ -1,8 +1,8 @@
-"""The mass matrix over the gear ratio: how it becomes diagonal, and forgets the posture, as the ratio grows.
+"""The mass matrix over the gear ratio: with growing ratio it becomes diagonal and independent of the posture.
 
-What the links couple is constant while the diagonal grows with the ratio's square, so their share falls with
-``ratio^-2``. The rotors couple too, by ``ratio * inertia``, whose share falls with ``ratio^-1`` only: in the end what
-coupling is left is the rotors', and it no longer depends on the posture.
+The coupling by the links is constant while the diagonal grows with the square of the ratio, so its share falls with
+``ratio^-2``. The share of the coupling by the rotors, ``ratio * inertia``, falls only with ``ratio^-1``: at high ratios
+the remaining coupling is that of the rotors, which does not depend on the posture.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from drivetrain.errors import Fault, InputError, raise_faults
 
 @dataclass(frozen=True, eq=False)
 class RatioSweep:
-    """How coupled and how changeable the inertia of an arm is, at R gear ratios over N postures.
+    """Coupling and variation of the mass matrix of an arm at R gear ratios over N postures.
 
     Attributes:
         ratios: Magnitudes, one for all joints [- or rad/m], (R,).
         coupling: Largest coupling of two joints at each posture [-], (R, N); see ``coupling``.
-        variation: How far a joint's inertia M_ii swings over the postures, largest less smallest over their mean [-],
+        variation: Variation of each joint's inertia M_ii over the postures, largest minus smallest over their mean [-],
             (R, n).
     """
 
@@ -35,7 +35,7 @@ class RatioSweep:
 
 
 def with_ratio(arm: Arm, ratio: float) -> Arm:
-    """The arm with one gear ratio at every joint that has a rotor; rotors and their sense of turning stay."""
+    """The arm with the same gear ratio at every joint that has a rotor; rotors and signs of the ratios are kept."""
     size = float(checked_array(ratio, (), "ratio"))
     faults = [] if size > 0.0 else [Fault("ratio", "must be positive", size)]
     if all(rotor is None for rotor in arm.rotors):
@@ -46,7 +46,7 @@ def with_ratio(arm: Arm, ratio: float) -> Arm:
 
 
 def coupling(matrix: Any) -> Array:
-    """How far a mass matrix is from diagonal: the largest ``|M_ij|/sqrt(M_ii M_jj)``, 0 to 1, () or (N,)."""
+    """Measure of the off-diagonal part of a mass matrix: the largest ``|M_ij|/sqrt(M_ii M_jj)``, 0 to 1, () or (N,)."""
     shape = (None, None) if axes_of(matrix) == 2 else (None, None, None)
     values = checked_array(matrix, shape, "matrix")
     if values.shape[-1] != values.shape[-2]:
@@ -61,7 +61,7 @@ def coupling(matrix: Any) -> Array:
 
 
 def sweep_ratio(arm: Arm, q: Any, ratios: Any) -> RatioSweep:
-    """Coupling and variation of the mass matrix at each of many gear ratios.
+    """Coupling and variation of the mass matrix at several gear ratios.
 
     For the book's 2R arm, unit masses, lengths and motors, rotors of 0.00125 kg m^2, stators of 0.005 kg m^2, the mass
     matrix is exactly ``[[4.13125 + 2c, 1.0125 + c], [1.0125 + c, 1.125]]`` at ratio 10 and
@@ -71,7 +71,7 @@ def sweep_ratio(arm: Arm, q: Any, ratios: Any) -> RatioSweep:
     Args:
         arm: With rotors.
         q: Postures [rad or m], (N, n).
-        ratios: Magnitudes, one for all joints at a time [- or rad/m], (R,), positive.
+        ratios: Magnitudes, each used for all joints [- or rad/m], (R,), positive.
 
     Returns:
         The sweep.

@@ -1,9 +1,10 @@
-"""The equations of motion of a small arm in letters, by Euler and Lagrange, with sympy (the extra ``symbolic``).
+"""Symbolic equations of motion of a small arm from the Euler-Lagrange equations, with sympy (the extra ``symbolic``).
 
-The kinetic energy comes from the poses of all bodies alone: with the pose T of a body and its second moments P about
-the frame's origin it is ``trace(dT/dt P dT/dt^T) / 2``. No twist, no wrench and no recursion is used, so that this
-holds the recursions. Beyond three joints the equations fill pages, but they are still found: those of the PUMA 560
-within a second, of the UR5 in some three, of the seven-axis Panda in ten unsimplified and in minutes otherwise.
+The kinetic energy is computed from the poses of all bodies alone: with the pose T of a body and its second moments P
+about the frame's origin it is ``trace(dT/dt P dT/dt^T) / 2``. No twist, no wrench and no recursion is used, so the
+equations are an independent check of the recursions. For more than three joints the equations fill pages, but can be
+computed: those of the PUMA 560 within a second, of the UR5 in about three, of the seven-axis Panda in ten without
+simplification and in minutes with it.
 """
 
 from __future__ import annotations
@@ -31,16 +32,16 @@ Torques = Callable[[Any, Any, Any], Array]
 
 @dataclass(frozen=True, eq=False)
 class SymbolicDynamics:
-    """The equations ``tau = M qdd + c + g`` of one arm in the letters q1, qd1, qdd1, ...; numbers in SI units.
+    """The equations ``tau = M qdd + c + g`` of an arm in the symbols q1, qd1, qdd1, ...; numbers in SI units.
 
     Attributes:
-        q, qd, qdd: The letters: positions, speeds, accelerations [rad or m, and per s, s^2], n each.
+        q, qd, qdd: Symbols of positions, speeds and accelerations [rad or m, and per s, s^2], n each.
         M: Mass matrix [kg m^2, kg m or kg], (n, n).
         c: Velocity-product torque [N m or N], (n, 1).
         g: Gravity torque [N m or N], (n, 1).
-        potential: Potential energy, its zero as of ``potential_energy`` [J].
+        potential: Potential energy, with the zero of ``potential_energy`` [J].
         exact: Whether every number of the arm is a short decimal or fraction, so that nothing is rounded.
-        rates: dM_ij/dq_k [kg m^2 a rad and the like], (n, n, n); what the torque function evaluates.
+        rates: dM_ij/dq_k [kg m^2 per rad etc.], (n, n, n), used by the torque function.
     """
 
     q: tuple[Symbol, ...]
@@ -66,15 +67,15 @@ class SymbolicDynamics:
 
     @property
     def lagrangian(self) -> Expr:
-        """Kinetic less potential energy, equation 8.13 [J]."""
+        """Kinetic minus potential energy, equation 8.13 [J]."""
         return self.kinetic - self.potential
 
     def text(self) -> str:
-        """The terms, one line an entry, in SI units."""
+        """The terms as text, one line per entry, in SI units."""
         return "\n".join(f"{name} = {expression}" for name, expression in self._lines())
 
     def latex(self) -> str:
-        """The torques as LaTeX, with theta and dots for the letters, in an ``aligned`` block; SI units."""
+        """The torques as LaTeX in an ``aligned`` block, with theta and dots as symbols; SI units."""
         from sympy import latex
 
         names: dict[Symbol, str] = {}
@@ -84,9 +85,10 @@ class SymbolicDynamics:
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def torque_function(self) -> Torques:
-        """The equations as a function of q, qd, qdd, (n,) or (N, n) each [rad or m, per s, s^2], to numbers [N m or N].
+        """A numerical function of q, qd, qdd, (n,) or (N, n) each [rad or m, per s, s^2], that returns torques [N m or
+        N].
 
-        It evaluates M, its rates and g by sympy's ``lambdify`` and does Lagrange's sums in numbers.
+        It evaluates M, its rates and g with sympy's ``lambdify`` and the sums of Lagrange's equations numerically.
         """
         from sympy import lambdify
 
@@ -119,10 +121,10 @@ def symbolic_dynamics(arm: Arm, *, simplify: bool = True, most_joints: int = 6) 
     """The equations of motion of an arm as sympy expressions, rotors included at the arm's level.
 
     Args:
-        arm: With rotors or without. Numbers that stand for short decimals or fractions become exact rationals.
-        simplify: Whether to write products of sines and cosines as those of sums of angles where that is shorter. What
-            cancels is gone in any case.
-        most_joints: Refuse arms with more, whose equations would take very long [-].
+        arm: With rotors or without. Numbers that are short decimals or fractions become exact rationals.
+        simplify: Whether to write products of sines and cosines with sums of angles if that is shorter. Terms that
+            cancel are removed in any case.
+        most_joints: Refuse arms with more joints, whose equations would take very long [-].
 
     Returns:
         The equations.
@@ -130,7 +132,7 @@ def symbolic_dynamics(arm: Arm, *, simplify: bool = True, most_joints: int = 6) 
     Raises:
         InputError: More joints than allowed, or sympy is not installed.
 
-    Reference: Modern Robotics, equations 8.13 to 8.16, as the Euler-Lagrange equations give them:
+    Reference: Modern Robotics, equations 8.13 to 8.16, in the form of the Euler-Lagrange equations:
         ``tau_i = sum_j M_ij qdd_j + sum_jk (dM_ij/dq_k - dM_jk/dq_i / 2) qd_j qd_k + dV/dq_i``.
     """
     if arm.n > most_joints:
@@ -173,7 +175,7 @@ def _equations(
     half = algebra.number(0.5)
 
     def velocity_term(i: int, j: int, k: int) -> Expr:
-        """All that multiplies qd_j qd_k, j <= k, in row i."""
+        """Coefficient of qd_j qd_k, j <= k, in row i."""
         value = rates[i][j][k] + rates[i][k][j] - rates[j][k][i] if j < k else rates[i][j][j] - half * rates[j][j][i]
         return shown(algebra.shortened(value)) * qd[j] * qd[k]
 
@@ -203,7 +205,7 @@ def _turning(arm: Arm) -> dict[int, MountedRotor]:
 
 
 def _trigonometry(arm: Arm, q: Sequence[Symbol]) -> Trigonometry:
-    """One angle a joint, and then one a rotor that spins."""
+    """Angles of the joints, then of the rotors that spin as bodies."""
     from drivetrain.dynamics.book.trigonometric import Trigonometry, all_exact
 
     numbers: list[Any] = [arm.home, arm.screws, arm.masses, arm.inertias, arm.gravity]
@@ -264,7 +266,7 @@ def _displacement(algebra: Trigonometry, screw: Array, angle: int, position: Any
     s, c = algebra.sine_cosine(angle)
     hat = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
     result[:3, :3] = result[:3, :3] + _constant(algebra, hat) * s + _constant(algebra, hat @ hat) * (1 - c)
-    # The term in the angle itself is all along the axis: (I + [w]^2) v = w (w . v).
+    # The term that is linear in the angle is along the axis: (I + [w]^2) v = w (w . v).
     along = _constant(algebra, w * (w @ v)) * position
     result[:3, 3] = along + _constant(algebra, hat @ v) * (1 - c) - _constant(algebra, hat @ hat @ v) * s
     return result

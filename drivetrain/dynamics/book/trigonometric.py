@@ -1,7 +1,7 @@
-"""Sums of products of sines and cosines as polynomials, and their one shortest form; sympy's sparse rings do the work.
+"""Sums of products of sines and cosines as polynomials in a unique normal form, with sympy's sparse polynomial rings.
 
-Sympy multiplies and differentiates such polynomials a hundred times faster than expressions, and with ``sin^2`` always
-replaced by ``1 - cos^2`` equal ones are identical: what cancels is gone, without any search for a simplification.
+Sympy multiplies and differentiates such polynomials a hundred times faster than expressions. ``sin^2`` is always
+replaced by ``1 - cos^2``, so that equal polynomials are identical and terms cancel without any simplification.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from sympy.polys.rings import PolyElement, ring
 
 from drivetrain.arrays import Array
 
-# A number is taken for the short one that it differs from by no more than some roundings of sums and rotations.
+# Relative difference up to which a number is taken as a short decimal or fraction: rounding of sums and rotations.
 ROUNDING = 5e-15
-NOTHING = 1e-15  # what a cosine of a right angle leaves
-SIGNIFICANT = 10  # digits of a decimal number that a sheet or a file would print
-DENOMINATOR = 1000  # of a fraction such as 1/3 that is not written as a decimal
-VANISHED = 1e-13  # of the largest coefficient that went in: what a sum of rounded numbers leaves of zero
+NOTHING = 1e-15  # numbers below this are zero, such as the rounded cosine of a right angle
+SIGNIFICANT = 10  # largest number of digits of a short decimal, as data sheets and files print them
+DENOMINATOR = 1000  # largest denominator of fractions such as 1/3
+VANISHED = 1e-13  # coefficients below this share of the largest one are rounding of zero
 
 
 def exact(value: float) -> Fraction | None:
-    """The short decimal number or fraction that a float stands for, such as 1/10, 0 or 1/3; None where it is none."""
+    """The short decimal or fraction that a float approximates, such as 1/10, 0 or 1/3; None if there is none."""
     if abs(value) <= NOTHING:
         return Fraction(0)
     for found in (Fraction(f"{value:.{SIGNIFICANT}g}"), Fraction(value).limit_denominator(DENOMINATOR)):
@@ -34,12 +34,12 @@ def exact(value: float) -> Fraction | None:
 
 
 class Trigonometry:
-    """Polynomials in positions, and in the sines and cosines of angles that are sums of multiples of them.
+    """Polynomials in positions, and in sines and cosines of angles that are linear combinations of positions.
 
     Args:
-        variables: The positions that they are functions of.
-        factors: Of each angle, one a variable: the angle is the sum of factor times variable.
-        rational: Whether every number is a short one, so that all is calculated exactly.
+        variables: Symbols of the positions.
+        factors: Coefficients of each angle, one per variable.
+        rational: Whether all numbers are short decimals or fractions, so that the arithmetic is exact.
     """
 
     def __init__(self, variables: Sequence[Any], factors: Sequence[Sequence[float]], rational: bool):
@@ -49,18 +49,18 @@ class Trigonometry:
         self.ring, *self.generators = ring(names, QQ if rational else RR)
 
     def number(self, value: float) -> PolyElement:
-        """The constant polynomial."""
+        """A constant as a polynomial."""
         short = exact(value)
         if self.rational and short is not None:
             return self.ring(QQ(short.numerator, short.denominator))
         return self.ring(float(value) if short is None else float(short))
 
     def position(self, variable: int) -> PolyElement:
-        """One of the variables [rad or m]."""
+        """A variable as a polynomial [rad or m]."""
         return self.generators[variable]
 
     def sine_cosine(self, angle: int) -> tuple[PolyElement, PolyElement]:
-        """Sine and cosine [-] of one of the angles."""
+        """Sine and cosine of an angle as polynomials [-]."""
         first = len(self.variables) + 2 * angle
         return self.generators[first], self.generators[first + 1]
 
@@ -73,7 +73,7 @@ class Trigonometry:
         return result
 
     def shortened(self, value: PolyElement) -> PolyElement:
-        """The one form without squares of sines; what rounding left of zero is dropped."""
+        """The normal form without squares of sines; terms that are rounding of zero are dropped."""
         result, largest = self.ring(0), 0.0
         for powers, coefficient in value.terms():
             kept, rest = list(powers), self.ring(coefficient)
@@ -90,7 +90,7 @@ class Trigonometry:
         return self.ring.from_dict({p: x for p, x in result.items() if abs(float(x)) > VANISHED * largest})
 
     def expression(self, value: PolyElement, *, sums: bool) -> Expr:
-        """A polynomial in the letters of sympy."""
+        """A polynomial as an expression in sympy's symbols; with ``sums`` in sines and cosines of sums if shorter."""
         angles = [
             Add(*(_letter(factor) * x for factor, x in zip(factors, self.variables, strict=True) if factor))
             for factors in self.factors
@@ -103,7 +103,7 @@ class Trigonometry:
         return summed if summed.count_ops() < products.count_ops() else products
 
     def _summed(self, value: PolyElement, angles: list[Expr]) -> Expr:
-        """The Fourier sum of a polynomial."""
+        """The polynomial as a sum of sines and cosines of sums of the angles."""
         domain = self.ring.domain
         total: dict[tuple[Any, ...], Any] = {}
         for powers, coefficient in value.terms():
@@ -127,7 +127,7 @@ class Trigonometry:
 
 
 def _times(waves: dict[Any, Any], angle: int, cosine: bool, domain: Any) -> dict[Any, Any]:
-    """Cosines (True) and sines (False) of whole multiples of the angles, times one more cosine or sine."""
+    """Cosines (True) and sines (False) of integer combinations of the angles, times a further cosine or sine."""
     half = domain.one / 2
     result: dict[Any, Any] = {}
     for (even, multiples), share in waves.items():
@@ -150,7 +150,7 @@ def _letter(factor: float) -> Expr:
 
 
 def all_exact(arrays: Sequence[Array | float]) -> bool:
-    """Whether every number is a short one."""
+    """Whether every number is a short decimal or fraction."""
     return all(exact(float(x)) is not None for array in arrays for x in _flat(array))
 
 

@@ -1,14 +1,15 @@
-"""The articulated-body recursion, compiled: accelerations in time that grows as n, rotors included.
+"""The articulated-body recursion, compiled: accelerations in O(n) time, rotors included.
 
-All six-vectors are (angular, linear) and stand at the origin of a link's own frame, but along the axes of the base: so
-moving on to the next link is a shift, never a turn, and no lever is longer than a link.
+All six-vectors are (angular, linear), about the origin of the link's own frame but in the axes of the base. So the
+transformation to the next link is a translation without a rotation, and no lever arm is longer than a link.
 
-A rotor that is geared to joint i and rides on link c makes two bodies share the coordinate i. To the quantity that the
-accelerations make least (Gauss) it adds ``R qdd_i^2 / 2 + qdd_i (k . a_c + b)``, besides its own inertia and bias force
-on its carrier. R is its inertia about the spin axis times the ratio squared, k its momentum for a unit speed of the
-joint, b what its spin asks of the joint; balanced or not, only k, R and b differ. With c the base, the link before the
-joint or the one after it, k joins the vector that eliminates ``qdd_i``. A carrier further off would leave a number open
-between joint and carrier: arms with such (``packed.Packed.chained``) go the way of the mass matrix.
+A rotor that is geared to joint i and carried by link c makes two bodies depend on the coordinate i. It adds
+``R qdd_i^2 / 2 + qdd_i (k . a_c + b)`` to the function that the accelerations minimise (Gauss' principle), besides its
+own inertia and bias force on its carrier. R is its inertia about the spin axis times the ratio squared, k its momentum
+for a unit speed of the joint, b the torque at the joint due to its spin; for balanced and unbalanced rotors only k, R
+and b differ. If c is the base, the link before the joint or the one after it, k is added to the vector that eliminates
+``qdd_i``. With any other carrier an unknown would remain between joint and carrier: arms with such rotors
+(``packed.Packed.chained``) use the mass matrix.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 7.3, for an arm without rotors.
 """
@@ -44,13 +45,13 @@ from drivetrain.dynamics.core.vectors import (
 )
 from drivetrain.jit import kernel
 
-# What may be left of the inertia that a joint moves when the joints after it give way; rounding leaves 1e-15 of none.
+# Smallest share of a joint's inertia that must remain with the joints after it free; rounding of zero is about 1e-15.
 SINGULAR = 1e-12
 
-# A link, or the base, at work.
+# Work record of a link, or of the base.
 BODY = np.dtype(
     [
-        # Pose against the link before, velocity, acceleration that the joint's own motion makes.
+        # Pose relative to the previous link, velocity, acceleration due to the joint's own motion.
         ("rotation", np.float64, (3, 3)),
         ("step", np.float64, (3,)),
         ("w", np.float64, (3,)),
@@ -59,15 +60,15 @@ BODY = np.dtype(
         # Articulated inertia and bias force.
         ("inertia", np.float64, (6, 6)),
         ("bias", np.float64, (6,)),
-        # Momentum for a unit speed of the joint of rotors on this link, and on the link before; what eliminates the
-        # joint's acceleration; the acceleration itself.
+        # Momentum per unit speed of the joint of rotors on this link, and on the previous link; vector that eliminates
+        # the joint's acceleration; the acceleration itself.
         *((name, np.float64, (6,)) for name in ("on_self", "on_parent", "eliminator", "acceleration")),
-        # Motion for a unit of the joint, and what the inertia makes of it.
+        # Motion per unit of the joint, and the inertia times it.
         ("axis", np.float64, (6,)),
         ("image", np.float64, (6,)),
-        # Tensor that eliminates it, torque left, inertia of rotors, torque at the joint.
+        # Inertia to eliminate it, remaining torque, inertia of rotors, torque at the joint.
         *((name, np.float64) for name in ("divisor", "rest", "rotor", "load")),
-        # Mass, first moment and half the trace of the inertia of all from this link on.
+        # Mass, first moment and half the trace of the inertia of this link and all after it.
         ("mass", np.float64),
         ("first", np.float64, (3,)),
         ("polar", np.float64),
@@ -77,7 +78,7 @@ BODY = np.dtype(
 
 @kernel
 def articulated_accelerations(arm: Any, q: Array, qd: Array, tau: Array, tip: Array, qdd: Array) -> tuple[int, int]:
-    """Fill the accelerations; sample and joint of the first that moves no inertia, or -1 and -1."""
+    """Fill the accelerations; returns sample and joint of the first joint that moves no inertia, or -1 and -1."""
     links, rotors, gravity = arm
     n, m = q.shape[1], len(rotors)
     bodies, spinning = np.zeros(n + 1, BODY), np.zeros(1, BODY)  # the last body: the base
@@ -124,7 +125,7 @@ def _times(t: Tensor, a: Vector) -> Vector:
 
 @exact
 def _add_body(body: Any, m: float, h: Vector, t: Tensor) -> None:
-    """A body (mass, first moment, inertia about the origin) joins the articulated inertia and the plain sum of it."""
+    """Add a body (mass, first moment, inertia about the origin) to the articulated inertia and to the sum of bodies."""
     xx, yy, zz, xy, xz, yz = t
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
     lever = ((0.0, -h[2], h[1]), (h[2], 0.0, -h[0]), (-h[1], h[0], 0.0))
@@ -141,14 +142,14 @@ def _add_body(body: Any, m: float, h: Vector, t: Tensor) -> None:
 
 @exact
 def _bias(m: float, h: Vector, t: Tensor, w: Vector, v: Vector) -> tuple[Vector, Vector]:
-    """The moment and force that keep a body's momentum turning along with its velocity."""
+    """Moment and force of the velocity terms of a body: its velocity x* its momentum."""
     momentum, force = plus(_times(t, w), cross(h, v)), minus(times(m, v), cross(h, w))
     return plus(cross(w, momentum), cross(v, force)), cross(w, force)
 
 
 @exact
 def _move(link: Any, body: Any, before: Any, q: float, qd: float, tau: float, carried: bool) -> None:
-    """Where a link is, how it moves, and what its own body asks for."""
+    """Pose, velocity, own inertia and bias force of a link."""
     step, w, v = step_to(link, before, link.slide * q), vector(before.w), vector(before.v)
     turn_on(link, body, before, link.turn * q + link.offset)
     put(body.step, step)
@@ -170,7 +171,8 @@ def _move(link: Any, body: Any, before: Any, q: float, qd: float, tau: float, ca
     put_six(body.bias, moment, force)
     body.rotor, body.load = link.rotor_inertia, tau
     if link.spin != 0.0:
-        # A balanced rotor on the axis, carried by the link before: it asks of that link spin (w x z qd + z qdd).
+        # A balanced rotor on the axis, carried by the previous link: its couple on that link is spin (w x z qd + z
+        # qdd).
         put_six(body.on_parent, times(link.spin, z), (0.0, 0.0, 0.0))
         if carried:
             add(before.bias, times(link.spin * qd, cross(vector(before.w), z)))
@@ -178,7 +180,7 @@ def _move(link: Any, body: Any, before: Any, q: float, qd: float, tau: float, ca
 
 @exact
 def _spin(link: Any, rotor: Any, bodies: Any, spinning: Any, q: float, qd: float) -> None:
-    """A rotor that is not folded into the links: what it asks of carrier and joint."""
+    """Add the inertia and bias forces of a rotor with an own record to its carrier and its joint."""
     on, joint, body = rotor.carrier, rotor.joint, bodies[rotor.joint]
     carrier = bodies[on]  # -1: the base, the last of them
     if rotor.balanced:
@@ -199,11 +201,11 @@ def _spin(link: Any, rotor: Any, bodies: Any, spinning: Any, q: float, qd: float
 def _spin_whole(
     link: Any, q: float, qd: float, carrier: Any, held: bool, joint: Any, rotor: Any
 ) -> tuple[Vector, Vector]:
-    """An unbalanced rotor: a body of its own joins its carrier; its momentum for a unit speed of its joint."""
+    """Add an unbalanced rotor to its carrier as a body; returns its momentum per unit speed of its joint."""
     turn_on(link, rotor, carrier, link.turn * q)
     p, z = turned(carrier.rotation, (link.px, link.py, link.pz)), axis_of(rotor)
     m, (h, t) = link.mass, _turned_moments(link, rotor)
-    # Tensor about the carrier's origin: that about the spin axis, shifted.
+    # Inertia about the carrier's origin: that about the spin axis, translated.
     ph, pp = 2.0 * dot(p, h), m * dot(p, p)
     t = (
         t[0] + ph - 2.0 * p[0] * h[0] + pp - m * p[0] * p[0],
@@ -214,7 +216,7 @@ def _spin_whole(
         t[5] - p[1] * h[2] - p[2] * h[1] - m * p[1] * p[2],
     )
     h, pz, turn = plus(h, times(m, p)), cross(p, z), link.turn
-    # Momentum for a unit speed of the joint, and for the acceleration that its spin has by the carrier's turning.
+    # Momentum per unit speed of the joint, and that for the acceleration of its spin due to the carrier's rotation.
     momentum = times(turn, plus(_times(t, z), cross(h, pz)))
     force = times(turn, minus(times(m, pz), cross(h, z)))
     joint.rotor += turn * (dot(z, momentum) + dot(pz, force))
@@ -236,14 +238,14 @@ def _spin_whole(
 
 @exact
 def _apply(o: Any, x: Array, y: Array) -> None:
-    """The articulated inertia of a link, times x."""
+    """The articulated inertia of a link times x."""
     for j in range(6):
         y[j] = dot_six(o.inertia[j], x)
 
 
 @exact
 def _eliminate(body: Any) -> None:
-    """The articulated inertia of a link without what its joint gives way to."""
+    """Remove the part of a link's articulated inertia in the direction in which its joint is free."""
     for j in range(6):
         for k in range(6):
             body.inertia[j, k] -= body.eliminator[j] * body.eliminator[k] / body.divisor
@@ -251,7 +253,7 @@ def _eliminate(body: Any) -> None:
 
 @exact
 def _hand_on(o: Any, to: Any) -> None:
-    """Articulated inertia, bias force and body sums of a link join those of the link before, shifted to its origin."""
+    """Add articulated inertia, bias force and body sums of a link to those of the previous link, about its origin."""
     p, inertia = vector(o.step), o.inertia
     for j in range(6):
         add(inertia[j], cross(p, linear(inertia[j])))
@@ -275,7 +277,7 @@ def _hand_on(o: Any, to: Any) -> None:
 
 @exact
 def _inwards(links: Any, bodies: Any) -> int:
-    """Eliminate the joints' accelerations from the tip to the base; the first joint that moves no inertia, or -1."""
+    """Eliminate the joints' accelerations from tip to base; returns the first joint that moves no inertia, or -1."""
     for i in range(len(bodies) - 2, -1, -1):
         link, body = links[i], bodies[i]
         axis, image, z = body.axis, body.image, axis_of(body)
@@ -304,7 +306,7 @@ def _inwards(links: Any, bodies: Any) -> int:
 
 @exact
 def _outwards(links: Any, bodies: Any, qdd: Array) -> None:
-    """The accelerations, from the base to the tip."""
+    """Compute the accelerations from base to tip."""
     for i in range(len(qdd)):
         link, body, before = links[i], bodies[i], bodies[i - 1]  # before the first: the base
         angular, straight = vector(before.acceleration), linear(before.acceleration)

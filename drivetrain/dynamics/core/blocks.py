@@ -1,6 +1,6 @@
-"""Blocks of samples laid out for vector instructions: records of rows of 64 numbers; sines and cosines.
+"""Blocks of samples in the layout for vector instructions: records with rows of 64 numbers; sines and cosines.
 
-How many lanes a row has is part of the record's type: the laws are compiled for 64, and once more for one sample alone.
+The number of lanes of a row is part of the record's type: the laws are compiled for 64 lanes and for a single sample.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from drivetrain.arrays import Array
 from drivetrain.dynamics.core.vectors import exact
 from drivetrain.jit import law
 
-BLOCK = 64  # samples; below 32 and above 128 slower
-FAR = 1e6  # rad; three-part reduction is exact below, libm takes over above
+BLOCK = 64  # samples per block; slower below 32 and above 128
+FAR = 1e6  # [rad] below, the reduction in three parts is exact; above, libm is used
 TWO_OVER_PI = 2.0 / math.pi
 
-# The reduction of an angle, and the test for NaN, are ``exact``: void once sums may be reordered or NaN ruled out.
+# The reduction of an angle and the test for NaN are ``exact``: they would fail if the compiler reordered sums or
+# assumed that there is no NaN.
 fast = law(fastmath=True)
 
 
@@ -27,7 +28,7 @@ def block_type(*names: str, lanes: int = BLOCK) -> np.dtype:
     return np.dtype([(name, np.float64, (lanes,)) for name in names])
 
 
-# Position, speed, acceleration; cosine and sine of the angle; torque that its rotor needs, and torque of the joint.
+# Position, speed, acceleration; cosine and sine of the angle; torque of its rotor, and total torque of the joint.
 JOINT_ROWS = ("q", "qd", "qdd", "cos", "sin", "rotor", "torque")
 JOINT, JOINT_ALONE = block_type(*JOINT_ROWS), block_type(*JOINT_ROWS, lanes=1)
 
@@ -67,7 +68,7 @@ def sincos(joint: Any, factor: float, offset: float, far: bool) -> None:
 
 @exact
 def read_row(row: Array, samples: Array, i: int, first: int, count: int) -> None:
-    """A column of samples into a row, the rest of the row zero."""
+    """Copy a column of samples into a row, and set the rest of the row to zero."""
     for k in range(count):
         row[k] = samples[first + k, i]
     for k in range(count, len(row)):
@@ -76,7 +77,7 @@ def read_row(row: Array, samples: Array, i: int, first: int, count: int) -> None
 
 @law(fastmath={"contract", "reassoc"})
 def sum_of_squares(joint: Any) -> float:
-    """Of a joint's q, qd and qdd; not finite when one of them is NaN, infinite, or beyond 1e154."""
+    """Sum of squares of a joint's q, qd and qdd; not finite if one of them is NaN, infinite, or beyond 1e154."""
     total = 0.0
     for k in range(len(joint.q)):
         total += joint.q[k] * joint.q[k] + joint.qd[k] * joint.qd[k] + joint.qdd[k] * joint.qdd[k]

@@ -1,9 +1,9 @@
 """The mass matrix by composite bodies, compiled, over blocks of 64 samples.
 
-Column j holds the torques of a unit acceleration of joint j from rest: all links from j on move as one body, so the
-wrench that joint j must pass on comes from that composite body alone, and every joint before j feels the same wrench.
-Composite bodies are summed from the tip to the base; no pass outwards is needed. A rotor couples its joint with every
-joint up to its carrier, by the momentum that a unit rate of its joint gives it.
+Column j contains the torques for a unit acceleration of joint j from rest: all links from j on move as one body, so the
+wrench through joint j is that of this composite body alone, and it also acts on every joint before j. Composite bodies
+are summed from the tip to the base; no outward pass is needed. A rotor couples its joint with every joint up to its
+carrier, by the momentum per unit rate of its joint.
 
 Reference: Modern Robotics, exercise 8.13; M. W. Walker and D. E. Orin, Efficient dynamic computer simulation of
     robotic mechanisms, Journal of Dynamic Systems, Measurement and Control 104 (1982) 205-211.
@@ -26,7 +26,7 @@ WRENCH = block_type("fx", "fy", "fz", "nx", "ny", "nz")
 
 @kernel
 def compose(links: Any, rotors: Any, q: Array, out: Array) -> float:
-    """Fill mass matrices; 0, or NaN when a position is NaN, infinite, or beyond 1e154."""
+    """Fill mass matrices; returns 0, or NaN if a position is NaN, infinite, or beyond 1e154."""
     n, bad = q.shape[1], 0.0
     joints, wrenches = np.zeros(n + 1, JOINT), np.empty(n + len(rotors), WRENCH)  # the last joint: a rotor's
     bodies, own, entries = np.empty(n + 2, BODY), np.empty(n), np.empty((n, n, BLOCK))
@@ -45,7 +45,7 @@ def compose(links: Any, rotors: Any, q: Array, out: Array) -> float:
             sincos(joints[i], links[i].turn, links[i].offset, size > FAR * FAR)
         clear(bodies[n])
         for i in range(n - 1, -1, -1):
-            # The links beyond are in this link's frame already; the link itself, and what it carries, join them.
+            # The links after it are in this link's frame already; add the link itself and the rotors that it carries.
             link, joint, body, wrench = links[i], joints[i], bodies[i + 1], wrenches[i]
             add_constant_body(link, body)
             for r in range(len(rotors)):
@@ -57,7 +57,8 @@ def compose(links: Any, rotors: Any, q: Array, out: Array) -> float:
             for k in range(BLOCK):
                 entries[i, i, k] = own[i]
             fill_row(links, rotors, i, wrenches, entries)
-            # A balanced rotor on the axis, on the link before: its couple loads that link, and not this joint.
+            # A balanced rotor on the axis, carried by the previous link: its couple acts on that link, not on this
+            # joint.
             for k in range(BLOCK):
                 wrench.nz[k] += link.spin
             for w in range(i, len(wrenches)):
@@ -75,7 +76,7 @@ def compose(links: Any, rotors: Any, q: Array, out: Array) -> float:
 
 @fast
 def clear(body: Any) -> None:
-    """No body."""
+    """Set a body to zero."""
     for k in range(BLOCK):
         body.mass[k] = body.hx[k] = body.hy[k] = body.hz[k] = 0.0
         body.sxx[k] = body.syy[k] = body.szz[k] = body.sxy[k] = body.sxz[k] = body.syz[k] = 0.0
@@ -83,7 +84,7 @@ def clear(body: Any) -> None:
 
 @fast
 def add_constant_body(link: Any, body: Any) -> None:
-    """A body whose frame is the record's own joins it."""
+    """Add the body of a link, given in the record's own frame."""
     m, hx, hy, hz = link.mass, link.hx, link.hy, link.hz
     sxx, syy, szz, sxy, sxz, syz = link.sxx, link.syy, link.szz, link.sxy, link.sxz, link.syz
     for k in range(BLOCK):
@@ -101,7 +102,7 @@ def add_constant_body(link: Any, body: Any) -> None:
 
 @fast
 def unit_wrench(link: Any, body: Any, wrench: Any) -> None:
-    """The wrench that moves a body at rest with the acceleration of a unit acceleration of its joint."""
+    """The wrench on a body at rest for a unit acceleration of its joint."""
     turn, slide = link.turn, link.slide
     for k in range(BLOCK):
         hx, hy = body.hx[k], body.hy[k]
@@ -115,7 +116,7 @@ def unit_wrench(link: Any, body: Any, wrench: Any) -> None:
 
 @fast
 def wrench_back(link: Any, joint: Any, wrench: Any) -> None:
-    """A wrench in a body's frame, as seen in the frame before."""
+    """Transform a wrench from a body's frame to the previous frame."""
     px, py, pz, slide = link.px, link.py, link.pz, link.slide
     rxx, rxy, rxz, ryx, ryy, ryz = link.rxx, link.rxy, link.rxz, link.ryx, link.ryy, link.ryz
     rzx, rzy, rzz = link.rzx, link.rzy, link.rzz
@@ -136,7 +137,7 @@ def wrench_back(link: Any, joint: Any, wrench: Any) -> None:
 
 @fast
 def turn_body(joint: Any, body: Any) -> None:
-    """A body turned about z by the angle of its joint."""
+    """Rotate a body about z by the angle of its joint."""
     for k in range(BLOCK):
         c, s = joint.cos[k], joint.sin[k]
         hx, hy = body.hx[k], body.hy[k]
@@ -153,7 +154,7 @@ def turn_body(joint: Any, body: Any) -> None:
 
 @fast
 def place_body(link: Any, joint: Any, body: Any, total: Any) -> None:
-    """A body turned by the constant rotation of its place, and shifted to it, joins the total."""
+    """Add a body to the total, transformed by the constant rotation and translation of its joint's place."""
     px, py, pz, slide = link.px, link.py, link.pz, link.slide
     rxx, rxy, rxz, ryx, ryy, ryz = link.rxx, link.rxy, link.rxz, link.ryx, link.ryy, link.ryz
     rzx, rzy, rzz = link.rzx, link.rzy, link.rzz
@@ -180,7 +181,7 @@ def place_body(link: Any, joint: Any, body: Any, total: Any) -> None:
 
 @fast
 def enter_rotor(link: Any, rotor: Any, joints: Any, body: Any, spinning: Any, wrench: Any, size: float) -> None:
-    """A rotor joins its carrier: the wrench for a unit rate of its joint, and the body that is not yet counted."""
+    """Add a rotor to its carrier: its wrench per unit rate of its joint, and its body unless it is counted already."""
     if rotor.balanced:
         for k in range(BLOCK):
             wrench.fx[k] = wrench.fy[k] = wrench.fz[k] = 0.0
@@ -200,7 +201,7 @@ def enter_rotor(link: Any, rotor: Any, joints: Any, body: Any, spinning: Any, wr
 
 @fast
 def fill_row(links: Any, rotors: Any, i: int, wrenches: Any, entries: Array) -> None:
-    """The entries that a joint makes with those after it, and with the rotors on its link or beyond."""
+    """The entries of a joint with the joints after it, and with the rotors on its link or later links."""
     n = len(entries)
     for w in range(i, len(wrenches)):
         joint, factor = w, 1.0

@@ -1,19 +1,20 @@
 """Derivatives of the inverse dynamics, compiled, over groups of 16 samples.
 
-All six-vectors stand at the base's origin, along the axes of the base: bodies of links add up as they are. With S the
-screw of a joint, V and a velocity and acceleration (less gravity) of the link before it,
+All six-vectors are about the base's origin in the axes of the base, so that bodies of links can be added. With S the
+screw of a joint, V and a the velocity and acceleration (minus gravity) of the link before it,
 
     S' = V x S,    S'' = a x S + V x S',
 
-I inertia and f wrench of all links from i on, and B the matrix that makes ``B x`` half the rate of their momentum's
-quadratic form, for j up to i:
+I and f the inertia and wrench of all links from i on, and B the matrix of their velocity terms (half the derivative of
+the quadratic form of their momentum), for j up to i:
 
     d tau_i / dq_j  = S_i . (2 B S_j' + I S_j''),         d tau_j / dq_i  = S_j . (2 B S_i' + I S_i'' + S_i x f),
     d tau_i / dqd_j = S_i . (2 B S_j + 2 I S_j'),         d tau_j / dqd_i = S_j . (2 B S_i + 2 I S_i').
 
-``2 B x`` needs only the turning part e of x: its force is ``2 e x p``, its moment ``2 (tr(K) - K) e``, with p the
-momentum and ``K = integral r' r^T dm``, the flow of the points at r. A rotor is a further body on its carrier, that
-belongs to its joint's row and column; of a balanced one only its momentum along its axis, k for a unit rate, is left.
+``2 B x`` depends only on the angular part e of x: its force is ``2 e x p``, its moment ``2 (tr(K) - K) e``, with p the
+momentum and ``K = integral r' r^T dm``, with the velocity r' of the points at r. A rotor is a further body on its
+carrier that belongs to its joint's row and column; of a balanced one only its momentum along its axis, k per unit rate,
+remains.
 
 Reference: S. Singh, R. Russell, P. Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics using Spatial
     Vector Algebra, IEEE Robotics and Automation Letters 7 (2022) 1776-1783, for an arm without rotors.
@@ -31,7 +32,7 @@ from drivetrain.dynamics.core.recursion import moments, read, read_alone
 from drivetrain.dynamics.core.vectors import Vector, cross, dot, exact, minus, plus, times
 from drivetrain.jit import kernel
 
-GROUP = 16  # samples at a time: their bodies fit the nearest cache, and a few samples do not pay for 64
+GROUP = 16  # samples per group: their bodies fit the L1 cache, and few samples do not cost as much as 64
 
 BODY, BODY_ALONE = (
     np.dtype(
@@ -43,14 +44,15 @@ BODY, BODY_ALONE = (
                 for name, rows in (
                     # Axes of its frame, origin; velocity, acceleration.
                     *((name, 3) for name in ("x", "y", "z", "origin", "w", "v", "dw", "dv")),
-                    # Screw of its joint, and how that changes: S, S', S''.
+                    # Screw of its joint and its derivatives: S, S', S''.
                     *((name, 3) for name in ("turn", "slide", "turn_1", "slide_1", "turn_2", "slide_2")),
-                    # Of it and all beyond: first and second moments, columns of the flow, momentum, wrench, and the
+                    # Of it and all after it: first and second moments, columns of K, momentum, wrench, and the
                     # momentum of balanced rotors.
                     ("first", 3),
                     ("second", 6),
                     *((name, 3) for name in ("flow_x", "flow_y", "flow_z", "momentum", "moment", "force", "spin")),
-                    # What its joint feels: S . 2 B (of turning alone), S . I; and its own columns, for q and for qd.
+                    # Torque of its joint for other screws: S . 2 B (angular part), S . I; and its own columns, for q
+                    # and qd.
                     *((name, 3) for name in ("feels", "inertia_w", "inertia_v")),
                     *((name, 3) for name in ("by_q_w", "by_q_v", "by_qd_w", "by_qd_v")),
                 )
@@ -68,7 +70,7 @@ def differentiate(
     links: Any, rotors: Any, gravity: Array, q: Array, qd: Array, qdd: Array, tip: Array,
     by_q: Array, by_qd: Array, by_qdd: Array,
 ) -> float:  # fmt: skip
-    """Fill the derivatives; 0, or NaN when a number is NaN, infinite, or beyond 1e154."""
+    """Fill the derivatives; returns 0, or NaN if a number is NaN, infinite, or beyond 1e154."""
     n, m, bad = q.shape[1], len(rotors), 0.0
     joints, bodies, entries = np.empty(n + m, JOINT), np.zeros(n + m + 1, BODY), np.empty((n, n), ENTRY)
     rest(bodies[n + m], gravity)
@@ -85,7 +87,7 @@ def differentiate(
 
 @kernel
 def derivatives_alone(arm: Any, q: Array, qd: Array, qdd: Array, tip: Array, result: Array) -> float:
-    """As ``differentiate``, for one sample: ``arm`` as of ``torque_alone``, derivatives (3, 1, n, n)."""
+    """As ``differentiate``, for one sample: ``arm`` as in ``torque_alone``, derivatives (3, 1, n, n)."""
     links, rotors, gravity = arm
     n, m, size = len(q), len(rotors), 0.0
     joints, bodies = np.empty(n + m, JOINT_ALONE), np.zeros(n + m + 1, BODY_ALONE)
@@ -100,7 +102,7 @@ def derivatives_alone(arm: Any, q: Array, qd: Array, qdd: Array, tip: Array, res
 
 @fast
 def rest(base: Any, gravity: Array) -> None:
-    """The base at rest; gravity enters as its acceleration."""
+    """Set the base to rest, with gravity as its acceleration."""
     for k in range(len(base.q)):
         base.x[0, k] = base.y[1, k] = base.z[2, k] = 1.0
         base.dv[0, k], base.dv[1, k], base.dv[2, k] = -gravity[0], -gravity[1], -gravity[2]
@@ -108,7 +110,7 @@ def rest(base: Any, gravity: Array) -> None:
 
 @exact
 def angles(links: Any, rotors: Any, joints: Any, n: int, size: float) -> None:
-    """Cosines and sines of the joints, and the motion of the rotors after them; ``size``: of ``read``."""
+    """Cosines and sines of the joints, and the motion of the rotors after them; ``size`` is the result of ``read``."""
     for i in range(n):
         sincos(joints[i], links[i].turn, links[i].offset, size > FAR * FAR)
     for r in range(len(rotors)):
@@ -124,11 +126,11 @@ def fill(
     links: Any, rotors: Any, joints: Any, at: int, bodies: Any, entries: Any, tip: Array, first: int, some: int,
     by_q: Array, by_qd: Array, by_qdd: Array,
 ) -> None:  # fmt: skip
-    """The derivatives of a group: of samples from ``first`` on, which in the joints' rows are those from ``at`` on."""
+    """The derivatives of a group of samples from ``first`` on, which start at ``at`` in the joints' rows."""
     n, m = by_q.shape[1], len(rotors)
     for i in range(n):
         take(joints[i], at, bodies[i])
-        move(links[i], bodies[i - 1], bodies[i])  # before the first: the base, the last
+        move(links[i], bodies[i - 1], bodies[i])  # index -1 of the first link is the last record, the base
     if len(tip):
         push(tip, first, some, bodies[n - 1])
     for r in range(m):
@@ -154,7 +156,8 @@ def fill(
         if i > 0:
             hand_on(bodies[i], bodies[i - 1])
             if links[i].spin != 0.0:
-                # A balanced rotor on the axis, on the link before: this link is done, its record serves it.
+                # A balanced rotor on the axis, carried by the previous link, uses this link's record, which is free
+                # again.
                 spin_on_axis(links[i].spin, bodies[i - 1], bodies[i])
                 for j in range(i):
                     enter_row(bodies[i], bodies[j], entries[i, j])
@@ -176,7 +179,7 @@ def fill(
 
 @fast
 def clear(entries: Any) -> None:
-    """No derivatives."""
+    """Set the entries to zero."""
     for i in range(len(entries)):
         for j in range(len(entries)):
             entry = entries[i, j]
@@ -186,19 +189,19 @@ def clear(entries: Any) -> None:
 
 @fast
 def at_sample(rows: Array, k: int) -> Vector:
-    """A vector of one sample, out of its rows."""
+    """The vector of one sample from its rows."""
     return rows[0, k], rows[1, k], rows[2, k]
 
 
 @fast
 def keep(rows: Array, k: int, a: Vector) -> None:
-    """Put a vector of one sample into its rows."""
+    """Write the vector of one sample to its rows."""
     rows[0, k], rows[1, k], rows[2, k] = a
 
 
 @fast
 def join(rows: Array, k: int, a: Vector) -> None:
-    """Add a vector of one sample to its rows."""
+    """Add to the vector of one sample in its rows."""
     rows[0, k] += a[0]
     rows[1, k] += a[1]
     rows[2, k] += a[2]
@@ -216,7 +219,7 @@ def mix(a: float, x: Vector, b: float, y: Vector, c: float, z: Vector) -> Vector
 
 @fast
 def take(joint: Any, at: int, body: Any) -> None:
-    """A group's part of a joint's block."""
+    """Copy a group's part of a joint's block."""
     for k in range(len(body.q)):
         body.q[k], body.qd[k], body.qdd[k] = joint.q[at + k], joint.qd[at + k], joint.qdd[at + k]
         body.cos[k], body.sin[k] = joint.cos[at + k], joint.sin[at + k]
@@ -224,7 +227,7 @@ def take(joint: Any, at: int, body: Any) -> None:
 
 @fast
 def move(link: Any, before: Any, body: Any) -> None:
-    """Where a body is, how it and its screw move, its moments about the base's origin, and the wrench it asks for."""
+    """Pose and motion of a body and its screw, its moments about the base's origin, and the wrench that moves it."""
     px, py, pz, turning, sliding = link.px, link.py, link.pz, link.turn, link.slide
     rxx, rxy, rxz, ryx, ryy, ryz = link.rxx, link.rxy, link.rxz, link.ryx, link.ryy, link.ryz
     rzx, rzy, rzz = link.rzx, link.rzy, link.rzz
@@ -289,7 +292,7 @@ def move(link: Any, before: Any, body: Any) -> None:
 
 @fast
 def push(tip: Array, first: int, some: int, last: Any) -> None:
-    """The wrench on the environment joins that of the last link, about the base's origin."""
+    """Add the wrench on the environment to that of the last link, about the base's origin."""
     for k in range(some):
         row = tip[first + k if len(tip) > 1 else 0]
         x, y, z = at_sample(last.x, k), at_sample(last.y, k), at_sample(last.z, k)
@@ -300,7 +303,7 @@ def push(tip: Array, first: int, some: int, last: Any) -> None:
 
 @fast
 def hand_on(body: Any, to: Any) -> None:
-    """A body with all beyond, and the wrench that moves them, join another body."""
+    """Add a body with all after it, and the wrench that moves them, to another body."""
     to.mass += body.mass
     for r in range(3):
         for k in range(len(body.q)):
@@ -319,7 +322,7 @@ def hand_on(body: Any, to: Any) -> None:
 
 @fast
 def respond(body: Any) -> None:
-    """What a joint feels of screws before it, and the wrenches that its own screw makes, by the bodies beyond it."""
+    """Sensitivity of a joint's torque to earlier screws, and the wrenches due to its own screw."""
     mass = body.mass
     for k in range(len(body.q)):
         g, p, spin = at_sample(body.first, k), at_sample(body.momentum, k), at_sample(body.spin, k)
@@ -352,7 +355,7 @@ def respond(body: Any) -> None:
 
 @fast
 def spin_on_axis(size: float, carrier: Any, own: Any) -> None:
-    """A balanced rotor on its joint's axis, whose direction is that of the link's own z."""
+    """A balanced rotor on its joint's axis, the link's own z axis."""
     for k in range(len(own.q)):
         keep(own.inertia_w, k, times(size, at_sample(own.z, k)))
     react(carrier, own)
@@ -360,7 +363,7 @@ def spin_on_axis(size: float, carrier: Any, own: Any) -> None:
 
 @fast
 def spin(px: float, py: float, pz: float, carrier: Any, own: Any) -> None:
-    """A balanced rotor of any direction."""
+    """A balanced rotor with a spin axis of any direction."""
     for k in range(len(own.q)):
         axis = mix(px, at_sample(carrier.x, k), py, at_sample(carrier.y, k), pz, at_sample(carrier.z, k))
         keep(own.inertia_w, k, axis)
@@ -369,7 +372,7 @@ def spin(px: float, py: float, pz: float, carrier: Any, own: Any) -> None:
 
 @fast
 def react(carrier: Any, own: Any) -> None:
-    """What a balanced rotor's momentum for a unit rate does to its carrier, and what its joint feels of it."""
+    """Effect of a balanced rotor's momentum per unit rate on its carrier, and on its joint's torque."""
     for k in range(len(own.q)):
         axis, rate = at_sample(own.inertia_w, k), own.qd[k]
         turning = cross(at_sample(carrier.w, k), axis)
@@ -385,7 +388,7 @@ def react(carrier: Any, own: Any) -> None:
 
 @fast
 def enter_row(own: Any, body: Any, entry: Any) -> None:
-    """What a joint feels of one before it."""
+    """Derivatives of a joint's torque by the coordinate of an earlier joint."""
     for k in range(len(entry.by_q)):
         feels, w, v = at_sample(own.feels, k), at_sample(own.inertia_w, k), at_sample(own.inertia_v, k)
         turn, turn_1 = at_sample(body.turn, k), at_sample(body.turn_1, k)
@@ -396,7 +399,7 @@ def enter_row(own: Any, body: Any, entry: Any) -> None:
 
 @fast
 def enter_column(own: Any, body: Any, entry: Any) -> None:
-    """What a joint feels of one after it."""
+    """Derivatives of a joint's torque by the coordinate of a later joint."""
     for k in range(len(entry.by_q)):
         turn, slide = at_sample(body.turn, k), at_sample(body.slide, k)
         entry.by_q[k] += dot(turn, at_sample(own.by_q_w, k)) + dot(slide, at_sample(own.by_q_v, k))

@@ -1,9 +1,9 @@
-"""Mass matrix and bias of one sample, compiled: for simulations, which know the next sample only after this one.
+"""Mass matrix and bias of one sample, compiled, for simulations, which compute one sample after another.
 
-All six-vectors stand at the base's origin, along the axes of the base. So wrenches and bodies of links add up as they
-are, no pass turns or shifts them, and an entry of the matrix is one scalar product of a screw and a wrench.
-Rotors that move on their own (behind a spring) have a coordinate of their own after the joints: a stand-in joint at the
-end of the chain that moves nothing and weighs nothing, see ``packed.py``.
+All six-vectors are about the base's origin in the axes of the base. So wrenches and bodies of links can be added
+without transformation, and an entry of the matrix is one scalar product of a screw and a wrench.
+Rotors that move independently (behind a spring) have a coordinate of their own after the joints: a substitute joint at
+the end of the chain that moves no link and has no mass, see ``packed.py``.
 
 Reference: Modern Robotics, section 8.3, exercise 8.13; Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.
 """
@@ -33,8 +33,8 @@ from drivetrain.dynamics.core.vectors import (
     vector,
 )
 
-# How a body moves, seen from the base: pose; screw of its joint; velocity; acceleration less the joints' own, less
-# gravity; mass, first and second moments (xx, yy, zz, xy, xz, yz) of it and all beyond; wrench that moves it.
+# Motion of a body in the base frame: pose; screw of its joint; velocity; acceleration without those of the joints,
+# minus gravity; mass, first and second moments (xx, yy, zz, xy, xz, yz) of it and all after it; wrench that moves it.
 BODY = np.dtype(
     [
         ("rotation", np.float64, (3, 3)),
@@ -48,7 +48,7 @@ BODY = np.dtype(
 
 
 def moving_bodies(links: int, rotors: int, base: Array, gravity: Array) -> np.ndarray:
-    """Links, rotors, and the base, at rest, for ``mass_and_bias``; base: its frame, ``link_frames(arm)[0]``."""
+    """Records of links, rotors and base, at rest, for ``mass_and_bias``; ``base`` is ``link_frames(arm)[0]``."""
     bodies = np.zeros(links + rotors + 1, BODY)
     bodies["rotation"][-1], bodies["origin"][-1] = base[:3, :3], base[:3, 3]
     bodies["dv"][-1] = -np.asarray(gravity)
@@ -60,17 +60,17 @@ def mass_and_bias(
     links: Any, rotors: Any, q: Array, qd: Array, bodies: Any,
     mass: Array, rotor_mass: Array, bias: Array, rotor_bias: Array,
 ) -> None:  # fmt: skip
-    """Fill mass matrix and bias of n coordinates, and leave the bodies as they move.
+    """Fill mass matrix and bias of n coordinates, and the motion of the bodies.
 
     Args:
-        links: Constants of joints, stand-ins and m rotors, records LINK, (n + m,).
+        links: Constants of joints, substitute joints and m rotors, records LINK, (n + m,).
         rotors: Records ROTOR, (m,).
         q, qd: Positions and speeds of the coordinates [rad or m, and per s], (n,).
-        bodies: Of the joints and the rotors, and the base, as ``moving_bodies`` makes them, (joints + m + 1,).
-        mass: Takes the matrix [kg m^2, kg m or kg], (n, n).
-        rotor_mass: Takes the part of it that motors feel before their gears, row by row, (n, n).
-        bias: Takes the torques at constant speed [N m or N], (n,).
-        rotor_bias: Takes the part of them that motors feel before their gears, (n,).
+        bodies: Records of links, rotors and base from ``moving_bodies``, (joints + m + 1,).
+        mass: Output: mass matrix [kg m^2, kg m or kg], (n, n).
+        rotor_mass: Output: its part that acts on the motors directly, not through their gears, row by row, (n, n).
+        bias: Output: torques at constant speed [N m or N], (n,).
+        rotor_bias: Output: their part that acts on the motors directly, not through their gears, (n,).
     """
     joints = len(bodies) - len(rotors) - 1
     for i in range(len(q)):
@@ -79,10 +79,11 @@ def mass_and_bias(
             mass[i, k] = rotor_mass[i, k] = 0.0
         mass[i, i] = rotor_mass[i, i] = links[i].rotor_inertia
     for i in range(joints):
-        link, body, before = links[i], bodies[i], bodies[i - 1]  # before the first: the base
+        # For the first link, index -1 is the last record, the base.
+        link, body, before = links[i], bodies[i], bodies[i - 1]
         _move(link, body, before, q[i], qd[i])
         if link.spin != 0.0 and i:
-            # A balanced rotor on the axis, carried by the link before.
+            # A balanced rotor on the axis, carried by the previous link.
             momentum = times(link.spin, axis_of(body))
             add(before.moment, times(qd[i], cross(vector(before.w), momentum)))
             bias[i] = rotor_bias[i] = dot(momentum, vector(before.dw))
@@ -109,8 +110,8 @@ def _add_rotor(
     r: int, rotor: Any, link: Any, joints: int, q: Array, qd: Array, bodies: Any,
     mass: Array, rotor_mass: Array, bias: Array, rotor_bias: Array,
 ) -> None:  # fmt: skip
-    """A rotor of a pass of its own joins its carrier, the matrix and the bias."""
-    joint, on, carrier = rotor.joint, rotor.carrier, bodies[rotor.carrier]  # -1: the base, the last of them
+    """Add a rotor with an own record to its carrier, the matrix and the bias."""
+    joint, on, carrier = rotor.joint, rotor.carrier, bodies[rotor.carrier]  # -1: the base, the last record
     moment, force, own = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
     if rotor.balanced:
         moment = turned(carrier.rotation, (link.px, link.py, link.pz))
@@ -138,7 +139,7 @@ def _add_rotor(
 
 @exact
 def _move(link: Any, body: Any, before: Any, q: float, qd: float) -> None:
-    """Where a body is, how it moves, its moments about the base's origin, and what its motion asks for."""
+    """Pose and motion of a body, its moments about the base's origin, and the wrench of its velocity terms."""
     turn_on(link, body, before, link.turn * q + link.offset)
     put(body.origin, plus(vector(before.origin), step_to(link, before, link.slide * q)))
     _add_motion(link, body, before, qd)
@@ -152,7 +153,7 @@ def _move(link: Any, body: Any, before: Any, q: float, qd: float) -> None:
 
 @exact
 def _add_motion(link: Any, body: Any, before: Any, speed: float) -> None:
-    """Screw, velocity and velocity-made acceleration of a body from those of the one before."""
+    """Screw, velocity, and acceleration due to velocities of a body, from those of the previous one."""
     z, w, v = axis_of(body), vector(before.w), vector(before.v)
     turn = times(link.turn, z)
     slide = plus(cross(vector(body.origin), turn), times(link.slide, z))
@@ -160,7 +161,7 @@ def _add_motion(link: Any, body: Any, before: Any, speed: float) -> None:
     put(body.slide, slide)
     put(body.w, plus(w, times(speed, turn)))
     put(body.v, plus(v, times(speed, slide)))
-    # The screw is carried along: its rate is velocity x screw, the joint's own part of which is none.
+    # The screw moves with the body: its rate is velocity x screw, to which the joint's own speed does not contribute.
     put(body.dw, plus(vector(before.dw), times(speed, cross(w, turn))))
     put(body.dv, plus(vector(before.dv), times(speed, plus(cross(w, slide), cross(v, turn)))))
 
@@ -197,13 +198,13 @@ def _momentum(body: Any, w: Vector, v: Vector) -> tuple[Vector, Vector]:
 
 @exact
 def _power(body: Any, moment: Vector, force: Vector) -> float:
-    """What a wrench does on a unit speed of a body's joint."""
+    """Power of a wrench at unit speed of a body's joint."""
     return dot(vector(body.turn), moment) + dot(vector(body.slide), force)
 
 
 @exact
 def _hand_on(body: Any, to: Any) -> None:
-    """A body with all beyond, and the wrench that moves them, join another body."""
+    """Add a body with all after it, and the wrench that moves them, to another body."""
     to.mass += body.mass
     add(to.first, vector(body.first))
     for j in range(6):

@@ -1,14 +1,14 @@
-"""Mass matrices by factors, compiled: ``M = L L^T``, and the least change that constraints ask of a motion.
+"""Factors of mass matrices, compiled: ``M = L L^T``, and the least change of a motion that satisfies constraints.
 
 With ``W = L^-1 A^T = U s V^T``, the least change of the free motion, in the metric of M, is
 
     L^T x = (1 - U U^T) L^-1 f - U s^-1 V^T d,      lambda = V s^-1 (U^T L^-1 f + s^-1 V^T d),
 
-for ``M x + A^T lambda = f`` and ``A x = -d``. Directions whose s is nothing but rounding are left out: rows that say
-the same twice then share their multiplier (least norm), and no division is by more than one small s.
+for ``M x + A^T lambda = f`` and ``A x = -d``. Directions whose s is rounding of zero are left out: redundant rows then
+share their multiplier (least norm), and no result is divided by more than one small s.
 
-Singular values come from one-sided Jacobi rotations, which are exact to rounding for each of them, small ones too, and
-need no library. Reference: Demmel and Veselic, SIAM J. Matrix Anal. Appl. 13 (1992) 1204-1245.
+The singular values are computed by one-sided Jacobi rotations, which are accurate also for small ones and need no
+library. Reference: Demmel and Veselic, SIAM J. Matrix Anal. Appl. 13 (1992) 1204-1245.
 """
 
 from __future__ import annotations
@@ -20,14 +20,15 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.jit import kernel, law
 
-SINGULAR = 1e-12  # of a joint's inertia, left when the joints before it give way; rounding leaves 1e-15 of none
-MOST_SWEEPS = 40  # far more than the six or so that it takes
-ROUNDING = 1e-15  # cosine at which two columns count as at right angles
+# Smallest share of a joint's inertia that must remain with the joints before it free; rounding of zero is about 1e-15.
+SINGULAR = 1e-12
+MOST_SWEEPS = 40  # far more than the usual six or so
+ROUNDING = 1e-15  # cosine below which two columns count as orthogonal
 
 
 @kernel
 def factorise(matrices: Array) -> tuple[int, int]:
-    """Replace mass matrices (N, n, n) by L; sample and joint of the first that moves no inertia, or -1 and -1."""
+    """Replace mass matrices (N, n, n) by L; returns sample and joint of the first without inertia, or -1 and -1."""
     for sample in range(len(matrices)):
         joint = _factor(matrices[sample])
         if joint >= 0:
@@ -40,7 +41,7 @@ def factorise(matrices: Array) -> tuple[int, int]:
 
 @kernel
 def solve(matrices: Array, vectors: Array) -> tuple[int, int]:
-    """Replace vectors (N, n) by ``M^-1 b``, and matrices by rubbish; what comes back is as of ``factorise``."""
+    """Replace vectors (N, n) by ``M^-1 b``; overwrites the matrices, and returns the same as ``factorise``."""
     for sample in range(len(matrices)):
         joint = _factor(matrices[sample])
         if joint >= 0:
@@ -55,17 +56,17 @@ def least_change(
     matrices: Array, jacobians: Array, force: Array, drift: Array, tolerance: float, motion: Array, multipliers: Array,
     found: Array,
 ) -> tuple[int, int]:  # fmt: skip
-    """Fill x and lambda.
+    """Solve for x and lambda.
 
     Args:
-        matrices: M (N, n, n), which are destroyed.
+        matrices: M, (N, n, n), which are overwritten.
         jacobians: A, (N, k, n).
         force: f, (N, n).
         drift: d, (N, k).
-        tolerance: Singular value that counts as none, over the largest.
-        motion: Takes x, (N, n).
-        multipliers: Takes lambda, (N, k).
-        found: Takes the rank, the condition of what is kept, and the largest part of d that no x can meet, (N, 3).
+        tolerance: Singular values below this share of the largest count as zero.
+        motion: Output: x, (N, n).
+        multipliers: Output: lambda, (N, k).
+        found: Output: rank, condition number of the rows kept, and largest part of d that no x can satisfy, (N, 3).
 
     Returns:
         As ``factorise``.
@@ -96,7 +97,7 @@ def least_change(
                 continue
             rank += 1
             smallest = min(smallest, size)
-            # The rows of w are at right angles: each takes its own part of x, whatever the others have taken.
+            # The rows of w are orthogonal: each determines its part of x independently of the others.
             push = (scalar_product(w[k], x) / size + wanted / size) / size
             for i in range(n):
                 x[i] -= push * w[k, i]
@@ -109,7 +110,7 @@ def least_change(
 
 @law
 def _factor(matrix: Array) -> int:
-    """Replace the lower half of a mass matrix by its factor; the first joint that moves no inertia, or -1."""
+    """Replace the lower half of a mass matrix by its factor; returns the first joint without inertia, or -1."""
     for i in range(len(matrix)):
         whole = matrix[i, i]
         for j in range(i + 1):
@@ -127,7 +128,7 @@ def _factor(matrix: Array) -> int:
 
 @law
 def _forward(factor: Array, vector: Array) -> None:
-    """L^-1 b."""
+    """Replace b by L^-1 b."""
     for i in range(len(vector)):
         total = vector[i]
         for k in range(i):
@@ -137,7 +138,7 @@ def _forward(factor: Array, vector: Array) -> None:
 
 @law
 def backward(factor: Array, vector: Array) -> None:
-    """L^-T b."""
+    """Replace b by L^-T b."""
     for i in range(len(vector) - 1, -1, -1):
         total = vector[i]
         for k in range(i + 1, len(vector)):
@@ -147,7 +148,7 @@ def backward(factor: Array, vector: Array) -> None:
 
 @law
 def scalar_product(a: Array, b: Array) -> float:
-    """Of two rows, or columns, of any length."""
+    """Scalar product of two rows or columns of any length."""
     total = 0.0
     for i in range(len(a)):
         total += a[i] * b[i]
@@ -164,7 +165,7 @@ def _rotate(a: Array, b: Array, c: float, s: float) -> None:
 
 @law
 def _orthogonal(rows: Array, turns: Array) -> None:
-    """Turn rows until they are at right angles; ``turns`` takes what turned them."""
+    """Rotate rows until they are orthogonal; the rotations are accumulated in ``turns``."""
     count = len(rows)
     for p in range(count):
         for q in range(count):

@@ -1,7 +1,7 @@
-"""How frames fixed to links move, and the rows of loops closed between two of them, compiled.
+"""Motion of frames fixed to links, and the rows of loops closed between two of them, compiled.
 
-Twists are along the base's axes, at its origin, until a point is named. Accelerations are those at constant joint
-rates; what a constraint needs of them is its own second derivative without the accelerations of the joints.
+Twists are in the base's axes about its origin, unless a point is named. Accelerations are those at constant joint
+rates, as the drift of a constraint (its second derivative without joint accelerations) needs them.
 
 Reference: the constraint rows are those of Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems (1989),
 section 9.4: a distance along an axis, and the scalar product of two axes.
@@ -17,14 +17,14 @@ from drivetrain.arrays import Array
 from drivetrain.dynamics.core.vectors import Vector, cross, dot, exact, minus, plus, put, times, turned, vector
 from drivetrain.jit import kernel
 
-# A link: its displacement since the joints were at zero, its twist (w, v) and the rate of that, its joint's screw.
+# A link: its displacement from joints at zero, its twist (w, v) with its rate, and its joint's screw.
 LINK = np.dtype(
     [
         ("rotation", np.float64, (3, 3)),
         *((name, np.float64, (3,)) for name in ("place", "w", "v", "dw", "dv", "turn", "slide")),
     ]
 )
-# A frame on a link: axes row by row, place; velocities of both, and the rates of these at constant joint rates.
+# A frame on a link: axes row by row, place; their velocities, and the rates of these at constant joint rates.
 FRAME = np.dtype(
     [("axes", np.float64, (3, 3)), *((name, np.float64, (3,)) for name in ("place", "w", "v", "dw", "dv"))]
 )
@@ -66,11 +66,12 @@ def move_frame(screws: Array, home: Array, end: int, q: Array, qd: Array, frames
 
 @exact
 def move_links(screws: Array, q: Array, qd: Array, links: Any) -> None:
-    """Displacement, twist and drift of all links; the last record is the base's."""
+    """Displacement, twist and its rate of all links; the last record is the base's."""
     for j in range(3):
         links[len(q)].rotation[j, j] = 1.0
     for i in range(len(q)):
-        before, link, screw = links[i - 1], links[i], screws[i]  # before the first: the base
+        # For the first link, index -1 is the last record, the base.
+        before, link, screw = links[i - 1], links[i], screws[i]
         angular, linear = (screw[0], screw[1], screw[2]), (screw[3], screw[4], screw[5])
         turn = turned(before.rotation, angular)
         slide = plus(turned(before.rotation, linear), cross(vector(before.place), turn))
@@ -88,7 +89,7 @@ def move_links(screws: Array, q: Array, qd: Array, links: Any) -> None:
 def _displace(before: Any, w: Vector, v: Vector, angle: float, link: Any) -> None:
     """The displacement of a link: that of the link before, times the exponential of its joint."""
     shift = times(angle, v)
-    # No turn leaves both at zero.
+    # Without rotation both stay zero.
     s, c = (np.sin(angle), 2.0 * np.sin(0.5 * angle) ** 2) if dot(w, w) > 0.0 else (0.0, 0.0)
     if dot(w, w) > 0.0:
         across = cross(w, cross(w, v))
@@ -96,7 +97,7 @@ def _displace(before: Any, w: Vector, v: Vector, angle: float, link: Any) -> Non
         shift = minus(times(angle * dot(w, v), w), moved)
     for r in range(3):
         row = (before.rotation[r, 0], before.rotation[r, 1], before.rotation[r, 2])
-        # A row vector turned the other way round.
+        # A row vector, multiplied from the other side.
         once = cross(row, w)
         put(link.rotation[r], plus(row, plus(times(s, once), times(c, cross(once, w)))))
     put(link.place, plus(vector(before.place), turned(before.rotation, shift)))
@@ -104,7 +105,7 @@ def _displace(before: Any, w: Vector, v: Vector, angle: float, link: Any) -> Non
 
 @exact
 def _move_frame(link: Any, home: Array, frame: Any) -> None:
-    """The pose of a frame fixed to a link, its velocity and the rate of that."""
+    """The pose of a frame fixed to a link, its velocity and the rate of the velocity."""
     for k in range(3):
         put(frame.axes[k], turned(link.rotation, (home[0, k], home[1, k], home[2, k])))
     x = plus(vector(link.place), turned(link.rotation, (home[0, 3], home[1, 3], home[2, 3])))
@@ -136,7 +137,7 @@ def _row(row: Any, a: Any, b: Any, links: Any, on_a: int, on_b: int, jacobian: A
     else:
         x, origin = vector(a.place), vector(b.place)
         y, dy, ddy = minus(x, origin), minus(vector(a.v), vector(b.v)), minus(vector(a.dv), vector(b.dv))
-        # A unit rate of a joint moves x_a by v + w x x_a, x_b likewise, and turns u.
+        # A unit rate of a joint moves x_a with v + w x x_a, x_b likewise, and rotates u.
         by_a, by_b, pull, push = cross(x, u), minus(cross(u, y), cross(origin, u)), u, times(-1.0, u)
     for j in range(len(jacobian)):
         w, v = vector(links[j].turn), vector(links[j].slide)

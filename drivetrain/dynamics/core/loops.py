@@ -1,7 +1,7 @@
-"""Closed loops of one sample, compiled: Newton's method for the joints that follow, and how they move with the others.
+"""Closed loops of one sample, compiled: Newton's method for the passive joints, and their motion with the driven ones.
 
-Pins stay closed to rounding: a step of the method is made once more where they were closed already. The laws branch on
-nothing that changes, but for ``follow``; so what they leave can be printed as code of another language.
+Pins are closed to rounding: after they are within tolerance, one more Newton step is made. Except for ``follow``, the
+laws do not branch on variables, so that code in other languages can be generated from them.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.2.
 """
@@ -22,62 +22,62 @@ from drivetrain.dynamics.core.frames import move_links
 from drivetrain.dynamics.core.vectors import cross, exact, plus, turned, vector
 from drivetrain.records import record_type
 
-MOST = 30  # Newton's steps
-DEAD = 1e-6  # of what a joint that follows moves its pins by, that no other can do as well: a dead centre, below it
-STRIDE = 0.2  # of a driven joint at once, while loops are closed [rad]; of a sliding one, over the arm's size
-FINER = (1, 8, 64)  # times as many strides where these are too long
-LEAP = 5.0  # strides of a joint that follows in one of Newton's steps: it would come to another way to close the loop
-CLOSED = 1e-10  # that pins may be open before the last step, over the arm's size; after it the square of that
+MOST = 30  # largest number of Newton steps
+# Near a dead centre: the part of a passive joint's motion of its pins that no other passive joint can replace is below
+# this share of the whole.
+DEAD = 1e-6
+STRIDE = 0.2  # largest step of a driven joint while loops are closed [rad]; of a prismatic one, share of the arm's size
+FINER = (1, 8, 64)  # factors on the number of steps, tried one after the other
+LEAP = 5.0  # largest change of a passive joint in a Newton step, in steps: more may reach another assembly mode
+CLOSED = 1e-10  # gap of closed pins before the last Newton step, as a share of the arm's size; squared after it
 
 
 @dataclass
 class Whole:
-    """A joint of the whole linkage."""
+    """A joint of the linkage, driven or passive."""
 
-    coordinate: int  # that drives it; -1: it follows
-    follower: int  # which of those that follow
+    coordinate: int  # driven coordinate of this joint; -1: passive
+    follower: int  # index among the passive joints
     stride: float
-    wanted: float = 0.0  # place of one that is driven
+    wanted: float = 0.0  # target position, if driven
     place: float = 0.0
     speed: float = 0.0
-    kept: float = 0.0  # place before the pins were closed again
+    kept: float = 0.0  # position before the pins were closed again
 
 
 @dataclass
 class End:
-    """One end of a pin, two after another: on the link behind so many joints of a chain."""
+    """One end of a pin (two consecutive records per pin), on the link after ``joints`` joints of a chain."""
 
     chain: int
     joints: int
-    closed: float  # how far a pin may be open [m]
-    point: Annotated[Array, 3]  # base frame, all joints at zero [m]
+    closed: float  # gap up to which a pin counts as closed [m]
+    point: Annotated[Array, 3]  # in the base frame with all joints at zero [m]
 
 
 WHOLE, END = (record_type(one, np.int64) for one in (Whole, End))
 
 
 class Pins(NamedTuple):
-    """What closes the loops of an arm, by joints of the whole linkage and by rows of its chains, and memory."""
+    """Data of the closed loops of an arm, by joints of the linkage and by rows of its chains, and work arrays."""
 
     whole: Any  # records WHOLE, (m,)
-    follow: Any  # joints that follow, (p,)
-    ends: Any  # records END, two a pin
+    follow: Any  # indices of the passive joints, (p,)
+    ends: Any  # records END, two per pin
     chains: Any  # records with the first ``row`` of each chain, and how many ``joints`` it has
     joints: Any  # joint of each row
     screws: Any  # of the joints by row, (rows, 6)
-    # memory
+    # work arrays
     places: Any
     speeds: Any
-    moved: Any  # records ``frames.LINK``, one a row and one a chain
-    table: (
-        Any  # a row a direction of a pin: what each joint moves it by; how far it is open, its drift, (3 pins, m + 2)
-    )
-    found: Any  # a row a joint that follows: what does the same as each column of the table, (p, m + 2)
+    moved: Any  # records ``frames.LINK``, one per row and one per chain
+    table: Any  # per direction of a pin: motion per unit of each joint; gap; drift, (3 pins, m + 2)
+    found: Any  # per passive joint: its motion that equals each column of the table, (p, m + 2)
     lower: Any  # (p, p)
 
 
 def linkage_records(linkage: Linkage) -> tuple[Any, NDArray[np.int64], Any]:
-    """Joints of the whole linkage, those that follow, and the pins' ends."""
+    """Records of the linkage's joints, indices of the passive ones, and records of the pins' ends."""
     loops = linkage.loops
     slides = [linkage.chains[c].slides[loops.paths[c].index(joint)] for joint, c in enumerate(loops.owner)]
     size = max((float(np.linalg.norm(point)) for _, _, point in loops.pins), default=1.0) or 1.0
@@ -93,7 +93,7 @@ def linkage_records(linkage: Linkage) -> tuple[Any, NDArray[np.int64], Any]:
 
 @exact
 def move_pins(pins: Any) -> Any:
-    """Fill the table of the pins; the sum of squares of how far they are open, each over what it may be [-]."""
+    """Fill the table of the pins; returns the sum of squares of their gaps, each over its tolerance [-]."""
     whole, chains, table, joints, moved = pins.whole, pins.chains, pins.table, pins.joints, pins.moved
     places, speeds, m, error = pins.places, pins.speeds, len(pins.whole), 0.0
     for c in range(len(chains)):
@@ -127,9 +127,9 @@ def move_pins(pins: Any) -> Any:
 
 @exact
 def solve_followers(pins: Any, dead: Any) -> Any:
-    """What the joints that follow do for each column of the table, by least squares; they can where this is positive.
+    """Solve for the passive joints' motion for each column of the table, by least squares.
 
-    ``dead``: square of what a joint that follows must move its pins by and no other can.
+    The result is positive unless the linkage is near a dead centre, as defined by ``dead``, the square of ``DEAD``.
     """
     table, found, follow, lower, whole = pins.table, pins.found, pins.follow, pins.lower, pins.whole
     p, columns, room = len(follow), len(whole) + 2, 1.0
@@ -162,7 +162,7 @@ def solve_followers(pins: Any, dead: Any) -> Any:
 
 @exact
 def newton(pins: Any, dead: Any) -> Any:
-    """One of Newton's steps of the joints that follow: how far pins were open before, and whether they can follow."""
+    """One Newton step of the passive joints; returns ``move_pins`` before it, and the result of ``solve_followers``."""
     error = move_pins(pins)
     room = solve_followers(pins, dead)
     for a in range(len(pins.follow)):
@@ -174,7 +174,7 @@ def newton(pins: Any, dead: Any) -> Any:
 
 @exact
 def close_pins(pins: Any, dead: float) -> bool:
-    """Move the joints that follow until all pins are closed."""
+    """Move the passive joints until all pins are closed; returns whether they are."""
     for _ in range(MOST):
         error, room = newton(pins, dead)
         if not error < math.inf or not room > 0.0:
@@ -186,10 +186,10 @@ def close_pins(pins: Any, dead: float) -> bool:
 
 @exact
 def follow(pins: Any, most: float) -> bool:
-    """All joints where the driven ones are wanted, on a straight way from where they were; whether they come there.
+    """Move the driven joints on a straight path to their targets, and the passive ones with them; returns the success.
 
-    In ``most`` strides at most, or in finer ones: none goes so near a dead centre that it might pass it, beyond which
-    the loop would be closed in another way. Where they do not come they stay.
+    The path has at most ``most`` steps, or finer ones. No step comes so near a dead centre that it might pass it,
+    beyond which the linkage would be in another assembly mode. Without success all joints stay where they were.
     """
     whole, far = pins.whole, 0.0
     for w in range(len(whole)):
@@ -210,7 +210,7 @@ def follow(pins: Any, most: float) -> bool:
 
 @exact
 def _walk(pins: Any, strides: int, dead: float) -> bool:
-    """So many strides from where the joints were to where they are wanted."""
+    """Move the driven joints from their positions to their targets in ``strides`` steps; returns the success."""
     for stride in range(1, strides + 1):
         for w in range(len(pins.whole)):
             one = pins.whole[w]
@@ -224,7 +224,10 @@ def _walk(pins: Any, strides: int, dead: float) -> bool:
 
 @exact
 def move_followers(pins: Any) -> Any:
-    """Speeds of the joints that follow, and in ``found`` how they move with the driven ones; as of ``newton``."""
+    """Compute speeds of the passive joints, and in ``found`` their motion per unit of the driven ones.
+
+    Returns the result of ``solve_followers``.
+    """
     whole, passive, found = pins.whole, pins.follow, pins.found
     move_pins(pins)
     solve_followers(pins, DEAD * DEAD)
@@ -234,5 +237,5 @@ def move_followers(pins: Any) -> Any:
             if whole[w].coordinate >= 0:
                 speed -= found[a, w] * whole[w].speed
         whole[passive[a]].speed = speed
-    move_pins(pins)  # what they accelerate by hangs on the speeds
+    move_pins(pins)  # the accelerations depend on the speeds
     return solve_followers(pins, DEAD * DEAD)

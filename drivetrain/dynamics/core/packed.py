@@ -1,12 +1,13 @@
-"""An arm as the kernels take it: frames on the joint axes, bodies as ten numbers, rotors folded in.
+"""An arm in the form that the kernels use: frames on the joint axes, bodies as ten numbers, rotors included in links.
 
-A rotor that is balanced and axisymmetric moves its carrier as a body fixed to it would, but for the couple
-``J ratio (qdd z + w x z qd)``, and asks its motor for ``J (ratio qdd + z . dw)``, w and dw those of the carrier. So its
-mass and inertia join the carrier's, and the rest costs a few operations. Any other rotor is a body of its own.
+A rotor that is balanced and axisymmetric acts on its carrier like a body fixed to it, except for the couple
+``J ratio (qdd z + w x z qd)``, and needs the motor torque ``J (ratio qdd + z . dw)``, with w and dw of the carrier. So
+its mass and inertia are added to the carrier's, and the rest costs a few operations. Any other rotor is a body of its
+own.
 
-A rotor that follows several joints (``arm/coupling.py``) follows a stand-in: a joint at the end of the chain that moves
-nothing and weighs nothing, whose position is the rotor's angle. ``samples.py`` gives it that motion and takes its
-torque back to the joints, so the recursion is independent of couplings.
+A rotor that follows several joints (``arm/coupling.py``) follows a substitute joint: a joint at the end of the chain
+that moves no link and has no mass, whose position is the rotor's angle. ``samples.py`` computes its motion and
+transforms its torque back to the joints, so the recursion is independent of couplings.
 """
 
 from __future__ import annotations
@@ -23,36 +24,37 @@ from drivetrain.arrays import Array
 from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.spatial.rotations import frame_along
 
-# On angles, on lengths over the arm's, on inertias over the rotor's: above rounding, far below any workshop.
+# Tolerance of angles, of lengths relative to the arm's and of inertias relative to the rotor's: above rounding, far
+# below manufacturing tolerances.
 BALANCED = 1e-12
 ROTATION = "rxx rxy rxz ryx ryy ryz rzx rzy rzz"
 
 
 @dataclass(frozen=True, eq=False)
 class Packed:
-    """An arm as the kernels take it."""
+    """An arm in the form that the kernels use."""
 
-    # constants of the n links, stand-ins among them, then of the m rotors that need a pass of their own, records
-    # LINK, (n + m,)
+    # constants of the n links, including substitute joints, then of the m rotors with an own record, records LINK,
+    # (n + m,)
     links: np.ndarray
     rotors: np.ndarray  # joint, carrier, and 1 if balanced, of those rotors, records ROTOR, (m,)
     gravity: Array  # in the frame of the base [m/s^2], (3,)
-    tip: Array  # takes a wrench in the tip frame to one in the last link's frame, row by row from the right, (6, 6)
-    ratios: Array  # of the gears, 1 where there is no rotor [- or rad/m], one a joint of the arm
-    # takes motions of the arm's joints to those of all n, (n, joints of the arm) [- or rad/m]; None where there are
-    # no stand-ins
+    tip: Array  # from row vectors of wrenches in the tip frame to the last link's frame, (6, 6)
+    ratios: Array  # of the gears, 1 without a rotor [- or rad/m], one per joint of the arm
+    # from motions of the arm's joints to those of all n, (n, joints of the arm) [- or rad/m]; None without substitute
+    # joints
     spread: Array | None
-    chained: bool  # whether every rotor follows a joint of the arm, from the base or from a link beside that joint
+    chained: bool  # whether every rotor follows one joint, and is carried by the base or a link adjacent to that joint
 
     @property
     def arm(self) -> tuple[np.ndarray, np.ndarray, Array]:
-        """Links, rotors and gravity in one argument, which a call takes in quicker than three."""
+        """Links, rotors and gravity as one argument, which makes calls of kernels faster than three."""
         return self.links, self.rotors, self.gravity
 
 
 @lru_cache(maxsize=64)
 def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
-    """The arm for the kernels, remembered by the identity of the arm."""
+    """The arm for the kernels, cached by the identity of the arm; ``free``: rotors with a coordinate of their own."""
     refuse_loops(arm)
     frames = link_frames(arm)
     ratios = [1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]
@@ -60,14 +62,15 @@ def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
     bodies = carried_moments(inverse[1:] @ arm.home, arm.masses, arm.inertias)
     apart = sorted({*followers(arm), *free})
     links = np.zeros(arm.n + len(apart), LINK)
-    for name in ("cos_own", "rxx", "ryy", "rzz"):  # stand-ins: no turn, no shift
+    for name in ("cos_own", "rxx", "ryy", "rzz"):  # substitute joints: no rotation, no translation
         links[name] = 1.0
     _joints(links[: arm.n], arm, frames)
     _place(links[: arm.n], inverse[:-1] @ frames[1:])
     extra, rotors = _mount(arm, inverse, links, bodies, {i: ratios[i] if i in free else 1.0 for i in apart})
     _bodies(links[: arm.n], bodies)
     return Packed(
-        np.concatenate([links, *extra]).view(LINK),  # not an equal type: kernels know this one at sight
+        # Exactly the type LINK: for an equal but different type the dispatch of kernels is slower.
+        np.concatenate([links, *extra]).view(LINK),
         np.array(rotors, ROTOR),
         frames[0, :3, :3].T @ arm.gravity,
         _wrench_map(inverse[-1] @ arm.tip),
@@ -78,7 +81,7 @@ def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
 
 
 def _set(links: np.ndarray, names: str, values: Array) -> None:
-    """Values side by side into fields of records."""
+    """Write columns of values to fields of records."""
     for name, value in zip(names.split(), np.moveaxis(np.asarray(values), -1, 0), strict=True):
         links[name] = value
 
@@ -88,7 +91,7 @@ def _spread(arm: Arm, apart: list[int]) -> Array:
 
 
 def followers(arm: Arm) -> list[int]:
-    """The rotors that spin, weigh anything, and follow other joints than their own."""
+    """Indices of the rotors with mass or inertia that follow several joints, or another joint than their own."""
     if arm.coupling is None or arm.level is RotorLevel.NONE:
         return []
     apart = (arm.coupling != np.eye(arm.n)).any(axis=1)
@@ -96,10 +99,10 @@ def followers(arm: Arm) -> list[int]:
 
 
 def link_frames(arm: Arm) -> Array:
-    """Frames of the base and of the links as the recursion takes them, with every joint at zero.
+    """Frames of the base and of the links as the recursion uses them, with all joints at zero, (n + 1, 4, 4).
 
-    The origin of link i is the point of joint axis i nearest to ``joint_points[i]``, its z axis is the joint's, its x
-    axis is at right angles to the next joint's too. The base has the frame of link 0.
+    The origin of link i is the point of joint axis i nearest to ``joint_points[i]``, its z axis is the joint's, and its
+    x axis is also perpendicular to the next joint's axis. The base has the frame of link 0.
     """
     axes, turning = arm.axes, ~np.array(arm.slides)[:, None]
     on_axis = np.cross(arm.screws[:, :3], arm.screws[:, 3:])
@@ -112,7 +115,7 @@ def link_frames(arm: Arm) -> Array:
     for i in np.flatnonzero(~x.any(axis=1)):
         x[i] = frame_along(axes[i])[:, 0]
     x /= np.sqrt(np.sum(x * x, axis=1, keepdims=True))
-    # A short cross product is inexact; what it must be is exactly at right angles to z.
+    # A small cross product has rounding errors; make it exactly perpendicular to z.
     x -= axes * np.sum(axes * x, axis=1, keepdims=True)
     x /= np.sqrt(np.sum(x * x, axis=1, keepdims=True))
     frames[1:, :3, 0], frames[1:, :3, 1], frames[1:, :3, 2] = x, np.cross(axes, x), axes
@@ -130,7 +133,7 @@ def inverse_poses(poses: Array) -> Array:
 
 
 def carried_moments(poses: Array, masses: Array, inertias: Array) -> Array:
-    """Second moments, first moments and mass, as [[S, h], [h, m]], of bodies whose centre frames have these poses."""
+    """Second moments, first moments and mass, [[S, h], [h, m]], of bodies with centre-of-mass frames ``poses``."""
     traces = np.trace(inertias, axis1=-2, axis2=-1)[..., None, None]
     central = np.zeros((*np.shape(masses), 4, 4))
     central[..., :3, :3] = 0.5 * traces * np.eye(3) - inertias
@@ -139,7 +142,7 @@ def carried_moments(poses: Array, masses: Array, inertias: Array) -> Array:
 
 
 def _place(links: np.ndarray, steps: Array) -> None:
-    """Where the joints stand in the frames before; a revolute joint turns there by ``Rx(alpha) Rz(q + offset)``."""
+    """Places of the joints in the previous frames; a revolute joint is the rotation ``Rx(alpha) Rz(q + offset)``."""
     _pose(links, steps)
     simple, rotation = _revolute(links), steps[:, :3, :3]
     tilt = np.hypot(rotation[:, 1, 2], rotation[:, 2, 2])
@@ -156,7 +159,7 @@ def _pose(links: np.ndarray, poses: Array) -> None:
 
 
 def _joints(links: np.ndarray, arm: Arm, frames: Array) -> None:
-    """How the joints move, and how far their own frames are turned from the recursion's."""
+    """Kinds of motion of the joints, and the rotation of their own frames relative to the recursion's."""
     links["turn"] = ~np.array(arm.slides)
     links["slide"] = np.where(arm.slides, 1.0, arm.pitches)
     own = [frame[:, :2].T @ frame_along(frame[:, 2])[:, 0] for frame in frames[1:, :3, :3]]
@@ -168,7 +171,7 @@ def _revolute(links: np.ndarray) -> np.ndarray:
 
 
 def _bodies(links: np.ndarray, bodies: Array) -> None:
-    """Mass, first and second moments into their fields."""
+    """Write mass, first and second moments to their fields."""
     links["mass"] = bodies[..., 3, 3]
     _set(links, "hx hy hz", bodies[..., :3, 3])
     _set(links, "sxx syy szz", np.diagonal(bodies, axis1=-2, axis2=-1)[..., :3])
@@ -178,9 +181,9 @@ def _bodies(links: np.ndarray, bodies: Array) -> None:
 def _mount(
     arm: Arm, inverse: Array, links: np.ndarray, bodies: Array, apart: dict[int, float]
 ) -> tuple[list[np.ndarray], list[tuple[int, int, int]]]:
-    """Fold the rotors into the links and their bodies; give back those that need a pass of their own.
+    """Include the rotors in the links and their bodies; returns the records of those that cannot be included.
 
-    Rotors apart follow stand-ins, in their order, so many times as far.
+    ``apart`` maps rotors that follow substitute joints, in their order, to the factor of their motion.
     """
     extra, rotors, assumed_limits = [], [], list(apart)
     for i, rotor in enumerate(arm.rotors):
@@ -197,9 +200,9 @@ def _mount(
 def _own_pass(
     rotor: MountedRotor, level: RotorLevel, follows: tuple[int, float], inverse: Array, links: np.ndarray, bodies: Array
 ) -> tuple[np.ndarray, int] | None:
-    """The constants of a rotor that needs a pass of its own, and whether it is balanced; None when it is folded in.
+    """The constants of a rotor with an own record, and whether it is balanced; None if it is included in a link.
 
-    The rotor follows a joint, so many times as far.
+    ``follows`` is the joint that the rotor follows and the factor of its motion.
     """
     joint, ratio = follows
     spin = spin_frame(rotor)
@@ -221,9 +224,9 @@ def _own_pass(
 
 
 def _coupled(links: np.ndarray, joint: int, carrier: int, spin: Array) -> tuple[np.ndarray, int] | None:
-    """Put a balanced rotor's momentum for a unit joint rate, in its carrier's frame, where it is cheapest.
+    """Store a balanced rotor's momentum per unit joint rate, in its carrier's frame, where it costs least.
 
-    That is the joint's link if it lies along its axis, and else a record of its own, which is given back.
+    This is the joint's link if it is along its axis, and otherwise an own record, which is returned.
     """
     link = links[joint]
     axis = np.array([link["rxz"], link["ryz"], link["rzz"]])
@@ -238,10 +241,11 @@ def _coupled(links: np.ndarray, joint: int, carrier: int, spin: Array) -> tuple[
 
 
 def spin_frame(rotor: MountedRotor) -> Array:
-    """Frame on the spin axis, z along it, abreast of the centre of mass; base frame, all joints zero, (4, 4)."""
+    """Frame with z along the spin axis and origin nearest to the centre of mass; base frame, joints at zero, (4, 4)."""
     direction = rotor.screw[:3]
     (x, y, z), (u, v, w) = direction, rotor.screw[3:]
-    on_axis = np.array([y * w - z * v, z * u - x * w, x * v - y * u])  # np.cross takes longer than all the rest
+    # np.cross would take longer than the rest of this function.
+    on_axis = np.array([y * w - z * v, z * u - x * w, x * v - y * u])
     frame = np.eye(4)
     frame[:3, :3] = frame_along(direction)
     frame[:3, 3] = on_axis + direction * float(direction @ (rotor.home[:3, 3] - on_axis))
@@ -249,14 +253,14 @@ def spin_frame(rotor: MountedRotor) -> Array:
 
 
 def _is_balanced(whole: Array, size: float) -> bool:
-    """Whether a body seen from a frame on its spin axis is balanced and axisymmetric about z."""
+    """Whether a body, given in a frame on its spin axis, is balanced and axisymmetric about z."""
     off_axis = np.abs(whole[:2, 3]).max() > BALANCED * whole[3, 3] * max(1.0, size)
     uneven = max(abs(whole[0, 1]), abs(whole[0, 2]), abs(whole[1, 2]), abs(whole[0, 0] - whole[1, 1]))
     return not (off_axis or uneven > BALANCED * np.abs(whole[:3, :3]).max())
 
 
 def _spinning_body(place: Array, whole: Array, ratio: float) -> np.ndarray:
-    """The constants of a rotor that is a body of its own."""
+    """The constants of a rotor that is not balanced."""
     own = np.zeros(1, LINK)
     _pose(own, place[None])
     own["turn"] = ratio
@@ -265,7 +269,7 @@ def _spinning_body(place: Array, whole: Array, ratio: float) -> np.ndarray:
 
 
 def _wrench_map(tip: Array) -> Array:
-    """Takes rows (moment, force) in the tip frame to the last link's frame."""
+    """The matrix from row vectors (moment, force) in the tip frame to the last link's frame, (6, 6)."""
     rotation, (x, y, z) = tip[:3, :3], tip[:3, 3]
     result = np.zeros((6, 6))
     result[:3, :3] = result[3:, 3:] = rotation.T

@@ -1,4 +1,4 @@
-"""What the kernels know of an arm, as records with named fields; ``packed.py`` fills them."""
+"""Records with the constants of an arm for the kernels; ``packed.py`` fills them."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ LINK = np.dtype(
     [
         (name, np.float64)
         for name in (
-            # Place of the joint in the frame before; there the link turns about z by ``turn q + offset``, slides along
-            # it by ``slide q``, and is then turned by the rotation. That of a revolute joint is one about x.
+            # Place of the joint in the previous frame; the link rotates about z by ``turn q + offset``, translates
+            # along it by ``slide q``, and is then rotated by the rotation, which for a revolute joint is about x.
             *("px", "py", "pz", "turn", "slide", "offset"),
             *("rxx", "rxy", "rxz", "ryx", "ryy", "ryz", "rzx", "rzy", "rzz"),
             # Body, about the origin of its frame: mass, first moments, second moments.
             *MOMENTS,
-            # Of a balanced rotor on the joint's axis: angular momentum for a unit rate, inertia times ratio squared.
+            # Of a balanced rotor on the joint's axis: angular momentum per unit rate, inertia times ratio squared.
             *("spin", "rotor_inertia"),
-            # Cosine and sine of the turn about z from this frame to the joint's own.
+            # Cosine and sine of the angle about z from this frame to the joint's own.
             *("cos_own", "sin_own"),
         )
     ]
 )
 
-# A rotor that needs a pass of its own: the coordinate that it turns with, the link that it rides on (-1: the base), and
-# whether it is balanced. Then (px, py, pz) of its LINK is its angular momentum for a unit rate, in the carrier's frame.
+# A rotor with an own record: the coordinate that it follows, the link that carries it (-1: the base), and whether it is
+# balanced. If so, (px, py, pz) of its LINK is its angular momentum per unit rate, in the carrier's frame.
 ROTOR = np.dtype([("joint", np.int64), ("carrier", np.int64), ("balanced", np.int64)])

@@ -1,13 +1,13 @@
-"""The compiled Newton-Euler recursion: outwards (motion, wrench) and back inwards (torque), over blocks of 64 samples.
+"""The compiled Newton-Euler recursion: outwards (motion, wrench) and inwards (torque), over blocks of 64 samples.
 
-Frames: link i has its origin on joint axis i and z along it; the axes of a frame and the next are so chosen
-(``packed.py``) that a revolute joint is a constant shift and ``Rx(alpha) Rz(q + offset)``, which turns a vector in
-eight operations and needs no matrix.
-Bodies: their moments use ``W = [dw] + [w][w]``, the matrix that gives the acceleration of a point from its place, and
-the second moments of mass ``S = integral r r^T dm``: force ``m a + W h``, moment ``h x a + axial(W S)``.
+Frames: link i has its origin on joint axis i and z along it. The axes of consecutive frames are chosen
+(``packed.py``) so that a revolute joint is a constant translation and ``Rx(alpha) Rz(q + offset)``, which rotates a
+vector in eight operations without a matrix.
+Bodies: with ``W = [dw] + [w][w]``, the matrix from the position of a point to its acceleration, and the second moments
+of mass ``S = integral r r^T dm``, the force is ``m a + W h`` and the moment ``h x a + axial(W S)``.
 
-What decides its speed, each measured: the sample loop is innermost and straight-line, so that it becomes vector
-instructions; a block's numbers lie as a structure of arrays in the nearest cache.
+Choices that make it fast, each measured: the sample loop is innermost and without branches, so that it becomes vector
+instructions; the numbers of a block are a structure of arrays that fits the L1 cache.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, JOINT_ALONE, bloc
 from drivetrain.dynamics.core.vectors import exact
 from drivetrain.jit import kernel
 
-# A link over a block of samples: angular velocity, its rate, acceleration of the origin less gravity, then force and
-# moment through its joint, and the rate of the link before along the joint's axis.
+# A link over a block of samples: angular velocity, its rate, acceleration of the origin minus gravity, then force and
+# moment through its joint, and the angular acceleration of the previous link along the joint's axis.
 LINK_ROWS = ("wx", "wy", "wz", "dx", "dy", "dz", "ax", "ay", "az", "fx", "fy", "fz", "nx", "ny", "nz", "axial")
 LINKS, LINKS_ALONE = block_type(*LINK_ROWS), block_type(*LINK_ROWS, lanes=1)
 
@@ -32,19 +32,21 @@ def recursion(
     links: Any, rotors: Any, gravity: Array, q: Array, qd: Array, qdd: Array, tip: Array,
     torque: Array, gear: Array, axial: Array, wrench: Array,
 ) -> float:  # fmt: skip
-    """Fill the torque, and what else has rows; 0, or NaN when a number is NaN, infinite, or beyond 1e154.
+    """Fill the torque, and other outputs that have rows; returns 0, or NaN if a number is NaN, infinite, or beyond
+    1e154.
 
     Args:
         links, rotors, gravity: See ``packed.Packed``.
         q, qd, qdd: (N, n) [rad or m, and per s, s^2].
         tip: 0, 1 or N wrenches on the environment in the last link's frame, (.., 6) [N m, N].
-        torque: Takes the generalised torque, (N, n) [N m or N].
-        gear: Takes the torque at the gears' outputs, (N, n) or no rows [N m or N].
-        axial: Takes the angular acceleration of the link before along the joint's axis, (N, n) or no rows [rad/s^2].
-        wrench: Takes the wrench through the joint, in the joint's own frame, (N, n, 6) or no rows [N m, N].
+        torque: Output: generalised torque, (N, n) [N m or N].
+        gear: Output: torque at the gears' outputs, (N, n) or no rows [N m or N].
+        axial: Output: angular acceleration of the previous link along the joint's axis, (N, n) or no rows [rad/s^2].
+        wrench: Output: wrench through the joint, in the joint's own frame, (N, n, 6) or no rows [N m, N].
     """
     n, bad = q.shape[1], 0.0
-    joints, bodies = np.empty(n + 1, JOINT), np.zeros(n + 2, LINKS)  # the last of each: a rotor's; body 0: the base
+    # The last record of each is for rotors; body 0 is the base.
+    joints, bodies = np.empty(n + 1, JOINT), np.zeros(n + 2, LINKS)
     for k in range(BLOCK):
         bodies[0].ax[k], bodies[0].ay[k], bodies[0].az[k] = -gravity[0], -gravity[1], -gravity[2]
     for first in range(0, len(q), BLOCK):
@@ -72,7 +74,7 @@ def recursion(
 
 @kernel
 def torque_alone(arm: Any, q: Array, qd: Array, qdd: Array, tip: Array, torque: Array) -> float:
-    """As ``recursion``, for the torque of one sample: links, rotors and gravity as ``arm``, the other arrays (n,)."""
+    """As ``recursion``, for the torque of one sample: ``arm`` is (links, rotors, gravity), other arrays are (n,)."""
     links, rotors, gravity = arm
     n, size = len(q), 0.0
     joints, bodies = np.empty(n + 1, JOINT_ALONE), np.zeros(n + 2, LINKS_ALONE)
@@ -91,7 +93,7 @@ def torque_alone(arm: Any, q: Array, qd: Array, qdd: Array, tip: Array, torque: 
 
 @exact
 def outwards(links: Any, rotors: Any, joints: Any, bodies: Any, n: int, size: float) -> None:
-    """Motion of all links and rotors, and the wrenches that move them so; ``size``: of ``read``."""
+    """Motion of all links and rotors, and the wrenches that move them; ``size`` is the result of ``read``."""
     for i in range(n):
         link, joint, before, body = links[i], joints[i], bodies[i], bodies[i + 1]
         sincos(joint, link.turn, link.offset, size > FAR * FAR)
@@ -111,7 +113,7 @@ def outwards(links: Any, rotors: Any, joints: Any, bodies: Any, n: int, size: fl
 
 @exact
 def back(links: Any, joints: Any, bodies: Any, n: int) -> None:
-    """Torques of all joints; ``joint.rotor`` is the part of them that rotors need."""
+    """Torques of all joints; ``joint.rotor`` is the part due to rotors."""
     for i in range(n - 1, -1, -1):
         link, joint, before, body = links[i], joints[i], bodies[i], bodies[i + 1]
         if link.slide != 0.0 or link.turn != 1.0:
@@ -124,9 +126,9 @@ def back(links: Any, joints: Any, bodies: Any, n: int) -> None:
 
 @exact
 def read(joints: Any, q: Array, qd: Array, qdd: Array, first: int, count: int) -> float:
-    """Samples into the joints' rows, the rest of the rows zero; the sum of all squares."""
+    """Copy samples to the joints' rows, the rest of the rows zero; returns the sum of all squares."""
     n, size = q.shape[1], 0.0
-    # Constants let the compiler unroll and shuffle: three times faster, worth it for the commonest arm.
+    # A constant number of joints lets the compiler unroll: three times faster for the most common arm.
     if n == 6 and count == BLOCK:
         transpose(joints, q, qd, qdd, first, BLOCK, 6)
     else:
@@ -148,7 +150,7 @@ def read_alone(joint: Any, q: float, qd: float, qdd: float) -> float:
 
 @exact
 def transpose(joints: Any, q: Array, qd: Array, qdd: Array, first: int, count: int, n: int) -> None:
-    """Samples into the joints' rows."""
+    """Copy samples to the joints' rows."""
     for k in range(count):
         for i in range(n):
             joints[i].q[k] = q[first + k, i]
@@ -162,7 +164,7 @@ def transpose(joints: Any, q: Array, qd: Array, qdd: Array, first: int, count: i
 
 @exact
 def write(joints: Any, first: int, count: int, out: Array) -> None:
-    """The joints' torques into rows of an array."""
+    """Copy the joints' torques to rows of an array."""
     if out.shape[1] == 6 and count == BLOCK:
         for k in range(BLOCK):
             for i in range(6):
@@ -175,7 +177,7 @@ def write(joints: Any, first: int, count: int, out: Array) -> None:
 
 @fast
 def moments(link: Any) -> tuple[float, ...]:
-    """The ten numbers of a body, for a loop."""
+    """The ten numbers of a body as a tuple, read once before a loop."""
     return (
         link.mass, link.hx, link.hy, link.hz, link.sxx, link.syy, link.szz, link.sxy, link.sxz, link.syz,
     )  # fmt: skip
@@ -186,7 +188,7 @@ def keep(
     body: Any, k: int, own: tuple[float, ...], wx: float, wy: float, wz: float, dx: float, dy: float, dz: float,
     ax: float, ay: float, az: float, cx: float, cy: float,
 ) -> None:  # fmt: skip
-    """Put the motion of one sample, the wrench that moves the body so, and a couple across the axis, into a record."""
+    """Write the motion of one sample, the wrench for it, and a couple perpendicular to the axis, to a record."""
     m, hx, hy, hz, sxx, syy, szz, sxy, sxz, syz = own
     body.wx[k], body.wy[k], body.wz[k] = wx, wy, wz
     body.dx[k], body.dy[k], body.dz[k] = dx, dy, dz
@@ -205,7 +207,7 @@ def keep(
 
 @fast
 def first_revolute(link: Any, joint: Any, base: Any, body: Any) -> None:
-    """Motion and own wrench of link 0, on a base at rest whose frame is link 0's with the joint at zero."""
+    """Motion and own wrench of link 0, on a base at rest whose frame is that of link 0 with the joint at zero."""
     m, hx, hy, hz, sxx, syy, _, _, sxz, syz = moments(link)
     own, gx, gy, gz = link.rotor_inertia, base.ax[0], base.ay[0], base.az[0]
     for k in range(len(joint.q)):
@@ -228,25 +230,25 @@ def first_revolute(link: Any, joint: Any, base: Any, body: Any) -> None:
 
 @fast
 def first_revolute_back(joint: Any, body: Any) -> None:
-    """Torque of joint 0; the wrench on the base is not needed."""
+    """Torque of joint 0, without the wrench on the base."""
     for k in range(len(joint.q)):
         joint.torque[k] = body.nz[k] + joint.rotor[k]
 
 
 @fast
 def revolute(link: Any, joint: Any, before: Any, body: Any) -> None:
-    """Motion of a link from that of the link before, its own wrench, and the couple of a rotor along the axis."""
+    """Motion of a link from that of the previous link, its own wrench, and the couple of a rotor along the axis."""
     ca, sa, px, py, pz = link.rzz, link.rzy, link.px, link.py, link.pz
     spin, inertia, own = link.spin, link.rotor_inertia, moments(link)
     for k in range(len(joint.q)):
         c, s, v, vd = joint.cos[k], joint.sin[k], joint.qd[k], joint.qdd[k]
         wx, wy, wz = before.wx[k], before.wy[k], before.wz[k]
         dx, dy, dz = before.dx[k], before.dy[k], before.dz[k]
-        # Acceleration of the joint's origin, in the frame before.
+        # Acceleration of the joint's origin, in the previous frame.
         ax = before.ax[k] - (wy * wy + wz * wz) * px + (wx * wy - dz) * py + (wx * wz + dy) * pz
         ay = before.ay[k] + (wx * wy + dz) * px - (wx * wx + wz * wz) * py + (wy * wz - dx) * pz
         az = before.az[k] + (wx * wz - dy) * px + (wy * wz + dx) * py - (wx * wx + wy * wy) * pz
-        # Into this link's frame; the joint's own rate joins.
+        # Transformed to this link's frame, plus the joint's own rate.
         t = ca * wy + sa * wz
         ez = ca * wz - sa * wy + v
         ex = c * wx + s * t
@@ -261,8 +263,9 @@ def revolute(link: Any, joint: Any, before: Any, body: Any) -> None:
         bz = ca * az - sa * ay
         bx = c * ax + s * t
         by = c * t - s * ax
-        # A balanced rotor on the axis, carried by the link before, asks of it spin (v (w x z) + vd z). In this frame
-        # that is spin (gyro_x, gyro_y, vd). It joins here, but for vd, which must not reach this joint's own torque.
+        # A balanced rotor on the axis exerts on the previous link, its carrier, the couple spin (v (w x z) + vd z). In
+        # this frame it is spin (gyro_x, gyro_y, vd). It is added here except for vd, which must not enter this joint's
+        # torque.
         keep(body, k, own, ex, ey, ez, gx, gy, axial + vd, bx, by, bz, spin * gyro_x, spin * gyro_y)
         body.axial[k] = axial
         joint.rotor[k] = inertia * vd + spin * axial
@@ -270,7 +273,7 @@ def revolute(link: Any, joint: Any, before: Any, body: Any) -> None:
 
 @fast
 def revolute_back(link: Any, joint: Any, before: Any, body: Any) -> None:
-    """Torque of a joint, and the wrench through it joins that of the link before."""
+    """Torque of a joint; adds the wrench through it to that of the previous link."""
     ca, sa, px, py, pz, spin = link.rzz, link.rzy, link.px, link.py, link.pz, link.spin
     for k in range(len(joint.q)):
         c, s, vd = joint.cos[k], joint.sin[k], joint.qdd[k]
@@ -293,7 +296,7 @@ def revolute_back(link: Any, joint: Any, before: Any, body: Any) -> None:
 
 @fast
 def screw(link: Any, joint: Any, before: Any, body: Any) -> None:
-    """As ``revolute``, for a body that turns by ``turn * q`` about and slides by ``slide * q`` along its z axis."""
+    """As ``revolute``, for a body that rotates by ``turn * q`` about, and moves by ``slide * q`` along, its z axis."""
     px, py, pz, turn, slide, inertia = link.px, link.py, link.pz, link.turn, link.slide, link.rotor_inertia
     rxx, rxy, rxz, ryx, ryy, ryz = link.rxx, link.rxy, link.rxz, link.ryx, link.ryy, link.ryz
     rzx, rzy, rzz, own = link.rzx, link.rzy, link.rzz, moments(link)
@@ -329,7 +332,7 @@ def screw(link: Any, joint: Any, before: Any, body: Any) -> None:
 
 @fast
 def screw_back(link: Any, joint: Any, before: Any, body: Any) -> None:
-    """Generalised torque of what ``screw`` moved, and its wrench joins that of its carrier."""
+    """Generalised torque of a body of ``screw``; adds its wrench to that of its carrier."""
     px, py, pz, turn, slide = link.px, link.py, link.pz, link.turn, link.slide
     rxx, rxy, rxz, ryx, ryy, ryz = link.rxx, link.rxy, link.rxz, link.ryx, link.ryy, link.ryz
     rzx, rzy, rzz = link.rzx, link.rzy, link.rzz
@@ -356,7 +359,7 @@ def screw_back(link: Any, joint: Any, before: Any, body: Any) -> None:
 
 @fast
 def couple(link: Any, joint: Any, carrier: Any) -> None:
-    """A balanced rotor in any direction on any link: its couple on the carrier, its torque on its joint."""
+    """A balanced rotor of any direction on any link: its couple on the carrier, its torque on its joint."""
     zx, zy, zz = link.px, link.py, link.pz
     for k in range(len(joint.q)):
         v, vd = joint.qd[k], joint.qdd[k]
@@ -369,7 +372,7 @@ def couple(link: Any, joint: Any, carrier: Any) -> None:
 
 @fast
 def spin(link: Any, joint: Any, own: Any, carrier: Any, body: Any, size: float) -> None:
-    """A rotor that is a body of its own: its wrench on the carrier, its torque on its joint."""
+    """An unbalanced rotor: its wrench on the carrier, its torque on its joint."""
     for k in range(len(joint.q)):
         own.q[k], own.qd[k], own.qdd[k] = joint.q[k], joint.qd[k], joint.qdd[k]
     sincos(own, link.turn, 0.0, size * link.turn**2 > FAR * FAR)
@@ -381,7 +384,7 @@ def spin(link: Any, joint: Any, own: Any, carrier: Any, body: Any, size: float) 
 
 @fast
 def push(last: Any, tip: Array, first: int, count: int) -> None:
-    """Wrenches on the environment join that of the last link."""
+    """Add wrenches on the environment to that of the last link."""
     add_column(last.nx, tip, np.int64(0), first, count)
     add_column(last.ny, tip, np.int64(1), first, count)
     add_column(last.nz, tip, np.int64(2), first, count)
@@ -392,7 +395,7 @@ def push(last: Any, tip: Array, first: int, count: int) -> None:
 
 @fast
 def add_column(row: Array, samples: Array, column: int, first: int, count: int) -> None:
-    """A column of samples, or its one number, joins a row."""
+    """Add a column of samples, or its only number, to a row."""
     step = 1 if len(samples) > 1 else 0
     for k in range(count):
         row[k] += samples[(first + k) * step, column]
@@ -400,21 +403,21 @@ def add_column(row: Array, samples: Array, column: int, first: int, count: int) 
 
 @fast
 def take_gear(joint: Any) -> None:
-    """Torque at the gear: the joint's without what its rotor needs."""
+    """Torque at the gear: the joint's without the rotor's part."""
     for k in range(len(joint.q)):
         joint.torque[k] -= joint.rotor[k]
 
 
 @fast
 def take_axial(joint: Any, body: Any) -> None:
-    """Angular acceleration of the link before the joint, along the joint's axis."""
+    """Angular acceleration of the previous link along the joint's axis."""
     for k in range(len(joint.q)):
         joint.torque[k] = body.axial[k]
 
 
 @fast
 def take_wrench(link: Any, joint: Any, body: Any, wrench: Array) -> None:
-    """The wrench through a joint, in the joint's own frame; a rotor's couple on the link before is not part of it."""
+    """The wrench through a joint in its own frame, without the couple of a rotor on the previous link."""
     cd, sd, spin = link.cos_own, link.sin_own, link.spin
     for k in range(len(wrench)):
         fx, fy = body.fx[k], body.fy[k]

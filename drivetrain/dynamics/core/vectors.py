@@ -1,6 +1,6 @@
-"""Vectors of three as tuples, for compiled code: they live in registers, where small arrays would live in memory.
+"""Vectors of three as tuples, for compiled code: they are kept in registers, while small arrays would be in memory.
 
-Also what bodies with a ``rotation`` have in common: their axis, and how they turn and slide on the one before.
+Also functions for records with a ``rotation``: axis, rotation and translation relative to the previous body.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def vector(a: Array) -> Vector:
 
 @exact
 def put(o: Array, a: Vector) -> None:
-    """Put a vector into an array of three."""
+    """Write a vector to an array of three."""
     o[0], o[1], o[2] = a
 
 
@@ -68,7 +68,7 @@ def dot(a: Vector, b: Vector) -> float:
 
 @exact
 def turned(r: Array, a: Vector) -> Vector:
-    """A vector turned by a matrix, (3, 3)."""
+    """A vector rotated by a matrix, (3, 3)."""
     return (
         r[0, 0] * a[0] + r[0, 1] * a[1] + r[0, 2] * a[2],
         r[1, 0] * a[0] + r[1, 1] * a[1] + r[1, 2] * a[2],
@@ -78,7 +78,7 @@ def turned(r: Array, a: Vector) -> Vector:
 
 @exact
 def turned_tensor(r: Array, s: Tensor) -> Tensor:
-    """A symmetric tensor turned by a matrix, ``R S R^T``."""
+    """A symmetric tensor rotated by a matrix, ``R S R^T``."""
     a, b, c = turned(r, (s[0], s[3], s[4])), turned(r, (s[3], s[1], s[5])), turned(r, (s[4], s[5], s[2]))
     x, y, z = turned(r, (a[0], b[0], c[0])), turned(r, (a[1], b[1], c[1])), turned(r, (a[2], b[2], c[2]))
     return x[0], y[1], z[2], x[1], x[2], y[2]
@@ -92,7 +92,7 @@ def axis_of(body: Any) -> Vector:
 
 @exact
 def turn_on(link: Any, body: Any, before: Any, angle: float) -> None:
-    """Rotation of a body that turns on the one before."""
+    """Rotation of a body after its joint's rotation relative to the previous body."""
     c, s = math.cos(angle), math.sin(angle)
     for r in range(3):
         a, b, d = before.rotation[r, 0], before.rotation[r, 1], before.rotation[r, 2]
@@ -105,13 +105,13 @@ def turn_on(link: Any, body: Any, before: Any, angle: float) -> None:
 
 @exact
 def step_to(link: Any, before: Any, shift: float) -> Vector:
-    """From the origin of the body before to that of one that has slid so far along its axis."""
+    """Vector from the origin of the previous body to that of a body translated by ``shift`` along its axis."""
     return turned(before.rotation, (link.px + link.rxz * shift, link.py + link.ryz * shift, link.pz + link.rzz * shift))
 
 
 @kernel
 def squares(a: Array, b: Array, c: Array) -> float:
-    """The sum of the squares of three arrays of one length; not finite when a number is not, or is beyond 1e154."""
+    """The sum of squares of three arrays of equal length; not finite if a number is not, or is beyond 1e154."""
     total = 0.0
     for i in range(len(a)):
         total += a[i] * a[i] + b[i] * b[i] + c[i] * c[i]
@@ -126,7 +126,7 @@ def linear(a: Array) -> Vector:
 
 @exact
 def put_six(o: Array, a: Vector, b: Vector) -> None:
-    """Put an angular and a linear part into an array of six."""
+    """Write an angular and a linear part to an array of six."""
     o[0], o[1], o[2] = a
     o[3], o[4], o[5] = b
 
