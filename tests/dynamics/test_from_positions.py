@@ -101,7 +101,9 @@ def test_a_joint_at_rest_and_one_resolution_each() -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("kind", ["clock", "hidden clock", "clock and counts", "clock and gaps", "gaps and noise", "gaps", "noise", ""])
+@pytest.mark.parametrize(
+    "kind", ["clock", "hidden clock", "clock and counts", "clock and gaps", "gaps and noise", "gaps", "noise", ""]
+)
 @pytest.mark.parametrize("resting", [False, True], ids=["waves", "moves and rests"])
 def test_the_truth_is_inside_the_stated_band(kind: str, seed: int, resting: bool) -> None:
     """Intervals of 0.7 to 8.8 ms, because the clock jitters or because the samples come so; 95 % within 1.96."""
