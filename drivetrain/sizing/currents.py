@@ -17,7 +17,7 @@ from drivetrain.drive.motor import winding_resistance
 from drivetrain.errors import Fault, raise_faults
 from drivetrain.records import as_record
 from drivetrain.sizing.demand.demand import at_rest
-from drivetrain.sizing.demand.load_basis import all_numbers, counterbalance_torques, load_basis
+from drivetrain.sizing.demand.load_basis import all_load_parameters, counterbalance_torques, load_basis
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, every_drive
 from drivetrain.study.model import Study
@@ -82,7 +82,7 @@ def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
     drives = {i: evaluation.joints[task.name].drive for i, task in named}
     still = at_rest(study.cycle)
     steady = replace(still, velocity=study.cycle.velocity)
-    bases = [load_basis(study, one, forces_only=True) for one in (still, steady)] if study.arm is not None else []
+    bases = [load_basis(study, one, torques_only=True) for one in (still, steady)] if study.arm is not None else []
     given = -counterbalance_torques(study, study.cycle.position).T
     found = {}
     for i, task in named:
@@ -93,7 +93,9 @@ def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
             found[task.name] = dict(zip(PARTS, parts, strict=False))
             continue
         travel = task.travel_per_turn or 1.0
-        held, moving = (basis[i].bare.force + all_numbers(study, basis[i], drives) @ basis[i].force for basis in bases)
+        held, moving = (
+            basis[i].bare.torque + all_load_parameters(study, basis[i], drives) @ basis[i].torque for basis in bases
+        )
         parts = (whole - moving, held - travel * given[i], moving - held, travel * given[i], nothing)
         found[task.name] = dict(zip(PARTS, parts, strict=False))
     return found

@@ -21,7 +21,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.stages import Stage, chained, with_stages
 from drivetrain.motion.duty_cycle import build_mix
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
-from drivetrain.sizing.demand.series import Work, added_by, work_of
+from drivetrain.sizing.demand.series import JointSeries, joint_series, unit_loads_of
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import Evaluation, JointResult
@@ -306,16 +306,16 @@ def random_study(make: SimpleNamespace, seed: int, kind: str) -> Study:
     return held_by_brakes(counterbalanced(study, seed), seed)
 
 
-def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[JointDemand, Work]:
+def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[JointDemand, JointSeries]:
     """The work of a joint for any drive of its own, those of the other joints in place.
 
     Its amounts are the numbers of the joint's own drive where that rides on the link which it moves, else there are
     none: ``own_amounts``.
     """
     at = work.at(joint, drives)
-    return at.fixed, work_of(at.fixed, added_by(work, joint, [joint]) if at.own_load else None)
+    return at.fixed, joint_series(at.fixed, unit_loads_of(work, joint, [joint]) if at.own_load else None)
 
 
-def own_amounts(work: Work, amounts: np.ndarray) -> np.ndarray:
-    """Of pairs, (P, NUMBERS), what the joint's work asks for: all of them or none, (P, K)."""
-    return np.ascontiguousarray(amounts[:, : len(work.added.torque)])
+def own_amounts(series: JointSeries, amounts: np.ndarray) -> np.ndarray:
+    """Of pairs, (P, PARAMETERS), what the joint's work asks for: all of them or none, (P, K)."""
+    return np.ascontiguousarray(amounts[:, : len(series.unit_loads.torque)])

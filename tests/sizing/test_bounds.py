@@ -33,7 +33,7 @@ def some_pairs(rng, offered, joint, count):
 
 def bounded(offer, pairs, **options):
     """Utilisations, energies and the line of some pairs, every one looked at."""
-    nothing, none = np.zeros(len(offer.records.sheets.pairs)), np.zeros(len(pairs), dtype=np.bool_)
+    nothing, none = np.zeros(len(offer.records.pairs)), np.zeros(len(pairs), dtype=np.bool_)
     count, *found = offer.bound(pairs, nothing, np.zeros(len(pairs)), none, **options)
     assert count == len(pairs)
     return found
@@ -46,19 +46,19 @@ def test_no_history_within_an_interval_asks_less_than_its_bound(make, kind, seed
     offered = build_candidates(TASKS.random_study(make, seed, kind))
     rng, nothing = np.random.default_rng(seed), np.zeros((len(offered.joints), 5))
     for joint, offer in enumerate(offered.joints):
-        bare, weight = offer.work.load.torque, offer.work.motion.weight
+        bare, weight = offer.series.load.torque, offer.series.motion.weight
         size = 10.0 ** rng.uniform(-3, 0.3) * (np.abs(bare).max() + 0.1)
         middle = bare * rng.uniform(0.0, 1.2) + size * rng.standard_normal()
         low = middle - size * rng.random(len(middle)) * rng.choice([0.0, 1.0])
         high = middle + size * rng.random(len(middle)) * rng.choice([0.0, 1.0])
         pairs = some_pairs(rng, offered, joint, 5)
         own = offered.pairs[pairs], offered.parameters[pairs]
-        offer.records.whole.low[:], offer.records.whole.high[:] = low, high
-        used, energy, line = bounded(offer, pairs, until=np.inf, energies=True)
+        offer.bound_data.full.low[:], offer.bound_data.full.high[:] = low, high
+        used, energy, line = bounded(offer, pairs, until=np.inf, with_energy=True)
         for share in (0.0, 1.0, rng.random(len(middle)), np.clip(-low / np.maximum(high - low, 1e-30), 0.0, 1.0)):
             torque = low + share * (high - low)
-            load, power = offer.work.load._replace(torque=torque), np.zeros((len(pairs), 2, len(torque)))
-            history = replace(offer, work=offer.work._replace(load=load))
+            load, power = offer.series.load._replace(torque=torque), np.zeros((len(pairs), 2, len(torque)))
+            history = replace(offer, series=offer.series._replace(load=load))
             found = history.judge(*own, nothing, until=np.inf, quick=False, power=power)
             made = found.missing_check < 0
             assert (used[made] <= found.utilisation[made] * (1.0 + CLOSE)).all()
@@ -85,14 +85,14 @@ def test_no_choice_loads_a_bearing_less_than_its_bound(make, kind):
         low, high = (np.array([f(offered.parameters[pairs], axis=0) for pairs in open_pairs]) for f in (np.min, np.max))
         for joint, offer in enumerate(offered.joints):
             offer.torque_interval(low, high)
-            bound = offer.records.whole.still[:3].copy()
-            least, most = offer.records.whole.low.copy(), offer.records.whole.high.copy()
+            bound = offer.bound_data.full.least_loads[:3].copy()
+            least, most = offer.bound_data.full.low.copy(), offer.bound_data.full.high.copy()
             for _ in range(4):
                 chosen = {k: int(rng.choice(open_pairs[k])) for k in joints}
                 numbers = offered.parameters_of(chosen)
                 offer.torque_interval(numbers, numbers)
-                torque, room = offer.records.whole.low, CLOSE * np.abs(offer.records.whole.low).max()
-                np.testing.assert_array_equal(torque, offer.records.whole.high)
+                torque, room = offer.bound_data.full.low, CLOSE * np.abs(offer.bound_data.full.low).max()
+                np.testing.assert_array_equal(torque, offer.bound_data.full.high)
                 assert (least <= torque + room).all() and (torque <= most + room).all()
                 figures = offered.judge(joint, np.array([chosen[joint]]), numbers, until=np.inf, quick=False).cases
                 found = [figures["figures"][name][0] for name in ("tilting_moment", "axial_load", "radial_load")]
@@ -102,7 +102,7 @@ def test_no_choice_loads_a_bearing_less_than_its_bound(make, kind):
                 if np.isfinite(found).all():
                     assert (bound <= np.array(found) * (1.0 + CLOSE)).all()
                     offer.torque_interval(numbers, numbers)
-                    exact = offer.records.whole.still[:3]  # at the samples where most is asked without drives
+                    exact = offer.bound_data.full.least_loads[:3]  # at the samples where most is asked without drives
                     assert (exact >= bound * (1.0 - CLOSE)).all() and (exact <= np.array(found) * (1.0 + CLOSE)).all()
                     assert (exact >= 0.75 * np.array(found)).all()
                     told += 1
@@ -121,7 +121,7 @@ def test_no_choice_asks_less_of_a_brake_than_its_bound(make, kind):
         low, high = (np.array([f(offered.parameters[pairs], axis=0) for pairs in open_pairs]) for f in (np.min, np.max))
         for joint, offer in enumerate(offered.joints):
             offer.torque_interval(low, high)
-            bound = float(offer.records.whole.still[3])
+            bound = float(offer.bound_data.full.least_loads[3])
             assert np.isnan(bound) == (not offered.study.joints[joint].brakes)
             for _ in range(4 * (not np.isnan(bound))):
                 chosen = {k: int(rng.choice(open_pairs[k])) for k in joints}
@@ -129,7 +129,7 @@ def test_no_choice_asks_less_of_a_brake_than_its_bound(make, kind):
                 case = offered.judge(joint, np.array([chosen[joint]]), numbers, until=np.inf, quick=False).cases[0]
                 found = case.figures.holding_torque * abs(case.gear.ratio)
                 offer.torque_interval(numbers, numbers)
-                exact = float(offer.records.whole.still[3])
+                exact = float(offer.bound_data.full.least_loads[3])
                 assert bound <= exact * (1.0 + CLOSE) and 0.75 * found <= exact <= found * (1.0 + CLOSE)
                 told += 1
     assert told > 30
@@ -148,7 +148,7 @@ def test_bounds_without_width_rule_out_nearly_as_much_as_the_judge(make, kind):
             own = offered.pairs[pairs], offered.parameters[pairs]
             found = offer.judge(*own, numbers, until=1.0, quick=False)
             offer.torque_interval(numbers, numbers)
-            used, _, _ = bounded(offer, pairs, until=1.0 + CLOSE, energies=False)
+            used, _, _ = bounded(offer, pairs, until=1.0 + CLOSE, with_energy=False)
             told = np.array([CHECKS[at].name not in UNBOUNDED for at in found.binding])
             out = (found.missing_check >= 0) | ((found.utilisation > 1.0) & told)
             rejected += out.sum()
@@ -183,8 +183,8 @@ def test_bounds_without_width_are_figures_of_the_judge(make):
                 if found.missing_check[0] >= 0 or not np.isfinite(found.utilisation[0]):
                     continue
                 offer.torque_interval(numbers, numbers)
-                _, energy, _ = bounded(offer, pairs, until=np.inf, energies=True)
-                bound, exact = offer.records.sheets.case[0].figures.copy(), found.cases[0].figures
+                _, energy, _ = bounded(offer, pairs, until=np.inf, with_energy=True)
+                bound, exact = offer.records.case[0].figures.copy(), found.cases[0].figures
                 bound.energy = energy[0]
                 if exact.energy > 0.0 and found.utilisation[0] <= 1.0:
                     assert energy[0] <= exact.energy * (1.0 + CLOSE), (kind, seed, joint, pair)

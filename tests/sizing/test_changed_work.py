@@ -24,8 +24,8 @@ def agree(family, change):
     np.testing.assert_array_equal(fast.weights, slow.weights)
     for one, other in zip(fast.basis, slow.basis, strict=True):
         assert one.drives == other.drives and one.slides == other.slides
-        pairs = [(getattr(one, name), getattr(other, name)) for name in ("force", "wrench", "inertia")]
-        names = ("force", "wrench", "inertia", "carrier_acceleration")
+        pairs = [(getattr(one, name), getattr(other, name)) for name in ("torque", "wrench", "inertia")]
+        names = ("torque", "wrench", "inertia", "carrier_acceleration")
         pairs += [(getattr(one.bare, name), getattr(other.bare, name)) for name in names]
         for left, right in pairs:
             # Differences of sums of some hundred terms of the size of the largest.
@@ -53,10 +53,10 @@ def test_one_payload_alone(ur5):
 
 def test_gravity_stays_when_the_motion_slows(make):
     study = make.study(make.sines(2, samples=41), arm=make.planar_arm([0.4, 0.3], [1.0, 0.7]))
-    slow = WorkFamily(study).at(TaskChange(time=1e6)).basis[0].bare.force
+    slow = WorkFamily(study).at(TaskChange(time=1e6)).basis[0].bare.torque
     held = workload(replace(study, cycle=replace(
         study.cycle, velocity=0.0 * study.cycle.velocity, acceleration=0.0 * study.cycle.acceleration
-    ))).basis[0].bare.force  # fmt: skip
+    ))).basis[0].bare.torque  # fmt: skip
     np.testing.assert_allclose(slow, held, atol=1e-9)
     assert np.abs(held).max() > 1.0
 

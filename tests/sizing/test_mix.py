@@ -10,7 +10,7 @@ import pytest
 from drivetrain.motion.duty_cycle import build_mix
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.demand.series import rates
+from drivetrain.sizing.demand.series import difference_factors
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import slowed
@@ -91,7 +91,7 @@ def test_no_current_is_differentiated_across_the_joint(study, drives):
     demand = workload(task).at(0, {}).demand(None)
     joint = task.cycle.parts[1].start
     current = np.where(np.arange(len(demand.time)) < joint, 0.0, 5.0)
-    before, at, after = rates(demand)
+    before, at, after = difference_factors(demand)
     rate = before * np.roll(current, 1) + at * current + after * np.roll(current, -1)
     # Across the joint it would be 5 A over a step, some thousand; three products of a constant leave their rounding.
     assert np.abs(rate).max() < 1e-14 * 5.0 * np.abs(at).max() + 1e-300

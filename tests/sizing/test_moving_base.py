@@ -118,7 +118,7 @@ def test_loads_are_those_of_a_free_flyer(study):
             model, data, q, np.concatenate([speed, cycle.velocity[k]]), np.concatenate([change, cycle.acceleration[k]])
         )
         wanted.append(torque[6:])
-        found.append([one.bare.force[k] for one in basis])
+        found.append([one.bare.torque[k] for one in basis])
     assert len(bare) > 10
     np.testing.assert_allclose(found, wanted, atol=1e-6)  # N m of tens; what differences of 1e-5 s leave
 
@@ -175,7 +175,7 @@ def test_rests_are_judged_while_the_base_moves(study):
     rest = np.flatnonzero((cycle.time > 1.5) & (cycle.time < 2.5))
     assert len(rest) > 20
     assert not cycle.velocity[rest].any()
-    assert np.ptp(workload(study).basis[1].bare.force[rest]) > 1.0
+    assert np.ptp(workload(study).basis[1].bare.torque[rest]) > 1.0
 
 
 def test_swinging_more_asks_more():

@@ -216,7 +216,7 @@ def test_bounds_of_what_a_gear_must_be(make):
         low, high = (np.array([f(offered.parameters[p], axis=0) for p in picked]) for f in (np.min, np.max))
         for joint, offer in enumerate(offered.joints):
             offer.torque_interval(low, high)
-            bound = offer.records.whole.still[4]
+            bound = offer.bound_data.full.least_loads[4]
             chosen = {j: int(rng.choice(picked[j])) for j in range(2)}
             numbers = offered.parameters_of(chosen)
             cases = offered.judge(joint, np.array([chosen[joint]]), numbers, until=np.inf, quick=False).cases

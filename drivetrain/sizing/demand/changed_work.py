@@ -51,7 +51,7 @@ class WorkFamily:
         if full is None or empty is None:
             return full
         joints = tuple(
-            replace(one, bare=replace(one.bare, force=bare.bare.force + share * (one.bare.force - bare.bare.force)))
+            replace(one, bare=replace(one.bare, torque=bare.bare.torque + share * (one.bare.torque - bare.bare.torque)))
             for one, bare in zip(full.joints, empty.joints, strict=True)
         )
         return replace(full, joints=joints)
@@ -101,11 +101,11 @@ def _combined(bases: tuple[JointBasis, ...], share: float, slower: float) -> Joi
 
     inertia = moving_empty.bare.inertia + share * (moving.bare.inertia - moving_empty.bare.inertia)
     loads = Loads(
-        bare(lambda one: one.force), bare(lambda one: one.wrench), inertia, slower * moving.bare.carrier_acceleration
+        bare(lambda one: one.torque), bare(lambda one: one.wrench), inertia, slower * moving.bare.carrier_acceleration
     )
     return replace(
         moving,
         bare=loads,
-        force=paced(lambda basis: basis.force, moving, resting),
+        torque=paced(lambda basis: basis.torque, moving, resting),
         wrench=paced(lambda basis: basis.wrench, moving, resting),
     )

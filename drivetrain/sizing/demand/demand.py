@@ -15,10 +15,10 @@ from drivetrain.drive.friction import Friction, breakaway_torque, friction_torqu
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.load_basis import (
     JointBasis,
-    all_numbers,
+    all_load_parameters,
     counterbalance_torques,
-    drive_numbers,
     load_basis,
+    load_parameters,
 )
 from drivetrain.sizing.demand.stops import StopBasis, stop_basis
 from drivetrain.study.model import Study
@@ -153,21 +153,24 @@ class Workload:
             return JointWork(self, joint, None, np.zeros(0))
         basis = self.basis[joint]
         others = {index: drive for index, drive in drives.items() if index != joint}
-        numbers = all_numbers(self.study, basis, others)
-        bare = _Sums(basis.bare.force, basis.bare.wrench, basis.bare.inertia)
-        return JointWork(self, joint, _summed(bare, basis, numbers, slice(None)), numbers)
+        parameters = all_load_parameters(self.study, basis, others)
+        bare = _Sums(basis.bare.torque, basis.bare.wrench, basis.bare.inertia)
+        return JointWork(self, joint, _summed(bare, basis, parameters, slice(None)), parameters)
 
-    def static(self, joint: int, numbers: Array) -> Array | None:
-        """What holds a gear's output still at each position with all drives' numbers [N m], (N,); None: nobody asks."""
+    def static(self, joint: int, parameters: Array) -> Array | None:
+        """Torque that holds a gear's output at rest at each position [N m], (N,); None if no brake is required.
+
+        ``parameters``: load parameters of all drives that load the joint.
+        """
         if not self.resting:
             return None
-        return np.asarray(self.resting[joint].bare.force + numbers @ self.resting[joint].force)
+        return np.asarray(self.resting[joint].bare.torque + parameters @ self.resting[joint].torque)
 
 
 @lru_cache(maxsize=1)
 def workload(study: Study) -> Workload:
     """The work of a study's joints, prepared for any set of drives; kept while the same study is asked again."""
-    resting = load_basis(study, at_rest(study.cycle), forces_only=True) if needs_brakes(study) else ()
+    resting = load_basis(study, at_rest(study.cycle), torques_only=True) if needs_brakes(study) else ()
     return Workload(study, load_basis(study), study.cycle.weights, resting)
 
 
@@ -183,9 +186,9 @@ def at_rest(cycle: Cycle) -> Cycle:
 
 
 class _Sums(NamedTuple):
-    """What is asked of a joint: force (N,), wrench (6, N), inertia (N,)."""
+    """What is asked of a joint: torque (N,), wrench (6, N), inertia (N,)."""
 
-    force: Array
+    torque: Array
     wrench: Array
     inertia: Array
 
@@ -197,7 +200,7 @@ class JointWork:
     work: Workload  # of all joints
     joint: int  # index of this one
     others: _Sums | None  # loads by arm, payload and the other drives, SI; None without an arm
-    numbers: Array  # load parameters of the other drives, in the order of the joint's basis, zeros for its own
+    parameters: Array  # load parameters of the other drives, in the order of the joint's basis, zeros for its own
 
     @cached_property
     def own_load(self) -> bool:
@@ -207,18 +210,18 @@ class JointWork:
     @cached_property
     def fixed(self) -> JointDemand:
         """The demand without the load of the joint's own drive."""
-        return self._demand(self.others, self.numbers)
+        return self._demand(self.others, self.parameters)
 
     def demand(self, drive: Drive) -> JointDemand:
         """The demand on a drive of this joint."""
         if not self.own_load or self.others is None:
             return self.fixed
-        basis, numbers = self.work.basis[self.joint], self.numbers.copy()
+        basis, parameters = self.work.basis[self.joint], self.parameters.copy()
         own = basis.rows(self.joint)
-        numbers[own] = drive_numbers(self.work.study, self.joint, drive)
-        return self._demand(_summed(self.others, basis, numbers, own), numbers)
+        parameters[own] = load_parameters(self.work.study, self.joint, drive)
+        return self._demand(_summed(self.others, basis, parameters, own), parameters)
 
-    def _demand(self, sums: _Sums | None, numbers: Array) -> JointDemand:
+    def _demand(self, sums: _Sums | None, parameters: Array) -> JointDemand:
         """The demand of sums; of None the task tells it."""
         cycle, task = self.work.study.cycle, self.work.study.joints[self.joint]
         motions = (cycle.position, cycle.velocity, cycle.acceleration)
@@ -236,10 +239,10 @@ class JointWork:
             )  # fmt: skip
         basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
         carrier = self._carrier(self.work.basis, cycle.acceleration)
-        across, held = sums.wrench.T if basis.on_bearing else None, self.work.static(self.joint, numbers)
+        across, held = sums.wrench.T if basis.on_bearing else None, self.work.static(self.joint, parameters)
         return JointDemand(
             cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
-            sums.force, task.friction, cycle.payload, across, sums.inertia, cycle, self._arm_stop(numbers),
+            sums.torque, task.friction, cycle.payload, across, sums.inertia, cycle, self._arm_stop(parameters),
             held if task.brakes else None,
         )  # fmt: skip
 
@@ -252,7 +255,7 @@ class JointWork:
             return np.zeros_like(carrier)
         return carrier + acceleration[:, at] if mount.carrier == "child" and not basis[at].slides else carrier
 
-    def _arm_stop(self, numbers: Array) -> StopDemand:
+    def _arm_stop(self, parameters: Array) -> StopDemand:
         """Loads of the stops of an arm."""
         study, stops = self.work.study, self.work.stops
         task = study.joints[self.joint]
@@ -262,7 +265,7 @@ class JointWork:
         speed, acceleration = (
             _column(study, motion, self.joint) / travel for motion in (stops.velocity, stops.acceleration)
         )
-        force = basis.bare.force + numbers @ basis.force
+        force = basis.bare.torque + parameters @ basis.torque
         carrier = self._carrier(stops.joints, stops.acceleration)
         tiny = STANDSTILL * np.abs(speed).max(initial=0.0)
         speed = np.where(np.abs(speed) > tiny, speed, -tiny * np.sign(acceleration))
@@ -292,9 +295,11 @@ def _column(study: Study, motion: Array, joint: int) -> Array:
     return np.asarray(motion[:, joint] if coupling is None else motion @ coupling[joint])
 
 
-def _summed(start: _Sums, basis: JointBasis, numbers: Array, rows: slice) -> _Sums:
+def _summed(start: _Sums, basis: JointBasis, parameters: Array, rows: slice) -> _Sums:
     """Loads plus a linear combination of some rows of the basis."""
-    if not numbers[rows].any():  # without drives: products with rows of long motions are slow
+    if not parameters[rows].any():  # without drives: products with rows of long motions are slow
         return start
-    added = (basis.force, basis.wrench, basis.inertia)
-    return _Sums(*(one + np.tensordot(numbers[rows], row[rows], 1) for one, row in zip(start, added, strict=True)))
+    unit_loads = (basis.torque, basis.wrench, basis.inertia)
+    return _Sums(
+        *(one + np.tensordot(parameters[rows], row[rows], 1) for one, row in zip(start, unit_loads, strict=True))
+    )

@@ -1,10 +1,12 @@
 """Load basis: the loads of each joint as a linear function of the load parameters of the drives.
 
-Newton and Euler are linear in mass and inertia. A drive loads the joints before it through five numbers: its mass,
-its inertia across and along its axis, the inertia of its rotor, and that inertia times the ratio. What one unit of
-each does to each joint over the cycle is computed once; any set of drives is then a weighted sum, for an evaluation
-as for a search. Where motors are coupled, "joint" means the shaft behind the gear of the joint's drive. Everything is
-told at the gear's output: of a joint that slides, a turn of what moves it.
+The equations of Newton and Euler are linear in mass and inertia. A drive loads the joints before it through five load
+parameters: its mass, its inertia across and along its axis, the inertia of its rotor, and that times the ratio. The
+load of each joint per unit of each parameter is computed once over the motion; the load by any set of drives is then a
+weighted sum, in an evaluation as in a search.
+
+All quantities refer to the output of the gear: of a prismatic joint, to the turning part that moves it. If motors are
+coupled to several joints, "joint" means the shaft behind the gear of the joint's drive.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from drivetrain.dynamics.core.packed import link_frames
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
 from drivetrain.motion.base import BASE_JOINTS, base_states
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.sizing.demand.unit_loads import NUMBERS, PAIR, Riders, Rows, fill_rows
+from drivetrain.sizing.demand.unit_loads import INFLUENCE, PARAMETERS, MountedDrives, UnitLoadRows, compute_unit_loads
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.parts.mounting import (
@@ -44,60 +46,66 @@ from drivetrain.study.parts.mounting import (
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """What is asked of a joint, or of n joints with a leading axis more."""
+    """Loads of a joint over N samples, or of n joints in arrays with one more leading axis."""
 
-    force: Array  # torque of the gear's output, equation 8.110 [N m, or N where a motor pushes itself], (N,)
-    wrench: Array  # moment [N m] and force [N] passed on, joint frame, (6, N); (6, 0) where the gear's bearing has none
-    # diagonal of the mass matrix, rotors of other joints included [kg m^2 or kg], (N,); of shafts, with the other
-    # shafts held still
+    torque: Array  # of the gear's output, equation 8.110 [N m, or N of a linear motor], (N,)
+    wrench: Array  # moment [N m] and force [N] through the joint, joint frame, (6, N); (6, 0) if not on the bearing
+    # diagonal of the mass matrix, rotors of other joints included [kg m^2 or kg], (N,); if motors are coupled, of the
+    # shafts, with the other shafts held
     inertia: Array
     carrier_acceleration: Array  # angular, of the link before the joint along its axis [rad/s^2], (N,)
 
 
 @dataclass(frozen=True, eq=False)
 class JointBasis:
-    """Loads of one joint without drives, and per unit of each load parameter of each drive.
+    """Loads of one joint without drives, and per unit of each load parameter of each drive that loads it.
 
     Attributes:
-        bare: Of arm and payload.
+        bare: Loads by arm, payload and counterbalances, without drives.
         slides: Whether the joint is prismatic.
-        on_bearing: Whether the wrench is one on the gear's bearing: not where a guide carries the joint, where the gear
-            turns a shaft away from it, or where a loop closes around it.
+        on_bearing: Whether the wrench acts on the gear's output bearing: not if a guide carries the joint, if the gear
+            turns a shaft away from it, or if a loop closes around it.
         drives: Joints whose drives load this one, in the order of their rows.
-        force, wrench, inertia: Added by one unit, NUMBERS rows a drive, (rows, N), (rows, 6, N), (rows, N).
+        torque, wrench, inertia: Loads per unit of each parameter, PARAMETERS rows for each drive, as in ``Loads``,
+            (rows, N), (rows, 6, N), (rows, N).
     """
 
     bare: Loads
     slides: bool
     on_bearing: bool
     drives: tuple[int, ...]
-    force: Array
+    torque: Array
     wrench: Array
     inertia: Array
 
     def rows(self, drive: int) -> slice:
         """Rows of one of the drives."""
-        at = NUMBERS * self.drives.index(drive)
-        return slice(at, at + NUMBERS)
+        first = PARAMETERS * self.drives.index(drive)
+        return slice(first, first + PARAMETERS)
 
 
-def load_basis(study: Study, cycle: Cycle | None = None, *, forces_only: bool = False) -> tuple[JointBasis, ...]:
-    """The basis of every joint, in the study's cycle or another motion; ``forces_only``: others have no samples."""
+def load_basis(study: Study, cycle: Cycle | None = None, *, torques_only: bool = False) -> tuple[JointBasis, ...]:
+    """The basis of every joint; empty without an arm.
+
+    Args:
+        study: The task.
+        cycle: The motion; the study's cycle if None.
+        torques_only: Whether wrenches and inertias are left out; their arrays then have no samples.
+    """
     if study.arm is None:
         return ()
     cycle = study.cycle if cycle is None else cycle
-    bare = _with_payloads(study, cycle, forces_only)
-    joints, rows, pairs = _empty_rows(study, bare)
+    joints, rows, influences = _empty_basis(study, _loads_without_drives(study, cycle, torques_only))
     if study.arm.linkage is None and study.base is None:
-        _fill_going_along(study, cycle, rows, pairs)
+        _fill_open_chain(study, cycle, rows, influences)
     else:
-        _fill_by_runs(study, cycle, joints, forces_only)
+        _fill_by_differences(study, cycle, joints, torques_only)
     for joint, (basis, task) in enumerate(zip(joints, study.joints, strict=True)):
-        if joint in basis.drives:  # the load's inertia leaves the joint's own rotor out
+        if joint in basis.drives:  # the load inertia excludes the joint's own rotor
             basis.inertia[basis.rows(joint)][3:] = 0.0
         if task.travel_per_turn is not None:
             for loads in (basis, basis.bare):
-                loads.force[:] *= task.travel_per_turn
+                loads.torque[:] *= task.travel_per_turn
                 loads.inertia[:] *= task.travel_per_turn**2
     return tuple(joints)
 
@@ -109,47 +117,52 @@ def counterbalance_torques(study: Study, position: Array) -> Array:
     return torque if study.arm is None else shaft_torques(study.arm, torque)
 
 
-def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
-    """Load parameters of a drive: mass, inertias across and along its axis, of its rotor, and that times the ratio."""
+def load_parameters(study: Study, joint: int, drive: Drive) -> Array:
+    """The load parameters of a drive, (PARAMETERS,).
+
+    Mass [kg], inertia across and along its axis, rotor inertia, and that times the ratio [kg m^2]. The first three are
+    zero if the links of the arm include the drives.
+    """
     inertia = drive_inertia(drive)
-    spinning = [inertia, inertia * rotor_ratio(drive, study.joints[joint])]
-    moved = (0.0, 0.0, 0.0) if study.drive_mass is DriveMass.INCLUDED else drive_body(drive)
-    return np.array([*moved, *spinning])
+    rotor = [inertia, inertia * rotor_ratio(drive, study.joints[joint])]
+    body = (0.0, 0.0, 0.0) if study.drive_mass is DriveMass.INCLUDED else drive_body(drive)
+    return np.array([*body, *rotor])
 
 
-def all_numbers(study: Study, basis: JointBasis, drives: Mapping[int, Drive]) -> Array:
+def all_load_parameters(study: Study, basis: JointBasis, drives: Mapping[int, Drive]) -> Array:
     """The load parameters of all drives that load a joint, in the order of its basis; zeros for missing drives."""
-    nothing = np.zeros(NUMBERS)
-    rows = [drive_numbers(study, k, drives[k]) if k in drives else nothing for k in basis.drives]
+    missing = np.zeros(PARAMETERS)
+    rows = [load_parameters(study, k, drives[k]) if k in drives else missing for k in basis.drives]
     return np.concatenate(rows) if rows else np.zeros(0)
 
 
-def _loads(study: Study, cycle: Cycle, arm: Arm, forces_only: bool, chosen: Any = slice(None)) -> Loads:
-    """What a motion asks of an arm, at all samples or at some; wrenches and inertias may be left out."""
-    motion, still = [rows[chosen] for rows in (cycle.position, cycle.velocity, cycle.acceleration)], 0
+def _arm_loads(study: Study, cycle: Cycle, arm: Arm, torques_only: bool, samples: Any = slice(None)) -> Loads:
+    """Loads of all joints of an arm in a motion, at all samples or at some."""
+    motion, base_joints = [rows[samples] for rows in (cycle.position, cycle.velocity, cycle.acceleration)], 0
     if study.base is not None:
-        moved, still = on_moving_base(arm), len(BASE_JOINTS)
-        states = base_states(study.base, cycle.time[chosen])
-        found = joint_loads(moved, *(np.hstack(rows) for rows in zip(states, motion, strict=True)))
+        on_base, base_joints = on_moving_base(arm), len(BASE_JOINTS)
+        states = base_states(study.base, cycle.time[samples])
+        found = joint_loads(on_base, *(np.hstack(rows) for rows in zip(states, motion, strict=True)))
     else:
         found = joint_loads(arm, *motion)
-    gear, wrench, carrier = (np.moveaxis(one[:, still:], 0, -1) for one in (
+    torque, wrench, carrier = (np.moveaxis(one[:, base_joints:], 0, -1) for one in (
         found.gear, found.wrench, found.carrier_acceleration,
     ))  # fmt: skip
-    if forces_only:
-        return Loads(gear, wrench[..., :0], gear[:, :0], carrier)
-    return Loads(gear, wrench, _inertia(arm, motion[0]), carrier)
+    if torques_only:
+        return Loads(torque, wrench[..., :0], torque[:, :0], carrier)
+    return Loads(torque, wrench, _load_inertia(arm, motion[0]), carrier)
 
 
 @lru_cache(maxsize=8)
-def _weightless(arm: Arm) -> Arm:
+def _without_gravity(arm: Arm) -> Arm:
     return replace(arm, gravity=np.zeros(3))
 
 
-def _inertia(arm: Arm, q: Array) -> Array:
-    """The diagonal of the mass matrix, of shafts where motors are coupled, (n, N), as the torque of unit accelerations.
+def _load_inertia(arm: Arm, q: Array) -> Array:
+    """The diagonal of the mass matrix, of the shafts if motors are coupled, (n, N): the torque of unit accelerations.
 
-    The recursion is compiled anyway; the mass matrix would be compiled for this alone, which a first run would feel.
+    The recursion is compiled for the loads anyway; ``mass_matrix`` would have to be compiled for this alone, which
+    lengthens a first run.
     """
     rest = np.zeros_like(q)
     turns = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
@@ -157,28 +170,30 @@ def _inertia(arm: Arm, q: Array) -> Array:
     for pair in () if arm.linkage is None else map(list, arm.linkage.loops.shared):
         moved[np.ix_(pair, pair)] = 1.0  # two motors on one axis: one does not turn without the other
     units = [np.broadcast_to(column, q.shape) for column in moved.T]
-    found = (inverse_dynamics(_weightless(arm), q, rest, unit) for unit in units)
-    return np.array([torque @ column for torque, column in zip(found, turns.T, strict=True)])
+    torques = (inverse_dynamics(_without_gravity(arm), q, rest, unit) for unit in units)
+    return np.array([torque @ column for torque, column in zip(torques, turns.T, strict=True)])
 
 
-def _with_payloads(study: Study, cycle: Cycle, forces_only: bool) -> Loads:
-    """What the task asks without drives, each sample with what it carries, and counterbalances' help."""
+def _loads_without_drives(study: Study, cycle: Cycle, torques_only: bool) -> Loads:
+    """Loads by arm, counterbalances and, at each sample, the payload that it carries."""
     arm, carried, parts = emptied(study), cycle.payload, []
     for payload in np.unique(carried):
-        chosen = np.flatnonzero(carried == payload)
-        parts.append((chosen, _loads(study, cycle, carrying(study, arm, int(payload)), forces_only, chosen)))
-    whole = []
-    for name in ("force", "wrench", "inertia", "carrier_acceleration"):
-        row = getattr(parts[0][1], name)
-        whole.append(np.empty((*row.shape[:-1], len(carried) if row.shape[-1] else 0)))
-        for chosen, part in parts if row.shape[-1] else ():
-            whole[-1][..., chosen] = getattr(part, name)
-    bare = Loads(*whole)
-    return replace(bare, force=bare.force - counterbalance_torques(study, cycle.position).T)
+        samples = np.flatnonzero(carried == payload)
+        loaded = carrying(study, arm, int(payload))
+        parts.append((samples, _arm_loads(study, cycle, loaded, torques_only, samples)))
+    joined = []
+    for name in ("torque", "wrench", "inertia", "carrier_acceleration"):
+        first = getattr(parts[0][1], name)
+        empty = first.shape[-1] == 0
+        joined.append(np.empty((*first.shape[:-1], 0 if empty else len(carried))))
+        for samples, part in () if empty else parts:
+            joined[-1][..., samples] = getattr(part, name)
+    bare = Loads(*joined)
+    return replace(bare, torque=bare.torque - counterbalance_torques(study, cycle.position).T)
 
 
 def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
-    """The drives that may load a joint, or where motors are coupled its shaft."""
+    """The drives that may load a joint, or its shaft if motors are coupled."""
     assert study.arm is not None
     names, linkage = [task.name for task in study.joints], study.arm.linkage
     carriers = [carrier_link(study.arm, k, task.mount) for k, task in enumerate(study.joints)]
@@ -193,35 +208,42 @@ def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
     return tuple(sorted({*range(joint + 1, len(names)), *own, *others}))
 
 
-def _empty_rows(study: Study, bare: Loads) -> tuple[list[JointBasis], Rows, Any]:
-    """All joints with rows to be filled, these in one, and which of them a drive at a joint fills, as records PAIR."""
+def _empty_basis(study: Study, bare: Loads) -> tuple[list[JointBasis], UnitLoadRows, Any]:
+    """The basis of all joints with loads per unit still zero.
+
+    Returns:
+        The joints, the arrays that hold the rows of all of them, and the drives that load each joint, records
+        INFLUENCE.
+    """
     arm = emptied(study)
     drives = [loading_drives(study, joint) for joint in range(arm.n)]
-    samples, full = bare.force.shape[-1], bare.inertia.shape[-1]
-    whole = Rows(*(np.zeros((NUMBERS * sum(map(len, drives)), *some)) for some in ((samples,), (6, full), (full,))))
+    count, samples, with_inertia = PARAMETERS * sum(map(len, drives)), bare.torque.shape[-1], bare.inertia.shape[-1]
+    rows = UnitLoadRows(np.zeros((count, samples)), np.zeros((count, 6, with_inertia)), np.zeros((count, with_inertia)))
     joints: list[JointBasis] = []
-    pairs: list[tuple[int, int, int, bool]] = []
-    for joint, some in enumerate(drives):
-        own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
+    influences: list[tuple[int, int, int, bool]] = []
+    for joint, loading in enumerate(drives):
+        own = Loads(bare.torque[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
         on_bearing = not (arm.slides[joint] or study.joints[joint].coupled or np.isnan(own.wrench).any())
-        rows, width = slice(NUMBERS * len(pairs), NUMBERS * (len(pairs) + len(some))), full if on_bearing else 0
-        pairs += [(joint, drive, rows.start + NUMBERS * i, on_bearing) for i, drive in enumerate(some)]
+        width = with_inertia if on_bearing else 0
+        part = slice(PARAMETERS * len(influences), PARAMETERS * (len(influences) + len(loading)))
+        influences += [(joint, drive, part.start + PARAMETERS * i, on_bearing) for i, drive in enumerate(loading)]
         own = replace(own, wrench=own.wrench[:, :width])
-        force, wrench, inertia = whole.force[rows], whole.wrench[rows, :, :width], whole.inertia[rows]
-        joints.append(JointBasis(own, arm.slides[joint], on_bearing, some, force, wrench, inertia))
-    return joints, whole, np.array(pairs, PAIR)
+        own_rows = rows.torque[part], rows.wrench[part, :, :width], rows.inertia[part]
+        joints.append(JointBasis(own, arm.slides[joint], on_bearing, loading, *own_rows))
+    return joints, rows, np.array(influences, INFLUENCE)
 
 
-# Of the arm, of rotors of inertia 1 and ratio 1 and -1, and of bodies of mass 1 on the drive's link: a point, one with
-# an inertia across its axis, one with the same all round.
-_OF_RUNS = np.array([
+# The load per unit of each parameter, a row each, as a combination of the loads of six arms: without drives; with a
+# rotor of inertia 1 and ratio 1, and ratio -1; with a body of mass 1 that is a point, that has inertia 1 across the
+# axis, and that has inertia 1 about every axis.
+_COMBINATIONS = np.array([
     [-1.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, -1.0, 1.0, 0.0], [0.0, 0.0, 0.0, 0.0, -1.0, 1.0],
     [-1.0, 0.5, 0.5, 0.0, 0.0, 0.0], [0.0, 0.5, -0.5, 0.0, 0.0, 0.0],
 ])  # fmt: skip
 
 
-def _fill_by_runs(study: Study, cycle: Cycle, joints: Sequence[JointBasis], forces_only: bool) -> None:
-    """What a unit of each number adds, as differences of whole runs, for loops and bases that move."""
+def _fill_by_differences(study: Study, cycle: Cycle, joints: Sequence[JointBasis], torques_only: bool) -> None:
+    """Loads per unit as differences between arms with and without a unit drive: for loops and moving bases."""
     arm = emptied(study)
     for k, task in enumerate(study.joints):
         link, point, axis = (
@@ -229,24 +251,24 @@ def _fill_by_runs(study: Study, cycle: Cycle, joints: Sequence[JointBasis], forc
         )  # fmt: skip
         rotors = [seated_rotor(arm, k, task.mount, ratio, 1.0) for ratio in (1.0, -1.0)]
         arms = [arm, *(with_rotors(arm, [own if i == k else None for i in range(arm.n)]) for own in rotors)]
-        weighs = link >= 0 and study.drive_mass is not DriveMass.INCLUDED
-        for inertia in (np.zeros((3, 3)), np.eye(3) - np.outer(axis, axis), np.eye(3)) if weighs else ():
+        has_body = link >= 0 and study.drive_mass is not DriveMass.INCLUDED
+        for inertia in (np.zeros((3, 3)), np.eye(3) - np.outer(axis, axis), np.eye(3)) if has_body else ():
             arms.append(with_body(arm, link, 1.0, point, inertia))
-        runs = [_loads(study, cycle, one, forces_only) for one in arms]
-        for name in ("force", "wrench", "inertia"):
-            units = np.tensordot(_OF_RUNS[:, : len(runs)], [getattr(one, name) for one in runs], 1)
-            units[: 0 if weighs else 3] = 0.0
+        loads = [_arm_loads(study, cycle, one, torques_only) for one in arms]
+        for name in ("torque", "wrench", "inertia"):
+            units = np.tensordot(_COMBINATIONS[:, : len(arms)], [getattr(one, name) for one in loads], 1)
+            units[: 0 if has_body else 3] = 0.0
             for joint, basis in enumerate(joints):
                 rows = getattr(basis, name)
                 if k in basis.drives and rows.size:
                     rows[basis.rows(k)] = units[:, joint]
 
 
-def _fill_going_along(study: Study, cycle: Cycle, rows: Rows, pairs: Any) -> None:
-    """The same of an open chain, in one pass over the motion."""
+def _fill_open_chain(study: Study, cycle: Cycle, rows: UnitLoadRows, influences: Any) -> None:
+    """Loads per unit of an open chain, in one pass over the motion."""
     arm, mounts = emptied(study), [task.mount for task in study.joints]
     axes = arm.axes
-    riders = Riders(
+    drives = MountedDrives(
         np.array([carrier_link(arm, k, mount) for k, mount in enumerate(mounts)]),
         np.array([mount_point(arm, k, mount) for k, mount in enumerate(mounts)]),
         np.array([axes[seat(k, mount)] for k, mount in enumerate(mounts)]),
@@ -254,7 +276,9 @@ def _fill_going_along(study: Study, cycle: Cycle, rows: Rows, pairs: Any) -> Non
     )
     frames = link_frames(arm)[1:, :3]
     frames[:, :, :3] = [frame_along(axis) for axis in axes]
-    turns = np.eye(arm.n) if arm.coupling is None else np.array(np.linalg.inv(arm.coupling).T)  # a row a shaft
+    turns = np.eye(arm.n) if arm.coupling is None else np.array(np.linalg.inv(arm.coupling).T)
     motion = [np.array(row) for row in (cycle.position, cycle.velocity, cycle.acceleration)]
     shafts = [np.ascontiguousarray(shaft_motion(arm, row)) for row in motion[1:]]
-    fill_rows(np.array(arm.screws), frames, np.array(arm.gravity), riders, turns, pairs, *motion, *shafts, rows)
+    compute_unit_loads(
+        np.array(arm.screws), frames, np.array(arm.gravity), drives, turns, influences, *motion, *shafts, rows
+    )

@@ -62,7 +62,7 @@ def stop_basis(study: Study) -> StopBasis | None:
         part_names=("",),
     )  # fmt: skip
     try:
-        loads = load_basis(study, states, forces_only=True)
+        loads = load_basis(study, states, torques_only=True)
     except InputError as error:
         if study.arm.linkage is None:
             raise

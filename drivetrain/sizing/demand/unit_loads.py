@@ -1,9 +1,14 @@
-"""What a unit of each number of each drive adds to the load of each joint: one pass over the motion, in the base frame.
+"""Load of each joint per unit of each load parameter of each drive of an open chain, compiled, in the base frame.
 
-A body rides on the link that carries a drive. At its place p the force for a unit of mass is ``a - g``; the moment for
-an inertia I is ``I dw + w x I w``; a rotor that turns ``ratio`` times as far as its shaft asks ``z s'' + (w x z) s'``
-more for each unit of inertia times ratio. Moments about the base's origin then serve every joint before. The pass goes
-over blocks of samples laid out for vector instructions, as the recursion does (``dynamics/core/recursion.py``).
+The load parameters of a drive are its mass, its inertia across and along its axis, the inertia J of its rotor, and
+J times the ratio. The drive is a body on the link that carries it, the carrier, which turns with w and dw/dt. Per unit
+of mass at the place p, the carrier must exert the force ``a - g`` on it, with a the acceleration at p; per unit of an
+inertia I the moment ``I dw + w x I w``. A rotor that turns ``ratio`` times as far as its shaft (angle s), about the
+axis z, needs the moment ``z s'' + (w x z) s'`` in addition per unit of J times ratio.
+
+All wrenches are taken about the origin of the base, so that one wrench of a drive serves every joint before it: the
+torque of a joint is the scalar product with the joint's screw axis. The samples are processed in blocks laid out for
+vector instructions, as in ``dynamics/core/recursion.py``.
 
 Reference: Modern Robotics, equations 8.103 to 8.110; velocities and accelerations are twists about the base's origin.
 """
@@ -29,189 +34,214 @@ from drivetrain.dynamics.core.vectors import (
 )
 from drivetrain.jit import kernel
 
-NUMBERS = 5  # of a drive: mass, inertia across, along, of the rotor, of the rotor times ratio
+# Load parameters of a drive: mass, inertia across and along its axis, rotor inertia, rotor inertia times ratio. The
+# mass causes a wrench; the four others cause a pure moment, which is the same about every point.
+PARAMETERS = 5
+MOMENTS = PARAMETERS - 1
 
 
-def _rows(**counts: int) -> np.dtype:
-    """A record of rows of a block of samples."""
+def _block_rows(**counts: int) -> np.dtype:
+    """A record of fields, each with so many rows of BLOCK samples."""
     return np.dtype([(name, np.float64, (count, BLOCK)) for name, count in counts.items()])
 
 
-# A link: its displacement since the joints were at zero, its twist (w, v) and its acceleration, its joint's screw axis.
-MOVED = _rows(rotation=9, place=3, w=3, v=3, dw=3, dv=3, line=6)
-# A drive: place [m] and axis, and for a unit of each of its numbers moment and force.
-RIDER = _rows(body=6, wrench=6 * NUMBERS)
-# A drive at a joint: twist of its carrier for a unit turn of the shaft, what a unit of each number adds, one wrench.
-ADDED = _rows(turn=6, force=NUMBERS, inertia=NUMBERS, wrench=6)
-# Joint and drive, the first of the rows that they fill, whether those of wrenches too.
-PAIR = np.dtype([(name, np.int64) for name in ("joint", "drive", "row", "on_bearing")])
+# A link: rotation (row by row) and displacement since the joints were at zero, its twist (w, v) and the rate of that
+# (dw, dv), and the screw axis of its joint.
+LINK_ROWS = _block_rows(rotation=9, place=3, w=3, v=3, dw=3, dv=3, screw=6)
+# A drive: place of its centre of mass [m] and axis; wrench per unit of mass, moments per unit of the other parameters.
+DRIVE_ROWS = _block_rows(place=3, axis=3, mass_wrench=6, moments=3 * MOMENTS)
+# A drive's influence on a joint: twist of the carrier per unit speed of the joint's shaft; torque and inertia of the
+# joint per unit of each load parameter; a wrench in the joint's frame, of which a pure moment fills the first rows.
+INFLUENCE_ROWS = _block_rows(twist=6, torque=PARAMETERS, inertia=PARAMETERS, wrench=6)
+# A drive that loads a joint: both indices, the first of the PARAMETERS rows that it fills in ``UnitLoadRows``, and
+# whether wrenches are wanted, as the joint's gear has the output bearing.
+INFLUENCE = np.dtype([(name, np.int64) for name in ("joint", "drive", "row", "on_bearing")])
 
 
-class Riders(NamedTuple):
-    """Where the drives of n joints ride, all joints at zero, base frame."""
+class MountedDrives(NamedTuple):
+    """Where the drives of n joints are mounted, all joints at zero, base frame."""
 
-    carrier: Any  # index of the link that holds each, -1 for the base, (n,)
+    carrier: Any  # index of the link that carries each, -1 for the base, (n,)
     place: Array  # centre of mass [m], (n, 3)
     axis: Array  # direction, (n, 3)
-    weighs: Any  # whether its body counts, not its rotor alone, (n,)
+    has_body: Any  # whether mass and inertia of the whole drive count, not those of the rotor alone, (n,)
 
 
-class Rows(NamedTuple):
-    """What units add, a row a number of a drive at a joint, over N samples; what has no samples is not computed."""
+class UnitLoadRows(NamedTuple):
+    """Loads per unit of R load parameters, over N samples; an array without samples is not computed."""
 
-    force: Array  # torque or force, (R, N)
+    torque: Array  # of the joint, (R, N)
     wrench: Array  # moment and force through the joint in its own frame, (R, 6, N) or (R, 6, 0)
-    inertia: Array  # what the shaft turns, (R, N) or (R, 0)
+    inertia: Array  # that the joint's shaft accelerates, (R, N) or (R, 0)
 
 
 @kernel
-def fill_rows(
-    screws: Array, frames: Array, gravity: Array, riders: Riders, turns: Array, pairs: Any, q: Array, qd: Array,
-    qdd: Array, shaft: Array, shaft_rate: Array, out: Rows,
+def compute_unit_loads(
+    screws: Array, frames: Array, gravity: Array, drives: MountedDrives, turns: Array, influences: Any, q: Array,
+    qd: Array, qdd: Array, shaft_speed: Array, shaft_acceleration: Array, out: UnitLoadRows,
 ) -> None:  # fmt: skip
-    """Fill rows.
+    """Compute the loads of all joints per unit of each load parameter.
 
     Args:
-        screws, frames: Of the joints, base frame, all at zero, (n, 6), (n, 3, 4).
+        screws, frames: Screw axes and frames of the joints, base frame, all joints at zero, (n, 6), (n, 3, 4).
         gravity: [m/s^2], (3,).
-        riders: The drives.
-        turns: Of each joint, a turn of each shaft, (n, n), a row a shaft.
-        pairs: Drives at joints, records PAIR.
+        drives: The drives.
+        turns: Turn of each joint per turn of each shaft, (n, n), a row for each shaft.
+        influences: Which drive loads which joint, records INFLUENCE.
         q, qd, qdd: Positions, speeds and accelerations of the joints, (N, n).
-        shaft, shaft_rate: Speeds and accelerations of the shafts behind the gears, (N, n).
-        out: All zero; is filled.
+        shaft_speed, shaft_acceleration: Of the shafts behind the gears, (N, n).
+        out: Must be zero: of the wrenches of pure moments, the rows of the force are not written.
     """
     n, samples = len(screws), len(q)
-    links, moved, drives, added = np.zeros(n + 1, LINK), np.zeros(n, MOVED), np.zeros(n, RIDER), np.zeros(1, ADDED)
+    state, links = np.zeros(n + 1, LINK), np.zeros(n, LINK_ROWS)
+    loads, buffer = np.zeros(n, DRIVE_ROWS), np.zeros(1, INFLUENCE_ROWS)
     for first in range(0, samples, BLOCK):
         count = min(BLOCK, samples - first)
         part = slice(first, first + count)
         for t in range(count):
-            move_links(screws, q[first + t], qd[first + t], links)
-            _take(links, qdd[first + t], moved, t)
+            move_links(screws, q[first + t], qd[first + t], state)
+            _store_motion(state, qdd[first + t], links, t)
         for k in range(n):
-            if riders.carrier[k] >= 0:
-                _ride(riders, k, gravity, moved[riders.carrier[k]], shaft[part, k], shaft_rate[part, k], drives[k])
-        for p in range(len(pairs)):
-            pair, own = pairs[p], added[0]
-            joint, drive, carrier = pair.joint, pair.drive, riders.carrier[pair.drive]
-            _turn(turns[joint, : carrier + 1], moved, own)
-            _push(drives[drive], riders.weighs[drive], own)
-            rows = slice(pair.row, pair.row + NUMBERS)
-            _copy(own.force, out.force[rows, part])
+            if drives.carrier[k] >= 0:
+                speed, acceleration = shaft_speed[part, k], shaft_acceleration[part, k]
+                _drive_wrenches(drives, k, gravity, links[drives.carrier[k]], speed, acceleration, loads[k])
+        for i in range(len(influences)):
+            influence, own = influences[i], buffer[0]
+            joint, drive, first_row = influence.joint, influence.drive, influence.row
+            carrier, rows = drives.carrier[drive], slice(first_row, first_row + PARAMETERS)
+            _twist_per_turn(turns[joint, : carrier + 1], links, own.twist)
+            _torques_and_inertias(loads[drive], drives.has_body[drive], own)
+            _copy_rows(own.torque, out.torque[rows, part])
             if out.inertia.shape[1] > 0:
-                _copy(own.inertia, out.inertia[rows, part])
-            if out.wrench.shape[2] > 0 and pair.on_bearing and carrier >= joint:
-                for number in range(NUMBERS):
-                    wrench = drives[drive].wrench[6 * number : 6 * number + 6]
-                    _pass_on(moved[joint], frames[joint], wrench, own.wrench)
-                    _copy(own.wrench, out.wrench[pair.row + number, :, part])
+                _copy_rows(own.inertia, out.inertia[rows, part])
+            if out.wrench.shape[2] > 0 and influence.on_bearing and carrier >= joint:
+                _wrench_in_joint_frame(links[joint], frames[joint], loads[drive].mass_wrench, own.wrench)
+                _copy_rows(own.wrench, out.wrench[first_row, :, part])
+                for j in range(MOMENTS):
+                    moment = loads[drive].moments[3 * j : 3 * j + 3]
+                    _moment_in_joint_frame(links[joint], frames[joint], moment, own.wrench)
+                    _copy_rows(own.wrench[:3], out.wrench[first_row + 1 + j, :3, part])
 
 
 @exact
-def _lane(a: Array, first: Any, t: Any) -> Vector:
-    """Three rows of a block at one sample."""
+def _vector_at(a: Array, first: Any, t: Any) -> Vector:
+    """Three rows of a block at one sample, as a vector."""
     return a[first, t], a[first + 1, t], a[first + 2, t]
 
 
 @exact
-def _put(o: Array, first: Any, t: Any, a: Vector) -> None:
+def _put_vector_at(o: Array, first: Any, t: Any, a: Vector) -> None:
     """Put a vector into three rows of a block at one sample."""
     o[first, t], o[first + 1, t], o[first + 2, t] = a
 
 
 @exact
-def _turned(link: Any, t: Any, a: Vector) -> Vector:
-    """A vector turned as a link is."""
+def _rotated(link: Any, t: Any, a: Vector) -> Vector:
+    """A vector that is fixed to a link, given with all joints at zero, at one sample."""
     rotation = link.rotation
-    return dot(_lane(rotation, 0, t), a), dot(_lane(rotation, 3, t), a), dot(_lane(rotation, 6, t), a)
+    return dot(_vector_at(rotation, 0, t), a), dot(_vector_at(rotation, 3, t), a), dot(_vector_at(rotation, 6, t), a)
 
 
 @exact
-def _take(links: Any, qdd: Array, moved: Any, t: int) -> None:
-    """Keep the motion of all links at one sample of a block, accelerations of the joints in it."""
-    angular, straight = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    for i in range(len(moved)):
-        link, own = links[i], moved[i]
+def _store_motion(state: Any, qdd: Array, links: Any, t: int) -> None:
+    """Store the motion of all links at one sample of a block; the accelerations of the joints are added here."""
+    angular, linear = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for i in range(len(links)):
+        link, rows = state[i], links[i]
         turn, slide = vector(link.turn), vector(link.slide)
-        angular, straight = plus(angular, times(qdd[i], turn)), plus(straight, times(qdd[i], slide))
+        angular, linear = plus(angular, times(qdd[i], turn)), plus(linear, times(qdd[i], slide))
         for k in range(3):
-            _put(own.rotation, 3 * k, t, vector(link.rotation[k]))
-        _put(own.place, 0, t, vector(link.place))
-        _put(own.w, 0, t, vector(link.w))
-        _put(own.v, 0, t, vector(link.v))
-        _put(own.dw, 0, t, plus(vector(link.dw), angular))
-        _put(own.dv, 0, t, plus(vector(link.dv), straight))
-        _put(own.line, 0, t, turn)
-        _put(own.line, 3, t, slide)
+            _put_vector_at(rows.rotation, 3 * k, t, vector(link.rotation[k]))
+        _put_vector_at(rows.place, 0, t, vector(link.place))
+        _put_vector_at(rows.w, 0, t, vector(link.w))
+        _put_vector_at(rows.v, 0, t, vector(link.v))
+        _put_vector_at(rows.dw, 0, t, plus(vector(link.dw), angular))
+        _put_vector_at(rows.dv, 0, t, plus(vector(link.dv), linear))
+        _put_vector_at(rows.screw, 0, t, turn)
+        _put_vector_at(rows.screw, 3, t, slide)
 
 
 @exact
-def _ride(riders: Any, k: Any, gravity: Any, link: Any, rates: Any, more: Any, out: Any) -> None:
-    """What a unit of each number of drive k asks of the link that carries it."""
-    at, along, weight, weighs = vector(riders.place[k]), vector(riders.axis[k]), vector(gravity), riders.weighs[k]
-    for t in range(len(rates)):
-        w, dw = _lane(link.w, 0, t), _lane(link.dw, 0, t)
-        x, z = plus(_turned(link, t, at), _lane(link.place, 0, t)), _turned(link, t, along)
-        _put(out.body, 0, t, x)
-        _put(out.body, 3, t, z)
-        tilt = cross(w, z)
-        about = plus(times(dot(z, dw), z), times(dot(z, w), tilt))  # of an inertia about the axis; w x w is none
-        if weighs:
-            v, dv = _lane(link.v, 0, t), _lane(link.dv, 0, t)
-            force = minus(plus(plus(dv, cross(dw, x)), cross(w, plus(v, cross(w, x)))), weight)
-            _put(out.wrench, 0, t, cross(x, force))
-            _put(out.wrench, 3, t, force)
-            _put(out.wrench, 6, t, minus(dw, about))
-            _put(out.wrench, 12, t, about)
-        _put(out.wrench, 18, t, about)
-        _put(out.wrench, 24, t, plus(times(more[t], z), times(rates[t], tilt)))
+def _drive_wrenches(
+    drives: Any, k: Any, gravity: Any, carrier: Any, shaft_speed: Any, shaft_acceleration: Any, out: Any
+) -> None:
+    """What a drive needs of its carrier per unit of each load parameter, about the base's origin."""
+    place, axis, weight = vector(drives.place[k]), vector(drives.axis[k]), vector(gravity)
+    for t in range(len(shaft_speed)):
+        w, dw = _vector_at(carrier.w, 0, t), _vector_at(carrier.dw, 0, t)
+        p = plus(_rotated(carrier, t, place), _vector_at(carrier.place, 0, t))
+        z = _rotated(carrier, t, axis)
+        _put_vector_at(out.place, 0, t, p)
+        _put_vector_at(out.axis, 0, t, z)
+        axis_rate = cross(w, z)
+        # The inertia is z z^T along the axis and 1 - z z^T across it; for the unit matrix, w x w vanishes.
+        along = plus(times(dot(z, dw), z), times(dot(z, w), axis_rate))
+        if drives.has_body[k]:
+            v, dv = _vector_at(carrier.v, 0, t), _vector_at(carrier.dv, 0, t)
+            force = minus(plus(plus(dv, cross(dw, p)), cross(w, plus(v, cross(w, p)))), weight)
+            _put_vector_at(out.mass_wrench, 0, t, cross(p, force))
+            _put_vector_at(out.mass_wrench, 3, t, force)
+            _put_vector_at(out.moments, 0, t, minus(dw, along))
+            _put_vector_at(out.moments, 3, t, along)
+        _put_vector_at(out.moments, 6, t, along)
+        _put_vector_at(out.moments, 9, t, plus(times(shaft_acceleration[t], z), times(shaft_speed[t], axis_rate)))
 
 
 @exact
-def _turn(turns: Array, moved: Any, out: Any) -> None:
-    """The twist of the last of some links for a unit turn of a shaft, which turns each of their joints so far."""
-    twist = out.turn
+def _twist_per_turn(turns: Array, links: Any, twist: Array) -> None:
+    """Twist of the last of some links per unit speed of a shaft that turns each of their joints so far."""
     for r in range(6):
         for t in range(BLOCK):
             twist[r, t] = 0.0
     for j in range(len(turns)):
-        factor, line = turns[j], moved[j].line
+        factor, screw = turns[j], links[j].screw
         for r in range(6 if factor != 0.0 else 0):
             for t in range(BLOCK):
-                twist[r, t] += factor * line[r, t]
+                twist[r, t] += factor * screw[r, t]
 
 
 @exact
-def _push(drive: Any, weighs: Any, out: Any) -> None:
-    """What units of a drive ask of a shaft, and the inertia that it turns."""
-    twist, body, inertia = out.turn, drive.body, out.inertia
-    for number in range(NUMBERS):
+def _torques_and_inertias(drive: Any, has_body: Any, out: Any) -> None:
+    """Torque of a shaft, and the inertia that it accelerates, per unit of each load parameter of a drive."""
+    twist, inertia, wrench, moments = out.twist, out.inertia, drive.mass_wrench, drive.moments
+    for t in range(BLOCK):
+        w, v = _vector_at(twist, 0, t), _vector_at(twist, 3, t)
+        out.torque[0, t] = dot(w, _vector_at(wrench, 0, t)) + dot(v, _vector_at(wrench, 3, t))
+    for j in range(MOMENTS):
         for t in range(BLOCK):
-            moment, force = _lane(drive.wrench, 6 * number, t), _lane(drive.wrench, 6 * number + 3, t)
-            out.force[number, t] = dot(_lane(twist, 0, t), moment) + dot(_lane(twist, 3, t), force)
+            out.torque[1 + j, t] = dot(_vector_at(twist, 0, t), _vector_at(moments, 3 * j, t))
     for t in range(BLOCK):
-        w, v = _lane(twist, 0, t), _lane(twist, 3, t)
-        moved, about = plus(cross(w, _lane(body, 0, t)), v), dot(w, _lane(body, 3, t)) ** 2
-        inertia[3, t] = about
-        if weighs:
-            inertia[0, t], inertia[1, t], inertia[2, t] = dot(moved, moved), dot(w, w) - about, about
+        w, v = _vector_at(twist, 0, t), _vector_at(twist, 3, t)
+        speed, along = plus(cross(w, _vector_at(drive.place, 0, t)), v), dot(w, _vector_at(drive.axis, 0, t)) ** 2
+        inertia[3, t] = along
+        if has_body:
+            inertia[0, t], inertia[1, t], inertia[2, t] = dot(speed, speed), dot(w, w) - along, along
 
 
 @exact
-def _pass_on(link: Any, frame: Array, wrench: Array, out: Array) -> None:
-    """A wrench of a drive through a joint before it, in that joint's own frame."""
-    x, y, z, at = vector(frame[:, 0]), vector(frame[:, 1]), vector(frame[:, 2]), vector(frame[:, 3])
+def _wrench_in_joint_frame(link: Any, frame: Array, wrench: Array, out: Array) -> None:
+    """A wrench about the base's origin, in the frame of a joint and about its origin."""
+    x, y, z, origin = vector(frame[:, 0]), vector(frame[:, 1]), vector(frame[:, 2]), vector(frame[:, 3])
     for t in range(BLOCK):
-        a, b, c = _turned(link, t, x), _turned(link, t, y), _turned(link, t, z)
-        push = _lane(wrench, 3, t)
-        moment = minus(_lane(wrench, 0, t), cross(plus(_turned(link, t, at), _lane(link.place, 0, t)), push))
-        _put(out, 0, t, (dot(a, moment), dot(b, moment), dot(c, moment)))
-        _put(out, 3, t, (dot(a, push), dot(b, push), dot(c, push)))
+        a, b, c = _rotated(link, t, x), _rotated(link, t, y), _rotated(link, t, z)
+        force = _vector_at(wrench, 3, t)
+        arm = plus(_rotated(link, t, origin), _vector_at(link.place, 0, t))
+        moment = minus(_vector_at(wrench, 0, t), cross(arm, force))
+        _put_vector_at(out, 0, t, (dot(a, moment), dot(b, moment), dot(c, moment)))
+        _put_vector_at(out, 3, t, (dot(a, force), dot(b, force), dot(c, force)))
 
 
 @exact
-def _copy(rows: Array, out: Array) -> None:
+def _moment_in_joint_frame(link: Any, frame: Array, moment: Array, out: Array) -> None:
+    """A pure moment in the frame of a joint."""
+    x, y, z = vector(frame[:, 0]), vector(frame[:, 1]), vector(frame[:, 2])
+    for t in range(BLOCK):
+        a, b, c, m = _rotated(link, t, x), _rotated(link, t, y), _rotated(link, t, z), _vector_at(moment, 0, t)
+        _put_vector_at(out, 0, t, (dot(a, m), dot(b, m), dot(c, m)))
+
+
+@exact
+def _copy_rows(rows: Array, out: Array) -> None:
     """Rows of a block into rows that are as long as there are samples."""
     for r in range(len(out)):
         for t in range(out.shape[1]):

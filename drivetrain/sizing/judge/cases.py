@@ -179,7 +179,7 @@ class Figures:
     # of the gear; with less the arm swings slower than wished, whatever its other gears [N m/rad]
     wanted_stiffness: float = UNKNOWN
     motor_torque: float = UNKNOWN  # largest electromagnetic, starting from rest included [N m]
-    # of the motor, and as one of its phases may feel it, ``series.one_phase`` [N m]
+    # of the motor, and as one of its phases may feel it, ``series.phase_ratio`` [N m]
     rms_torque: float = UNKNOWN
     phase_torque: float = UNKNOWN
     # mean of the magnets, largest of the winding [C]

@@ -86,7 +86,7 @@ from drivetrain.drive.thermal.periodic_heat import (
 )
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
-from drivetrain.sizing.demand.series import Work
+from drivetrain.sizing.demand.series import JointSeries
 from drivetrain.sizing.judge.cases import stop_constant, stop_temperature
 from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.vector import larger, smaller
@@ -96,18 +96,19 @@ NO, YES = np.int64(0) != 0, np.int64(1) != 0
 
 
 def judge_cases(
-    cases: Any, numbers: Any, checks: Any, work: Work, amounts: Any, until: float, quick: bool, power: Any, used: Any,
-    found: Any, binding: Any, lacking: Any,
+    cases: Any, numbers: Any, checks: Any, series: JointSeries, amounts: Any, until: float, quick: bool, power: Any,
+    used: Any, found: Any, binding: Any, lacking: Any,
 ) -> None:  # fmt: skip
     """Evaluate a batch of cases at one joint. Each case stops after the stage in which a utilisation exceeds
     ``until``.
     """
-    whole = work._replace(few=None)
-    if not quick or work.few is None:
+    whole = series._replace(at_key_samples=None)
+    if not quick or series.at_key_samples is None:
         judge_all(cases, numbers, checks, whole, amounts, until, quick, False, power, used, found, binding, lacking)
         return
     nothing, none = np.zeros((0, 0)), np.zeros((0, 2, 0))
-    judge_all(cases, numbers, checks, work.few, amounts, until, True, True, none, nothing, found, binding, lacking)
+    key, figures = series.at_key_samples, (found, binding, lacking)
+    judge_all(cases, numbers, checks, key, amounts, until, True, True, none, nothing, *figures)
     left = np.flatnonzero((found <= until) & (lacking < 0))
     some, rows = cases[left], power[left] if len(power) > 1 else power
     shares, figures = used[left] if len(used) else used, (found[left], binding[left], lacking[left])
@@ -122,15 +123,15 @@ def judge_cases(
 
 @kernel(fastmath=FAST)  # as the laws below: numba compiles a law anew for callers with other options
 def judge_all(
-    cases: Any, numbers: Any, checks: Any, work: Any, amounts: Any, until: float, quick: bool, screen: bool, power: Any,
-    used: Any, found: Any, binding: Any, lacking: Any,
+    cases: Any, numbers: Any, checks: Any, series: Any, amounts: Any, until: float, quick: bool, screen: bool,
+    power: Any, used: Any, found: Any, binding: Any, lacking: Any,
 ) -> None:  # fmt: skip
     """Compiled part of ``judge_cases``. With ``screen`` only a subset of the samples is used and only peak checks are
     made: their required values are lower bounds of those over all samples.
     """
-    motion, traces, torque = work.motion, work.traces, work.load.torque
-    inertia, stop = work.load.inertia, work.load.stop
-    traces.powers.exponent[0] = np.nan  # the memory may have served another motion
+    motion, traces, torque = series.motion, series.traces, series.load.torque
+    inertia, stop = series.load.inertia, series.load.stop
+    traces.powers.exponent[0] = np.nan  # the buffers may have served another motion
     for i in range(len(cases)):
         case, row = cases[i], numbers[i]
         figures, ambient, unknown = case.figures, case.setting.ambient, unknown_torque(case)
@@ -139,16 +140,16 @@ def judge_all(
             lacking[i], found[i], binding[i] = first_lacking(case, row, checks, NO), np.inf, NOTHING
             if lacking[i] >= 0:
                 continue
-        if len(work.added.torque) > 0:
-            torque = work.sum.torque
-            add_rows(work.load.torque, work.added.torque, amounts[i], torque)
-            stop = work.sum.stop
-            add_rows(work.load.stop, work.added.stop, amounts[i], stop)
-        if len(work.added.torque) > 0 and applies_at_rest(case):
-            inertia = work.sum.inertia
-            set_carried(case, added_up(work.load, work.added, amounts[i], work.sum), motion, quick)
+        if len(series.unit_loads.torque) > 0:
+            torque = series.total.torque
+            add_rows(series.load.torque, series.unit_loads.torque, amounts[i], torque)
+            stop = series.total.stop
+            add_rows(series.load.stop, series.unit_loads.stop, amounts[i], stop)
+        if len(series.unit_loads.torque) > 0 and applies_at_rest(case):
+            inertia = series.total.inertia
+            set_carried(case, added_up(series.load, series.unit_loads, amounts[i], series.total), motion, quick)
         else:
-            set_carried(case, work.load, motion, quick)
+            set_carried(case, series.load, motion, quick)
         if case.setting.cold != 0.0:
             cold = case.setting.cold_start
             set_cold_start(case, mechanical(case, motion, torque, traces, cold).torque + unknown)
@@ -156,7 +157,7 @@ def judge_all(
         set_mechanics(case, mechanical(case, motion, torque, traces, case.setting.gear_temperature))
         if not screen:
             set_jam(case)
-            set_stop(case, motion, torque, inertia, stop, work.stopping, traces.stop)
+            set_stop(case, motion, torque, inertia, stop, series.stops, traces.stop)
         found[i], binding[i] = 0.0, NOTHING
         for stage in (GEAR, SPEED, TORQUE):
             if found[i] <= until:
@@ -217,14 +218,14 @@ def set_jam(case: Any) -> None:
 
 
 @law
-def set_stop(case: Any, motion: Any, torque: Any, inertia: Any, stop: Any, stopping: Any, trace: Any) -> None:
+def set_stop(case: Any, motion: Any, torque: Any, inertia: Any, stop: Any, stops: Any, trace: Any) -> None:
     """Set the gear and motor torques of emergency stops from every state of the cycle; NaN if data is missing."""
     gear, setting, figures = case.gear, case.setting, case.figures
     figures.stop_torque = np.nan
     if setting.ramped != 0.0:
         figures.stop_travel = 0.5 * setting.fastest * setting.stop_ramp
     if len(stop) > 0:  # all joints on a ramp: one that stands still bears what the others do
-        figures.stop_torque, figures.stop_motor_torque = ramped_stop(case, stop, stopping)
+        figures.stop_torque, figures.stop_motor_torque = ramped_stop(case, stop, stops)
     elif setting.moves == 0.0:
         figures.stop_torque, figures.stop_motor_torque, figures.stop_travel = 0.0, unknown_torque(case), 0.0
     elif setting.ramped == 0.0 and len(inertia) > 0 and known(setting.stop_current + unknown_torque(case)):
@@ -363,7 +364,7 @@ def heating_allowance(case: Any, motion: Any, traces: Any) -> Any:
     rate = 1.0 / least_winding_time(case.motor)
     drag = drag_factor(mesh_of(case.gear), setting.gear_temperature)
     for t in range(len(motion.speed)):
-        rests = motion.phase[t] > 1.0 and motion.phase[min(t + 1, len(motion.speed) - 1)] > 1.0
+        rests = motion.phase_ratio[t] > 1.0 and motion.phase_ratio[min(t + 1, len(motion.speed) - 1)] > 1.0
         turning = rms * rms + WINDING_SHARE * (square * traces.torque[t + 1] ** 2 - rms * rms)
         losses.held[t] = 2.0 * square * losses.held[t] if rests else turning
         gear = traces.mesh_loss[t] + drag * traces.drag_loss[t]
@@ -397,7 +398,7 @@ def overload_of(case: Any, motion: Any, traces: Any, grown: Any) -> Any:
     """
     torque, edges, largest = traces.torque[1:-1], motion.periods.edges, 0.0
     scale = grown * case.safety.rms / abs(torque_constant(case.motor, case.figures.magnet_temperature))
-    scale *= 1.0 if case.setting.moves != 0.0 else motion.phase[0]
+    scale *= 1.0 if case.setting.moves != 0.0 else motion.phase_ratio[0]
     for part in range(len(edges) - 1):
         first, last = edges[part], edges[part + 1]
         share = overload_share(case.amplifier, torque[first:last], scale, motion.periods.step[first:last])
@@ -585,7 +586,7 @@ def mean_bearing_load(diameter: Any, arm: Any, wrench: Any, motion: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def ramped_stop(case: Any, stop: Any, stopping: Any) -> Any:
+def ramped_stop(case: Any, stop: Any, stops: Any) -> Any:
     """Largest torque of the gear and of the motor in stops on a ramp.
 
     While the motor brakes, losses would help it and are left out; where it has to drive on against a weight it
@@ -594,15 +595,15 @@ def ramped_stop(case: Any, stop: Any, stopping: Any) -> Any:
     mesh, joint, shaft = mesh_of(case.gear), friction_curve(case.joint), friction_curve(case.shaft)
     ratio, load, motor, unknown = case.gear.ratio, 0.0, 0.0, unknown_torque(case)
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
-    excess_series(joint, 1.0, stopping.speed, stopping.joint_excess)
-    excess_series(shaft, ratio, stopping.speed, stopping.shaft_excess)
-    drag_series(mesh, stop_temperature(case), stopping.speed, stopping.powers, stopping.drag)
+    excess_series(joint, 1.0, stops.speed, stops.joint_excess)
+    excess_series(shaft, ratio, stops.speed, stops.shaft_excess)
+    drag_series(mesh, stop_temperature(case), stops.speed, stops.powers, stops.drag)
     for t in range(len(stop)):
-        speed = stopping.speed[t]
-        rotor = rotor_torque(inertia, ratio, stopping.acceleration[t], stopping.carrier_acceleration[t])
-        rubbed = stop[t] + sliding_friction(joint, speed) + stopping.joint_excess[t]
-        rubs = sliding_friction(shaft, ratio * speed) + stopping.shaft_excess[t] + stopping.drag[t]
-        taken = abs(stop[t] + stage_load(case.gear) * stopping.acceleration[t])
+        speed = stops.speed[t]
+        rotor = rotor_torque(inertia, ratio, stops.acceleration[t], stops.carrier_acceleration[t])
+        rubbed = stop[t] + sliding_friction(joint, speed) + stops.joint_excess[t]
+        rubs = sliding_friction(shaft, ratio * speed) + stops.shaft_excess[t] + stops.drag[t]
+        taken = abs(stop[t] + stage_load(case.gear) * stops.acceleration[t])
         load = larger(load, larger(larger(abs(stop[t]), taken), abs(rubbed)))
         motor = larger(
             motor, larger(abs(stop[t] / ratio + rotor), abs(mesh_torque(mesh, rubbed, speed) + rotor + rubs))
@@ -720,7 +721,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
         )
         heating = motion.weight[t] * torque[t] * torque[t]
         square += heating
-        phase += heating * motion.phase[t] * motion.phase[t]
+        phase += heating * motion.phase_ratio[t] * motion.phase_ratio[t]
         traces.load[t] = load
     moves = case.setting.moves
     for first, last in motion.rests:
@@ -760,7 +761,7 @@ def at_rest(
     moves: Any, mesh: Any, inertia: Any, joint: Any, shaft: Any, motion: Any, rest: Any, gear_torque: Any, traces: Any
 ) -> Any:
     """Largest load and motor torque during one stretch of standstill, including breakaway if the joint ever moves."""
-    acceleration, carrier, way = motion.acceleration[rest], motion.carrier_acceleration[rest], motion.next_way[rest]
+    acceleration, carrier, way = motion.acceleration[rest], motion.carrier_acceleration[rest], motion.next_speed[rest]
     torque, load, starting = traces.torque[1:-1][rest], traces.load[rest], traces.starting[rest]
     largest_load, largest = 0.0, 0.0
     for t in range(len(gear_torque)):
@@ -835,7 +836,7 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
 @law(fastmath=FAST)
 def set_held(motion: Any, traces: Any) -> None:
     """Mean square torque that one phase carries above its share, from each sample to the next."""
-    held, torque, phase, extra = traces.losses.held, traces.torque[1:-1], motion.phase, traces.losses.integrals[0]
+    held, torque, phase, extra = traces.losses.held, traces.torque[1:-1], motion.phase_ratio, traces.losses.integrals[0]
     for t in range(len(torque)):
         extra[t] = (phase[t] * phase[t] - 1.0) * torque[t] * torque[t]
     for t in range(len(torque) - 1):

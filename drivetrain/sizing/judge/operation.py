@@ -17,7 +17,7 @@ from drivetrain.drive.motor_limits import SourcedValue, continuous_current
 from drivetrain.drive.thermal.heat import ThermalNetwork, thermal_network
 from drivetrain.records import as_numbers, columns
 from drivetrain.sizing.demand.demand import JointDemand
-from drivetrain.sizing.demand.series import work_of
+from drivetrain.sizing.demand.series import joint_series
 from drivetrain.sizing.judge.cases import CASE, cases_of
 from drivetrain.sizing.judge.checks import CHECKS, table
 from drivetrain.sizing.judge.judge import judge_cases, torque_factor
@@ -35,7 +35,7 @@ class Judgement:
     case: Any  # record with figures and limits (``cases.Case``)
     used: dict[str, float]  # utilisation by the check's name, NaN where it is not checked
     power: Array  # electrical, and the least [W], (2, N)
-    work: Any  # its traces; None of a drive that was simulated
+    series: Any  # ``JointSeries`` with its traces; None of a drive that was simulated
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,14 +76,14 @@ class Operation:
     def judgement(self) -> Judgement:
         """All figures; of a lossless drive without inertia where data is missing (those checks are then not made)."""
         cases = cases_of(self.study, self.joint, self.demand, [self.drive])
-        work = work_of(self.demand, first_look=False)
+        series = joint_series(self.demand, screening=False)
         used, power = np.zeros((1, len(CHECKS))), np.zeros((1, 2, len(self.demand.time)))
         found, whole = np.zeros(1), np.zeros((2, 1), dtype=np.int64)
         judge_cases(
-            cases, as_numbers(cases), table(), work, np.zeros((1, 0)), math.inf, False, power, used, found, *whole
+            cases, as_numbers(cases), table(), series, np.zeros((1, 0)), math.inf, False, power, used, found, *whole
         )
         by_name = dict(zip((check.name for check in CHECKS), used[0].tolist(), strict=True))
-        return Judgement(cases[0], by_name, power[0], work)
+        return Judgement(cases[0], by_name, power[0], series)
 
     def number(self, name: str) -> float:
         """A field of the case, such as ``figures.rms_current``."""
@@ -112,19 +112,19 @@ class Operation:
     @property
     def motor_torque(self) -> Array:
         """Electromagnetic torque [N m], (N,)."""
-        return self.judgement.work.traces.torque[1:-1]
+        return self.judgement.series.traces.torque[1:-1]
 
     @cached_property
     def peak_torque(self) -> Array:
         """Torque for the peak checks [N m], (N,): includes breakaway at rest, if the joint ever moves."""
-        return np.where(self.demand.at_rest, self.judgement.work.traces.starting, np.abs(self.motor_torque))
+        return np.where(self.demand.at_rest, self.judgement.series.traces.starting, np.abs(self.motor_torque))
 
     @cached_property
     def momentary_torque(self) -> Array:
         """Gear torque for the momentary limit [N m], (N,): the larger of the cycle's and of a stop that begins
         there.
         """
-        worst = np.maximum(np.abs(self.demand.loosening_torque), self.judgement.work.traces.stop)
+        worst = np.maximum(np.abs(self.demand.loosening_torque), self.judgement.series.traces.stop)
         np.maximum.at(worst, self.demand.stop.first, self.demand.stop_torque)
         return worst
 
@@ -146,7 +146,7 @@ class Operation:
     @cached_property
     def runaway(self) -> bool:
         """Whether no steady temperature exists."""
-        return self.network is not None and bool(np.isinf(self.judgement.work.traces.losses.housing_at[0]))
+        return self.network is not None and bool(np.isinf(self.judgement.series.traces.losses.housing_at[0]))
 
     @cached_property
     def constant(self) -> float:
@@ -171,7 +171,7 @@ class Operation:
     @property
     def winding_temperature(self) -> Array:
         """Winding temperature for the resistance [C], (N,): computed, else the winding's limit, else ambient."""
-        return self.judgement.work.traces.losses.winding_at[: len(self.demand.time)]
+        return self.judgement.series.traces.losses.winding_at[: len(self.demand.time)]
 
     @cached_property
     def voltage(self) -> Array:
@@ -191,8 +191,8 @@ class Operation:
 
     def _voltage(self, magnets: float, winding: Array | float, more: float = 1.0) -> Array:
         """Terminal voltage with magnets and winding at given temperatures and a factor on the torque."""
-        motion = self.judgement.work.motion
-        current = more * self.judgement.work.traces.torque / torque_constant(self.drive.motor, magnets)
+        motion = self.judgement.series.motion
+        current = more * self.judgement.series.traces.torque / torque_constant(self.drive.motor, magnets)
         steps = np.diff(current)
         rate = motion.rate_after * steps[1:] - motion.rate_before * steps[:-1]  # no digits lost where steps are tiny
         return terminal_voltage(self.drive.motor, self.motor_speed, current[1:-1], rate, winding, magnets)
@@ -212,7 +212,7 @@ class Operation:
 
     def series(self) -> JointSeries:
         """All series over the cycle, for plots and current commands."""
-        demand, drive, losses = self.demand, self.drive, self.judgement.work.traces.losses
+        demand, drive, losses = self.demand, self.drive, self.judgement.series.traces.losses
         inertia, samples = drive_inertia(drive), len(self.demand.time)
         rotor = rotor_torque(inertia, drive.gear.ratio, demand.acceleration, demand.carrier_acceleration)
         steady = self.network is not None and not self.runaway

@@ -18,7 +18,7 @@ from drivetrain.drive.motor import Motor, has_friction_data, whole_mass
 from drivetrain.drive.motor_limits import FRICTION_SHARE, with_allowances
 from drivetrain.records import as_records, known
 from drivetrain.sizing.demand.demand import JointDemand
-from drivetrain.sizing.demand.load_basis import NUMBERS
+from drivetrain.sizing.demand.load_basis import PARAMETERS
 from drivetrain.sizing.judge.cases import gear_records, motor_records, paired
 from drivetrain.study.model import DriveMass, JointTask, MotorAssumption, Study
 from drivetrain.study.parts.mounting import cylinder_inertia
@@ -34,7 +34,7 @@ class Parts:
         motors, gears: Data sheets with the study's assumptions filled in.
         motor_rows, gear_rows: The same as records (``cases.motor_records``, ``cases.gear_records``).
         pairs: For each joint the rows of motor and gear, (P, 2) each; a single row if the drive is given.
-        amounts: Parameters by which each pair loads joints, ``load_basis.drive_numbers``, (P, NUMBERS) a joint.
+        amounts: Parameters by which each pair loads joints, ``load_basis.load_parameters``, (P, PARAMETERS) a joint.
         mass, price: Of each pair [kg], [-], NaN if unknown, (P,) a joint.
     """
 
@@ -97,7 +97,7 @@ def parts_of(study: Study) -> Parts:
 
 
 def _amounts(study: Study, joint: int, motors: tuple[Motor, ...], gears: tuple[Gear, ...], pairs: Any) -> Array:
-    """``load_basis.drive_numbers`` of all pairs of a joint at once."""
+    """``load_basis.load_parameters`` of all pairs of a joint at once."""
     left, right = pairs[:, 0], pairs[:, 1]
     bodies = [np.array([_body(part) for part in parts]).reshape(-1, 3) for parts in (motors, gears)]
     mass, across, along = (bodies[0][left] + bodies[1][right]).T
@@ -107,7 +107,7 @@ def _amounts(study: Study, joint: int, motors: tuple[Motor, ...], gears: tuple[G
     moved = [mass, across, along - np.minimum(rotor, along)]
     if study.drive_mass is DriveMass.INCLUDED:
         moved = [np.zeros(len(pairs))] * 3
-    return np.ascontiguousarray(np.stack([*moved, spinning, spinning * ratio], axis=1)).reshape(-1, NUMBERS)
+    return np.ascontiguousarray(np.stack([*moved, spinning, spinning * ratio], axis=1)).reshape(-1, PARAMETERS)
 
 
 def _body(part: Motor | Gear) -> tuple[float, float, float]:

@@ -144,7 +144,7 @@ def _no_stop(op: Any) -> str:
 def _hard_stop(op: Any) -> str:
     """The worst stop at the current limit in words."""
     case, demand = op.judgement.case, op.demand
-    at = int(np.argmax(op.judgement.work.traces.stop))
+    at = int(np.argmax(op.judgement.series.traces.stop))
     mesh, way = mesh_of(case.gear), float(np.sign(demand.speed[at]) or 1.0)
     rotor, push, static, inertia = (float(series[at]) for series in _braking(op))
     found = braked(mesh.driving, mesh.driven, rotor, push, static, inertia, way)
@@ -155,7 +155,7 @@ def _hard_stop(op: Any) -> str:
     rigid = f"{more * (abs(found.torque) + taken):.4g} N m rigid"
     if math.isinf(found.torque):
         rigid, ends = "the mesh locks, without bound rigid", "at once"
-    peak = more * op.judgement.work.traces.stop[at]
+    peak = more * op.judgement.series.traces.stop[at]
     return (
         f"stop of this joint at {amperes(op.task.amplifier, case.setting.stop_current)} from t = {demand.time[at]:.4g} "
         f"s at {math.degrees(speed):.3g} deg/s: {rigid}, {peak:.4g} N m with the "

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.search.bounds import open_span
+from drivetrain.sizing.demand.load_basis import PARAMETERS
+from drivetrain.sizing.search.bounds import fill_interval
 from drivetrain.sizing.search.domains import Indices
 
 
@@ -17,13 +17,13 @@ class AffineLoads(NamedTuple):
     """Loads of a joint at some samples that are linear in the load parameters of K drives: base + parameters @ unit."""
 
     base: Array  # without drives, (..., M); (0,) where the load is not needed
-    unit: Array  # load per unit of each parameter of each drive, (K, NUMBERS, size of base)
+    unit: Array  # load per unit of each parameter of each drive, (K, PARAMETERS, size of base)
     drives: Indices  # joints of the drives, the joint's own last if it counts, (K,)
 
     def bounds(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Interval of the loads, shaped as ``base``; low, high: parameter ranges of all drives, (n, NUMBERS)."""
+        """Interval of the loads, shaped as ``base``; low, high: parameter ranges of all drives, (n, PARAMETERS)."""
         half, (bottom, top) = np.zeros(self.unit.shape[:2]), np.empty((2, self.base.size))
-        open_span(self.base.ravel(), self.drives, self.unit, low, high, half, bottom, top)
+        fill_interval(self.base.ravel(), self.drives, self.unit, low, high, half, bottom, top)
         return bottom.reshape(self.base.shape), top.reshape(self.base.shape)
 
     def min_magnitude(self, low: Array, high: Array) -> Array:
@@ -33,13 +33,13 @@ class AffineLoads(NamedTuple):
 
 
 def affine_loads(base: Array, unit: Array, drives: Sequence[int]) -> AffineLoads:
-    """Affine loads; ``unit`` holds NUMBERS rows of the shape of ``base`` for each of the drives that has any."""
-    count = len(unit) // NUMBERS
-    unit = np.ascontiguousarray(unit).reshape(count, NUMBERS, base.size)
+    """Affine loads; ``unit`` holds PARAMETERS rows of the shape of ``base`` for each of the drives that has any."""
+    count = len(unit) // PARAMETERS
+    unit = np.ascontiguousarray(unit).reshape(count, PARAMETERS, base.size)
     return AffineLoads(np.ascontiguousarray(base), unit, np.array(drives[:count], dtype=np.int64))
 
 
-NO_LOADS = AffineLoads(np.zeros(0), np.zeros((0, NUMBERS, 0)), np.zeros(0, dtype=np.int64))
+NO_LOADS = AffineLoads(np.zeros(0), np.zeros((0, PARAMETERS, 0)), np.zeros(0, dtype=np.int64))
 
 
 def bearing_loads(wrench: Array) -> tuple[Array, Array, Array]:

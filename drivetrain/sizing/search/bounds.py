@@ -1,9 +1,13 @@
-"""What candidates ask at least while the torque of their joint lies in an interval at every sample.
+"""Lower bounds on what candidates require while the torque of their joint lies in an interval at every sample.
 
-The figures of a judgement are bounded by the same laws and held against the same table of checks; a figure that nothing
-bounds stays unknown, and its checks are not made. The motor's torque is a function of the gear's at each sample: two
-straight lines that meet where the power through the mesh turns. Its range over an interval is that of the ends, and of
-the bend where it lies between them, whether the mesh locks itself or not. What is feasible is never ruled out.
+While other drives are open, the load of a joint is known only to lie in an interval. The figures of the judge are
+bounded from below over that interval by the same laws, and compared with the limits by the same table of checks. A
+figure without a bound stays unknown, and its checks are not made; so a candidate that is feasible for any load in the
+interval is never ruled out.
+
+At each sample the motor's torque is a function of the gear's torque that consists of two straight lines, which meet
+where the power through the mesh changes sign. Over an interval its extremes are therefore at the ends, or at the bend
+if that lies between them, whether the mesh is self-locking or not.
 """
 
 from __future__ import annotations
@@ -42,7 +46,7 @@ from drivetrain.drive.stops import braked, braking_push, stiff_spring, stop_roto
 from drivetrain.drive.thermal.periodic_heat import thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known, known_or
-from drivetrain.sizing.demand.series import Motion, Powers, new_powers
+from drivetrain.sizing.demand.series import Motion, SpeedPowers, new_speed_powers
 from drivetrain.sizing.judge.cases import stop_constant, stop_temperature
 from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.sizing.judge.judge import (
@@ -64,500 +68,553 @@ from drivetrain.sizing.judge.judge import (
 )
 from drivetrain.vector import larger, smaller
 
-STEPS = 8  # of the ladder of temperatures at most; each adds a few percent of the one before
-ENOUGH = 1e-3  # of the rise: a step that adds less is the last
-SAMPLED = 8  # candidates whose power the line of energy is taken from
-WIDER = 1e-12  # of an interval's width and middle: rounding of the sums that make it
-BELOW = 1.0 - 2e-9  # a bound stays a bound though it is rounded
+# Temperatures are bounded in steps, each of which adds a few percent of the one before; at most so many.
+MAX_HEAT_STEPS = 8
+HEAT_TOLERANCE = 1e-3  # of the rise: a step that adds less is the last
+SLOPE_CANDIDATES = 8  # candidates over which the slope of the power is averaged
+INTERVAL_ROUNDING = 1e-12  # of an interval's width and middle: rounding of the sums that make it
+ROUND_DOWN = 1.0 - 2e-9  # factor on a bound, so that rounding does not make it too large
 
 
-class Brake(NamedTuple):
-    """What open choices leave possible at one joint where a stop at the current limit begins, at a few samples, B.
+class CurrentStops(NamedTuple):
+    """Stops at the current limit that begin at B samples of one joint.
 
-    The ends are memory: of the load's torque, of that without what its own acceleration asks, and of its inertia, what
-    the joint's own drive adds not in them.
+    The last three are buffers for the ends of intervals: of the load's torque, of that without the part that its own
+    acceleration needs, and of its inertia, all without the contribution of the joint's own drive.
     """
 
     speed: Array  # as in ``Motion``, (B,)
     loss_speed: Array
     acceleration: Array
     carrier_acceleration: Array
-    added_torque: Array  # what a unit of each number of the joint's own drive adds, (K, B)
-    added_inertia: Array
-    torque: Array  # ends [N m], (2, B)
+    unit_torque: Array  # per unit of each load parameter of the joint's own drive, (K, B)
+    unit_inertia: Array
+    torque: Array  # low and high end [N m], (2, B)
     static: Array
     inertia: Array  # [kg m^2]
 
 
-class Span(NamedTuple):
-    """What open choices leave possible at one joint, at all samples or at a few; N samples.
+class TorqueInterval(NamedTuple):
+    """Interval of the torque of one joint at N samples, all of the cycle or the key ones, while other drives are open.
 
-    All but the first five is memory.
+    All but the first five are buffers.
     """
 
     motion: Motion  # of the joint
-    shown: Array  # friction of the joint at its speed [N m], (N,)
-    lossy: Array  # the same at the speed that decides the losses
-    added: Array  # what a unit of each number of the joint's own drive adds to its torque, (K, N)
-    share: Array  # of the time of use between each sample and the next, (N,)
-    low: Array  # ends of the torque at the gear's output, joint friction and own drive not in it [N m], (N,)
+    friction: Array  # of the joint at its speed [N m], (N,)
+    loss_friction: Array  # the same at the speed that decides the losses
+    unit_torque: Array  # torque per unit of each load parameter of the joint's own drive, (K, N)
+    step_share: Array  # of the time of use, of the step from each sample to the next, (N,)
+    low: Array  # ends of the torque at the gear's output, without joint friction and own drive [N m], (N,)
     high: Array
-    own_low: Array  # with what the joint's own drive adds
-    own_high: Array
-    least: Array  # ends of the motor's torque [N m], (N,)
-    most: Array
-    shaft: Array  # the motor's torque without what crosses the mesh [N m], (N,)
-    excess: Array  # of falling friction at the shaft [N m], (N,)
+    total_low: Array  # the same with the own drive
+    total_high: Array
+    motor_low: Array  # ends of the motor's torque [N m], (N,)
+    motor_high: Array
+    shaft: Array  # the motor's torque without the part that passes the mesh [N m], (N,)
+    excess: Array  # of friction at the shaft above its straight lines [N m], (N,)
     drag: Array  # of the gear, at its input [N m], (N,)
-    powers: Powers  # for the drag
-    # least tilting moment, axial and radial load on the output bearing [N m], [N], least torque that holds the worst
-    # position still [N m], least of the largest inertia [kg m^2], torque in stops on a ramp [N m]; NaN: nobody knows
-    still: Array
-    # of the output bearing at a few samples the least squares of the tilting moment and of the radial load, and the
-    # least of |mx fy - my fx|, (3, B)
-    tilts: Array
+    powers: SpeedPowers  # for the drag
+    # lower bounds on the largest tilting moment [N m], axial and radial load [N] of the output bearing, on the largest
+    # torque that holds a position at rest [N m], on the largest inertia [kg m^2], and on the torque in stops on a ramp
+    # [N m]; NaN if not known
+    least_loads: Array
+    # lower bounds at some samples on the squares of tilting moment and radial load of the output bearing, and on
+    # |mx fy - my fx|, (3, B)
+    bearing_products: Array
 
 
-class Sheets(NamedTuple):
-    """What a pair's case is made of."""
+class CaseRecords(NamedTuple):
+    """The records of which the case of a pair is composed."""
 
-    plain: Any  # a case of the joint, whatever its motor and gear, (1,)
-    case: Any  # memory: the case of one candidate, (1,)
-    motors: Any  # records of motors and of their shafts' friction
+    template: Any  # a case of the joint with any motor and gear, (1,)
+    case: Any  # buffer: the case of one candidate, (1,)
+    motors: Any  # records of motors, and of the friction of their shafts
     shafts: Any
-    gears: Any  # records of gears, and whether they are none
+    gears: Any  # records of gears, and whether there is none (direct drive)
     direct: Array
-    pairs: Any  # row of motor and gear of all pairs of the study, (P, 2)
+    pairs: Any  # rows of motor and gear of all pairs of the study, (P, 2)
 
 
-class Offer(NamedTuple):
-    """The candidates of one joint for compiled code, K other joints' drives that load it, and its bounds' memory.
+class BoundData(NamedTuple):
+    """What the bounds on the candidates of one joint need, with their buffers; K other joints' drives load it.
 
-    A law takes the parts that it needs: each array of what is handed on is compiled, whether it is looked at or not.
+    Compiled functions take the parts that they need: every array of an argument costs compile time, used or not.
     """
 
-    sheets: Sheets
-    row: Array  # the memory of the case as plain floats, (1, floats)
-    parameters: Array  # load parameters of each pair, (P, NUMBERS)
+    cases: CaseRecords
+    row: Array  # the buffer of the case as plain numbers, (1, numbers)
+    parameters: Array  # load parameters of each pair, (P, PARAMETERS)
     load: Array  # torque without drives [N m], (N,)
     others: Any  # joints whose drives load this one, (K,)
-    rows: Array  # what a unit of each number of each of them adds, (K, NUMBERS, N)
-    half: Array  # memory: half the width of each of these numbers, (K, NUMBERS)
-    sharp: Any  # in each stretch of the cycle the sample of largest acceleration, (STRETCHES,)
-    few: Span  # what is possible at those, and at as many samples of large torque
-    whole: Span  # at all samples
-    brake: Brake  # stops at the current limit
+    unit_torque: Array  # torque per unit of each load parameter of each of them, (K, PARAMETERS, N)
+    half_width: Array  # buffer: half the range of each of these parameters, (K, PARAMETERS)
+    acceleration_peaks: Any  # sample of largest acceleration of each section of the cycle, (SECTIONS,)
+    key: TorqueInterval  # at these samples, and at as many of large torque
+    full: TorqueInterval  # at all samples
+    stops: CurrentStops
 
 
-def span_of(motion: Motion, friction: Friction, added: Array, share: Array, bearing: int) -> Span:
-    """A span with memory of its own; ``bearing``: samples at which the output bearing is looked at."""
-    shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    memory: Any = (*np.zeros((9, len(share))), new_powers(len(share)), np.full(6, np.nan), np.zeros((3, bearing)))
-    return Span(motion, shown, lossy, added, share, *memory)
+def torque_interval_of(
+    motion: Motion, friction: Friction, unit_torque: Array, step_share: Array, bearing: int
+) -> TorqueInterval:
+    """A torque interval with buffers of its own; ``bearing``: number of samples for the output bearing."""
+    at_speed, at_loss_speed = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
+    n = len(step_share)
+    buffers: Any = (*np.zeros((9, n)), new_speed_powers(n), np.full(6, np.nan), np.zeros((3, bearing)))
+    return TorqueInterval(motion, at_speed, at_loss_speed, unit_torque, step_share, *buffers)
 
 
 @kernel(fastmath=FAST)
-def open_span(
-    load: Array, others: Any, rows: Array, low: Array, high: Array, half: Array, bottom: Array, top: Array
+def fill_interval(
+    load: Array, others: Any, unit_load: Array, low: Array, high: Array, half_width: Array, bottom: Array, top: Array
 ) -> None:
-    """Fill half widths and ends of the torque that open choices leave, as in ``Offer``.
+    """Interval of a load while the drives of K other joints are open: each load parameter lies within a range.
 
-    ``low``, ``high``: numbers of all joints' drives, (n, NUMBERS).
+    Args:
+        load: Without drives, (N,).
+        others: Joints of the drives, (K,).
+        unit_load: Load per unit of each parameter of each of them, (K, PARAMETERS, N).
+        low, high: Ranges of the load parameters of all joints' drives, (n, PARAMETERS).
+        half_width: Filled with half the width of the range of each parameter, (K, PARAMETERS).
+        bottom, top: Filled with the ends of the interval, (N,).
     """
-    middle = np.empty(half.shape[1])
+    middle = np.empty(half_width.shape[1])
     for t in range(len(bottom)):
         bottom[t] = load[t]
     for k in range(len(others)):
         least, most = low[others[k]], high[others[k]]
         for i in range(len(middle)):
-            wide = 0.5 * (most[i] - least[i])
+            half = 0.5 * (most[i] - least[i])
             middle[i] = 0.5 * (least[i] + most[i])
-            half[k, i] = wide + WIDER * (wide + abs(middle[i])) if wide > 0.0 else 0.0
-        add_rows(bottom, rows[k], middle, bottom)
+            half_width[k, i] = half + INTERVAL_ROUNDING * (half + abs(middle[i])) if half > 0.0 else 0.0
+        add_rows(bottom, unit_load[k], middle, bottom)
     for t in range(len(bottom)):
         top[t] = bottom[t]
     for k in range(len(others)):
-        for i in range(half.shape[1]):
-            row, half_width = rows[k, i], half[k, i]
-            if half_width > 0.0:
+        for i in range(half_width.shape[1]):
+            row, half = unit_load[k, i], half_width[k, i]
+            if half > 0.0:
                 for t in range(len(row)):
-                    wide = half_width * abs(row[t])
-                    bottom[t] -= wide
-                    top[t] += wide
+                    deviation = half * abs(row[t])
+                    bottom[t] -= deviation
+                    top[t] += deviation
 
 
 @kernel(fastmath=FAST)
 def bound_candidates(
-    offer: Offer, checks: Any, pairs: Any, exact: Any, until: float, strict: bool, room: float, full: bool,
-    energies: bool, weight: float, base: Array, cost: Array, used: Array, energy: Array, line: Array,
+    data: BoundData, checks: Any, pairs: Any, exact: Any, until: float, strict: bool, cost_limit: float, test_all: bool,
+    with_energy: bool, energy_weight: float, base: Array, cost: Array, used: Array, energy: Array, slope: Array,
 ) -> int:  # fmt: skip
-    """What candidates of one joint ask at least, with any torque in its interval (``open_span``); how many were tested.
+    """Lower bounds for K candidates of one joint while its torque lies in the interval (``fill_interval``).
 
-    One that asks more than ``until``, that costs ``room`` or more or whose cost is ``exact`` is looked at no further;
-    with ``strict`` one of which an essential check cannot be made is out; not ``full``: only those that may be the
-    cheapest are looked at. ``base`` (P,) and ``weight`` make the cost. ``cost`` (K,) is raised by the energy that is
-    certain, ``used`` (K,) becomes the largest utilisation, infinite where one is out, ``energy`` (K,) that of a cycle
-    less the line times what the load is above the middle of its interval [J], ``line`` (N,) how the power grows with
-    the load [W/(N m)].
+    Args:
+        data: Of the joint.
+        checks: The table of checks.
+        pairs: The candidates, (K,).
+        exact: Whether the cost of each is known exactly; these are not tested, (K,).
+        until: A candidate whose utilisation exceeds this is not tested further.
+        strict: Whether a candidate is ruled out if an essential check cannot be made.
+        cost_limit: A candidate that costs this much or more is not tested.
+        test_all: Whether to test all candidates, or only those that may be the cheapest.
+        with_energy, energy_weight: Whether to bound the energy, and its weight in the cost.
+        base: Cost of each pair without its energy, (P,).
+        cost: Cost of each candidate, raised here by its least energy, (K,).
+        used: Filled with lower bounds on the utilisation, infinite if ruled out, (K,).
+        energy: Filled with lower bounds on the energy of a cycle minus ``slope`` times the deviation of the load from
+            the middle of its interval [J], (K,).
+        slope: Filled with the slope of the power over the load at each sample [W/(N m)], (N,).
+
+    Returns:
+        How many candidates were tested.
     """
     count, least, open_energy = 0, np.inf, 0.0
-    few, whole, sheets, brake = offer.few, offer.whole, offer.sheets, offer.brake
-    own, flat = len(whole.added), np.zeros(len(line))
+    key, full, records, stops = data.key, data.full, data.cases, data.stops
+    own, no_slope = len(full.unit_torque), np.zeros(len(slope))
     for i in range(len(pairs)):
         least = min(least, cost[i]) if exact[i] else least
-    look_closer(few, whole, offer.sharp)
-    if energies:
-        power_line(sheets, whole, pairs, weight != 0.0, line)
-        open_energy = energy_of_line(offer.half, offer.rows, whole.motion.weight, line)
+    fill_key_samples(key, full, data.acceleration_peaks)
+    if with_energy:
+        mean_power_slope(records, full, pairs, energy_weight != 0.0, slope)
+        open_energy = energy_of_slope(data.half_width, data.unit_torque, full.motion.weight, slope)
     for i in range(len(pairs)):
-        if exact[i] or cost[i] >= room or not (full or cost[i] < least):
+        if exact[i] or cost[i] >= cost_limit or not (test_all or cost[i] < least):
             continue
         count += 1
-        case, row, amounts = put(sheets, pairs[i]), offer.row[0], offer.parameters[pairs[i]][:own]
+        case, row, amounts = set_case(records, pairs[i]), data.row[0], data.parameters[pairs[i]][:own]
         set_limits(case)
         used[i] = np.inf
         if strict and first_lacking(case, row, checks, NO) >= 0:
             continue
-        used[i], heat = bound(case, row, checks, few, brake, amounts, until, YES)
+        used[i], heat = bound_case(case, row, checks, key, stops, amounts, until, YES)
         if used[i] <= until:
-            used[i], heat = bound(case, row, checks, whole, brake, amounts, until, NO)
-        if energies and used[i] <= until:
-            energy[i] = least_energy(case, whole, heat, line)
+            used[i], heat = bound_case(case, row, checks, full, stops, amounts, until, NO)
+        if with_energy and used[i] <= until:
+            energy[i] = least_energy(case, full, heat, slope)
             drawn = energy[i] - open_energy
-            if weight != 0.0 and open_energy != 0.0:
-                drawn = max(drawn, least_energy(case, whole, heat, flat))
-            cost[i] = max(cost[i], base[pairs[i]] + weight * drawn * (BELOW if drawn > 0.0 else 1.0 / BELOW))
-        if used[i] <= until and cost[i] < room:
+            if energy_weight != 0.0 and open_energy != 0.0:
+                drawn = max(drawn, least_energy(case, full, heat, no_slope))
+            rounded = drawn * (ROUND_DOWN if drawn > 0.0 else 1.0 / ROUND_DOWN)
+            cost[i] = max(cost[i], base[pairs[i]] + energy_weight * rounded)
+        if used[i] <= until and cost[i] < cost_limit:
             least = min(least, cost[i])
     return count
 
 
 @law
-def put(sheets: Sheets, pair: Any) -> Any:
-    """The case of a pair, with nothing found yet."""
-    motor, gear, case = sheets.pairs[pair, 0], sheets.pairs[pair, 1], sheets.case[0]
-    sheets.case[0] = sheets.plain[0]
-    case.motor, case.shaft = sheets.motors[motor], sheets.shafts[motor]
-    case.gear, case.direct = sheets.gears[gear], sheets.direct[gear]
+def set_case(records: CaseRecords, pair: Any) -> Any:
+    """Set the buffer to the case of a pair, all figures unknown, and return it."""
+    motor, gear, case = records.pairs[pair, 0], records.pairs[pair, 1], records.case[0]
+    records.case[0] = records.template[0]
+    case.motor, case.shaft = records.motors[motor], records.shafts[motor]
+    case.gear, case.direct = records.gears[gear], records.direct[gear]
     return case
 
 
 @law
-def look_closer(few: Span, whole: Span, sharp: Any) -> None:
-    """Fill the few samples: of each stretch of the cycle those of largest acceleration and largest certain torque."""
-    stretches = len(sharp)
-    few.powers.exponent[0] = np.nan
-    length = len(whole.low) // stretches
-    for k in range(2 * stretches):
-        at = sharp[k % stretches]
-        if k >= stretches:
-            first, largest = (k - stretches) * length, -np.inf
+def fill_key_samples(key: TorqueInterval, full: TorqueInterval, acceleration_peaks: Any) -> None:
+    """Fill the key samples: of each section of the cycle those of largest acceleration and of largest certain torque.
+
+    The certain torque is the smallest magnitude in the interval.
+    """
+    sections = len(acceleration_peaks)
+    key.powers.exponent[0] = np.nan  # the speeds change
+    length = len(full.low) // sections
+    for k in range(2 * sections):
+        at = acceleration_peaks[k % sections]
+        if k >= sections:
+            first, largest = (k - sections) * length, -np.inf
             for t in range(first, first + length):
-                needed = max(whole.low[t], -whole.high[t])
-                if needed > largest:
-                    at, largest = t, needed
-        few.low[k], few.high[k] = whole.low[at], whole.high[at]
-        few.shown[k], few.lossy[k] = whole.shown[at], whole.lossy[at]
-        few.motion.speed[k], few.motion.loss_speed[k] = whole.motion.speed[at], whole.motion.loss_speed[at]
-        few.motion.acceleration[k] = whole.motion.acceleration[at]
-        few.motion.carrier_acceleration[k] = whole.motion.carrier_acceleration[at]
-        for i in range(len(few.added)):
-            few.added[i, k] = whole.added[i, at]
+                certain = max(full.low[t], -full.high[t])
+                if certain > largest:
+                    at, largest = t, certain
+        key.low[k], key.high[k] = full.low[at], full.high[at]
+        key.friction[k], key.loss_friction[k] = full.friction[at], full.loss_friction[at]
+        key.motion.speed[k], key.motion.loss_speed[k] = full.motion.speed[at], full.motion.loss_speed[at]
+        key.motion.acceleration[k] = full.motion.acceleration[at]
+        key.motion.carrier_acceleration[k] = full.motion.carrier_acceleration[at]
+        for i in range(len(key.unit_torque)):
+            key.unit_torque[i, k] = full.unit_torque[i, at]
 
 
 @law(fastmath=FAST)
-def energy_of_line(half: Any, rows: Any, weight: Any, line: Any) -> Any:
-    """What the line takes over at most: its share of what is open in the load [J]."""
+def energy_of_slope(half_width: Any, unit_torque: Any, weight: Any, slope: Any) -> Any:
+    """Largest magnitude of the slope times the deviation of the load, summed over a cycle [J].
+
+    The load deviates from the middle of its interval by the parameters of the open drives; this is the part of the
+    energy that depends on them and not on the candidate.
+    """
     total = 0.0
-    for k in range(half.shape[0]):
-        for i in range(half.shape[1]):
-            if half[k, i] > 0.0:
-                row, slope = rows[k, i], 0.0
-                for t in range(len(line)):
-                    slope += row[t] * (line[t] * weight[t])
-                total += half[k, i] * abs(slope)
+    for k in range(half_width.shape[0]):
+        for i in range(half_width.shape[1]):
+            if half_width[k, i] > 0.0:
+                row, per_unit = unit_torque[k, i], 0.0
+                for t in range(len(slope)):
+                    per_unit += row[t] * (slope[t] * weight[t])
+                total += half_width[k, i] * abs(per_unit)
     return total
 
 
 @law(fastmath=FAST)
-def bound(case: Any, row: Any, checks: Any, span: Span, brake: Brake, amounts: Any, until: Any, peaks: Any) -> Any:
-    """Fill the figures of one case with their least, stage by stage; its largest utilisation, and how warm it gets."""
+def bound_case(
+    case: Any, row: Any, checks: Any, interval: TorqueInterval, stops: CurrentStops, amounts: Any, until: Any,
+    peaks_only: Any,
+) -> Any:  # fmt: skip
+    """Fill the figures of one case with lower bounds, stage by stage.
+
+    Args:
+        case, row: The case, and the same as plain numbers.
+        checks: The table of checks.
+        interval: Of the torque.
+        stops: At the current limit.
+        amounts: Load parameters of the case's drive, if it loads its own joint.
+        until: As for ``bound_candidates``.
+        peaks_only: Whether only checks on peak values are made, as the samples are not all of the cycle.
+
+    Returns:
+        Lower bounds on the largest utilisation and on the temperatures.
+    """
     gear, motor, setting, figures = case.gear, case.motor, case.setting, case.figures
     unknown = unknown_torque(case)
     if setting.cold != 0.0:
-        set_cold_start(case, least_mechanical(case, span, amounts, setting.cold_start).torque + unknown)
-    found = least_mechanical(case, span, amounts, setting.gear_temperature)
+        set_cold_start(case, least_mechanical(case, interval, amounts, setting.cold_start).torque + unknown)
+    found = least_mechanical(case, interval, amounts, setting.gear_temperature)
     figures.load_torque, figures.joint_torque = found.load, found.load
     if setting.jam != 0.0:
         set_jam(case)
-    stop = least_hard_stop(case, brake, amounts)
+    stop = least_hard_stop(case, stops, amounts)
     figures.momentary_torque, figures.stop_motor_torque = larger(found.load, stop.load), stop.torque
-    if not peaks:
-        struck, travel = stop.load, stop.travel
-        if known(span.still[5]):
-            struck, travel = span.still[5], 0.5 * setting.fastest * setting.stop_ramp
-            figures.momentary_torque = larger(figures.momentary_torque, struck)
-        if struck * case.safety.peak_torque * BELOW > case.limits.repeated_peak_torque:
+    if not peaks_only:
+        least_loads, products = interval.least_loads, interval.bearing_products
+        stop_torque, travel = stop.load, stop.travel
+        if known(least_loads[5]):
+            stop_torque, travel = least_loads[5], 0.5 * setting.fastest * setting.stop_ramp
+            figures.momentary_torque = larger(figures.momentary_torque, stop_torque)
+        if stop_torque * case.safety.peak_torque * ROUND_DOWN > case.limits.repeated_peak_torque:
             figures.permitted_peaks = permitted_peaks(gear.momentary_waves, gear.ratio, travel)
-        figures.average_load_torque = least_average(case, span)
+        figures.average_load_torque = least_average(case, interval)
         figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
-        arm, tilt, radial = bearing_arm(gear), 0.0, span.still[2]
+        arm, square, radial = bearing_arm(gear), 0.0, least_loads[2]
         lever = known_or(arm, 0.0)
-        for t in range(span.tilts.shape[1]):  # ``moment_square`` of what is least
-            tilt = larger(tilt, span.tilts[0, t] + lever * (lever * span.tilts[1, t] + 2.0 * span.tilts[2, t]))
-        figures.tilting_moment = math.sqrt(tilt) + 0.0 * (arm + radial)
-        figures.axial_load, figures.radial_load = span.still[1], radial
-        figures.wanted_stiffness = setting.resonance * setting.resonance * span.still[4]
+        for t in range(products.shape[1]):  # as ``moment_square``, each term at its least
+            square = larger(square, products[0, t] + lever * (lever * products[1, t] + 2.0 * products[2, t]))
+        figures.tilting_moment = math.sqrt(square) + 0.0 * (arm + radial)  # NaN if one of them is not known
+        figures.axial_load, figures.radial_load = least_loads[1], radial
+        figures.wanted_stiffness = setting.resonance * setting.resonance * least_loads[4]
         figures.bearing_static_load = static_load(
             gear.bearing_pitch_diameter, figures.tilting_moment, figures.radial_load, figures.axial_load
         )
-        figures.holding_torque = holding_torque(span.still[3], gear.ratio)
-    used, _ = worst(case, row, checks, GEAR, 0.0, NOTHING, peaks)
-    used, _ = worst(case, row, checks, SPEED, used, NOTHING, peaks)
+        figures.holding_torque = holding_torque(least_loads[3], gear.ratio)
+    used, _ = worst(case, row, checks, GEAR, 0.0, NOTHING, peaks_only)
+    used, _ = worst(case, row, checks, SPEED, used, NOTHING, peaks_only)
     figures.motor_torque = found.torque + unknown
     figures.rms_torque = math.sqrt(found.square / setting.duration) + unknown
     figures.phase_torque = math.sqrt(found.phase / setting.duration) + unknown
-    used, _ = worst(case, row, checks, TORQUE, used, NOTHING, peaks)
-    if peaks or used > until:
+    used, _ = worst(case, row, checks, TORQUE, used, NOTHING, peaks_only)
+    if peaks_only or used > until:
         return used, LeastHeat(np.nan, np.nan, np.nan)
-    heat = least_heat(case, span)
+    heat = least_heat(case, interval)
 
     heated, weakest = heat.hottest > -np.inf, torque_constant(motor, heat.magnets)
     figures.winding_temperature = heat.hottest + unknown if heated else np.nan
     figures.phase_temperature = figures.winding_temperature
-    if weakest <= 0.0:  # it runs away; where the torque is not known nobody says so
+    if weakest <= 0.0:  # thermal runaway; a torque that is not known proves none
         return np.inf if known(unknown) else used, heat
-    if motor.magnet_coefficient <= 0.0 or not heated:  # else warm magnets may be stronger without bound
+    if motor.magnet_coefficient <= 0.0 or not heated:  # else warm magnets may be arbitrarily strong
         set_currents(case, weakest)
     cold, volts = torque_constant(motor, setting.ambient), 0.0
     ends = (winding_resistance(motor, setting.ambient), winding_resistance(motor, heat.coolest))
-    for more in (1.0, torque_factor(case.safety)):
+    for factor in (1.0, torque_factor(case.safety)):
         for i in range(1 if heated else 2):
-            volts = larger(volts, least_voltage(case, span, cold, ends[i], more))
+            volts = larger(volts, least_voltage(case, interval, cold, ends[i], factor))
     figures.voltage = volts + unknown
     used, _ = worst(case, row, checks, HEAT, used, NOTHING, NO)
     return used, heat
 
 
 class LeastStop(NamedTuple):
-    """Least of stops at a current limit: largest torque of the gear, of the motor to hold the load; longest way."""
+    """Bounds on stops at a current limit."""
 
-    load: float
-    torque: float
-    travel: float
+    load: float  # lower bound on the largest torque of the gear [N m]
+    torque: float  # lower bound on the largest torque of the motor that holds the load [N m]
+    travel: float  # upper bound on the angle until standstill [rad]
 
 
 @law
-def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
-    """The least of what stops at the current limit ask, at a few samples: torque, torque that holds the load, way.
+def least_hard_stop(case: Any, stops: CurrentStops, amounts: Any) -> Any:
+    """Bounds on stops at the current limit; see ``judge.hard_stop``.
 
-    See ``judge.hard_stop``. The torque rises with the static one, and with the inertia it only rises or only falls, so
-    its ends lie at the ends of both, and those of how fast the joint slows down.
+    The torque of the gear rises with the static torque and is monotonic in the inertia, and so is the deceleration.
+    Their extremes are therefore at the ends of both intervals.
     """
     setting, gear = case.setting, case.gear
-    if len(brake.speed) == 0 or setting.ramped != 0.0 or not known(setting.stop_current + unknown_torque(case)):
+    if len(stops.speed) == 0 or setting.ramped != 0.0 or not known(setting.stop_current + unknown_torque(case)):
         return LeastStop(0.0, np.nan, 0.0)
-    mesh, shaft, ratio, found, holding, longest = mesh_of(gear), friction_curve(case.shaft), gear.ratio, 0.0, 0.0, 0.0
+    mesh, shaft, ratio = mesh_of(gear), friction_curve(case.shaft), gear.ratio
+    largest, holding, longest = 0.0, 0.0, 0.0
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(gear.inertia, 0.0)
     rides, limit = setting.rides, stop_constant(case) * setting.stop_current
     weaker = case.motor.torque_constant * setting.stop_current
     rotor, riding = stop_rotor(ratio, inertia, rides)
     factor, spring = drag_factor(mesh, stop_temperature(case)), swing_spring(gear)
     stiff, swings = stiff_spring(gear).slope_3, 1.0 if setting.stop_rise <= 0.0 else 0.0
-    for t in range(len(brake.speed)):
-        speed, acceleration, own_torque, own = brake.loss_speed[t], brake.acceleration[t], 0.0, 0.0
+    for t in range(len(stops.speed)):
+        speed, acceleration, own_torque, own_inertia = stops.loss_speed[t], stops.acceleration[t], 0.0, 0.0
         for k in range(len(amounts)):
-            own_torque += amounts[k] * brake.added_torque[k, t]
-            own += amounts[k] * brake.added_inertia[k, t]
-        way, low, high, slowing = direction(speed), np.inf, -np.inf, 0.0
-        carrier = brake.carrier_acceleration[t] - rides * acceleration
+            own_torque += amounts[k] * stops.unit_torque[k, t]
+            own_inertia += amounts[k] * stops.unit_inertia[k, t]
+        sign, low, high, slowing = direction(speed), np.inf, -np.inf, 0.0
+        carrier = stops.carrier_acceleration[t] - rides * acceleration
         push = braking_push(mesh, shaft, factor, inertia, limit, speed, carrier)
         unaided = braking_push(mesh, shaft, 0.0, inertia, weaker, speed, carrier)
-        bare, own = own, own + riding
-        least = max(max(brake.inertia[0, t] + bare, 0.0) + riding, 0.0)
+        own = own_inertia + riding
+        least = max(max(stops.inertia[0, t] + own_inertia, 0.0) + riding, 0.0)
         for i in range(2):
-            static = brake.static[i, t] + own_torque - own * acceleration
+            static = stops.static[i, t] + own_torque - own * acceleration
             for j in range(2):
-                load = max(brake.inertia[j, t] + bare, 0.0) + riding
-                torque = braked(mesh.driving, mesh.driven, rotor, push, static, load, way).torque
-                free = braked(1.0, 1.0, rotor, unaided, static, load, way)
-                slowing = max(slowing, -way * free.acceleration if load + rotor > 0.0 else np.inf)
+                load = max(stops.inertia[j, t] + own_inertia, 0.0) + riding
+                torque = braked(mesh.driving, mesh.driven, rotor, push, static, load, sign).torque
+                free = braked(1.0, 1.0, rotor, unaided, static, load, sign)
+                slowing = max(slowing, -sign * free.acceleration if load + rotor > 0.0 else np.inf)
                 for k in range(2):
-                    swung = swung_torque(spring, brake.torque[k, t] + own_torque, torque, 1.0)
+                    swung = swung_torque(spring, stops.torque[k, t] + own_torque, torque, 1.0)
                     low, high = min(low, swung), max(high, swung)
                     if swings == 0.0:
                         low, high = min(low, torque), max(high, torque)
-        below, above = brake.static[0, t] + own_torque - own * acceleration, brake.static[1, t]
-        still = max(below, -(above + own_torque - own * acceleration), 0.0)
-        holding = max(holding, still / abs(ratio))
+        below, above = stops.static[0, t] + own_torque - own * acceleration, stops.static[1, t]
+        held = max(below, -(above + own_torque - own * acceleration), 0.0)
+        holding = max(holding, held / abs(ratio))
         most = (
-            still
-            + least * abs(acceleration)
-            + abs(brake.speed[t]) * math.sqrt((stiff if known(stiff) else 0.0) * least)
+            held + least * abs(acceleration) + abs(stops.speed[t]) * math.sqrt((stiff if known(stiff) else 0.0) * least)
         )
         swung = max(low, -high, 0.0) if high < np.inf else 0.0
-        found = max(found, min(swung, most) if known(stiff) else swung)
+        largest = max(largest, min(swung, most) if known(stiff) else swung)
         longest = max(longest, 0.5 * speed * speed / slowing if slowing > 0.0 else np.inf)
-    return LeastStop(found, holding, longest)
+    return LeastStop(largest, holding, longest)
 
 
 class LeastMechanical(NamedTuple):
-    """Least load, least largest torque and least sums of weighted squares; see ``judge.Mechanical``."""
+    """Lower bounds on the fields of ``judge.Mechanical``."""
 
-    load: float
-    torque: float
-    square: float
-    phase: float
+    load: float  # largest torque at the gear's output [N m]
+    torque: float  # largest torque of the motor [N m]
+    square: float  # time integral of its square [N^2 m^2 s]
+    phase: float  # the same as felt by the most loaded phase
 
 
 @law(fastmath=FAST)
-def least_mechanical(case: Any, span: Span, amounts: Any, gear_temperature: Any) -> Any:
-    """The pass over the mechanics: ends of the motor's torque at every sample, and the peaks that are certain."""
-    motion, low, high, shown, lossy = span.motion, span.own_low, span.own_high, span.shown, span.lossy
-    add_rows(span.low, span.added, amounts, low)
+def least_mechanical(case: Any, interval: TorqueInterval, amounts: Any, gear_temperature: Any) -> Any:
+    """Fill the ends of the motor's torque at every sample, and return the bounds that follow from them."""
+    motion, low, high = interval.motion, interval.total_low, interval.total_high
+    friction, loss_friction = interval.friction, interval.loss_friction
+    add_rows(interval.low, interval.unit_torque, amounts, low)
     for t in range(len(low)):
-        high[t] = low[t] + (span.high[t] - span.low[t])
+        high[t] = low[t] + (interval.high[t] - interval.low[t])
     mesh, inertia = mesh_of(case.gear), known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
-    turning, excess = friction_curve(case.shaft), span.excess
-    excess_series(turning, mesh.ratio, motion.loss_speed, excess)
-    drag_series(mesh, gear_temperature, motion.loss_speed, span.powers, span.drag)
-    least, most, shaft, load, torque, square, phase = span.least, span.most, span.shaft, 0.0, 0.0, 0.0, 0.0
+    at_shaft, excess = friction_curve(case.shaft), interval.excess
+    excess_series(at_shaft, mesh.ratio, motion.loss_speed, excess)
+    drag_series(mesh, gear_temperature, motion.loss_speed, interval.powers, interval.drag)
+    motor_low, motor_high, shaft = interval.motor_low, interval.motor_high, interval.shaft
+    load, torque, square, phase = 0.0, 0.0, 0.0, 0.0
     for t in range(len(low)):
         speed = motion.loss_speed[t]
         shaft[t] = (
             rotor_torque(inertia, mesh.ratio, motion.acceleration[t], motion.carrier_acceleration[t])
-            + sliding_friction(turning, mesh.ratio * speed) + excess[t] + span.drag[t]
+            + sliding_friction(at_shaft, mesh.ratio * speed) + excess[t] + interval.drag[t]
         )  # fmt: skip
-        a, b = low[t] + lossy[t], high[t] + lossy[t]
+        a, b = low[t] + loss_friction[t], high[t] + loss_friction[t]
         first, second = mesh_torque(mesh, a, speed), mesh_torque(mesh, b, speed)
         bend = 0.0 if (a < 0.0) & (b > 0.0) else first
-        least[t] = smaller(smaller(first, second), bend) + shaft[t]
-        most[t] = larger(larger(first, second), bend) + shaft[t]
-        load = larger(load, larger(low[t] + shown[t], -(high[t] + shown[t])))
-        magnitude = larger(larger(least[t], -most[t]), 0.0)
+        motor_low[t] = smaller(smaller(first, second), bend) + shaft[t]
+        motor_high[t] = larger(larger(first, second), bend) + shaft[t]
+        load = larger(load, larger(low[t] + friction[t], -(high[t] + friction[t])))
+        magnitude = larger(larger(motor_low[t], -motor_high[t]), 0.0)
         torque = larger(torque, magnitude)
         heating = motion.weight[t] * magnitude * magnitude
         square += heating
-        phase += heating * motion.phase[t] * motion.phase[t]
+        phase += heating * motion.phase_ratio[t] * motion.phase_ratio[t]
     if case.setting.moves != 0.0:
         joint = friction_curve(case.joint)
         for first_sample, after in motion.rests:
-            for t in range(first_sample, after):  # what breaks the joint loose where the direction is certain
-                a, b = low[t] + shown[t], high[t] + shown[t]
+            for t in range(first_sample, after):  # breakaway, if the sign of the load is certain
+                a, b = low[t] + friction[t], high[t] + friction[t]
                 if a > 0.0 or b < 0.0:
-                    way, near = direction(a + b), a if a > 0.0 else b
-                    load = larger(load, abs(near + breakaway_friction(joint, way)))
+                    sign, nearest = direction(a + b), a if a > 0.0 else b
+                    load = larger(load, abs(nearest + breakaway_friction(joint, sign)))
                 a, b = low[t], high[t]
                 if a > 0.0 or b < 0.0:
                     rotor = rotor_torque(inertia, mesh.ratio, motion.acceleration[t], motion.carrier_acceleration[t])
-                    start = starting_torque(mesh, turning, joint, a, 0.0) + rotor
-                    other = starting_torque(mesh, turning, joint, b, 0.0) + rotor
+                    start = starting_torque(mesh, at_shaft, joint, a, 0.0) + rotor
+                    other = starting_torque(mesh, at_shaft, joint, b, 0.0) + rotor
                     if start * other > 0.0:
                         torque = larger(torque, smaller(abs(start), abs(other)))
     return LeastMechanical(load, torque, square, phase)
 
 
 @law(fastmath=FAST)
-def least_average(case: Any, span: Span) -> Any:
-    """The least average load as wear sees it [N m]; Harmonic Drive SHG, p. 30."""
-    motion, low, high, exponent = span.motion, span.own_low, span.own_high, case.gear.life_exponent
-    shown, worn, travel, held = span.shown, 0.0, 0.0, 0.0
+def least_average(case: Any, interval: TorqueInterval) -> Any:
+    """Lower bound on the average load that counts for wear [N m]; Harmonic Drive SHG, p. 30."""
+    motion, low, high, exponent = interval.motion, interval.total_low, interval.total_high, case.gear.life_exponent
+    friction, total, travel, largest = interval.friction, 0.0, 0.0, 0.0
     for t in range(len(low)):
-        way = motion.weight[t] * abs(motion.speed[t])
-        least = larger(larger(low[t] + shown[t], -(high[t] + shown[t])), 0.0)
-        worn += way * wear(least, exponent)
-        travel += way
-        held = larger(held, least)
-    return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else held
+        angle = motion.weight[t] * abs(motion.speed[t])
+        load = larger(larger(low[t] + friction[t], -(high[t] + friction[t])), 0.0)
+        total += angle * wear(load, exponent)
+        travel += angle
+        largest = larger(largest, load)
+    return (total / travel) ** (1.0 / exponent) if travel > 0.0 else largest
 
 
 class LeastHeat(NamedTuple):
-    """Temperatures that a motor does not stay below [C]: its winding at any instant, its magnets, its hottest winding.
+    """Lower bounds on the temperatures of a motor [C].
 
-    Where the sheet does not say enough the hottest is -inf, the winding is taken at its limit, the magnets at ambient.
+    If the data sheet lacks thermal data, the hottest is -inf, the coolest at most the winding's limit, and the magnets
+    are at ambient temperature.
     """
 
-    coolest: float
-    magnets: float
-    hottest: float
+    coolest: float  # of the winding at every instant
+    magnets: float  # of the magnets
+    hottest: float  # of the winding at its hottest
 
 
 @law(fastmath=FAST)
-def least_heat(case: Any, span: Span) -> Any:
-    """How warm a motor gets at least.
+def least_heat(case: Any, interval: TorqueInterval) -> Any:
+    """Lower bounds on the temperatures of a motor.
 
-    The mean heat of a cycle can be bounded from below before any temperature is known; it warms the magnets, which then
-    need more current, and the winding, which then has more resistance, and both add to the heat. Each step of that
-    ladder is a lower bound, and the next one starts from it.
+    The mean heat of a cycle can be bounded from below before any temperature is known. It warms the magnets, which then
+    need more current, and the winding, which then has more resistance; both add to the heat. Each step of this
+    iteration is a lower bound, and the next one starts from it.
     """
     motor, setting, ambient = case.motor, case.setting, case.setting.ambient
     nodes, limit = thermal_nodes(motor, setting.mounting), motor.max_winding_temperature
     if not known(nodes.inner + nodes.outer):
         return LeastHeat(known_or(limit, ambient), ambient, -np.inf)
-    if motor.magnet_coefficient > 0.0 or not known(limit):  # may be stronger without bound; or run away unjudged
+    if motor.magnet_coefficient > 0.0 or not known(limit):  # arbitrarily strong, or no check against runaway
         return LeastHeat(smaller(ambient, known_or(limit, ambient)), ambient, ambient)
-    square = mean_square(span.least, span.most, span.share)
-    loss = least_housing_loss(case, span, nodes, square)
-    share = resting_share(nodes, len(span.motion.periods.shares), setting.duration)
+    square = mean_square(interval.motor_low, interval.motor_high, interval.step_share)
+    loss = least_housing_loss(case, interval, nodes, square)
+    share = resting_share(nodes, len(interval.motion.periods.shares), setting.duration)
     coolest, housing, winding = ambient, 0.0, 0.0
-    for _ in range(STEPS):
+    for _ in range(MAX_HEAT_STEPS):
         constant, before = torque_constant(motor, ambient + housing), winding
         if not constant > 0.0:
             return LeastHeat(coolest, ambient + housing, np.inf)
         copper = square / (constant * constant) * winding_resistance(motor, coolest)
         housing = nodes.outer * (copper + loss)
         winding, coolest = nodes.inner * copper + housing, ambient + share * nodes.outer * copper
-        if winding - before <= ENOUGH * winding:
+        if winding - before <= HEAT_TOLERANCE * winding:
             break
     return LeastHeat(coolest, ambient + housing, ambient + winding)
 
 
 @law(fastmath=FAST)
 def mean_square(least: Any, most: Any, share: Any) -> Any:
-    """Least mean square of the motor's torque, straight between samples [N^2 m^2]."""
+    """Lower bound on the mean square of the motor's torque, linear between samples [N^2 m^2]."""
     low, high, low_after, high_after, total = least[:-1], most[:-1], least[1:], most[1:], 0.0
     for t in range(len(low)):
         a = larger(low[t], 0.0) + smaller(high[t], 0.0)
         b = larger(low_after[t], 0.0) + smaller(high_after[t], 0.0)
-        same = (a * a + a * b + b * b) * (1.0 / 3.0)
-        turned = 0.25 * larger(a * a, b * b)  # the least of the same sum over one of the two
-        total += share[t] * (same if a * b > 0.0 else turned)
+        same_sign = (a * a + a * b + b * b) * (1.0 / 3.0)
+        other_sign = 0.25 * larger(a * a, b * b)  # the least of that expression while the larger one is fixed
+        total += share[t] * (same_sign if a * b > 0.0 else other_sign)
     return total
 
 
 @law(fastmath=FAST)
-def least_housing_loss(case: Any, span: Span, nodes: Any, square: Any) -> Any:
-    """Least mean power that friction at the motor's shaft and the gear's share bring into the housing [W].
+def least_housing_loss(case: Any, interval: TorqueInterval, nodes: Any, square: Any) -> Any:
+    """Lower bound on the mean power of shaft friction and gear losses that heats the motor's housing [W].
 
-    What falling friction has above its straight lines is left out. The heat of a gear that settles falls with what else
-    warms it, but both together do not.
+    Friction that falls with speed is left out. The drag of a gear falls as other losses warm it, but the sum of both
+    does not. ``excess`` and ``drag`` are overwritten: by the loss without drag, and by the power of the drag.
     """
-    shaft, mesh, speed, share = friction_curve(case.shaft), mesh_of(case.gear), span.motion.speed, span.share
-    low, high, shown, warms, rubs = span.own_low, span.own_high, span.shown, case.setting.gear_heat, not shaft.falls
-    loss, own, total, dragged = span.excess, span.drag, 0.0, 0.0
+    shaft, mesh, speed = friction_curve(case.shaft), mesh_of(case.gear), interval.motion.speed
+    low, high, friction, share = interval.total_low, interval.total_high, interval.friction, interval.step_share
+    gear_heat, counts_friction = case.setting.gear_heat, not shaft.falls
+    loss, drag_power, total, total_drag = interval.excess, interval.drag, 0.0, 0.0
     coil = known_or(case.motor.brake.power, 0.0)
     for t in range(len(loss)):
-        motor_speed, a, b = mesh.ratio * speed[t], low[t] + shown[t], high[t] + shown[t]
-        near = larger(a, 0.0) + smaller(b, 0.0)  # the load nearest to none: no other loses less in the mesh
-        seal = mesh.seal * abs(motor_speed) * (own[t] != 0.0)
-        own[t] = own[t] * motor_speed - seal
-        loss[t] = coil + warms * (mesh_loss_power(mesh, near, speed[t]) + seal)
-        loss[t] += sliding_friction(shaft, motor_speed) * motor_speed * rubs
+        motor_speed, a, b = mesh.ratio * speed[t], low[t] + friction[t], high[t] + friction[t]
+        load = larger(a, 0.0) + smaller(b, 0.0)  # of smallest magnitude: no other loses less in the mesh
+        seal = mesh.seal * abs(motor_speed) * (drag_power[t] != 0.0)
+        drag_power[t] = drag_power[t] * motor_speed - seal
+        loss[t] = coil + gear_heat * (mesh_loss_power(mesh, load, speed[t]) + seal)
+        loss[t] += sliding_friction(shaft, motor_speed) * motor_speed * counts_friction
     for t in range(len(loss) - 1):
         total += 0.5 * share[t] * (loss[t] + loss[t + 1])
-        dragged += 0.5 * share[t] * (own[t] + own[t + 1])
-    drag = warms * dragged / drag_factor(mesh, case.setting.gear_temperature)
-    if nodes.inner == 0.0 and len(span.motion.periods.shares) > 1:  # each part has a warmth of its own
+        total_drag += 0.5 * share[t] * (drag_power[t] + drag_power[t + 1])
+    drag = gear_heat * total_drag / drag_factor(mesh, case.setting.gear_temperature)
+    if nodes.inner == 0.0 and len(interval.motion.periods.shares) > 1:  # each part has a temperature of its own
         return total
     return total + drag * settled_factor(case, nodes, square, total, drag)
 
 
 @law(fastmath=FAST)
 def resting_share(nodes: Any, parts: Any, duration: Any) -> Any:
-    """The share of its mean rise below which the housing never falls while the winding's heat comes unevenly.
+    """Lower bound on the housing's temperature rise at any instant, as a share of its mean rise.
 
-    The answer of the housing to a short burst of heat in the winding, repeated with the cycle, is the difference of
-    two exponentials: least just when the burst comes. No distribution of the same heat keeps it cooler.
+    The response of the housing to an impulse of heat in the winding, repeated with the cycle, is the difference of two
+    exponentials, which is least at the instant of the impulse. No distribution of the same heat over the cycle keeps
+    the housing cooler at an instant.
     """
     inner, outer = nodes.inner, nodes.outer
     if math.isnan(nodes.winding):
@@ -573,10 +630,13 @@ def resting_share(nodes: Any, parts: Any, duration: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def least_voltage(case: Any, span: Span, constant: Any, ohms: Any, more: Any) -> Any:
-    """Least largest voltage at fixed temperatures with so many times the torque, first and last sample left out [V]."""
-    motion, least, most = span.motion, span.least, span.most
-    ratio, inductance, inverse, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), more / constant, 0.0
+def least_voltage(case: Any, interval: TorqueInterval, constant: Any, ohms: Any, factor: Any) -> Any:
+    """Lower bound on the largest voltage at fixed temperatures, the torque times a factor [V].
+
+    The first and the last sample are left out.
+    """
+    motion, least, most = interval.motion, interval.motor_low, interval.motor_high
+    ratio, inductance, inverse, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), factor / constant, 0.0
     l0, l1, l2, h0, h1, h2 = least[:-2], least[1:-1], least[2:], most[:-2], most[1:-1], most[2:]
     speed, behind = motion.speed[1:-1], motion.rate_before[1:-1]
     at, ahead = motion.rate_at[1:-1], motion.rate_after[1:-1]
@@ -596,7 +656,7 @@ def least_voltage(case: Any, span: Span, constant: Any, ohms: Any, more: Any) ->
 
 @law(fastmath=FAST)
 def certain_loss(motor: Any, magnets: Any, coolest: Any, heated: Any) -> Any:
-    """Copper loss over torque squared that no temperature lets a motor undercut [W/(N m)^2]."""
+    """Lower bound on the copper loss per square of the torque, at any temperature that occurs [W/(N m)^2]."""
     constant = torque_constant(motor, magnets)
     if not constant > 0.0 or (motor.magnet_coefficient > 0.0 and heated):
         return 0.0
@@ -604,71 +664,77 @@ def certain_loss(motor: Any, magnets: Any, coolest: Any, heated: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def power_line(sheets: Sheets, span: Span, pairs: Any, first: Any, line: Any) -> None:
-    """How the power grows with the load at the middle of the interval: the mean over some candidates, or the first."""
-    motion, low, high, lossy, count = span.motion, span.low, span.high, span.lossy, min(len(pairs), SAMPLED)
-    line[:] = 0.0
+def mean_power_slope(records: CaseRecords, interval: TorqueInterval, pairs: Any, first: Any, slope: Any) -> None:
+    """Fill the slope of the power over the load at the middle of the interval, the mean over some candidates.
+
+    These are the first ones, or evenly spaced. Any slope gives valid bounds; this one gives tight ones.
+    """
+    motion, low, high, friction = interval.motion, interval.low, interval.high, interval.loss_friction
+    count = min(len(pairs), SLOPE_CANDIDATES)
+    slope[:] = 0.0
     for i in range(count):
-        case = put(sheets, pairs[i if first else i * len(pairs) // count])
+        case = set_case(records, pairs[i if first else i * len(pairs) // count])
         mesh, ambient = mesh_of(case.gear), case.setting.ambient
         inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
         loss = certain_loss(case.motor, ambient, ambient, False)
-        for t in range(len(line)):
-            load = 0.5 * (low[t] + high[t]) + lossy[t]
-            share = mesh_slope(mesh, load * motion.loss_speed[t])
-            torque = share * load + inertia * mesh.ratio * motion.acceleration[t]
-            line[t] += share * (mesh.ratio * motion.speed[t] + 2.0 * loss * torque) / count
+        for t in range(len(slope)):
+            load = 0.5 * (low[t] + high[t]) + friction[t]
+            per_load = mesh_slope(mesh, load * motion.loss_speed[t])
+            torque = per_load * load + inertia * mesh.ratio * motion.acceleration[t]
+            slope[t] += per_load * (mesh.ratio * motion.speed[t] + 2.0 * loss * torque) / count
 
 
 @law(fastmath=FAST)
-def least_energy(case: Any, span: Span, heat: LeastHeat, line: Any) -> Any:
-    """The least energy less the line times the load's distance from the middle of its interval [J].
+def least_energy(case: Any, interval: TorqueInterval, heat: LeastHeat, slope: Any) -> Any:
+    """Lower bound on the energy minus ``slope`` times the deviation of the load from the middle of its interval [J].
 
-    The motor's torque is one straight line for a positive load and another for a negative one, so the power is a
-    parabola on each side, least at its vertex or at an end; where a gear grips at rest the least torque counts.
+    The motor's torque is one straight line for a positive load and another one for a negative load, so the power is a
+    parabola on each side, least at its vertex or at an end. If a self-locking gear is at rest, the torque of smallest
+    magnitude counts.
     """
-    motion, low, high, shaft, lossy = span.motion, span.own_low, span.own_high, span.shaft, span.lossy
-    mesh, least_torque, most_torque = mesh_of(case.gear), span.least, span.most
+    motion, low, high, shaft = interval.motion, interval.total_low, interval.total_high, interval.shaft
+    friction, mesh, motor_low, motor_high = (
+        interval.loss_friction, mesh_of(case.gear), interval.motor_low, interval.motor_high,
+    )  # fmt: skip
     total = known_or(case.motor.brake.power, 0.0) * case.setting.duration
-    loss, grips = certain_loss(case.motor, heat.magnets, heat.coolest, heat.hottest > -np.inf), mesh.grip != 0.0
-    for t in range(len(line)):
-        speed, turning, own, steep = motion.loss_speed[t], mesh.ratio * motion.speed[t], shaft[t], line[t]
+    loss, locks = certain_loss(case.motor, heat.magnets, heat.coolest, heat.hottest > -np.inf), mesh.grip != 0.0
+    for t in range(len(slope)):
+        speed, motor_speed, own, charged = motion.loss_speed[t], mesh.ratio * motion.speed[t], shaft[t], slope[t]
         up, down = mesh_slope(mesh, speed), mesh_slope(mesh, -speed)
-        a, b = low[t] + lossy[t], high[t] + lossy[t]
-        alone = own * (turning + loss * own) + steep * 0.5 * (a + b)
-        above = parabola(loss * up * up, up * (turning + 2.0 * loss * own) - steep, larger(a, 0.0), larger(b, 0.0))
-        below = parabola(
-            loss * down * down, down * (turning + 2.0 * loss * own) - steep, smaller(a, 0.0), smaller(b, 0.0)
-        )
-        least = smaller(above, below)
-        least = above if a >= 0.0 else (below if b <= 0.0 else least)
-        near = larger(least_torque[t], 0.0) + smaller(most_torque[t], 0.0)
-        gripped = loss * near * near - 0.5 * abs(steep) * (b - a)  # at rest a grip is no straight line
-        total += motion.weight[t] * (gripped if (speed == 0.0) & grips else least + alone)
+        a, b = low[t] + friction[t], high[t] + friction[t]
+        # the power is a constant and, on either side, a parabola of the load
+        constant, linear = own * (motor_speed + loss * own) + charged * 0.5 * (a + b), motor_speed + 2.0 * loss * own
+        positive = least_of_parabola(loss * up * up, up * linear - charged, larger(a, 0.0), larger(b, 0.0))
+        negative = least_of_parabola(loss * down * down, down * linear - charged, smaller(a, 0.0), smaller(b, 0.0))
+        least = smaller(positive, negative)
+        least = positive if a >= 0.0 else (negative if b <= 0.0 else least)
+        nearest = larger(motor_low[t], 0.0) + smaller(motor_high[t], 0.0)
+        locked = loss * nearest * nearest - 0.5 * abs(charged) * (b - a)
+        total += motion.weight[t] * (locked if (speed == 0.0) & locks else least + constant)
     return total
 
 
 @law(fastmath=FAST)
-def parabola(square: Any, straight: Any, begin: Any, end: Any) -> Any:
-    """The least of square x^2 + straight x from begin to end."""
-    vertex = -straight / (2.0 * square) if square > 0.0 else (begin if straight > 0.0 else end)
+def least_of_parabola(square: Any, linear: Any, begin: Any, end: Any) -> Any:
+    """The minimum of square x^2 + linear x from begin to end, square at least 0."""
+    vertex = -linear / (2.0 * square) if square > 0.0 else (begin if linear > 0.0 else end)
     at = smaller(larger(vertex, begin), end)
-    return (square * at + straight) * at
+    return (square * at + linear) * at
 
 
 # Power
 
 
 @kernel(fastmath=FAST)
-def power_ends(offer: Offer, pairs: Any, least: Array, most: Array) -> None:
-    """The least and the most power that any of some candidates takes, each no hotter than it may be [W], (N,) each."""
-    whole, own = offer.whole, len(offer.whole.added)
-    motion = whole.motion
+def candidate_power_range(data: BoundData, pairs: Any, least: Array, most: Array) -> None:
+    """Fill the bounds on the power of any of some candidates, none hotter than it may be [W], (N,) each."""
+    full, own = data.full, len(data.full.unit_torque)
+    motion = full.motion
     least[:], most[:] = np.inf, -np.inf
     for pair in pairs:
-        case = put(offer.sheets, pair)
+        case = set_case(data.cases, pair)
         motor, setting = case.motor, case.setting
-        least_mechanical(case, whole, offer.parameters[pair][:own], setting.gear_temperature)
+        least_mechanical(case, full, data.parameters[pair][:own], setting.gear_temperature)
         path, ambient, limit = thermal_nodes(motor, setting.mounting), setting.ambient, motor.max_winding_temperature
         heated = known(path.inner + path.outer)
         coolest = smaller(ambient, known_or(limit, ambient)) if heated else known_or(limit, ambient)
@@ -680,9 +746,9 @@ def power_ends(offer: Offer, pairs: Any, least: Array, most: Array) -> None:
         bounded = weakest > 0.0 and not math.isnan(limit if heated else ambient)
         coil = known_or(motor.brake.power, 0.0)
         for t in range(len(least)):
-            low, high, turning = whole.least[t], whole.most[t], case.gear.ratio * motion.speed[t]
-            best = (low if turning > 0.0 else high) if certain == 0.0 else -0.5 * turning / certain
+            low, high, speed = full.motor_low[t], full.motor_high[t], case.gear.ratio * motion.speed[t]
+            best = (low if speed > 0.0 else high) if certain == 0.0 else -0.5 * speed / certain
             best = larger(low, smaller(high, best))
-            least[t] = smaller(least[t], best * (turning + certain * best) + coil)
-            ends = larger(low * (turning + loss * low), high * (turning + loss * high)) if bounded else np.inf
+            least[t] = smaller(least[t], best * (speed + certain * best) + coil)
+            ends = larger(low * (speed + loss * low), high * (speed + loss * high)) if bounded else np.inf
             most[t] = larger(most[t], ends + coil)

@@ -2,7 +2,7 @@
 
 Everything that does not depend on the choice of drives is computed here once: the joint's motion and load without
 drives, the load per unit of each drive's load parameters, and the catalogue records. The load parameters of a drive
-(NUMBERS of them: mass, inertia across and along the axis, rotor inertia, rotor inertia times ratio) determine how it
+(PARAMETERS of them: mass, inertia across and along the axis, rotor inertia, rotor inertia times ratio) determine how it
 loads other joints, and the loads are linear in them. No Python object is made for a pair.
 """
 
@@ -22,18 +22,18 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import NO_GEAR, unknown_loss
 from drivetrain.records import as_numbers, as_records
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
-from drivetrain.sizing.demand.load_basis import NUMBERS
+from drivetrain.sizing.demand.load_basis import PARAMETERS
 from drivetrain.sizing.demand.series import (
-    STRETCHES,
-    Added,
+    SECTIONS,
+    JointSeries,
     Load,
-    Work,
-    added_by,
+    UnitLoads,
+    is_loaded_by,
+    joint_series,
     load_of,
-    loads_by,
     new_traces,
-    nothing_added,
-    work_of,
+    no_unit_loads,
+    unit_loads_of,
 )
 from drivetrain.sizing.judge.cases import paired, put_amplifier, rests_on_gear
 from drivetrain.sizing.judge.checks import table
@@ -48,7 +48,14 @@ from drivetrain.sizing.search.affine_loads import (
     min_cross,
     min_magnitude,
 )
-from drivetrain.sizing.search.bounds import Brake, Offer, Sheets, bound_candidates, open_span, span_of
+from drivetrain.sizing.search.bounds import (
+    BoundData,
+    CaseRecords,
+    CurrentStops,
+    bound_candidates,
+    fill_interval,
+    torque_interval_of,
+)
 from drivetrain.sizing.search.domains import Indices
 from drivetrain.study.model import JointTask, Study
 
@@ -73,33 +80,38 @@ class JointCandidates:
 
     joint: int  # index of the joint
     demand: JointDemand  # without drives
-    # the demand as series for compiled code; its amounts are the load parameters of the joint's own drive, if that
-    # rides on the link that it moves
-    work: Work
+    # the demand as arrays for compiled code; its amounts are the load parameters of the joint's own drive, if that
+    # is carried by the link that it moves
+    series: JointSeries
     loading_joints: tuple[int, ...]  # other joints whose drives load this one
-    unit_loads: Added  # load per unit of each load parameter of each of their drives
+    unit_loads: UnitLoads  # load per unit of each load parameter of each of their drives
     bearing: AffineLoads  # wrench on the output bearing [N m, N], (6, M)
     holding: AffineLoads  # torque that holds a position at rest [N m], (M,)
     ramp_stops: AffineLoads  # torque during stops on a ramp [N m], (M,)
     inertia: AffineLoads  # load inertia at all samples [kg m^2], (N,), where a resonance frequency is required
     # torque, static torque and inertia, (3, M), where stops at the current limit are checked; without the own drive
     current_stops: AffineLoads
-    key_work: Work  # buffers for the work at the few samples of a quick look
-    records: Offer  # the candidates and the buffers of the bounds, for compiled code
+    key_series: JointSeries  # buffers for the key samples of the screening
+    bound_data: BoundData  # the candidates and the buffers of the bounds, for compiled code
     is_fixed: bool  # whether the study fixes the drive: it stays, whatever data it lacks
     # each candidate takes the first feasible of the task's amplifiers; if it has none, that of the records
     task: JointTask
 
+    @property
+    def records(self) -> CaseRecords:
+        """The records of which the case of a candidate is composed."""
+        return self.bound_data.cases
+
     def cases(self, parts: Indices) -> Any:
         """Records of ``cases.Case`` of pairs, (K,); parts: rows of motor and gear, (K, 2)."""
-        sheets, cases, (left, right) = self.records.sheets, np.repeat(self.records.sheets.plain, len(parts)), parts.T
-        cases["motor"], cases["shaft"] = sheets.motors[left], sheets.shafts[left]
-        cases["gear"], cases["direct"] = sheets.gears[right], sheets.direct[right]
+        records, cases, (left, right) = self.records, np.repeat(self.records.template, len(parts)), parts.T
+        cases["motor"], cases["shaft"] = records.motors[left], records.shafts[left]
+        cases["gear"], cases["direct"] = records.gears[right], records.direct[right]
         return cases
 
     def own_parameters(self, parameters: Array) -> Array:
-        """The load parameters of candidates if they load their own joint, (K, NUMBERS), else (K, 0)."""
-        return np.ascontiguousarray(parameters[:, : len(self.work.added.torque)])
+        """The load parameters of candidates if they load their own joint, (K, PARAMETERS), else (K, 0)."""
+        return np.ascontiguousarray(parameters[:, : len(self.series.unit_loads.torque)])
 
     def torque_interval(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Interval of the joint's torque without the contribution of its own drive [N m], (N,) each.
@@ -107,37 +119,37 @@ class JointCandidates:
         The interval, and those of the other loads, are also stored in the records for the bounds computed next.
 
         Args:
-            low, high: Load parameter ranges of all joints' drives, (n, NUMBERS).
+            low, high: Load parameter ranges of all joints' drives, (n, PARAMETERS).
         """
-        offer, whole = self.records, self.records.whole
-        open_span(offer.load, offer.others, offer.rows, low, high, offer.half, whole.low, whole.high)
-        found = whole.still
+        data, full = self.bound_data, self.bound_data.full
+        fill_interval(data.load, data.others, data.unit_torque, low, high, data.half_width, full.low, full.high)
+        found = full.least_loads
         if self.bearing.base.size:
             bottom, top = self.bearing.bounds(low, high)
             tilting, axial, radial = bearing_loads(min_magnitude(bottom, top))
             found[:3] = tilting.max(), axial.max(), radial.max()
-            whole.tilts[:] = tilting**2, radial**2, min_cross(bottom, top)
+            full.bearing_products[:] = tilting**2, radial**2, min_cross(bottom, top)
         for at, loads in ((3, self.holding), (4, self.inertia), (5, self.ramp_stops)):
             if loads.base.size:
                 found[at] = loads.min_magnitude(low, high).max()
         if self.current_stops.base.size:
-            buffers = self.records.brake
+            buffers = self.bound_data.stops
             bottom, top = self.current_stops.bounds(low, high)
             for ends, *interval in zip((buffers.torque, buffers.static, buffers.inertia), bottom, top, strict=True):
                 ends[:] = interval
-        return whole.low, whole.high
+        return full.low, full.high
 
     def torque_interval_at(self, sample: int, low: Array, high: Array) -> tuple[Array, Array]:
         """Interval of the torque at one sample, joint friction and own drive included [N m], (1,) each."""
-        load, unit, own = self.work.load.torque, self.unit_loads.torque, self.work.added.torque
-        drives, friction = (*self.loading_joints, self.joint), self.records.whole.shown[sample]
+        load, unit, own = self.series.load.torque, self.unit_loads.torque, self.series.unit_loads.torque
+        drives, friction = (*self.loading_joints, self.joint), self.bound_data.full.friction[sample]
         loads = affine_loads(load[[sample]], np.concatenate([unit[:, [sample]], own[:, [sample]]]), drives)
         bottom, top = loads.bounds(low, high)
         return bottom + friction, top + friction
 
     def bound(
-        self, pairs: Indices, base: Array, cost: Array, exact: Mask, *, until: float, energies: bool,
-        weight: float = 0.0, room: float = math.inf, full: bool = True,
+        self, pairs: Indices, base: Array, cost: Array, exact: Mask, *, until: float, with_energy: bool,
+        energy_weight: float = 0.0, cost_limit: float = math.inf, test_all: bool = True,
     ) -> tuple[int, Array, Array, Array]:  # fmt: skip
         """Lower bounds for candidates while the torque lies in the interval; arguments as ``bound_candidates``.
 
@@ -145,13 +157,13 @@ class JointCandidates:
             How many candidates were tested, lower bounds on utilisation and energy [J], (K,) each, and the slope of
             the power over the load [W/(N m)], (N,).
         """
-        line = np.zeros(len(self.records.load))
+        slope = np.zeros(len(self.bound_data.load))
         utilisation, energy = np.zeros(len(pairs)), np.zeros(len(pairs))
         count = bound_candidates(
-            self.records, TABLE, pairs, exact, until, not self.is_fixed, room, full, energies, weight, base, cost,
-            utilisation, energy, line,
+            self.bound_data, TABLE, pairs, exact, until, not self.is_fixed, cost_limit, test_all, with_energy,
+            energy_weight, base, cost, utilisation, energy, slope,
         )  # fmt: skip
-        return count, utilisation, energy, line
+        return count, utilisation, energy, slope
 
     def judge(
         self, parts: Indices, own: Array, parameters: Array, *, until: float, quick: bool, power: Array | None = None,
@@ -161,14 +173,14 @@ class JointCandidates:
 
         Args:
             parts: Rows of motor and gear, (K, 2).
-            own: Load parameters of the candidates, (K, NUMBERS).
-            parameters: Load parameters of all joints' drives, (n, NUMBERS).
+            own: Load parameters of the candidates, (K, PARAMETERS).
+            parameters: Load parameters of all joints' drives, (n, PARAMETERS).
             until, quick: As for ``judge_cases``.
             power: The electrical power and its lower bound are added to it [W], (1, 2, N) or (K, 2, N).
             all_checks: Whether to return the utilisation of every check.
         """
-        work = self._work_with(parameters[list(self.loading_joints)].ravel(), quick)
-        power = np.zeros((0, 2, len(work.load.torque))) if power is None else power
+        series = self._series_with(parameters[list(self.loading_joints)].ravel(), quick)
+        power = np.zeros((0, 2, len(series.load.torque))) if power is None else power
 
         def judged(rows: Indices, amplifier: Amplifier | None) -> Judged:
             cases, count = self.cases(parts[rows]), len(rows)
@@ -177,7 +189,7 @@ class JointCandidates:
             used, binding, missing = np.zeros(count), np.zeros(count, np.int64), np.zeros(count, np.int64)
             checks = np.zeros((count, len(TABLE)) if all_checks else (0, 0))
             judge_cases(
-                cases, as_numbers(cases), TABLE, work, self.own_parameters(own[rows]), until, quick, power, checks,
+                cases, as_numbers(cases), TABLE, series, self.own_parameters(own[rows]), until, quick, power, checks,
                 used, binding, missing,
             )  # fmt: skip
             return Judged(cases, used, binding, missing, np.zeros(count), checks)
@@ -198,12 +210,12 @@ class JointCandidates:
                     getattr(found, name)[left[better]] = getattr(again, name)[better]
         return found
 
-    def _work_with(self, amounts: Array, quick: bool) -> Work:
-        """The joint's work with the other drives in place, and at the key samples if a quick look is wanted.
+    def _series_with(self, amounts: Array, quick: bool) -> JointSeries:
+        """The joint's series with the other drives in place, and at the key samples if candidates are to be screened.
 
-        ``amounts``: load parameters of the drives of ``loading_joints``, (K NUMBERS,).
+        ``amounts``: load parameters of the drives of ``loading_joints``, (K PARAMETERS,).
         """
-        bare, unit = self.work.load, self.unit_loads
+        bare, unit = self.series.load, self.unit_loads
         load = Load(
             bare.torque + amounts @ unit.torque,
             # A product of matrices would wake all threads of the library for it, which spin on.
@@ -213,15 +225,15 @@ class JointCandidates:
             bare.static + amounts @ unit.static if bare.static.size else bare.static,
         )
         if not quick:
-            return self.work._replace(load=load, few=None)
-        samples = np.concatenate([self.records.sharp, _peaks(np.abs(load.torque))])
-        motion, own = self.work.motion, np.ascontiguousarray(self.work.added.torque[:, samples])
-        few = self.key_work._replace(
-            motion=self.key_work.motion._replace(**{n: getattr(motion, n)[samples] for n in motion._fields[:-2]}),
-            load=self.key_work.load._replace(torque=load.torque[samples]),
-            added=self.key_work.added._replace(torque=own),
+            return self.series._replace(load=load, at_key_samples=None)
+        samples = np.concatenate([self.bound_data.acceleration_peaks, _peaks(np.abs(load.torque))])
+        motion, own = self.series.motion, np.ascontiguousarray(self.series.unit_loads.torque[:, samples])
+        key = self.key_series._replace(
+            motion=self.key_series.motion._replace(**{n: getattr(motion, n)[samples] for n in motion._fields[:-2]}),
+            load=self.key_series.load._replace(torque=load.torque[samples]),
+            unit_loads=self.key_series.unit_loads._replace(torque=own),
         )
-        return self.work._replace(load=load, few=few)
+        return self.series._replace(load=load, at_key_samples=key)
 
     @property
     def extra_prices(self) -> Array:
@@ -242,9 +254,9 @@ class JointCandidates:
     def use_amplifier(self, amplifier: Amplifier | None) -> None:
         """Set the amplifier of the bounds; None: an envelope that allows what any of the task's amplifiers allows."""
         if self.task.amplifiers:
-            put_amplifier(self.records.sheets.plain, amplifier or self.task.amplifier, self.task)
+            put_amplifier(self.records.template, amplifier or self.task.amplifier, self.task)
             if amplifier is None:  # the envelope brakes hardest: a real amplifier may brake less, so stops stay open
-                self.records.sheets.plain["setting"]["stop_current"] = math.nan
+                self.records.template["setting"]["stop_current"] = math.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,7 +269,7 @@ class Candidates:
     gears: tuple[str, ...]  # the same; the first row is that of a direct drive
     first_pair: Indices  # pairs of joint j are ``first_pair[j]`` to ``first_pair[j + 1]``, (n + 1,)
     pairs: Indices  # row of the motor and of the gear of each pair, (P, 2)
-    parameters: Array  # load parameters of each pair, units as ``drive_numbers``, (P, NUMBERS)
+    parameters: Array  # load parameters of each pair, units as ``load_parameters``, (P, PARAMETERS)
     ratio: Array  # gear ratio of each pair, (P,)
     mass: Array  # of each pair [kg], NaN where unknown, (P,)
     price: Array  # of each pair with the joint's cheapest amplifier, NaN where unknown, (P,)
@@ -270,8 +282,8 @@ class Candidates:
         return self.motors[motor], self.gears[gear]
 
     def parameters_of(self, chosen: Mapping[int, int]) -> Array:
-        """Load parameters of chosen pairs by joint, zeros where none is chosen, (n, NUMBERS)."""
-        parameters = np.zeros((len(self.joints), NUMBERS))
+        """Load parameters of chosen pairs by joint, zeros where none is chosen, (n, PARAMETERS)."""
+        parameters = np.zeros((len(self.joints), PARAMETERS))
         for joint, pair in chosen.items():
             parameters[joint] = self.parameters[pair]
         return parameters
@@ -331,66 +343,69 @@ def _joint_candidates(
         demand = replace(demand, wrench=None)
     basis = work.basis[joint] if work.basis else None
     loading = () if basis is None else basis.drives
-    others = [k for k in loading if k != joint and loads_by(work, joint, k)]
-    nothing = nothing_added(load_of(replace(demand, wrench=None)))
-    unit = nothing if basis is None else added_by(work, joint, others)
-    own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
-    bare = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))
+    others = [k for k in loading if k != joint and is_loaded_by(work, joint, k)]
+    nothing = no_unit_loads(load_of(replace(demand, wrench=None)))
+    unit = nothing if basis is None else unit_loads_of(work, joint, others)
+    own = nothing if basis is None else unit_loads_of(work, joint, [joint] if joint in basis.drives else [])
+    if demand.wrench is None:
+        own = own._replace(wrench=own.wrench[:, :, :0].copy())
+    series = joint_series(demand, own)
     drives = (*others, joint)
 
-    def at_peaks(name: str, *series: Array) -> AffineLoads:
-        """A load at the samples where some series peak in each stretch of the cycle."""
-        at = np.unique([_peaks(one) for one in series])
-        load, of_others, of_own = (getattr(one, name)[..., at] for one in (bare.load, unit, bare.added))
+    def at_peaks(name: str, *magnitudes: Array) -> AffineLoads:
+        """A load at the samples where some magnitudes peak in each section of the cycle."""
+        at = np.unique([_peaks(one) for one in magnitudes])
+        load, of_others, of_own = (getattr(one, name)[..., at] for one in (series.load, unit, own))
         return affine_loads(load, np.concatenate([of_others, of_own]), drives)
 
-    bearing = NO_LOADS if demand.wrench is None else at_peaks("wrench", *bearing_loads(bare.load.wrench))
+    bearing = NO_LOADS if demand.wrench is None else at_peaks("wrench", *bearing_loads(series.load.wrench))
     holding = NO_LOADS if demand.static_torque is None else at_peaks("static", np.abs(demand.static_torque))
-    ramp_stops = at_peaks("stop", np.abs(bare.load.stop)) if len(demand.stop.torque) else NO_LOADS
-    brake, current_stops = _current_stops(bare, unit, others)
-    few, size = bare.few, 2 * STRETCHES
-    assert few is not None
-    zeros = {name: np.zeros(size) for name in few.motion._fields[:-2]}
-    few = few._replace(
-        motion=few.motion._replace(periods=few.motion.periods._replace(step=np.zeros(size)), **zeros),
-        sum=few.sum._replace(torque=np.zeros(size)), traces=new_traces(size, len(cycle.parts)),
+    ramp_stops = at_peaks("stop", np.abs(series.load.stop)) if len(demand.stop.torque) else NO_LOADS
+    stops, current_stops = _current_stops(series, unit, others)
+    key, size = series.at_key_samples, 2 * SECTIONS
+    assert key is not None
+    zeros = {name: np.zeros(size) for name in key.motion._fields[:-2]}
+    key = key._replace(
+        motion=key.motion._replace(periods=key.motion.periods._replace(step=np.zeros(size)), **zeros),
+        total=key.total._replace(torque=np.zeros(size)), traces=new_traces(size, len(cycle.parts)),
     )  # fmt: skip
-    steps = bare.motion.periods.step
+    steps = series.motion.periods.step
     share = np.zeros(len(steps))
     for part, weight in zip(cycle.parts, cycle.shares, strict=True):
         if part.stop > part.start + 1:
             share[part] = weight * steps[part] / steps[part].sum()
-    plain = paired(
+    template = paired(
         study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((min(len(shafts), 1), 2), dtype=np.int64)
     )
-    case, (sheets, direct), (pairs, parameters) = plain.copy(), gears, every
-    records = Offer(
-        Sheets(plain, case, parts.motor_rows, shafts, sheets, direct, pairs), as_numbers(case), parameters,
-        bare.load.torque, np.array(others, dtype=np.int64),
-        unit.torque.reshape(len(others), NUMBERS, len(cycle.time)), np.zeros((len(others), NUMBERS)),
+    case, (gear_rows, direct), (pairs, parameters) = template.copy(), gears, every
+    bearing_samples = bearing.base.shape[-1] if bearing.base.size else 0
+    data = BoundData(
+        CaseRecords(template, case, parts.motor_rows, shafts, gear_rows, direct, pairs), as_numbers(case), parameters,
+        series.load.torque, np.array(others, dtype=np.int64),
+        unit.torque.reshape(len(others), PARAMETERS, len(cycle.time)), np.zeros((len(others), PARAMETERS)),
         _peaks(np.abs(demand.acceleration)),
-        span_of(few.motion, task.friction, np.zeros((len(own.torque), size)), np.zeros(size), 0),
-        span_of(bare.motion, task.friction, own.torque, share, bearing.base.shape[-1] * (bearing.base.size > 0)),
-        brake,
+        torque_interval_of(key.motion, task.friction, np.zeros((len(own.torque), size)), np.zeros(size), 0),
+        torque_interval_of(series.motion, task.friction, own.torque, share, bearing_samples),
+        stops,
     )  # fmt: skip
     inertia = NO_LOADS
-    if plain["setting"]["resonance"].any() and bare.load.inertia.size:
-        inertia = affine_loads(bare.load.inertia, np.concatenate([unit.inertia, bare.added.inertia]), drives)
+    if template["setting"]["resonance"].any() and series.load.inertia.size:
+        inertia = affine_loads(series.load.inertia, np.concatenate([unit.inertia, own.inertia]), drives)
     found = JointCandidates(
-        joint, demand, bare, tuple(others), unit, bearing, holding, ramp_stops, inertia, current_stops, few, records,
+        joint, demand, series, tuple(others), unit, bearing, holding, ramp_stops, inertia, current_stops, key, data,
         task.drive is not None, task,
     )  # fmt: skip
     found.use_amplifier(None)
     return found
 
 
-def _current_stops(work: Work, unit: Added, others: Sequence[int]) -> tuple[Brake, AffineLoads]:
+def _current_stops(series: JointSeries, unit: UnitLoads, others: Sequence[int]) -> tuple[CurrentStops, AffineLoads]:
     """Buffers and loads for stops at the current limit.
 
-    Stops begin at the samples of largest kinetic energy, torque and speed of each stretch of the cycle. The loads are
+    Stops begin at the samples of largest kinetic energy, torque and speed of each section of the cycle. The loads are
     torque, static torque and inertia, (3, M).
     """
-    motion, load, own = work.motion, work.load, work.added
+    motion, load, own = series.motion, series.load, series.unit_loads
     at = np.zeros(0, dtype=np.int64)
     if load.inertia.size and motion.speed.any():
         moves = motion.loss_speed != 0.0
@@ -406,18 +421,18 @@ def _current_stops(work: Work, unit: Added, others: Sequence[int]) -> tuple[Brak
     if not len(at):
         empty, nothing = np.zeros(0), np.zeros((len(own.torque), 0))
         ends = (np.zeros((2, 0)), np.zeros((2, 0)), np.zeros((2, 0)))
-        return Brake(empty, empty, empty, empty, nothing, nothing, *ends), NO_LOADS
-    brake = Brake(
+        return CurrentStops(empty, empty, empty, empty, nothing, nothing, *ends), NO_LOADS
+    stops = CurrentStops(
         motion.speed[at], motion.loss_speed[at], acceleration, motion.carrier_acceleration[at],
         np.ascontiguousarray(own.torque[:, at]), np.ascontiguousarray(own.inertia[:, at]), *np.zeros((3, 2, len(at))),
     )  # fmt: skip
     base = stacked(load.torque[at], load.inertia[at])
-    return brake, affine_loads(base, stacked(unit.torque[:, at], unit.inertia[:, at]), others)
+    return stops, affine_loads(base, stacked(unit.torque[:, at], unit.inertia[:, at]), others)
 
 
 def _peaks(values: Array) -> Indices:
-    """Sample of the largest value in each of STRETCHES stretches of equal length."""
-    length, first = len(values) // STRETCHES, np.arange(STRETCHES)
+    """Sample of the largest value in each of SECTIONS sections of equal length."""
+    length, first = len(values) // SECTIONS, np.arange(SECTIONS)
     if length == 0:
         return first % len(values)
-    return first * length + values[: STRETCHES * length].reshape(STRETCHES, length).argmax(axis=1)
+    return first * length + values[: SECTIONS * length].reshape(SECTIONS, length).argmax(axis=1)

@@ -37,7 +37,7 @@ class _Partial:
 
     pairs: Pairs  # of the last joints
     costs: tuple[float, ...]  # of the same
-    parameters: Array  # load parameters of all joints' drives, those of the node where none is chosen, (n, NUMBERS)
+    parameters: Array  # load parameters of all joints' drives, those of the node where none is chosen, (n, PARAMETERS)
     energy: float  # per cycle [J]
     utilisation: float  # the largest of all checks
     power: Array  # electrical power, and its lower bound [W], (2, N); (1,) if the supply is not limited
@@ -110,7 +110,7 @@ def min_energy_level(problem: Problem, domains: Domains, ranges: ParameterRanges
         offer.torque_interval(ranges.low, ranges.high)
         offer.bound(
             domain.pairs, np.zeros(len(problem.fixed_cost)), energy, np.zeros(len(domain), np.bool_),
-            until=1.0 + ROUNDING, energies=True, weight=1.0,
+            until=1.0 + ROUNDING, with_energy=True, energy_weight=1.0,
         )  # fmt: skip
         total += float(energy[np.isfinite(energy)].min(initial=math.inf))
     return total / problem.energy_step

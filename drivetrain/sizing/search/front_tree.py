@@ -22,8 +22,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from drivetrain.arrays import Array, Mask
-from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.search.bounds import BELOW
+from drivetrain.sizing.demand.load_basis import PARAMETERS
+from drivetrain.sizing.search.bounds import ROUND_DOWN
 from drivetrain.sizing.search.constraints.stiffness import arm_utilisation
 from drivetrain.sizing.search.constraints.supply import supply_limited, supply_utilisation
 from drivetrain.sizing.search.domains import Domain, Indices, Pairs
@@ -52,7 +52,7 @@ class FrontNode(Node):
 
     # relative width of the load interval of each joint when its costs were computed; 0: the costs are exact, (n,)
     width: Array
-    # energy of joint j charged to the drive of joint k per unit of its load parameters [J], (j, k, NUMBERS)
+    # energy of joint j charged to the drive of joint k per unit of its load parameters [J], (j, k, PARAMETERS)
     slope: Array
     bound: Array  # lower bound on each weighted sum, (W,)
     utilisation: float  # lower bound
@@ -148,7 +148,7 @@ class FrontTree(BranchAndBound[FrontNode]):
         n, offered = self.problem.n, self.problem.candidates
         sheets = np.nan_to_num(np.column_stack([offered.mass, offered.price, np.zeros((len(offered.mass), 2))]))
         domains = tuple(Domain(pairs, sheets[pairs], np.zeros(len(pairs), np.bool_)) for pairs in self.problem.eligible)
-        return FrontNode(domains, np.full(n, math.inf), np.zeros((n, n, NUMBERS)), np.zeros(0), 0.0)
+        return FrontNode(domains, np.full(n, math.inf), np.zeros((n, n, PARAMETERS)), np.zeros(0), 0.0)
 
     def _weighted(self, points: Array) -> Array:
         """Weighted sums of the additive criteria of points, (M, W)."""
@@ -220,21 +220,21 @@ class FrontTree(BranchAndBound[FrontNode]):
                 domains[joint] = replace(domain, cost=cost).subset(np.isfinite(cost[:, UTILISATION]))
             else:
                 offers[joint].torque_interval(low, high)
-                _, used, energy, line = offers[joint].bound(
+                _, used, energy, power_slope = offers[joint].bound(
                     domain.pairs, problem.fixed_cost, np.zeros(len(domain)), domain.exact, until=1.0 + ROUNDING,
-                    energies=True,
+                    with_energy=True,
                 )  # fmt: skip
-                slope[joint] = problem.energy_slopes(joint, line)
+                slope[joint] = problem.energy_slopes(joint, power_slope)
                 charged = float((slope[joint] * 0.5 * (low + high)).sum())
-                cost[:, UTILISATION] = used * BELOW
-                cost[:, ENERGY] = energy - charged - (1.0 - BELOW) * (np.abs(energy) + abs(charged))
+                cost[:, UTILISATION] = used * ROUND_DOWN
+                cost[:, ENERGY] = energy - charged - (1.0 - ROUND_DOWN) * (np.abs(energy) + abs(charged))
                 domains[joint] = replace(domain, cost=cost).subset(used <= 1.0 + ROUNDING)
             if not len(domains[joint]):
                 return None
         return FrontNode(tuple(domains), width, slope, node.bound, node.utilisation)
 
     def _judge(self, cost: Array, joint: int, pairs: Indices, parameters: Array) -> None:
-        """Fill in the exact costs of candidates given the load parameters of all drives, (n, NUMBERS)."""
+        """Fill in the exact costs of candidates given the load parameters of all drives, (n, PARAMETERS)."""
         cost[:, UTILISATION], cost[:, ENERGY], extra_price = self.problem.judge(joint, pairs, parameters)
         cost[:, PRICE] = np.nan_to_num(self.problem.candidates.price[pairs]) + extra_price
 
@@ -317,7 +317,7 @@ class FrontTree(BranchAndBound[FrontNode]):
                 with_own[joint] = own[i]
                 yield from walk(joint - 1, costs[i], with_own, extended)
 
-        yield from walk(n - 1, np.zeros(4), np.zeros((n, NUMBERS)), ())
+        yield from walk(n - 1, np.zeros(4), np.zeros((n, PARAMETERS)), ())
 
     def _offer(self, pairs: Pairs, cost: Array) -> None:
         """Check a whole set against the shared constraints, and add it to the front unless it is dominated."""

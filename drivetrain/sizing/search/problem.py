@@ -11,7 +11,7 @@ import numpy as np
 
 from drivetrain.arrays import Array, Mask
 from drivetrain.jit import kernel
-from drivetrain.sizing.demand.load_basis import NUMBERS
+from drivetrain.sizing.demand.load_basis import PARAMETERS
 from drivetrain.sizing.judge.cases import power_allowance
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.objectives import weight_of
@@ -57,7 +57,7 @@ class Problem:
     eligible: tuple[Indices, ...]  # pairs that may be chosen, by joint, smallest fixed cost first
     lacking_data: tuple[Indices, ...]  # pairs whose fixed cost or mass is unknown, by joint
     # largest torque that one unit of each load parameter of the drive of joint k causes at joint j, relative to the
-    # largest torque of the bare task there, (j, k, NUMBERS)
+    # largest torque of the bare task there, (j, k, PARAMETERS)
     sensitivity: Array
     constraints: tuple[CommonParts, ...]
     cuts: dict[TipCut | ResonanceCut, None] = field(default_factory=dict)  # ordered set of stiffness cuts found so far
@@ -82,11 +82,11 @@ class Problem:
         return Domain(pairs, cost, np.zeros(len(pairs), dtype=np.bool_), float(cost.min(initial=np.inf)))
 
     def range_of(self, domain: Domain) -> tuple[Array, Array]:
-        """Smallest and largest load parameters of a joint's candidates, (NUMBERS,) each."""
+        """Smallest and largest load parameters of a joint's candidates, (PARAMETERS,) each."""
         return _range(self.candidates.parameters, domain.pairs)
 
     def ranges(self, domains: Sequence[Domain]) -> tuple[Array, Array]:
-        """Smallest and largest load parameters of all joints' candidates, (n, NUMBERS) each."""
+        """Smallest and largest load parameters of all joints' candidates, (n, PARAMETERS) each."""
         low, high = zip(*map(self.range_of, domains), strict=True)
         return np.array(low), np.array(high)
 
@@ -105,7 +105,7 @@ class Problem:
             domain: Its candidates, K of them.
             cost_limit: Candidates that cost this much or more are removed.
             full: Test all candidates; else only those that may be the cheapest.
-            low, high: Load parameter ranges of all joints' drives, (n, NUMBERS).
+            low, high: Load parameter ranges of all joints' drives, (n, PARAMETERS).
 
         Returns:
             Which candidates may be feasible below the limit, (K,), lower bounds on their costs, (K,), and how many
@@ -122,7 +122,8 @@ class Problem:
                 lower = lower if self.energy_weight else np.maximum(lower, base[domain.pairs[left]])
             tested, utilisation[left], _, _ = offer.bound(
                 domain.pairs[left], base, lower, domain.exact[left], until=1.0 + ROUNDING,
-                energies=self.energy_weight != 0.0, weight=self.energy_weight, room=cost_limit, full=full,
+                with_energy=self.energy_weight != 0.0, energy_weight=self.energy_weight, cost_limit=cost_limit,
+                test_all=full,
             )  # fmt: skip
             cost[left], count = lower, count + tested
             left = left[utilisation[left] > 1.0 + ROUNDING]
@@ -131,14 +132,14 @@ class Problem:
         offer.use_amplifier(None)
         return (utilisation <= 1.0 + ROUNDING) & (cost < cost_limit), cost, count
 
-    def energy_slopes(self, joint: int, line: Array) -> Array:
-        """Energy at a joint per unit of each load parameter of the drive of joint k [J], (k, NUMBERS).
+    def energy_slopes(self, joint: int, slope: Array) -> Array:
+        """Energy at a joint per unit of each load parameter of the drive of joint k [J], (k, PARAMETERS).
 
-        ``line``: power per unit of load at each sample [W/(N m)], (N,).
+        ``slope``: of the power over the load at each sample [W/(N m)], (N,).
         """
-        offer, slopes = self.candidates.joints[joint], np.zeros((self.n, NUMBERS))
-        per_unit = offer.unit_loads.torque @ (line * offer.work.motion.weight)
-        slopes[list(offer.loading_joints)] = per_unit.reshape(-1, NUMBERS)
+        offer, slopes = self.candidates.joints[joint], np.zeros((self.n, PARAMETERS))
+        per_unit = offer.unit_loads.torque @ (slope * offer.series.motion.weight)
+        slopes[list(offer.loading_joints)] = per_unit.reshape(-1, PARAMETERS)
         return slopes
 
     def judge(self, joint: int, pairs: Indices, parameters: Array) -> tuple[Array, Array, Array]:
@@ -147,7 +148,7 @@ class Problem:
         Args:
             joint: Index of the joint.
             pairs: Candidates, (K,).
-            parameters: Load parameters of all joints' drives, (n, NUMBERS).
+            parameters: Load parameters of all joints' drives, (n, PARAMETERS).
 
         Returns:
             Largest utilisation, infinite for an infeasible candidate, energy of a cycle [J], and price of the
@@ -231,8 +232,8 @@ def build_problem(candidates: Candidates, options: SelectionOptions) -> Problem:
         pairs = pairs[~lacking[pairs]]
         eligible.append(pairs[np.argsort(fixed_cost[pairs], kind="stable")])
     energy_weight = weight_of(options, "energy")
-    works = [offer.work for offer in candidates.joints]
-    work = math.fsum(float(np.abs(one.load.torque * one.motion.speed * one.motion.weight).sum()) for one in works)
+    every = [offer.series for offer in candidates.joints]
+    work = math.fsum(float(np.abs(one.load.torque * one.motion.speed * one.motion.weight).sum()) for one in every)
     size = math.fsum(float(fixed_cost[pairs[0]]) for pairs in eligible if len(pairs)) + energy_weight * work
     is_loaded_by = np.zeros((len(eligible), len(eligible)), dtype=np.bool_)
     for joint, offer in enumerate(candidates.joints):
@@ -262,9 +263,9 @@ def _fixed_costs(candidates: Candidates, options: SelectionOptions) -> tuple[Arr
 def _sensitivity(candidates: Candidates) -> Array:
     """As ``Problem.sensitivity``."""
     n = len(candidates.joints)
-    sensitivity = np.zeros((n, n, NUMBERS))
+    sensitivity = np.zeros((n, n, PARAMETERS))
     for joint, offer in enumerate(candidates.joints):
-        scale = float(np.abs(offer.work.load.torque).max()) or 1.0
+        scale = float(np.abs(offer.series.load.torque).max()) or 1.0
         largest = np.abs(offer.unit_loads.torque).max(axis=1)
-        sensitivity[joint, list(offer.loading_joints)] = largest.reshape(-1, NUMBERS) / scale
+        sensitivity[joint, list(offer.loading_joints)] = largest.reshape(-1, PARAMETERS) / scale
     return sensitivity

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from drivetrain.arrays import Array, Mask
-from drivetrain.sizing.demand.load_basis import NUMBERS
+from drivetrain.sizing.demand.load_basis import PARAMETERS
 from drivetrain.sizing.search.domains import ALL, CHEAPEST, UNTESTED, Domain, Domains
 from drivetrain.sizing.search.problem import Problem
 
@@ -26,7 +26,7 @@ MAX_PASSES = 8
 
 @dataclass(frozen=True, eq=False)
 class ParameterRanges:
-    """Smallest and largest load parameters among the remaining candidates of each joint, (n, NUMBERS) each."""
+    """Smallest and largest load parameters among the remaining candidates of each joint, (n, PARAMETERS) each."""
 
     low: Array
     high: Array
@@ -34,7 +34,7 @@ class ParameterRanges:
     @classmethod
     def unknown(cls, n: int) -> ParameterRanges:
         """Ranges that were not computed yet, all NaN."""
-        return cls(np.full((n, NUMBERS), math.nan), np.full((n, NUMBERS), math.nan))
+        return cls(np.full((n, PARAMETERS), math.nan), np.full((n, PARAMETERS), math.nan))
 
     def copy(self) -> ParameterRanges:
         """An independent copy."""

@@ -402,7 +402,7 @@ class Tree(BranchAndBound[BoundedNode]):
             node = found
 
     def _parameter_prices(self, node: BoundedNode) -> Array | None:
-        """Estimated cost at the other joints per unit of each load parameter, (n, NUMBERS); None without an incumbent.
+        """Estimated cost at the other joints per unit of each load parameter, (n, PARAMETERS); None if no set is known.
 
         The cost of a joint in the best set above its lower bound is attributed to the drives that load it, in
         proportion to their loads.

@@ -13,7 +13,16 @@ from drivetrain.arrays import Array
 from drivetrain.drive.gear import bearing_arm, moment_square
 from drivetrain.records import as_numbers
 from drivetrain.sizing.demand.demand import Workload, workload
-from drivetrain.sizing.demand.series import Added, Load, Work, load_of, new_traces, nothing_added, stopping_of, work_of
+from drivetrain.sizing.demand.series import (
+    JointSeries,
+    Load,
+    UnitLoads,
+    joint_series,
+    load_of,
+    new_traces,
+    no_unit_loads,
+    ramp_stops,
+)
 from drivetrain.sizing.judge.cases import cases_of
 from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS, table
 from drivetrain.sizing.judge.evaluate import evaluated, given_drives
@@ -42,7 +51,7 @@ class Nominal:
 
     study: Study  # the task
     work: Workload  # loads of all joints
-    payloads: tuple[Added, ...]  # load of each whole payload on each joint, by joint
+    payloads: tuple[UnitLoads, ...]  # load of each whole payload on each joint, by joint
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +63,7 @@ class Candidate:
     nominal: Evaluation  # with nominal values
     lossy: tuple[bool, ...]  # whether each joint has a real gear; an ideal one has no losses in any sample
     cases: tuple[Any, ...]  # nominal case by joint
-    works: tuple[Work, ...]  # loads by joint; the amounts added to them are those of the payloads
+    works: tuple[JointSeries, ...]  # loads by joint; the amounts added to them are those of the payloads
     checks: Any  # table of checks for compiled code
     limits: Array  # of the supply, in the order of ``SUPPLY_NAMES``, NaN if there is none or the power is unknown
 
@@ -84,16 +93,16 @@ def nominal_of(study: Study, work: Workload | None = None) -> Nominal:
     return Nominal(study, own, tuple(_payload_rows(own, without, joint) for joint in range(len(study.joints))))
 
 
-def _payload_rows(work: Workload, without: Mapping[str, Workload], joint: int) -> Added:
+def _payload_rows(work: Workload, without: Mapping[str, Workload], joint: int) -> UnitLoads:
     """Load of each whole payload on a joint; empty if payloads have no tolerance."""
     full = load_of(work.at(joint, {}).fixed)
     if not without:
-        return nothing_added(full)
+        return no_unit_loads(full)
     rows = []
     for body in work.study.payloads:
         empty = load_of(without[body.name].at(joint, {}).fixed) if body.name in without else full
         rows.append([with_it - bare for with_it, bare in zip(full, empty, strict=True)])
-    return Added(*(np.stack(column) for column in zip(*rows, strict=True)))
+    return UnitLoads(*(np.stack(column) for column in zip(*rows, strict=True)))
 
 
 def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
@@ -105,10 +114,10 @@ def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
     study, filled_parts = evaluation.study, FilledParts(nominal.study)
     mounted = {i: filled_parts.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
     cases, works = [], []
-    for joint, added in enumerate(nominal.payloads):
+    for joint, unit_loads in enumerate(nominal.payloads):
         demand = nominal.work.at(joint, mounted).demand(mounted[joint])
         cases.append(cases_of(study, joint, demand, [mounted[joint]]))
-        works.append(work_of(demand, added))
+        works.append(joint_series(demand, unit_loads))
     known = all(result.torque_known for result in evaluation.joints.values())
     stated = [getattr(study.supply, check.limit) if known else None for check in SUPPLY_CHECKS]
     limits = np.array(stated, dtype=np.float64)  # None becomes NaN
@@ -178,29 +187,29 @@ def judged(ready: Candidate, draws: Draws, *, threads: int = 1) -> Iterator[Samp
         yield from pool.map(one, parts)
 
 
-def _peaks_kept(work: Work, case: Any, most: Array, life: bool) -> Work:
+def _peaks_kept(series: JointSeries, case: Any, most: Array, life: bool) -> JointSeries:
     """A copy of the loads with its own buffers, without samples of the cycle at which a load cannot peak.
 
     Bearing, brake and inertia checks need the largest load only, so the samples are kept at which it may occur within
     the payload deviations. Bearing life, and stops at the current limit, need all samples.
 
     Args:
-        work: Loads of one joint.
+        series: Loads of one joint.
         case: Its nominal case, (1,).
         most: Largest relative deviation of each payload, (payloads,).
         life: Whether bearing life is checked.
     """
-    load, added, most = work.load, work.added, most[: len(work.added.torque)]
+    load, unit, most = series.load, series.unit_loads, most[: len(series.unit_loads.torque)]
     lever = np.nan_to_num(bearing_arm(case["gear"][0]))
 
-    def kept(series: Array, rows: Array, *magnitudes: Callable[[Array], Array]) -> tuple[Array, Array]:
-        counts = np.zeros(series.shape[-1], dtype=np.bool_)
+    def kept(values: Array, rows: Array, *magnitudes: Callable[[Array], Array]) -> tuple[Array, Array]:
+        counts = np.zeros(values.shape[-1], dtype=np.bool_)
         for magnitude in magnitudes:
-            size, more = magnitude(series), most @ magnitude(rows)
+            size, more = magnitude(values), most @ magnitude(rows)
             counts |= size + more >= (size - more).max(initial=-np.inf)
-        return series[..., counts].copy(order="C"), rows[..., counts].copy(order="C")
+        return values[..., counts].copy(order="C"), rows[..., counts].copy(order="C")
 
-    wrench, inertia = (load.wrench, added.wrench), (load.inertia, added.inertia)
+    wrench, inertia = (load.wrench, unit.wrench), (load.inertia, unit.inertia)
     if not life:
         wrench = kept(
             *wrench, lambda w: np.sqrt(moment_square(lever, w[..., 0, :], w[..., 1, :], w[..., 3, :], w[..., 4, :])),
@@ -208,17 +217,15 @@ def _peaks_kept(work: Work, case: Any, most: Array, life: bool) -> Work:
         )  # fmt: skip
     if case["setting"]["ramped"][0] != 0.0:
         inertia = kept(*inertia, np.abs)
-    static = kept(load.static, added.static, np.abs)
-    pairs = ((load.torque, added.torque), wrench, inertia, (load.stop, added.stop), static)
-    load, added = Load(*(one for one, _ in pairs)), Added(*(more for _, more in pairs))
-    traces = new_traces(len(work.motion.speed), len(work.traces.parts))
-    memory = Load(*(row.copy() for row in load))
-    return work._replace(
-        load=load, added=added, sum=memory, traces=traces, stopping=stopping_of(*work.stopping[:3]), few=None
-    )
+    static = kept(load.static, unit.static, np.abs)
+    pairs = ((load.torque, unit.torque), wrench, inertia, (load.stop, unit.stop), static)
+    load, unit = Load(*(one for one, _ in pairs)), UnitLoads(*(more for _, more in pairs))
+    traces = new_traces(len(series.motion.speed), len(series.traces.parts))
+    total, stops = Load(*(row.copy() for row in load)), ramp_stops(*series.stops[:3])
+    return series._replace(load=load, unit_loads=unit, total=total, traces=traces, stops=stops, at_key_samples=None)
 
 
-def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice) -> Samples:
+def _block(ready: Candidate, works: tuple[JointSeries, ...], draws: Draws, part: slice) -> Samples:
     """Judge a block of consecutive samples."""
     count, power = part.stop - part.start, np.empty((AT_ONCE, 2, len(works[0].motion.weight)))
     used = np.empty((len(works), count, len(CHECKS)))
@@ -232,11 +239,11 @@ def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice)
         some = slice(first, min(first + AT_ONCE, count))
         drawn = power[: some.stop - first]
         drawn[:] = 0.0
-        for joint, work in enumerate(works):
-            amounts = draws.payload[part][some, : len(work.added.torque)] - 1.0
+        for joint, series in enumerate(works):
+            amounts = draws.payload[part][some, : len(series.unit_loads.torque)] - 1.0
             own = cases[joint][some]
             judge_cases(
-                own, as_numbers(own), ready.checks, work, np.ascontiguousarray(amounts), np.inf, False, drawn,
+                own, as_numbers(own), ready.checks, series, np.ascontiguousarray(amounts), np.inf, False, drawn,
                 used[joint, some], found[some], binding[some], lacking[some],
             )  # fmt: skip
         figures = supply_figures(ready.study, drawn)

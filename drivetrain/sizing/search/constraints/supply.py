@@ -15,7 +15,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.friction import friction_torque
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
 from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
-from drivetrain.sizing.search.bounds import power_ends
+from drivetrain.sizing.search.bounds import candidate_power_range
 from drivetrain.sizing.search.domains import Domain, Domains
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.sizing.search.propagate import ParameterRanges
@@ -73,7 +73,7 @@ def power_range(problem: Problem, domains: Domains, ranges: ParameterRanges, *, 
         offer, low, high = offered.joints[joint], np.zeros(samples), np.full(samples, np.inf)
         torque = offer.torque_interval(ranges.low, ranges.high)
         if len(domain) <= (MAX_LOSSES_BOTH if both else MAX_LOSSES):
-            power_ends(offer.records, domain.pairs, low, high)
+            candidate_power_range(offer.bound_data, domain.pairs, low, high)
         else:
             low = _lossless_power(problem, joint, domain, torque, ranges)
         lower += low
@@ -86,10 +86,10 @@ def _lossless_power(
 ) -> Array:
     """Lower bound on the power delivered to a joint's link and rotor, without losses [W], (N,)."""
     offer, (low, high) = problem.candidates.joints[joint], torque
-    for i, unit in enumerate(offer.work.added.torque):  # load by its own drive, if that rides on the moved link
+    for i, unit in enumerate(offer.series.unit_loads.torque):  # load by its own drive, if the moved link carries it
         ends = np.stack([ranges.low[joint, i] * unit, ranges.high[joint, i] * unit])
         low, high = low + ends.min(axis=0), high + ends.max(axis=0)
-    motion, ratio = offer.work.motion, problem.candidates.ratio[domain.pairs]
+    motion, ratio = offer.series.motion, problem.candidates.ratio[domain.pairs]
     speed, rotor_inertia = motion.speed, problem.candidates.parameters[domain.pairs, 3]
     friction = friction_torque(offer.demand.friction, speed)
     power = (np.where(speed > 0.0, low, high) + friction) * speed
