@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 
-from drivetrain.accuracy.costs import Progress, run_to_end, seconds, silent
+from drivetrain.accuracy.costs import Progress, no_progress, run_to_end, seconds
 from drivetrain.accuracy.decision import Basis, change, decision, tip_travel
 from drivetrain.accuracy.scenes import LABELS, choices, without
 from drivetrain.arrays import Array
@@ -64,7 +64,7 @@ def estimates(
     whole, found = run_to_end(plan(full), engine), []
     base, unresolved = decision(whole, full, basis), _unresolved_peaks(whole, full, basis)
     for done, choice in enumerate(listed):
-        (progress or silent)(done, len(listed), "estimating")
+        (progress or no_progress)(done, len(listed), "estimating")
         found.append(_estimate(scene, choice, base, unresolved, basis, engine))
     return tuple(found)
 
@@ -74,13 +74,13 @@ def _estimate(
 ) -> Estimate:
     """The influence of one effect; ``base`` and ``unresolved`` are the results of the full scene."""
     try:
-        less = without(scene, [choice])
-        run = run_to_end(plan(less), engine)
-        found = change(decision(run, less, basis), base)
+        reduced = without(scene, [choice])
+        run = run_to_end(plan(reduced), engine)
+        found = change(decision(run, reduced, basis), base)
     except InputError as error:
         return Estimate(choice, {}, False, f"without it: {error.faults[0].problem}")
-    sizes = {name: joined(lambda values: abs(values[0]), [one]) for name, one in found.items()}
-    own = _unresolved_peaks(run, less, basis)
+    sizes = {name: combined(lambda values: abs(values[0]), [one]) for name, one in found.items()}
+    own = _unresolved_peaks(run, reduced, basis)
     return Estimate(choice, sizes, True, "a run without it", {name: max(own[name], unresolved[name]) for name in own})
 
 
@@ -102,20 +102,20 @@ def _unresolved_peaks(run: Recording, scene: Scene, basis: Basis) -> dict[str, f
     return found
 
 
-def joined(rule: Callable[[tuple[float, ...]], float], parts: Iterable[Change]) -> Change:
+def combined(rule: Callable[[tuple[float, ...]], float], parts: Iterable[Change]) -> Change:
     """Combine changes quantity by quantity with a rule such as ``sum`` or ``max``; without changes, no change."""
     return Change(*(rule(values) for values in zip(*((*part.shares, part.tip) for part in parts), strict=True)))
 
 
 def added(parts: list[Mapping[str, Change]], joints: tuple[str, ...]) -> dict[str, Change]:
     """Sum of the estimated changes of several effects, by joint."""
-    return {name: joined(sum, [part[name] for part in parts if name in part]) for name in joints}
+    return {name: combined(sum, [part[name] for part in parts if name in part]) for name in joints}
 
 
-FEASIBLE = 1e-6  # constraint violation that the integer programming solver may leave, over the tolerance
-NUMERICAL = 0.2  # numerical error that is allowed, over the measured change or the tolerance
-HALVINGS = 3  # of the step, at most, to reach that
-AUDIT = 1e-3  # error of the energy balance that is allowed, over the energy exchanged
+CONSTRAINT_SLACK = 1e-6  # constraint violation that the integer programming solver may leave, over the tolerance
+NUMERICAL_SHARE = 0.2  # numerical error that is allowed, over the measured change or the tolerance
+MOST_HALVINGS = 3  # of the step, at most, to reach that
+LARGEST_ENERGY_ERROR = 1e-3  # error of the energy balance that is allowed, over the energy exchanged
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def choose_effects(
         The scene, the estimates of all effects, and the proof.
     """
     check_positive("tolerance", tolerance, "1")
-    report = progress or silent
+    report = progress or no_progress
     found = estimates(scene, basis, step, report)
     if tip_tolerance is None:
         tip_tolerance = tolerance * tip_travel(scene, run_to_end(plan(without(scene, ())), FixedStep(step)))
@@ -167,13 +167,13 @@ def choose_effects(
             proof = proved(scene, kept, basis, bound, limits.share, limits.tip, step)
         if proof is None or proof.proven or not proof.beyond:
             break
-        back = _largest(found, dropped, limits, proof)
+        back = _effect_to_restore(found, dropped, limits, proof)
         restored.append(back)
         dropped.remove(back)
     report(1, 1, "done")
     judged = []
     for one in found:
-        kind, worst = one.choice.kind, joined(max, added([one.bound], scene.joints).values())
+        kind, worst = one.choice.kind, combined(max, added([one.bound], scene.joints).values())
         cost, stays = costs.get(kind, 1.0), one.choice not in dropped
         judged.append(Judged(one.choice, LABELS[kind], worst, one.valid, one.why, stays, cost))
     return AutoChoice(kept, tolerance, tip_tolerance, tuple(judged), proof, tuple(restored))
@@ -186,19 +186,19 @@ def cheapest(
 
     A binary linear program, with one variable per effect and one constraint per decision quantity.
     """
-    fit = [one for one in found if one.valid and _uses(one, limits, joints).max() <= 1.0]
+    fit = [one for one in found if one.valid and _used_tolerances(one, limits, joints).max() <= 1.0]
     if not fit:
         return ()
-    uses = np.array([_uses(one, limits, joints) for one in fit]).T
+    uses = np.array([_used_tolerances(one, limits, joints) for one in fit]).T
     saved = np.array([costs.get(one.choice.kind, 1.0) for one in fit])
     best = milp(
         -saved, integrality=np.ones(len(fit)), bounds=Bounds(0.0, 1.0), options={"mip_rel_gap": 0.0},
-        constraints=LinearConstraint(uses, ub=1.0 - FEASIBLE),
+        constraints=LinearConstraint(uses, ub=1.0 - CONSTRAINT_SLACK),
     )  # fmt: skip
     return tuple(one.choice for one, gone in zip(fit, best.x, strict=True) if gone > 0.5)
 
 
-def _uses(one: Estimate, limits: Limits, joints: tuple[str, ...]) -> Array:
+def _used_tolerances(one: Estimate, limits: Limits, joints: tuple[str, ...]) -> Array:
     """Changes of an estimate over their tolerances: of every quantity of every joint, then of the tip."""
     changes = added([one.changes], joints).values()
     shares = [share / limits.share for change in changes for share in change.shares]
@@ -207,13 +207,13 @@ def _uses(one: Estimate, limits: Limits, joints: tuple[str, ...]) -> Array:
     return np.nan_to_num(np.array([*shares, of_tip]), nan=0.0, posinf=math.inf)
 
 
-def _largest(left: Sequence[Estimate], dropped: Collection[Choice], limits: Limits, proof: Proof) -> Choice:
+def _effect_to_restore(left: Sequence[Estimate], dropped: Collection[Choice], limits: Limits, proof: Proof) -> Choice:
     """The effect to restore after a failed proof: with the largest estimate at the joint with the largest change."""
     joints = tuple(proof.measured)
     worst = max(proof.measured, key=lambda name: proof.measured[name].largest(limits.tip))
     candidates = [one for one in left if one.choice in dropped]
     near = [one for one in candidates if worst in one.changes] or candidates
-    return max(near, key=lambda one: float(_uses(one, limits, joints).max())).choice
+    return max(near, key=lambda one: float(_used_tolerances(one, limits, joints).max())).choice
 
 
 def proved(
@@ -226,19 +226,19 @@ def proved(
     """
     full = without(scene, ())
     plans, scenes = (plan(kept), plan(full)), (kept, full)
-    coarse, audit = _pair(plans, scenes, basis, step)
+    coarse, audit = _run_both(plans, scenes, basis, step)
     scale = tip / tolerance if tolerance > 0.0 else 0.0
-    for _ in range(HALVINGS):
+    for _ in range(MOST_HALVINGS):
         step *= 0.5
-        fine, audit = _pair(plans, scenes, basis, step)
+        fine, audit = _run_both(plans, scenes, basis, step)
         measured = change(fine[0], fine[1])
         before = change(coarse[0], coarse[1])
         numerical = {
-            name: joined(lambda two: abs(two[0] - two[1]), (measured[name], before[name])) for name in measured
+            name: combined(lambda two: abs(two[0] - two[1]), (measured[name], before[name])) for name in measured
         }
         largest = max(one.largest(scale) for one in measured.values())
         noise = max(one.largest(scale) for one in numerical.values())
-        good = noise <= NUMERICAL * max(largest, tolerance)
+        good = noise <= NUMERICAL_SHARE * max(largest, tolerance)
         if good:
             break
         coarse = fine
@@ -246,11 +246,11 @@ def proved(
     times = seconds([(ready, FixedStep(step)) for ready in plans])
     return Proof(
         fine[0], fine[1], estimate, measured, numerical, step, audit, times[0], times[1],
-        not within, within and good and audit <= AUDIT, _said(within, good, audit, noise),
+        not within, within and good and audit <= LARGEST_ENERGY_ERROR, _proof_text(within, good, audit, noise),
     )  # fmt: skip
 
 
-def _pair(
+def _run_both(
     plans: tuple[Plan, Plan], scenes: tuple[Scene, Scene], basis: Basis, step: float
 ) -> tuple[tuple[Decision, Decision], float]:
     """Decisions of both scenes at a step [s], and the larger error of their energy balances [-]."""
@@ -271,10 +271,10 @@ def audited(recording: Recording) -> float:
     return wrong / passed if passed > 0.0 else 0.0
 
 
-def _said(within: bool, good: bool, audit: float, noise: float) -> str:
+def _proof_text(within: bool, good: bool, audit: float, noise: float) -> str:
     """The result of the proof in words."""
     if not good:
         return f"the step itself changes the result by {noise:.2g}: beyond any estimate"
-    if not audit <= AUDIT:
+    if not audit <= LARGEST_ENERGY_ERROR:
         return f"the energy audit is off by {audit:.2g} of what passes through"
     return "the measured change is within the tolerance" if within else "the measured change is beyond the tolerance"

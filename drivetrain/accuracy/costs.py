@@ -35,13 +35,13 @@ EXPLICIT: tuple[tuple[str, float, Engine], ...] = (
     ("explicit DP5(4)", 1e-4, AdaptiveStep(DormandPrince54(1e-4, 1e-6))),
 )
 """Explicit methods, which other simulators use, for comparison; where one fails, the result says why."""
-LONGEST = 20.0  # wall time after which a run is stopped [s]
-LONG = 1.0  # processor time above which a run is not repeated [s]
+TIME_LIMIT = 20.0  # wall time after which a run is stopped [s]
+REPEAT_LIMIT = 1.0  # processor time above which a run is not repeated [s]
 
 Progress = Callable[[int, int, str], None]
 
 
-def silent(_done: int, _total: int, _text: str) -> None:
+def no_progress(_done: int, _total: int, _text: str) -> None:
     """A progress callback that does nothing."""
 
 
@@ -57,10 +57,10 @@ def run_to_end(ready: Plan, engine: Engine) -> Recording:
         InputError: The run stopped before its end.
     """
     duration = ready.scene.duration
-    every = interval_of(duration)
+    interval = interval_of(duration)
     if isinstance(engine, FixedStep):
-        every = max(min(every, engine.step), duration / MOST_NODES)
-    recording = simulate(ready, solver=engine, interval=every, checked=False)
+        interval = max(min(interval, engine.step), duration / MOST_NODES)
+    recording = simulate(ready, solver=engine, interval=interval, checked=False)
     if recording.stopped_by is not None:
         event = recording.stopped_by
         raise InputError(Fault(ready.scene.name, f"{event.name} at {event.time:.6g} s: {event.detail}"))
@@ -94,7 +94,7 @@ def effects_cost(
     scene: Scene, basis: Basis, *, engine: Engine | None = None, rounds: int = 3, progress: Progress | None = None
 ) -> EffectCosts:
     """Leave out every kind of effect once, at all joints that have it, and compare results and computing time."""
-    engine, report = FixedStep(5e-4) if engine is None else engine, progress or silent
+    engine, report = FixedStep(5e-4) if engine is None else engine, progress or no_progress
     groups: dict[str, list[Choice]] = {}
     for choice in choices(scene):
         groups.setdefault(choice.kind, []).append(choice)
@@ -104,14 +104,14 @@ def effects_cost(
     base, rows = decision(recording, full, basis), []
     for done, (kind, members) in enumerate(groups.items()):
         report(done, len(groups) + 1, f"without {LABELS[kind]}")
-        less = without(scene, members)
-        plans.append(plan(less))
+        reduced = without(scene, members)
+        plans.append(plan(reduced))
         one = run_to_end(plans[-1], engine)
-        found, share = decision(one, less, basis), work(recording.counters) / max(work(one.counters), 1)
+        found, share = decision(one, reduced, basis), work(recording.counters) / max(work(one.counters), 1)
         rows.append((LABELS[kind], tuple(m.joint for m in members), change(found, base), found.verdict, share))
     report(len(groups), len(groups) + 1, "timing")
     whole, bare, *each = seconds([(ready, engine) for ready in plans], rounds)
-    costs = [EffectCost(*row[:4], whole / taken, row[4]) for row, taken in zip(rows, each, strict=True)]
+    costs = [EffectCost(*row[:4], whole / duration, row[4]) for row, duration in zip(rows, each, strict=True)]
     ordered = tuple(sorted(costs, key=lambda row: -row.time))
     return EffectCosts(base, whole, repr(engine), recording.counters, ordered, bare / whole)
 
@@ -140,7 +140,7 @@ def solver_cost(
         *explicit,
     ]
     total = len(listed) + 2
-    report = progress or silent
+    report = progress or no_progress
     try:
         engines: list[Engine] = [AdaptiveStep(Rodas5P(rtol=rtol)) for rtol in references]
         name = f"{ADAPTIVE} at a relative tolerance of 1e−{-math.log10(references[1]):.3g}"
@@ -175,28 +175,28 @@ def _run(
 ) -> SolverRun:
     """Run one engine; its error against the reference, its processor time, or why it did not end."""
     family, setting, engine = listed
-    begun = clock.perf_counter()
+    started = clock.perf_counter()
 
-    def patient(_share: float) -> bool:
-        return clock.perf_counter() - begun < LONGEST
+    def within_time(_share: float) -> bool:
+        return clock.perf_counter() - started < TIME_LIMIT
 
     try:
         recording = simulate(
-            ready, solver=engine, interval=interval_of(ready.scene.duration), progress=patient, checked=False
+            ready, solver=engine, interval=interval_of(ready.scene.duration), progress=within_time, checked=False
         )
     except InputError as error:
         return SolverRun(family, setting, math.nan, math.nan, 0, error.faults[0].problem)
     if recording.stopped_by is not None:
         event = recording.stopped_by
-        why = f"not done in {LONGEST:g} s" if event.name == "stopped" else f"{event.name} at {event.time:.4g} s"
+        why = f"not done in {TIME_LIMIT:g} s" if event.name == "stopped" else f"{event.name} at {event.time:.4g} s"
         return SolverRun(family, setting, math.nan, math.nan, work(recording.counters), why)
-    (taken,) = seconds([(ready, engine)], rounds, LONG)
-    apart, where = distance(decision(recording, ready.scene, basis), *best)
-    return SolverRun(family, setting, apart, taken, work(recording.counters), where=where)
+    (duration,) = seconds([(ready, engine)], rounds, REPEAT_LIMIT)
+    largest, where = distance(decision(recording, ready.scene, basis), *best)
+    return SolverRun(family, setting, largest, duration, work(recording.counters), where=where)
 
 
 def distance(one: Decision, best: Decision, travel: float) -> tuple[float, str]:
     """The largest relative difference of two decisions over all quantities and joints [-], and where it is."""
-    apart = change(one, best)
-    joint = max(apart, key=lambda name: apart[name].largest(travel))
-    return apart[joint].largest(travel), f"{apart[joint].leading(travel)} of {joint}"
+    differences = change(one, best)
+    joint = max(differences, key=lambda name: differences[name].largest(travel))
+    return differences[joint].largest(travel), f"{differences[joint].leading(travel)} of {joint}"

@@ -72,13 +72,13 @@ def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
     series = {name: one.values[last] for name, one in recording.series.items()}
     time, joints, checks = recording.time[last], {}, {}
     use = basis.use(time)
-    warm = {name for name, own in scene.effects.items() if any(isinstance(effect, WindingHeat) for effect in own)}
+    heated = {name for name, own in scene.effects.items() if any(isinstance(effect, WindingHeat) for effect in own)}
     for name in scene.joints:
-        heat = _heat(name, time, series, basis, name in warm)
+        heat = _heat(name, time, series, basis, name in heated)
         joints[name] = _joint(name, mean_weights(time, use), series, basis, heat)
         if basis.evaluation is not None and f"{name}.current" in series:
             checks[name] = _checks(basis.evaluation, name, (time, mean_weights(time, use)), series, heat)
-    return Decision(joints, _tip(scene, series), checks)
+    return Decision(joints, _tip_deviation(scene, series), checks)
 
 
 def change(one: Decision, full: Decision) -> dict[str, Change]:
@@ -111,7 +111,7 @@ def _joint(
         rms(torque, weights),
         math.nan if heat is None else heat.peak_winding,
         math.nan if network is None else network.ambient,
-        float(np.abs(_away(name, series)).max()),
+        float(np.abs(_deviation(name, series)).max()),
     )
 
 
@@ -130,23 +130,23 @@ def rms(values: Array, weights: Array) -> float:
     return math.sqrt(float(weights @ values**2) / total) if total > 0.0 else 0.0
 
 
-def _away(name: str, series: Mapping[str, Array]) -> Array:
+def _deviation(name: str, series: Mapping[str, Array]) -> Array:
     """Deviation of a joint from its command [rad or m], (N,); zero without a command."""
     position = series[f"{name}.position"]
     return position - series.get(f"{name}.command_position", position)
 
 
-def _tip(scene: Scene, series: Mapping[str, Array]) -> float:
+def _tip_deviation(scene: Scene, series: Mapping[str, Array]) -> float:
     """Largest distance of the tip from its commanded position [m]; without an arm that of the joint [rad or m]."""
     if not isinstance(scene.body, Arm):
-        return float(max(np.abs(_away(name, series)).max() for name in scene.joints))
+        return float(max(np.abs(_deviation(name, series)).max() for name in scene.joints))
     q = np.column_stack([series[f"{name}.position"] for name in scene.joints])
-    wanted = q - np.column_stack([_away(name, series) for name in scene.joints])
-    apart = _tip_place(scene.body, q) - _tip_place(scene.body, wanted)
-    return float(np.linalg.norm(apart, axis=1).max())
+    commanded = q - np.column_stack([_deviation(name, series) for name in scene.joints])
+    distance = _tip_position(scene.body, q) - _tip_position(scene.body, commanded)
+    return float(np.linalg.norm(distance, axis=1).max())
 
 
-def _tip_place(arm: Arm, q: Array) -> Array:
+def _tip_position(arm: Arm, q: Array) -> Array:
     """Position of the tip for positions of the driven joints (N, n) [m], (N, 3)."""
     place: Array = tip_pose(*main_chain(arm, q))[:, :3, 3]
     return place
@@ -157,17 +157,19 @@ def tip_travel(scene: Scene, recording: Recording) -> float:
     names = [f"{name}.command_position" for name in scene.joints]
     if any(name not in recording.series for name in names):
         return 0.0
-    wanted = np.column_stack([recording[name] for name in names])
+    commanded = np.column_stack([recording[name] for name in names])
     if not isinstance(scene.body, Arm):
-        return float(np.ptp(wanted, axis=0).max())
-    place = _tip_place(scene.body, wanted)
+        return float(np.ptp(commanded, axis=0).max())
+    place = _tip_position(scene.body, commanded)
     return float(np.linalg.norm(place - place[0], axis=1).max())
 
 
-def _heat(name: str, time: Array, series: Mapping[str, Array], basis: Basis, warm: bool) -> PeriodicTemperature | None:
+def _heat(
+    name: str, time: Array, series: Mapping[str, Array], basis: Basis, heated: bool
+) -> PeriodicTemperature | None:
     """Temperatures of one joint in the periodic steady state of the simulated cycle; None if they are unknown.
 
-    ``warm``: the scene contains the heating of the winding, so its resistance follows the temperature.
+    ``heated``: the scene contains the heating of the winding, so its resistance follows the temperature.
     """
     network, motor = basis.networks.get(name), basis.motors.get(name)
     current = series.get(f"{name}.current")
@@ -181,7 +183,7 @@ def _heat(name: str, time: Array, series: Mapping[str, Array], basis: Basis, war
         loss = loss + counted * series.get(f"{name}.{what}", np.zeros(1))
     use = basis.use(time)
     found = mixed_temperature_of_current(network, motor, time, current, use, housing_loss=loss)
-    if warm:
+    if heated:
         return found
     still = mixed_temperature_of_current(
         replace(network, winding_capacity=None), motor, time, current, use, housing_loss=loss, warming=False
@@ -218,17 +220,17 @@ def _checks(
         if check.name in largest:
             factor, values = largest[check.name]
             at = int(np.argmax(np.abs(values)))
-            found.append(_held(check, factor * float(abs(values[at])), float(time[at]), safety.reserve))
+            found.append(_requiring(check, factor * float(abs(values[at])), float(time[at]), safety.reserve))
         elif check.name in ("motor RMS current", "amplifier continuous current"):
-            found.append(_held(check, safety.rms * effective, None, safety.reserve))
+            found.append(_requiring(check, safety.rms * effective, None, safety.reserve))
         elif check.name == "winding temperature":
             hottest = None if heat is None else heat.peak_winding if known else math.inf
             instant = heat.peak_time if heat is not None and known else None
-            found.append(_held(check, hottest, instant, safety.reserve, evaluation.study.ambient))
+            found.append(_requiring(check, hottest, instant, safety.reserve, evaluation.study.ambient))
     return tuple(found)
 
 
-def _held(check: Check, required: float | None, time: float | None, reserve: float, origin: float = 0.0) -> Check:
+def _requiring(check: Check, required: float | None, time: float | None, reserve: float, origin: float = 0.0) -> Check:
     """A check with a new requirement and its utilisation, where requirement and limit count from ``origin``.
 
     A check that the study cannot compute stays NOT CHECKED.

@@ -17,8 +17,8 @@ from drivetrain.simulation.recording import Event, Recording
 from drivetrain.simulation.run import EQUILIBRIUM, simulate
 from drivetrain.simulation.scene import Scene
 
-ALLOWED = 0.01  # relative change up to which a quantity counts as converged
-SMALL = 1e-6  # quantities below this are not compared [A, N m, K, rad, m]
+LARGEST_CHANGE = 0.01  # relative change up to which a quantity counts as converged
+SMALLEST_SIZE = 1e-6  # quantities below this are not compared [A, N m, K, rad, m]
 UNITS = {"peak_current": "A", "rms_current": "A", "rms_torque": "N m", "rise": "K", "deviation": "rad"}
 
 
@@ -61,16 +61,16 @@ def _quantities(found: Decision) -> dict[str, float]:
 def _changed(
     recording: Recording, finer: Recording, scene: Scene, values: Mapping[str, tuple[float, float]]
 ) -> tuple[Event, ...]:
-    """An event for a run that is not converged: the largest relative change exceeds ``ALLOWED``; else empty.
+    """An event for a run that is not converged: the largest relative change exceeds ``LARGEST_CHANGE``; else empty.
 
     Changes of deviations are relative to the travel, all others to the quantity itself.
     """
-    ways = {f"{joint}.deviation": float(np.ptp(recording[f"{joint}.position"])) for joint in scene.joints}
-    ways["tip_deviation"] = tip_travel(scene, recording)
-    sizes = {name: max(ways.get(name, 0.0), abs(b)) for name, (_, b) in values.items()}
-    shares = {name: abs(a - b) / sizes[name] for name, (a, b) in values.items() if sizes[name] > SMALL}
+    travels = {f"{joint}.deviation": float(np.ptp(recording[f"{joint}.position"])) for joint in scene.joints}
+    travels["tip_deviation"] = tip_travel(scene, recording)
+    sizes = {name: max(travels.get(name, 0.0), abs(b)) for name, (_, b) in values.items()}
+    shares = {name: abs(a - b) / sizes[name] for name, (a, b) in values.items() if sizes[name] > SMALLEST_SIZE}
     worst = max(shares, key=lambda name: shares[name], default=None)
-    if worst is None or shares[worst] <= ALLOWED:
+    if worst is None or shares[worst] <= LARGEST_CHANGE:
         return ()
     detail = f"{worst} changes by {100.0 * shares[worst]:.2g} % with {finer.about['solver']}: not converged"
     return (Event(float(recording.time[-1]), "verify", detail),)

@@ -148,9 +148,9 @@ class World:
     potential_energy: float
     payload_energy: float  # energy that payload changes have added [J]
     payloads_passed: int  # number of payload changes counted in it [-]
-    tries: int  # number of solutions of this step so far [-]
-    again: int  # set by an effect to request another solution of this step, with a corrected value
-    longest: float  # set by an effect: longest step that it allows [s]
+    iteration: int  # number of solutions of this step so far [-]
+    repeat_step: int  # set by an effect to request another solution of this step, with a corrected value
+    step_limit: float  # set by an effect: longest step that it allows [s]
     tip: Tip
 
 

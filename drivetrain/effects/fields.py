@@ -52,9 +52,9 @@ def kind_faults(effect: Any) -> list[Fault]:
     """Faults of fields whose type does not match their annotation."""
     name, hints = type(effect).__name__, _hints(effect.__class__)
     return [
-        Fault(f"{name}.{field.name}", f"must be {_wanted(hints[field.name])}", getattr(effect, field.name))
+        Fault(f"{name}.{field.name}", f"must be {_type_words(hints[field.name])}", getattr(effect, field.name))
         for field in fields(effect)
-        if not _fits(getattr(effect, field.name), hints[field.name])
+        if not _matches(getattr(effect, field.name), hints[field.name])
     ]
 
 
@@ -86,16 +86,16 @@ _WORDS: dict[Any, str] = {float: "a number", int: "a whole number", str: "a text
                           bool: "True or False"}  # fmt: skip
 
 
-def _wanted(hint: Any) -> str:
+def _type_words(hint: Any) -> str:
     """What a message says of an expected type."""
     if _is_union(hint):
-        return " or ".join(_wanted(part) for part in get_args(hint))
+        return " or ".join(_type_words(part) for part in get_args(hint))
     if get_origin(hint) is Literal:
         return _WORDS[str]
     if get_origin(hint) is tuple:
         first, *others = get_args(hint)
         same = "several, each " if others == [...] else ""
-        return same + " with ".join(_wanted(part) for part in (first, *others) if part is not ...)
+        return same + " with ".join(_type_words(part) for part in (first, *others) if part is not ...)
     return _WORDS.get(hint) or (hint.__name__ if isinstance(hint, type) else str(hint))
 
 
@@ -103,11 +103,11 @@ def _is_union(hint: Any) -> bool:
     return get_origin(hint) in (Union, UnionType)
 
 
-def _fits(value: Any, hint: Any) -> bool:
+def _matches(value: Any, hint: Any) -> bool:
     """Whether a value matches an annotation; NaN does, since it is reported with the faults of the ranges."""
     parts, number = get_args(hint), isinstance(value, numbers.Real) and not isinstance(value, bool)
     if _is_union(hint):
-        return any(_fits(value, part) for part in parts)
+        return any(_matches(value, part) for part in parts)
     if get_origin(hint) is Literal:
         return isinstance(value, str)
     if hint is float:
@@ -119,5 +119,5 @@ def _fits(value: Any, hint: Any) -> bool:
             return False
         several = tuple(value)
         kinds = parts[:1] * len(several) if ... in parts else parts
-        return len(several) == len(kinds) and all(map(_fits, several, kinds))
+        return len(several) == len(kinds) and all(map(_matches, several, kinds))
     return not isinstance(hint, type) or isinstance(value, hint)

@@ -16,15 +16,15 @@ from drivetrain.jit import law
 TINY = 1e-300  # avoids a division by zero [s]
 
 
-def bends(time: Array, values: Array, tolerance: float) -> list[float]:
+def kinks(time: Array, values: Array, tolerance: float) -> list[float]:
     """Times at which a table has a kink larger than ``tolerance`` times its largest value [s].
 
     Samples of a smooth function have hardly any. The first and the last time are always included.
     """
     before, after = np.diff(time)[:-1], np.diff(time)[1:]
-    straight = (values[:-2] * after + values[2:] * before) / np.maximum(before + after, TINY)
-    off = np.abs(values[1:-1] - straight) > tolerance * np.abs(values).max()
-    inner = time[1:-1][off & (before > 0.0) & (after > 0.0)]  # jumps are breakpoints, not knots
+    interpolated = (values[:-2] * after + values[2:] * before) / np.maximum(before + after, TINY)
+    deviation = np.abs(values[1:-1] - interpolated) > tolerance * np.abs(values).max()
+    inner = time[1:-1][deviation & (before > 0.0) & (after > 0.0)]  # jumps are breakpoints, not knots
     return [float(time[0]), *inner.tolist(), float(time[-1])]
 
 
@@ -93,4 +93,4 @@ class OverTime(Effect):
         return [float(t) for t in (self.time[0], *np.unique(jumps), self.time[-1])]
 
     def knots(self, tolerance: float) -> Sequence[float]:
-        return bends(self.time, self.values, tolerance)
+        return kinks(self.time, self.values, tolerance)

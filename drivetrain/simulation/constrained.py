@@ -22,8 +22,8 @@ from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.samples import run
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.passive import (
-    BEYOND,
     DEFAULT_INTERVAL,
+    LARGEST_STATE,
     TorqueLaw,
     checked_law,
     checked_start,
@@ -195,7 +195,7 @@ def _rates(arm: Arm, constraints: tuple[Constraint, ...], torque: TorqueLaw | No
             force = tau - run(model, (q, qd, nothing))
             acceleration, _, _ = least_change(arm, q, rows.jacobian, force, how.drift(rows, qd, holonomic))
         except InputError:
-            if np.abs(y).max() <= BEYOND:
+            if np.abs(y).max() <= LARGEST_STATE:
                 raise
             return result  # a diverged state; NaN rates make the solver report it
         result[:n], result[n : 2 * n] = qd[0], acceleration[0]
@@ -210,7 +210,7 @@ def _correction(arm: Arm, constraints: tuple[Constraint, ...], how: Stabilisatio
     n = arm.n
 
     def correct(t: float, y: Array) -> Array | None:
-        if not np.abs(y).max() <= BEYOND:
+        if not np.abs(y).max() <= LARGEST_STATE:
             return None
         q, qd = y[:n].reshape(1, n).copy(), y[n : 2 * n].reshape(1, n).copy()
         put_back = how.put_back(arm, constraints, q, qd)

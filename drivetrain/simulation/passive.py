@@ -19,10 +19,10 @@ from drivetrain.solvers.solver import DormandPrince853, Solver, check_positive
 TorqueLaw = Callable[[float, Array, Array], Any]
 DEFAULT_SOLVER = DormandPrince853()
 DEFAULT_INTERVAL = 0.01  # s
-FASTEST = 1e6  # largest initial speed [rad/s or m/s]
-LONGEST = 1e9  # longest duration, thirty years [s]
-MOST_INSTANTS = 1e8  # output rows of a recording
-BEYOND = 1e60  # a larger state counts as diverged; its squares and products are still finite
+LARGEST_SPEED = 1e6  # largest initial speed [rad/s or m/s]
+LONGEST_DURATION = 1e9  # longest duration, thirty years [s]
+MOST_ROWS = 1e8  # output rows of a recording
+LARGEST_STATE = 1e60  # a larger state counts as diverged; its squares and products are still finite
 
 
 def simulate_passive(
@@ -78,8 +78,8 @@ def checked_start(arm: Arm, q0: Any, qd0: Any) -> Array:
     faults.raise_any()
     assert position is not None and speed is not None
     worst = int(np.argmax(np.abs(speed)))
-    if abs(speed[worst]) > FASTEST:
-        raise InputError(Fault(f"qd0[{worst}]", f"is no speed of an arm, above {FASTEST:g}", float(speed[worst])))
+    if abs(speed[worst]) > LARGEST_SPEED:
+        raise InputError(Fault(f"qd0[{worst}]", f"is no speed of an arm, above {LARGEST_SPEED:g}", float(speed[worst])))
     return np.concatenate([position, speed])
 
 
@@ -87,10 +87,10 @@ def recorded_times(duration: float, interval: float) -> Array:
     """The output times of a recording [s], evenly spaced, with the end as the last, (N,)."""
     check_positive("duration", duration, "s")
     check_positive("interval", interval, "s")
-    if duration > LONGEST:
-        raise InputError(Fault("duration", f"is more than {LONGEST:g} s", duration))
-    if not duration / interval <= MOST_INSTANTS:
-        problem = f"makes {duration / interval:.3g} instants of {interval:g} s, more than {MOST_INSTANTS:g}"
+    if duration > LONGEST_DURATION:
+        raise InputError(Fault("duration", f"is more than {LONGEST_DURATION:g} s", duration))
+    if not duration / interval <= MOST_ROWS:
+        problem = f"makes {duration / interval:.3g} instants of {interval:g} s, more than {MOST_ROWS:g}"
         raise InputError(Fault("duration", problem, duration, "record at longer intervals"))
     whole = int(np.floor(duration / interval * (1.0 + 1e-12)))
     times: Array = interval * np.arange(whole + 1.0)
@@ -98,15 +98,15 @@ def recorded_times(duration: float, interval: float) -> Array:
 
 
 def up_to_divergence(solution: Solution) -> Solution:
-    """The solution up to the last row before a state exceeds ``BEYOND``, with that as the reason to stop."""
-    far = np.flatnonzero((np.abs(solution.states) > BEYOND).any(axis=1))
-    if not len(far):
+    """The solution up to the last row before a state exceeds ``LARGEST_STATE``, with that as the reason to stop."""
+    diverged = np.flatnonzero((np.abs(solution.states) > LARGEST_STATE).any(axis=1))
+    if not len(diverged):
         return solution
-    keep = max(1, int(far[0]))
-    culprit = int(np.argmax(np.abs(solution.states[far[0]])))
+    keep = max(1, int(diverged[0]))
+    fault_index = int(np.argmax(np.abs(solution.states[diverged[0]])))
     stopped = solution.stopped or "the state grows beyond all bounds: it diverges; try a shorter step"
-    at = float(solution.times[far[0]])
-    return Solution(solution.times[:keep], solution.states[:keep], solution.work, stopped, at, culprit)
+    at = float(solution.times[diverged[0]])
+    return Solution(solution.times[:keep], solution.states[:keep], solution.work, stopped, at, fault_index)
 
 
 def record(arm: Arm, solution: Solution, torque: TorqueLaw | None, about: dict[str, str]) -> Recording:
@@ -168,10 +168,10 @@ def stopped_by(arm: Arm, solution: Solution) -> Event | None:
         return None
     if solution.fault_index is None:
         return Event(solution.stopped_at, "solver", solution.stopped)
-    culprit = solution.fault_index
-    if culprit >= 2 * arm.n:  # the work of the torques; name the joint with the largest state instead
-        culprit = int(np.argmax(np.abs(solution.states[-1, : 2 * arm.n])))
-    signal = f"{arm.joint_names[culprit % arm.n]}.{('position', 'speed')[culprit // arm.n]}"
+    fault_index = solution.fault_index
+    if fault_index >= 2 * arm.n:  # the work of the torques; name the joint with the largest state instead
+        fault_index = int(np.argmax(np.abs(solution.states[-1, : 2 * arm.n])))
+    signal = f"{arm.joint_names[fault_index % arm.n]}.{('position', 'speed')[fault_index // arm.n]}"
     return Event(solution.stopped_at, "diverged", f"{signal}: {solution.stopped}")
 
 

@@ -68,12 +68,12 @@ class TableSeries(Mapping[str, Series]):
         return len(self._names)
 
 
-ALLOWED = 0.01  # error of the energy balance, over the energy exchanged, above which an event warns
+LARGEST_ERROR = 0.01  # error of the energy balance, over the energy exchanged, above which an event warns
 UNACCOUNTED = "energy"  # name of that event
-ROUNDING = 1e-9  # error that rounding may cause, over the stored energy
+ROUNDING_ERROR = 1e-9  # error that rounding may cause, over the stored energy
 FORMAT = 1  # version of the file format
 # Errors that reading a damaged archive may raise: each layer has its own.
-DAMAGE = (
+DAMAGE_ERRORS = (
     ValueError, KeyError, TypeError, AttributeError, NotImplementedError, OSError, EOFError, zipfile.BadZipFile,
     zlib.error,
 )  # fmt: skip
@@ -268,7 +268,7 @@ def energy_event(time: Array, error: Array, passed: float, stored: float, tolera
         stored: Largest stored energy [J].
         tolerance: Relative tolerance of the engine [-].
     """
-    off, most = np.abs(error), max(ALLOWED, 10.0 * tolerance) * passed + ROUNDING * stored
+    off, most = np.abs(error), max(LARGEST_ERROR, 10.0 * tolerance) * passed + ROUNDING_ERROR * stored
     if not len(off) or not off.max() > most:
         return ()
     share = off.max() / max(passed, 1e-300)
@@ -298,14 +298,14 @@ def load_recording(path: Path | str) -> Recording:
         with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             header = json.loads(str(stored["told"]))
             arrays = {name: stored[name] for name in stored.files}
-    except DAMAGE as error:
+    except DAMAGE_ERRORS as error:
         raise InputError(Fault("recording", f"is no recording of this package: {error}", str(source))) from None
     form = header.get("format") if isinstance(header, dict) else None
     if form != FORMAT:
         raise InputError(Fault("recording", f"must be of format {FORMAT}", form, file=str(source)))
     try:
         return _restored(header, arrays)
-    except DAMAGE as error:
+    except DAMAGE_ERRORS as error:
         raise InputError(Fault("recording", f"is damaged: {error}", str(source))) from None
 
 

@@ -29,13 +29,13 @@ EQUILIBRIUM = "equilibrium"
 MOST_ROWS = 1e8  # output rows of a run
 # Signal of the bus voltage; share of the nominal voltage below which the source is too weak; error of the voltage, over
 # the nominal one, above which it is reported.
-BUS, SINKS, BUS_OFF = "scene.bus_voltage", 0.99, 1e-3
-MOST_CHECKED = 5e4  # steps of a run up to which the step is checked by a second run (about 0.3 s more)
+BUS, WEAK_SUPPLY, BUS_ERROR = "scene.bus_voltage", 0.99, 1e-3
+MOST_CHECKED_STEPS = 5e4  # steps of a run up to which the step is checked by a second run (about 0.3 s more)
 # For a check of the bus voltage: steps of the fixed-step engine, steps of the adaptive engine, output rows, at most.
-MOST_TRIED, MOST_KNOWN, MOST_COMPARED = 4e5, 100_000, 2e4
+MOST_FIXED_STEPS, MOST_ADAPTIVE_STEPS, MOST_COMPARED_ROWS = 4e5, 100_000, 2e4
 # Relative change with half the step up to which a run counts as converged; size below which a quantity is not compared.
-ALLOWED, NOTHING = 0.01, 1e-6
-BEYOND = 1e30  # a larger number counts as diverged; its square is still finite
+ALLOWED, SMALLEST_SIZE = 0.01, 1e-6
+LARGEST_VALUE = 1e30  # a larger number counts as diverged; its square is still finite
 
 
 def simulate(
@@ -104,13 +104,13 @@ def _recording(
     about = {"scene": plan.scene.name, "solver": repr(engine), "duration": f"{plan.scene.duration:g} s"}
     if outcome.times is not None:
         return Recording(outcome.times, outcome.series, outcome.counters, outcome.events, outcome.stopped_by, about)
-    rows, stopped = _sound(plan, outcome)
+    rows, stopped = _finite_rows(plan, outcome)
     stored, left, passed, largest = plan.layout.energies(rows)
     # The energy balance of a resumed run continues that of the earlier one.
     balance = float(resumed["balance"]) if "balance" in resumed else float(left[0])
     energies = {"stored_energy": Series("J", stored), "energy_error": Series("J", left - balance)}
     series = TableSeries(rows, plan.layout.recorded, energies)
-    events = [*outcome.events, *_limits(plan, rows), *warnings(plan, engine, rows)]
+    events = [*outcome.events, *_position_limit_events(plan, rows), *warnings(plan, engine, rows)]
     events += energy_event(rows[:, 0], left - balance, passed, largest, engine.tolerance)
     if not resumed:
         first = {name: float(rows[0, column]) for name, (column, _) in plan.layout.recorded.items()}
@@ -132,21 +132,21 @@ def _step_events(
     """
     if not isinstance(engine, FixedStep) or recording.stopped_by is not None:
         return ()
-    if plan.scene.duration > MOST_CHECKED * min(engine.step, plan.period):
+    if plan.scene.duration > MOST_CHECKED_STEPS * min(engine.step, plan.period):
         return ()
     events = _bus_event(engine, recording, plan, given)
     halved = engine.finer(plan.period).run(plan, RunOptions(interval, start=given))
-    if halved.stopped_by is not None or not _most_changed(plan, rows, halved.rows):
+    if halved.stopped_by is not None or not _largest_change(plan, rows, halved.rows):
         return events
     # Oscillations faster than the output rows would differ by aliasing, so the comparison uses more output rows.
-    seen = RunOptions(min(interval, plan.scene.duration / MOST_COMPARED), start=given)
+    seen = RunOptions(min(interval, plan.scene.duration / MOST_COMPARED_ROWS), start=given)
     rows, tried, first, advice = engine.run(plan, seen).rows, engine, "", "try AdaptiveStep"
-    while plan.scene.duration <= MOST_CHECKED * tried.step:
+    while plan.scene.duration <= MOST_CHECKED_STEPS * tried.step:
         finer = tried.finer(plan.period)
         halved = finer.run(plan, seen)
         if halved.stopped_by is not None:
             break
-        changed = _most_changed(plan, rows, halved.rows)
+        changed = _largest_change(plan, rows, halved.rows)
         if not changed:
             advice = f"half of {tried.step:g} s changes nothing by more than {100.0 * ALLOWED:g} %"
             break
@@ -166,48 +166,48 @@ def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mappi
     The reference is the adaptive engine. Empty if the bus does not drop, or if its error is small.
     """
     nominal = max((one.effect.voltage for one in plan.instances if isinstance(one.effect, SupplyBus)), default=0.0)
-    if not nominal or recording[BUS].min() >= SINKS * nominal:
+    if not nominal or recording[BUS].min() >= WEAK_SUPPLY * nominal:
         return ()
-    every, column = plan.scene.duration / MOST_COMPARED, plan.layout.recorded[BUS][0]
-    known = AdaptiveStep(most_steps=MOST_KNOWN).run(plan, RunOptions(every, start=given))
-    if known.stopped_by is not None:
+    interval, column = plan.scene.duration / MOST_COMPARED_ROWS, plan.layout.recorded[BUS][0]
+    reference = AdaptiveStep(most_steps=MOST_ADAPTIVE_STEPS).run(plan, RunOptions(interval, start=given))
+    if reference.stopped_by is not None:
         return ()
 
-    def off(time: Array, volts: Array) -> Array:
-        return np.abs(volts - np.interp(time, known.rows[:, 0], known.rows[:, column])) / nominal
+    def error_of(time: Array, volts: Array) -> Array:
+        return np.abs(volts - np.interp(time, reference.rows[:, 0], reference.rows[:, column])) / nominal
 
-    apart = off(recording.time, recording[BUS])
-    worst, step, k = float(apart.max()), engine.step, int(np.argmax(apart))
-    if worst <= BUS_OFF:
+    errors = error_of(recording.time, recording[BUS])
+    worst, step, k = float(errors.max()), engine.step, int(np.argmax(errors))
+    if worst <= BUS_ERROR:
         return ()
     advice, left = "try AdaptiveStep", worst
-    while left > BUS_OFF:
+    while left > BUS_ERROR:
         # Limits become active at grid points, so the error is proportional to the step.
-        step = float(f"{step * min(0.9 * BUS_OFF / left, 0.5):.2g}")
-        if plan.scene.duration > MOST_TRIED * step:
+        step = float(f"{step * min(0.9 * BUS_ERROR / left, 0.5):.2g}")
+        if plan.scene.duration > MOST_FIXED_STEPS * step:
             break
-        rows = FixedStep(step).run(plan, RunOptions(every, start=given)).rows
-        left = float(off(rows[:, 0], rows[:, column]).max())
+        rows = FixedStep(step).run(plan, RunOptions(interval, start=given)).rows
+        left = float(error_of(rows[:, 0], rows[:, column]).max())
     else:
-        advice = f"a step of {step:g} s holds {100.0 * BUS_OFF:g} %"
+        advice = f"a step of {step:g} s holds {100.0 * BUS_ERROR:g} %"
     detail = f"the bus sinks to {recording[BUS].min():.3g} V and its voltage is off by {100.0 * worst:.2g} %: {advice}"
     return (Event(float(recording.time[k]), "bus", detail),)
 
 
-def _most_changed(plan: Plan, rows: Array, finer: Array) -> str:
+def _largest_change(plan: Plan, rows: Array, finer: Array) -> str:
     """The decision quantity that a finer run changes most, with its relative change; empty if below ``ALLOWED``.
 
     ``rows`` and ``finer`` are output rows of both runs.
     """
     shares: dict[str, float] = {}
     for joint in plan.scene.joints:
-        for what, measures in LOOKED.items():
+        for what, measures in MEASURES.items():
             name = f"{joint}.{what}"
             if name in plan.layout.recorded:
                 column = plan.layout.recorded[name][0]
                 here, there = rows[:, column], np.interp(rows[:, 0], finer[:, 0], finer[:, column])
                 size = np.ptp(there) if what == "position" else np.abs(there).max()
-                if size > NOTHING:
+                if size > SMALLEST_SIZE:
                     shares |= {f"{name} {words}": measure(here, there) for words, measure in measures.items()}
     worst = max(shares, key=lambda name: shares[name], default="")
     return f"{worst} by {100.0 * shares[worst]:.2g} %" if worst and shares[worst] > ALLOWED else ""
@@ -219,7 +219,7 @@ def _rms(here: Array, there: Array) -> float:
 
 
 # Quantities of each joint that are compared, and their measures, as relative differences of two series.
-LOOKED: dict[str, dict[str, Callable[[Array, Array], float]]] = {
+MEASURES: dict[str, dict[str, Callable[[Array, Array], float]]] = {
     "position": {"on its way": lambda here, there: float(np.abs(there - here).max() / np.ptp(there))},
     "current": {
         "at its peak": lambda here, there: abs(float(np.abs(here).max() / np.abs(there).max()) - 1.0),
@@ -229,7 +229,7 @@ LOOKED: dict[str, dict[str, Callable[[Array, Array], float]]] = {
 }
 
 
-def _limits(plan: Plan, rows: Array) -> tuple[Event, ...]:
+def _position_limit_events(plan: Plan, rows: Array) -> tuple[Event, ...]:
     """Events where joints of an arm pass their position limits, with the time resolution of the recording."""
     arm = plan.scene.body
     if not isinstance(arm, Arm):
@@ -240,23 +240,23 @@ def _limits(plan: Plan, rows: Array) -> tuple[Event, ...]:
     return limit_events(arm, rows[:, 0], positions)
 
 
-def _sound(plan: Plan, outcome: Outcome) -> tuple[Array, Event | None]:
-    """The rows before the first with a value that is NaN or exceeds ``BEYOND``, and the event that ended the run.
+def _finite_rows(plan: Plan, outcome: Outcome) -> tuple[Array, Event | None]:
+    """The rows before the first with a value that is NaN or above ``LARGEST_VALUE``, and the event that ended the run.
 
     Raises:
         InputError: The first row already contains such a value.
     """
     rows, stopped = outcome.rows, outcome.stopped_by
-    if -BEYOND < rows.min() and rows.max() < BEYOND:  # false where there is a NaN
+    if -LARGEST_VALUE < rows.min() and rows.max() < LARGEST_VALUE:  # false where there is a NaN
         return rows, stopped
     named = plan.layout.recorded
-    fine = np.abs(rows[:, [column for column, _ in named.values()]]) < BEYOND
+    fine = np.abs(rows[:, [column for column, _ in named.values()]]) < LARGEST_VALUE
     bad = np.flatnonzero(~fine.all(axis=1))
     if not len(bad):
         return rows, stopped
     if bad[0] == 0:
         name = list(named)[int(np.argmin(fine[0]))]
-        raise InputError(Fault(name, f"is beyond {BEYOND:g}, or no number, at the very start"))
+        raise InputError(Fault(name, f"is beyond {LARGEST_VALUE:g}, or no number, at the very start"))
     if stopped is None or stopped.name == "diverged":
         # Name the largest state, not a quantity that grows with its square, such as a loss.
         states = list(plan.memory.states)

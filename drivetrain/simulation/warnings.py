@@ -18,17 +18,17 @@ from drivetrain.simulation.recording import Event
 
 HOTTEST_MAGNETS = 150.0  # ASSUMED: above it common sintered magnets are demagnetised permanently [C]
 FEWEST_STEPS = 10  # in a motion
-STIFFEST = 3.0  # phase of the oscillation of the load on its bristles within one step [rad]
-FINEST = 1e-6  # deflection of the bristles over the relative tolerance that resolves it [rad or m]
+LARGEST_PHASE = 3.0  # phase of the oscillation of the load on its bristles within one step [rad]
+SMALLEST_DEFLECTION = 1e-6  # deflection of the bristles over the relative tolerance that resolves it [rad or m]
 
 
 def warnings(plan: Plan, engine: Engine, rows: Array) -> tuple[Event, ...]:
     """Warnings about a run that ended without an error; ``rows`` are its output rows."""
     step = float(getattr(engine, "step", 0.0))
-    return (*_heat(plan, rows), *_long_step(plan, step), *_bristles(plan, engine.tolerance, step))
+    return (*_temperature_warnings(plan, rows), *_long_step(plan, step), *_bristles(plan, engine.tolerance, step))
 
 
-def _heat(plan: Plan, rows: Array) -> Iterator[Event]:
+def _temperature_warnings(plan: Plan, rows: Array) -> Iterator[Event]:
     """Windings and magnets above their limits, and losses at which the temperature would rise without limit."""
     recorded, time = plan.layout.recorded, rows[:, 0]
     for joint, effects in plan.scene.effects.items():
@@ -79,13 +79,14 @@ def _bristles(plan: Plan, tolerance: float, step: float) -> Iterator[Event]:
         law = one.effect
         if not isinstance(law, LuGreFriction):
             continue
-        joint, bend = one.place.joint, law.coulomb / law.stiffness
+        joint, deflection = one.place.joint, law.coulomb / law.stiffness
         moved = float(inertia[joint]) / (one.place.ratio**2 if law.side == "motor" else 1.0)
-        swing = math.sqrt(law.stiffness / moved)
-        if step * swing > STIFFEST:
-            text = f"swings at {swing:.3g} rad/s, which a step of {step:g} s passes over; {1.0 / swing:.2g} s would do"
-        elif bend < FINEST * tolerance:
-            text = f"bends by {bend:.3g} before it slips, less than a tolerance of {tolerance:g} resolves"
+        frequency = math.sqrt(law.stiffness / moved)
+        if step * frequency > LARGEST_PHASE:
+            best = 1.0 / frequency
+            text = f"swings at {frequency:.3g} rad/s, which a step of {step:g} s passes over; {best:.2g} s would do"
+        elif deflection < SMALLEST_DEFLECTION * tolerance:
+            text = f"bends by {deflection:.3g} before it slips, less than a tolerance of {tolerance:g} resolves"
         else:
             continue
         yield Event(0.0, "bristles", f"{one.title} {text}; DryFriction sticks exactly at any step")

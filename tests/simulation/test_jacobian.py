@@ -125,8 +125,8 @@ def ready(scene: Scene, rng: np.random.Generator) -> tuple[Plan, Any, Any, float
     """A plan, the memory of its adaptive run, a state at random with friction's modes as they are there, an instant."""
     done = plan(scene)
     hangs = dependence(done)[: done.memory.moving, : done.memory.moving]
-    numbers = adaptive_step._extended(done, started(done), hangs)
-    sizes = np.maximum(done.memory.atol[: done.memory.moving] / adaptive_step.USUAL, 1e-3)
+    numbers = adaptive_step._with_engine_sections(done, started(done), hangs)
+    sizes = np.maximum(done.memory.atol[: done.memory.moving] / adaptive_step.REFERENCE_RTOL, 1e-3)
     values = done.memory.view(numbers, "states")["value"][: done.memory.moving]
     state = numbers[values] + 0.3 * sizes * rng.normal(size=done.memory.moving)
     engine = done.memory.view(numbers, "engine")[0]
@@ -157,7 +157,7 @@ def test_few_differences_give_what_all_give(seed: int) -> None:
     columns = np.zeros((m + 1, m))
     evaluate(equations.right_side(jacobian.jacobian).address, t, state, columns, np.zeros(1), parts_of(numbers))
     found = columns[:m].T
-    sizes = done.memory.atol[:m] / adaptive_step.USUAL
+    sizes = done.memory.atol[:m] / adaptive_step.REFERENCE_RTOL
     wanted = central(state, t, numbers, sizes)
     found_rates = equations.evaluate_rates(numbers, state, t)
     scale = np.maximum(np.abs(state), sizes)

@@ -22,7 +22,7 @@ from drivetrain.jit import law
 MOST_DELAY = 3  # length of the queue of delayed commands, in samples
 # Band above the current limit, as a share of it, in which a continuous integrator is slowed down to rest. A rate that
 # jumped there would make the right-hand side discontinuous.
-SOFT = 1e-3
+SOFT_BAND = 1e-3
 DELAY = Range("must be 0, 1 or 2 samples", 0.0, MOST_DELAY - 1.0, low_included=True)
 NOTCH_DAMPING = Range("must be above 0 and at most 10 [-]", 0.0, 10.0)
 
@@ -40,41 +40,41 @@ class Gains:
 
 
 @law
-def speed_error(gains: Any, wanted: Any, place: float, speed: float) -> float:
+def speed_error(gains: Any, command: Any, position: float, speed: float) -> float:
     """Speed error of a cascade at the motor [rad/s]: commanded speed plus position gain x position error, minus speed.
 
-    ``place`` and ``speed`` are the measured motor position [rad] and speed [rad/s].
+    ``position`` and ``speed`` are the measured ones of the motor [rad], [rad/s].
     """
-    return gains.ratio * wanted.speed + gains.position * (gains.ratio * wanted.position - place) - speed
+    return gains.ratio * command.speed + gains.position * (gains.ratio * command.position - position) - speed
 
 
 @law
-def demanded_current(gains: Any, error: float, gathered: float, span: float, soft: float) -> Any:
+def demanded_current(gains: Any, error: float, integrator: float, lead: float, soft: float) -> Any:
     """Current command of a cascade with limit and anti-windup.
 
     Args:
         gains: Record ``Gains``.
         error: Speed error [rad/s].
-        gathered: Integrator [A].
-        span: Time over which the integrator advances before its value is used [s].
+        integrator: Integrator [A].
+        lead: Time over which the integrator advances before its value is used [s].
         soft: Band above the limit, as a share of it, in which the integrator slows down to rest.
 
     Returns:
         Current within the limit [A], rate of the integrator [A/s], and whether the current is not limited.
     """
-    grown = gains.speed * gains.rate * error
-    demanded = gains.speed * error + gathered + span * grown
-    beyond, band = abs(demanded) - gains.peak, soft * gains.peak
-    if not beyond > 0.0:
-        return demanded, grown, True
+    rate = gains.speed * gains.rate * error
+    demanded = gains.speed * error + integrator + lead * rate
+    excess, band = abs(demanded) - gains.peak, soft * gains.peak
+    if not excess > 0.0:
+        return demanded, rate, True
     # Anti-windup: at the limit the integrator may only move away from it.
     demanded = gains.peak if demanded > 0.0 else -gains.peak
     if demanded * error > 0.0:
-        grown = grown * (1.0 - beyond / band) if beyond < band else 0.0
-    return demanded, grown, False
+        rate = rate * (1.0 - excess / band) if excess < band else 0.0
+    return demanded, rate, False
 
 
-def missing_current(place: Place, signals: Mapping[str, float]) -> float:
+def loop_holding_current(place: Place, signals: Mapping[str, float]) -> float:
     """Current that a loop must command at the start to hold the load, beyond the feed-forward [A].
 
     Zero where the command begins in motion and a current is fed forward, since that one then includes the motion.
@@ -97,10 +97,10 @@ class PositionOwn:
 
 
 @joint_law(PositionOwn)
-def _pull(t: Any, h: Any, own: Any, joint: Any) -> None:
-    pin, wanted, motor = joint.pin, command_of(joint, own.coupled), joint.motor
-    late, slow = own.ratio * wanted.position - motor.position, own.ratio * wanted.speed - motor.speed
-    pin.command += own.stiffness * late + own.damping * slow
+def _position_loop(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin, command, motor = joint.pin, command_of(joint, own.coupled), joint.motor
+    lag, speed_lag = own.ratio * command.position - motor.position, own.ratio * command.speed - motor.speed
+    pin.command += own.stiffness * lag + own.damping * speed_lag
     pin.damping += own.damping
     pin.stiffness += own.stiffness
 
@@ -123,7 +123,7 @@ class PositionLoop(Effect):
         stiffness=not_negative("N m/rad"), damping=not_negative("N m s/rad"),
         torque_constant=positive("N m/A"),
     )  # fmt: skip
-    compute = _pull
+    compute = _position_loop
 
     def ports(self, place: Place) -> Ports:
         return Ports(
@@ -138,7 +138,7 @@ class PositionLoop(Effect):
     def sag(self, place: Place, signals: Mapping[str, float]) -> float:
         """Position error of the motor in equilibrium, with which the loop holds the load [rad]."""
         stiffness = self.own(place).stiffness
-        return missing_current(place, signals) / stiffness if stiffness > 0.0 else 0.0
+        return loop_holding_current(place, signals) / stiffness if stiffness > 0.0 else 0.0
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("error decays", self.damping / self.stiffness),) if self.stiffness > 0.0 else ()
@@ -154,15 +154,15 @@ class CascadeOwn:
 
 
 @joint_law(CascadeOwn)
-def _follow(t: Any, h: Any, own: Any, joint: Any) -> None:
+def _cascade(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, gains, motor = joint.pin, own.gains, joint.motor
-    wanted = command_of(joint, gains.coupled)
-    error = speed_error(gains, wanted, motor.position, motor.speed)
-    demanded, grown, free = demanded_current(gains, error, own.integrated_current, 0.5 * h, SOFT)
+    command = command_of(joint, gains.coupled)
+    error = speed_error(gains, command, motor.position, motor.speed)
+    demanded, rate, free = demanded_current(gains, error, own.integrated_current, 0.5 * h, SOFT_BAND)
     if free:
         pin.damping += gains.speed
         pin.stiffness += gains.speed * gains.position
-    own.integrated_current_rate = grown
+    own.integrated_current_rate = rate
     pin.command += demanded
 
 
@@ -186,7 +186,7 @@ class CascadeLoop(Effect):
         position_gain=not_negative("1/s"), speed_gain=not_negative("A s/rad"),
         integral_time=positive_or_infinite("s"), peak_current=positive_or_infinite("A"),
     )  # fmt: skip
-    compute = _follow
+    compute = _cascade
 
     def ports(self, place: Place) -> Ports:
         return Ports(
@@ -205,14 +205,14 @@ class CascadeLoop(Effect):
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         """The integrator in equilibrium [A]; 0 where there is none."""
-        return (0.0 if math.isinf(self.integral_time) else self._within(missing_current(place, signals)),)
+        return (0.0 if math.isinf(self.integral_time) else self._within(loop_holding_current(place, signals)),)
 
     def sag(self, place: Place, signals: Mapping[str, float]) -> float:
         """Position error of the motor in equilibrium, where no integrator holds the load [rad]."""
         stiffness = self.position_gain * self.speed_gain
         if math.isfinite(self.integral_time) or stiffness == 0.0:
             return 0.0
-        return missing_current(place, signals) / stiffness
+        return loop_holding_current(place, signals) / stiffness
 
     def _within(self, current: float) -> float:
         """A current limited to the peak current [A]."""
@@ -243,22 +243,22 @@ class SampledOwn:
 
 
 @joint_law(SampledOwn)
-def _give_out(t: Any, h: Any, own: Any, joint: Any) -> None:
+def _output(t: Any, h: Any, own: Any, joint: Any) -> None:
     joint.pin.command += own.sampled_current
 
 
 @joint_law(SampledOwn)
 def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
-    wanted, measured = command_of(joint, own.gains.coupled), joint.measured_position
+    command, measured = command_of(joint, own.gains.coupled), joint.measured_position
     speed = (measured - own.last_measured_position) / own.period
     own.last_measured_position = measured
-    whole = speed_error(own.gains, wanted, measured, speed)
+    unfiltered = speed_error(own.gains, command, measured, speed)
     zeros, poles = own.zeros, own.poles
-    error = zeros[0] * whole + own.notched_once
-    own.notched_once = zeros[1] * whole - poles[1] * error + own.notched_twice
-    own.notched_twice = zeros[2] * whole - poles[2] * error
-    demanded, grown, _ = demanded_current(own.gains, error, own.integrated_current, own.period, 0.0)
-    own.integrated_current += own.period * grown
+    error = zeros[0] * unfiltered + own.notched_once
+    own.notched_once = zeros[1] * unfiltered - poles[1] * error + own.notched_twice
+    own.notched_twice = zeros[2] * unfiltered - poles[2] * error
+    demanded, rate, _ = demanded_current(own.gains, error, own.integrated_current, own.period, 0.0)
+    own.integrated_current += own.period * rate
     # The computed current is output after the delay.
     waiting = own.waiting_current
     waiting[own.delay] = demanded
@@ -288,7 +288,7 @@ class SampledCascade(CascadeLoop):
         **CascadeLoop.limits, every=positive("s"), delay=DELAY,
         notch_zeros=NOTCH_DAMPING, notch_poles=NOTCH_DAMPING,
     )  # fmt: skip
-    compute = _give_out
+    compute = _output
     sample = _sample
 
     def faults(self) -> list[Fault]:
@@ -326,7 +326,7 @@ class SampledCascade(CascadeLoop):
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         measured = s.read(place, signals, s.MEASURED_POSITION)
-        demanded, gathered = self._within(missing_current(place, signals)), super().start(place, signals)
+        demanded, gathered = self._within(loop_holding_current(place, signals)), super().start(place, signals)
         waiting = (demanded,) * self.delay + (0.0,) * (MOST_DELAY - self.delay)
         last = measured - self.every * s.read(place, signals, s.MOTOR_SPEED)
         return demanded, last, *gathered, *waiting, 0.0, 0.0

@@ -18,7 +18,7 @@ from drivetrain.jit import law
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
 
-SMOOTH = 1e-6  # jump of the jerk, over the largest jerk, that may come from rounding of the samples
+JERK_TOLERANCE = 1e-6  # jump of the jerk, over the largest jerk, that may come from rounding of the samples
 
 
 @dataclass
@@ -31,7 +31,7 @@ class Own:
 
 
 @law
-def _follow(command: Any, table: Any, low: int, at: int, t: float, over: bool) -> None:
+def _interpolate(command: Any, table: Any, low: int, at: int, t: float, ended: bool) -> None:
     """Interpolate a command between two samples with the quintic polynomial that matches both.
 
     Args:
@@ -44,8 +44,8 @@ def _follow(command: Any, table: Any, low: int, at: int, t: float, over: bool) -
     """
     span = table[low + 1, 0] - table[low, 0] if low + 1 < len(table) else 0.0
     q = table[low, at]
-    if over or span <= 0.0 or t < table[0, 0]:
-        command.position, command.speed, command.acceleration = table[len(table) - 1, at] if over else q, 0.0, 0.0
+    if ended or span <= 0.0 or t < table[0, 0]:
+        command.position, command.speed, command.acceleration = table[len(table) - 1, at] if ended else q, 0.0, 0.0
         return
     u, d = (t - table[low, 0]) / span, table[low + 1, at] - q
     v0, a0 = table[low, at + 1] * span, table[low, at + 2] * span * span
@@ -60,14 +60,14 @@ def _follow(command: Any, table: Any, low: int, at: int, t: float, over: bool) -
 
 @scene_law(Own)
 def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
-    over, joints = t >= own.last, scene.joints
-    if not over and own.period > 0.0:
+    ended, joints = t >= own.last, scene.joints
+    if not ended and own.period > 0.0:
         t = t - own.period * np.floor(t / own.period)
     low = interval_of(scene.table, t)
     for j in range(len(joints)):
-        _follow(joints[j].command, scene.table, low, 1 + 3 * j, t, over)
+        _interpolate(joints[j].command, scene.table, low, 1 + 3 * j, t, ended)
         if own.shafts:
-            _follow(joints[j].shaft_command, scene.table, low, 1 + 3 * (len(joints) + j), t, over)
+            _interpolate(joints[j].shaft_command, scene.table, low, 1 + 3 * (len(joints) + j), t, ended)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,18 +127,18 @@ class CommandedMotion(Effect):
 
     def knots(self, tolerance: float) -> Sequence[float]:
         time = self.motion.time - self.motion.time[0]
-        instants = [0.0, *time[self._bends(max(tolerance, SMOOTH))].tolist(), float(time[-1])]
+        instants = [0.0, *time[self._jerk_jumps(max(tolerance, JERK_TOLERANCE))].tolist(), float(time[-1])]
         return [t + k * float(time[-1]) for k in range(self.repetitions) for t in instants]
 
-    def _bends(self, share: float) -> Array:
+    def _jerk_jumps(self, share: float) -> Array:
         """Indices of the samples at which the jerk of any joint jumps by more than ``share`` of its maximum."""
         at = np.flatnonzero(np.diff(self.motion.time) > 0.0)
         span = np.diff(self.motion.time)[at, None]
-        way = (self.motion.position[at + 1] - self.motion.position[at]) / span**3
+        mean_slope = (self.motion.position[at + 1] - self.motion.position[at]) / span**3
         v0, v1 = self.motion.velocity[at] / span**2, self.motion.velocity[at + 1] / span**2
         a0, a1 = self.motion.acceleration[at] / span, self.motion.acceleration[at + 1] / span
-        first = 60.0 * way - 36.0 * v0 - 24.0 * v1 - 9.0 * a0 + 3.0 * a1
-        last = 60.0 * way - 24.0 * v0 - 36.0 * v1 - 3.0 * a0 + 9.0 * a1
+        first = 60.0 * mean_slope - 36.0 * v0 - 24.0 * v1 - 9.0 * a0 + 3.0 * a1
+        last = 60.0 * mean_slope - 24.0 * v0 - 36.0 * v1 - 3.0 * a0 + 9.0 * a1
         jumps = np.abs(first[1:] - last[:-1]) > share * np.maximum(np.abs(first), np.abs(last)).max(axis=0)
         return np.asarray(at[1:][jumps.any(axis=1)])
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
-from drivetrain.effects.control.cascade import DELAY, MOST_DELAY, missing_current
+from drivetrain.effects.control.cascade import DELAY, MOST_DELAY, loop_holding_current
 from drivetrain.effects.effect import Effect, Place, Ports, Signal, State, TimeScale
 from drivetrain.effects.fields import positive, ranges
 from drivetrain.effects.laws import command_of, scene_law
@@ -32,9 +32,9 @@ class Own:
 
 
 @law
-def _pull(own: Any, wanted: Any, position: float, speed: float) -> float:
+def _required_acceleration(own: Any, command: Any, position: float, speed: float) -> float:
     """Acceleration that the controller requires of a joint: the commanded one plus the PD terms of the error."""
-    return wanted.acceleration + own.stiffness * (wanted.position - position) + own.damping * (wanted.speed - speed)
+    return command.acceleration + own.stiffness * (command.position - position) + own.damping * (command.speed - speed)
 
 
 @scene_law(Own)
@@ -45,7 +45,8 @@ def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
         for k in range(len(joints)):
             coupled = int(table[k, 2])
             flange = joints[k].shaft if coupled else joints[k].load
-            torque += mass[i, k] * _pull(own, command_of(joints[k], coupled), flange.position, flange.speed)
+            command = command_of(joints[k], coupled)
+            torque += mass[i, k] * _required_acceleration(own, command, flange.position, flange.speed)
         pin, scale, turn = joints[i].pin, table[i, 0], table[i, 1]
         pin.command += torque * scale
         # Derivatives by the motor's angle, so they contain 1/ratio once more.
@@ -71,8 +72,8 @@ class ComputedTorque(Effect):
 
     def ports(self, place: Place) -> Ports:
         added = (s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS)
-        at = [replace(place, joint=index) for index in range(len(place.joints))]
-        read = [(*s.commanded(one), *s.motion(one), s.BIAS_TORQUE) for one in at]
+        places = [replace(place, joint=index) for index in range(len(place.joints))]
+        read = [(*s.commanded(one), *s.motion(one), s.BIAS_TORQUE) for one in places]
         own = tuple(
             Signal(f"{joint}:{signal.name}", signal.unit)
             for joint, signals in zip(place.joints, read, strict=True)
@@ -115,7 +116,7 @@ class SampledOwn:
 
 
 @scene_law(SampledOwn)
-def _give_out(t: Any, h: Any, own: Any, scene: Any) -> None:
+def _output(t: Any, h: Any, own: Any, scene: Any) -> None:
     for i in range(len(scene.joints)):
         scene.joints[i].pin.command += own.sampled_current[i]
 
@@ -128,7 +129,8 @@ def _sample(t: Any, h: Any, own: Any, scene: Any) -> None:
         for k in range(len(joints)):
             turn, measured = table[k, 1], joints[k].measured_position
             speed = (measured - own.last_measured_position[k]) / own.period
-            torque += mass[i, k] * _pull(own, command_of(joints[k], int(table[k, 2])), measured * turn, speed * turn)
+            command = command_of(joints[k], int(table[k, 2]))
+            torque += mass[i, k] * _required_acceleration(own, command, measured * turn, speed * turn)
         # The computed current is output after the delay.
         waiting[own.delay * MOST_JOINTS + i] = torque * table[i, 0]
         own.sampled_current[i] = waiting[i]
@@ -151,7 +153,7 @@ class SampledComputedTorque(ComputedTorque):
     delay: int = 1
 
     limits = ranges(**ComputedTorque.limits, every=positive("s"), delay=DELAY)
-    compute = _give_out
+    compute = _output
     sample = _sample
 
     @property
@@ -181,11 +183,12 @@ class SampledComputedTorque(ComputedTorque):
         return SampledOwn(self.frequency**2, 2.0 * self.frequency, self.every, self.delay, rest)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        at = [replace(place, joint=index, name=joint) for index, joint in enumerate(place.joints)]
+        places = [replace(place, joint=index, name=joint) for index, joint in enumerate(place.joints)]
         measured = [
-            s.read(one, signals, s.MEASURED_POSITION) - self.every * s.read(one, signals, s.MOTOR_SPEED) for one in at
+            s.read(one, signals, s.MEASURED_POSITION) - self.every * s.read(one, signals, s.MOTOR_SPEED)
+            for one in places
         ]
-        demanded, none = [missing_current(one, signals) for one in at], [0.0] * len(at)
+        demanded, none = [loop_holding_current(one, signals) for one in places], [0.0] * len(places)
         return (*measured, *demanded * (1 + self.delay), *none * (MOST_DELAY - self.delay))
 
     def quasi_static(self) -> Effect | None:

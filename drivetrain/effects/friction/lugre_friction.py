@@ -42,7 +42,7 @@ class Own:
 
 
 @law
-def _slip(own: Any, speed: float) -> tuple[float, float]:
+def _deflection_rate(own: Any, speed: float) -> tuple[float, float]:
     """Rate of the deflection z [rad/s], and its decay rate s0 |v| / g(v) [1/s]."""
     slip = own.coulomb + (own.static - own.coulomb) * math.exp(-((speed / own.stribeck_speed) ** 2))
     fade = own.stiffness * abs(speed) / slip
@@ -50,12 +50,12 @@ def _slip(own: Any, speed: float) -> tuple[float, float]:
 
 
 @law
-def _mean(own: Any, speed: float, h: float) -> tuple[float, float]:
+def _mean_deflection(own: Any, speed: float, h: float) -> tuple[float, float]:
     """Mean deflection [rad] and mean rate [rad/s] over a step of length h [s].
 
     For a constant speed the equation of z is linear, so both are exact.
     """
-    rate, fade = _slip(own, speed)
+    rate, fade = _deflection_rate(own, speed)
     grown = first(-fade * h)
     return own.bend + h * rate * second(-fade * h, grown), rate * grown
 
@@ -65,18 +65,18 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     flange = flange_of(joint, own.side)
     speed = flange.speed - (joint.motor if own.side == MOTOR else joint.load).surface_speed
     if h == 0.0:
-        own.bend_rate, _ = _slip(own, speed)
+        own.bend_rate, _ = _deflection_rate(own, speed)
         flange.torque -= own.stiffness * own.bend + own.damping * own.bend_rate + own.viscous * speed
         return
-    mean, rate = _mean(own, speed, h)
+    mean, rate = _mean_deflection(own, speed, h)
     own.bend_rate = rate
     flange.torque -= own.stiffness * mean + own.damping * rate + own.viscous * speed
     # Derivative of the mean torque by the speed, by a one-sided difference, since the law has a kink at rest.
     small = 1e-6 * own.stribeck_speed
-    other = speed + (small if speed >= 0.0 else -small)
-    mean_too, rate_too = _mean(own, other, h)
-    slope = own.stiffness * (mean_too - mean) + own.damping * (rate_too - rate)
-    slope = slope / (other - speed) + own.viscous
+    other_speed = speed + (small if speed >= 0.0 else -small)
+    mean_other, rate_other = _mean_deflection(own, other_speed, h)
+    slope = own.stiffness * (mean_other - mean) + own.damping * (rate_other - rate)
+    slope = slope / (other_speed - speed) + own.viscous
     if slope > 0.0:
         flange.damping += slope
 
@@ -84,9 +84,9 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     speed = flange_of(joint, own.side).speed - (joint.motor if own.side == MOTOR else joint.load).surface_speed
-    mean, (rate, _) = own.bend, _slip(own, speed)
+    mean, (rate, _) = own.bend, _deflection_rate(own, speed)
     if h > 0.0:
-        mean, rate = _mean(own, speed, h)
+        mean, rate = _mean_deflection(own, speed, h)
         own.bend_rate = rate  # with the speed of the solution; ``compute`` knows only the guess
     own.torque = own.stiffness * mean + own.damping * rate + own.viscous * speed
     # Mechanical power minus the power stored in the bristles.

@@ -31,7 +31,7 @@ class SpringOwn:
 
 
 @joint_law(SpringOwn)
-def _bend(t: Any, h: Any, own: Any, joint: Any) -> None:
+def _spring_torque(t: Any, h: Any, own: Any, joint: Any) -> None:
     gear = joint.spring
     if h > 0.0 and own.spring.bend_1 < math.inf:
         torque, slope, damping = mean_touch(own.spring, (0.0, 0.0), own.damping, gear.wind_up, gear.speed, h)
@@ -44,7 +44,7 @@ def _bend(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 
 @joint_law(SpringOwn)
-def _account_spring(t: Any, h: Any, own: Any, joint: Any) -> None:
+def _account_elastic(t: Any, h: Any, own: Any, joint: Any) -> None:
     gear = joint.spring
     _, _, own.energy = answer(own.spring, gear.wind_up)
     own.power = own.damping * gear.speed * gear.speed
@@ -63,7 +63,7 @@ class PlayOwn:
 
 
 @law
-def _met(own: Any, gear: Any, h: float, damping: float) -> tuple[float, float, float]:
+def _flank_torque(own: Any, gear: Any, h: float, damping: float) -> tuple[float, float, float]:
     """Torque [N m], stiffness [N m/rad] and damping [N m s/rad] of the flanks: at an instant, or means over a step."""
     flanks = -own.half, own.half
     if h > 0.0:
@@ -72,21 +72,21 @@ def _met(own: Any, gear: Any, h: float, damping: float) -> tuple[float, float, f
 
 
 @joint_law(PlayOwn)
-def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+def _flanks(t: Any, h: Any, own: Any, joint: Any) -> None:
     gear = joint.spring
-    torque, slope, damping = _met(own, gear, h, own.damping)
+    torque, slope, damping = _flank_torque(own, gear, h, own.damping)
     gear.torque += torque
     gear.damping += damping
     gear.stiffness += slope
 
 
 @joint_law(PlayOwn)
-def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+def _account_flanks(t: Any, h: Any, own: Any, joint: Any) -> None:
     gear = joint.spring
-    own.torque, _, _ = _met(own, gear, h, own.damping)
-    elastic, _, _ = _met(own, gear, h, 0.0)
-    deep = max(abs(gear.wind_up) - own.half, 0.0)
-    _, _, own.energy = answer(own.spring, deep)
+    own.torque, _, _ = _flank_torque(own, gear, h, own.damping)
+    elastic, _, _ = _flank_torque(own, gear, h, 0.0)
+    penetration = max(abs(gear.wind_up) - own.half, 0.0)
+    _, _, own.energy = answer(own.spring, penetration)
     own.power = (own.torque - elastic) * gear.speed
 
 
@@ -118,9 +118,9 @@ class GearSpring(Effect):
         """Half of the backlash [rad]."""
 
     def shape(self, place: Place) -> Shape:
-        return Shape(ratio=ratio_of(place, self.gear), flexible=True, deflection=self._twist)
+        return Shape(ratio=ratio_of(place, self.gear), flexible=True, deflection=self._wind_up)
 
-    def _twist(self, torque: float) -> float:
+    def _wind_up(self, torque: float) -> float:
         """Wind-up under a torque, backlash included [rad]."""
         return float(twist_under(self.spring, torque)) + math.copysign(self.half, torque)
 
@@ -129,8 +129,8 @@ class GearSpring(Effect):
 class FlexibleJoint(GearSpring):
     """Torsional spring of the gear between rotor and link."""
 
-    compute = _bend
-    account = _account_spring
+    compute = _spring_torque
+    account = _account_elastic
 
     @property
     def half(self) -> float:
@@ -154,8 +154,8 @@ class Backlash(GearSpring):
     Used instead of ``FlexibleJoint``; with a backlash of zero both are the same.
     """
 
-    compute = _compute
-    account = _account
+    compute = _flanks
+    account = _account_flanks
 
     def faults(self) -> list[Fault]:
         if self.gear.backlash is not None:

@@ -35,47 +35,47 @@ class Own:
 
 
 @law
-def _depth(own: Any, tip: Any) -> tuple[float, float]:
+def _penetration(own: Any, tip: Any) -> tuple[float, float]:
     """Penetration of the tip into the wall [m], and its rate [m/s]."""
-    deep, into = own.at, 0.0
+    depth, depth_rate = own.at, 0.0
     for i in range(3):
-        deep -= own.normal[i] * tip.place[i]
-        into -= own.normal[i] * tip.speed[i]
-    return deep, into
+        depth -= own.normal[i] * tip.place[i]
+        depth_rate -= own.normal[i] * tip.speed[i]
+    return depth, depth_rate
 
 
 @law
-def _met(own: Any, deep: float, into: float, h: float, damp: float) -> tuple[float, float, float]:
+def _contact_force(own: Any, depth: float, depth_rate: float, h: float, damping: float) -> tuple[float, float, float]:
     """Force [N], stiffness [N/m] and damping [N s/m] of the contact: at an instant, or means over a step."""
     flanks = (-math.inf, 0.0)
     if h > 0.0:
-        return mean_touch(own.spring, flanks, damp, deep, into, h)
-    return touch(own.spring, flanks, damp, deep, into)
+        return mean_touch(own.spring, flanks, damping, depth, depth_rate, h)
+    return touch(own.spring, flanks, damping, depth, depth_rate)
 
 
 @scene_law(Own)
 def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
     tip, entry = scene.world.tip, 0
-    deep, into = _depth(own, tip)
-    force, stiff, damp = _met(own, deep, into, h, own.damping)
+    depth, depth_rate = _penetration(own, tip)
+    force, stiff, damping = _contact_force(own, depth, depth_rate, h, own.damping)
     if stiff == 0.0:
         return
     for i in range(3):
         tip.force[i] += force * own.normal[i]
         for j in range(i, 3):
-            across = own.normal[i] * own.normal[j]
-            tip.damping[entry] += damp * across
-            tip.stiffness[entry] += stiff * across
+            outer = own.normal[i] * own.normal[j]
+            tip.damping[entry] += damping * outer
+            tip.stiffness[entry] += stiff * outer
             entry += 1
 
 
 @scene_law(Own)
 def _account(t: Any, h: Any, own: Any, scene: Any) -> None:
-    deep, into = _depth(own, scene.world.tip)
-    own.force, _, _ = _met(own, deep, into, h, own.damping)
-    elastic, _, _ = _met(own, deep, into, h, 0.0)
-    own.power = (own.force - elastic) * into
-    own.energy = answer(own.spring, max(deep, 0.0))[2]
+    depth, depth_rate = _penetration(own, scene.world.tip)
+    own.force, _, _ = _contact_force(own, depth, depth_rate, h, own.damping)
+    elastic, _, _ = _contact_force(own, depth, depth_rate, h, 0.0)
+    own.power = (own.force - elastic) * depth_rate
+    own.energy = answer(own.spring, max(depth, 0.0))[2]
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ class Own:
 
 
 @law
-def _make(own: Any, resistance: float, h: float) -> None:
+def _update_matrices(own: Any, resistance: float, h: float) -> None:
     """Compute the matrices of the loop without limits, which depend on the resistance [ohm] and the step h [s]."""
     matrix = (-(own.proportional + resistance) / own.inductance, 1.0 / own.inductance, -own.integral, 0.0)
     whole, held, mean = held_step(matrix, h)
@@ -71,7 +71,7 @@ def _make(own: Any, resistance: float, h: float) -> None:
 
 
 @law
-def _reached(share: Any, held: Any, own: Any, push: float, drive: float) -> tuple[float, float]:
+def _propagated(share: Any, held: Any, own: Any, push: float, drive: float) -> tuple[float, float]:
     """Current [A] and integrator [V] at the end of a step or half of it, without limits.
 
     ``share`` and ``held`` are transition and input matrix; ``push`` and ``drive`` are the inputs times the step.
@@ -84,7 +84,7 @@ def _reached(share: Any, held: Any, own: Any, push: float, drive: float) -> tupl
 
 
 @law
-def _moved(
+def _advanced(
     h: float, own: Any, volts: float, demanded: float, resistance: float, constant: float, speed: float
 ) -> tuple[float, float, float, float, float, bool]:
     """Advance winding and controller over a step of length h [s] with constant command and speed, exactly.
@@ -93,16 +93,16 @@ def _moved(
     electrical power [W], and whether the voltage was limited at any time.
     """
     if own.resistance != resistance or own.step != h:
-        _make(own, resistance, h)
+        _update_matrices(own, resistance, h)
     current, integral, kp, ki, inductance = (
         own.current, own.integrated_voltage, own.proportional, own.integral, own.inductance
     )  # fmt: skip
     forward, emf = own.forward * speed, constant * speed
     loop = (resistance, inductance, kp, ki, demanded, emf, forward)
     push, drive = h * (kp * demanded + forward - emf) / inductance, h * ki * demanded
-    end, drawn = _reached(own.whole, own.held, own, push, drive)
+    end, drawn = _propagated(own.whole, own.held, own, push, drive)
     if volts < math.inf:
-        middle = _reached(own.half, own.half_held, own, 0.5 * push, 0.5 * drive)
+        middle = _propagated(own.half, own.half_held, own, 0.5 * push, 0.5 * drive)
         limited = held_at(current, integral, volts, kp, demanded, forward) != 0.0
         limited = limited or held_at(middle[0], middle[1], volts, kp, demanded, forward) != 0.0
         if limited or held_at(end, drawn, volts, kp, demanded, forward) != 0.0:
@@ -131,7 +131,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
         own.integrated_voltage_rate = ki * (own.demanded - current) + (pin.voltage - wanted) * ki / kp
         motor.torque += constant * current
         return
-    end, _, mean, _, _, _ = _moved(h, own, volts, own.demanded, resistance, constant, motor.speed)
+    end, _, mean, _, _, _ = _advanced(h, own, volts, own.demanded, resistance, constant, motor.speed)
     # While the voltage stays limited, or stays free, the mean current is a linear function of command and back-emf.
     by_command = h * (own.mean[0] * kp / inductance + own.mean[1] * ki)
     by_speed = h * own.mean[0] * (own.forward - constant) / inductance
@@ -153,9 +153,11 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     square, pin.power = current * current, pin.voltage * current
     if h > 0.0:
         # Evaluated again at the speed and position of the solution; ``compute`` knows only the guess.
-        faster, further = motor.speed - own.speed, motor.position - own.position
-        demanded = own.demanded - own.free * (pin.damping * faster + pin.stiffness * further)
-        end, drawn, mean, square, pin.power, _ = _moved(h, own, pin.limit, demanded, resistance, constant, motor.speed)
+        speed_change, position_change = motor.speed - own.speed, motor.position - own.position
+        demanded = own.demanded - own.free * (pin.damping * speed_change + pin.stiffness * position_change)
+        end, drawn, mean, square, pin.power, _ = _advanced(
+            h, own, pin.limit, demanded, resistance, constant, motor.speed
+        )
         own.current_rate, own.integrated_voltage_rate = (end - current) / h, (drawn - own.integrated_voltage) / h
         pin.voltage = resistance * mean + constant * motor.speed + own.inductance * own.current_rate
     heat.copper_loss = resistance * square
@@ -240,7 +242,7 @@ class SampledOwn:
 
 
 @joint_law(SampledOwn)
-def _give_out(t: Any, h: Any, own: Any, joint: Any) -> None:
+def _output(t: Any, h: Any, own: Any, joint: Any) -> None:
     # The supply voltage may have dropped since the sample.
     joint.pin.voltage = min(max(own.sampled_voltage, -joint.pin.limit), joint.pin.limit)
 
@@ -283,7 +285,7 @@ class SampledCurrentLoop(Effect):
         bandwidth=positive("rad/s"), every=positive("s"), peak_current=positive_or_infinite("A"),
         slew=positive_or_infinite("A/s"), fed_forward=finite("-"),
     )  # fmt: skip
-    compute = _give_out
+    compute = _output
     sample = _sample
 
     def faults(self) -> list[Fault]:

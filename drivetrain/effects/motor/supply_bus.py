@@ -24,7 +24,7 @@ class Stiff:
 
 
 @scene_law(Stiff)
-def _stiff(t: Any, h: Any, own: Any, scene: Any) -> None:
+def _provide_stiff_limit(t: Any, h: Any, own: Any, scene: Any) -> None:
     for j in range(len(scene.joints)):
         scene.joints[j].pin.limit = own.limit
 
@@ -43,7 +43,7 @@ class StiffSupply(Effect):
 
     scope = "scene"
     limits = ranges(voltage=positive("V"), modulation=positive("-"))
-    compute = _stiff
+    compute = _provide_stiff_limit
 
     def ports(self, place: Place) -> Ports:
         return Ports(provides=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints))
@@ -53,12 +53,12 @@ class StiffSupply(Effect):
 
 
 MOST_CHANGE = 0.005  # largest relative change of the voltage in a step, since the drives see its mean
-AGREED = 1e-7  # error of the mean voltage at which the iteration has converged, over the nominal voltage
-EDGE = 1e-9  # distance from a regulated voltage up to which the voltage counts as regulated, over the nominal voltage
-NOTHING = 1e-6  # power below which a drive's demand does not change the mode [W]
+CONVERGED = 1e-7  # error of the mean voltage at which the iteration has converged, over the nominal voltage
+REGULATION_BAND = 1e-9  # distance up to which a voltage counts as regulated, over the nominal voltage
+SMALLEST_POWER = 1e-6  # power below which a drive's demand does not change the mode [W]
 # Modes of the bus: the source holds the nominal voltage; below it, the source at its power limit; between nominal
 # voltage and threshold; the brake resistor holds the threshold; above it, the brake resistor permanently on.
-HELD, BELOW, ABOVE, CAPPED, BURNING = range(5)
+SOURCE_HOLDS, SOURCE_LIMITED, UNREGULATED, RESISTOR_HOLDS, RESISTOR_ON = range(5)
 
 
 @dataclass
@@ -78,13 +78,13 @@ class Own:
     slope: float = 0.0  # mean rate of the voltage over the last fixed step [V/s]
     trial: float = 0.0  # mean voltage of the step that the drives use in the present iteration [V]
     # trial voltage of the iteration before, and the resulting mean voltage minus that [V]
-    last: float = 0.0
-    off: float = 0.0
+    last_trial: float = 0.0
+    last_error: float = 0.0
     # bracket of the mean voltage [V]
     low: float = 0.0
     high: float = 0.0
     # mode, and its distance from a change [V or W]
-    mode: int = HELD
+    mode: int = SOURCE_HOLDS
     margin: float = 0.0
     # powers [W] and stored energy [J]
     source_power: float = 0.0
@@ -94,7 +94,7 @@ class Own:
 
 
 @law
-def _after(own: Any, drawn: float, h: float) -> tuple[float, float, float]:
+def _bus_after_step(own: Any, drawn: float, h: float) -> tuple[float, float, float]:
     """Voltage at the end of a step of length h [s] in which the drives draw a power [W].
 
     Returns that voltage [V], the mean power of the source and that of the brake resistor [W].
@@ -106,10 +106,10 @@ def _after(own: Any, drawn: float, h: float) -> tuple[float, float, float]:
 
 
 @scene_law(Own)
-def _bus(t: Any, h: Any, own: Any, scene: Any) -> None:
+def _provide_limit(t: Any, h: Any, own: Any, scene: Any) -> None:
     volts = own.bus_voltage
     if h > 0.0:
-        if scene.world.tries == 0:
+        if scene.world.iteration == 0:
             own.low, own.high = 0.0, math.inf
             own.trial = max(volts + 0.5 * h * own.slope, 0.5 * volts)
         volts = own.trial
@@ -118,68 +118,73 @@ def _bus(t: Any, h: Any, own: Any, scene: Any) -> None:
 
 
 @scene_law(Own)
-def _settle(t: Any, h: Any, own: Any, scene: Any) -> None:
+def _account_bus(t: Any, h: Any, own: Any, scene: Any) -> None:
     drawn, volts, world = 0.0, own.bus_voltage, scene.world
     for j in range(len(scene.joints)):
         drawn += scene.joints[j].pin.power
     own.delivered_power, own.bus_energy = drawn, 0.5 * own.capacity * volts * volts
     if h <= 0.0:
-        most, mode, edge = volts * volts / own.resistance, own.mode, EDGE * own.voltage
+        most, mode, edge = volts * volts / own.resistance, own.mode, REGULATION_BAND * own.voltage
         own.source_power = own.brake_resistor_power = 0.0
-        if mode == HELD:
-            own.source_power, own.margin = min(max(drawn, 0.0), own.power), min(drawn + NOTHING, own.power - drawn)
-        elif mode == BELOW:
+        if mode == SOURCE_HOLDS:
+            own.source_power = min(max(drawn, 0.0), own.power)
+            own.margin = min(drawn + SMALLEST_POWER, own.power - drawn)
+        elif mode == SOURCE_LIMITED:
             own.source_power, own.margin = own.power, own.voltage + edge - volts
-        elif mode == CAPPED:
-            own.brake_resistor_power, own.margin = min(max(-drawn, 0.0), most), min(NOTHING - drawn, most + drawn)
-        elif mode == BURNING:
+        elif mode == RESISTOR_HOLDS:
+            own.brake_resistor_power = min(max(-drawn, 0.0), most)
+            own.margin = min(SMALLEST_POWER - drawn, most + drawn)
+        elif mode == RESISTOR_ON:
             own.brake_resistor_power, own.margin = most, volts + edge - own.threshold
         else:
             own.margin = min(volts + edge - own.voltage, own.threshold + edge - volts)
         surplus = own.source_power - drawn - own.brake_resistor_power
         own.bus_voltage_rate = 0.0
-        if mode != HELD and mode != CAPPED:
-            own.bus_voltage_rate = surplus / (own.capacity * max(volts, EDGE * own.voltage))
+        if mode != SOURCE_HOLDS and mode != RESISTOR_HOLDS:
+            own.bus_voltage_rate = surplus / (own.capacity * max(volts, REGULATION_BAND * own.voltage))
         return
-    end, own.source_power, own.brake_resistor_power = _after(own, drawn, h)
+    end, own.source_power, own.brake_resistor_power = _bus_after_step(own, drawn, h)
     own.bus_voltage_rate = own.slope = (end - volts) / h
     change, mean = abs(end - volts), 0.5 * (volts + end)
     if change > 0.0:
-        world.longest = min(world.longest, MOST_CHANGE * h * max(volts, MOST_CHANGE * own.voltage) / change)
+        world.step_limit = min(world.step_limit, MOST_CHANGE * h * max(volts, MOST_CHANGE * own.voltage) / change)
     # With a higher voltage the drives draw more and the voltage drops further, so the solution can be bracketed.
-    if abs(mean - own.trial) <= AGREED * own.voltage:
+    if abs(mean - own.trial) <= CONVERGED * own.voltage:
         return
-    world.again = 1
-    tried, off, before, was = own.trial, mean - own.trial, own.last, own.off
-    if off > 0.0:
-        own.low = tried
+    world.repeat_step = 1
+    trial, error, last_trial, last_error = own.trial, mean - own.trial, own.last_trial, own.last_error
+    if error > 0.0:
+        own.low = trial
     else:
-        own.high = tried
-    guess = mean if world.tries == 0 or off == was else tried - off * (tried - before) / (off - was)
+        own.high = trial
+    secant = world.iteration > 0 and error != last_error
+    guess = trial - error * (trial - last_trial) / (error - last_error) if secant else mean
     if not own.low < guess < own.high:
         guess = 0.5 * (own.low + min(own.high, 2.0 * mean))
-    own.last, own.off, own.trial = tried, off, guess
+    own.last_trial, own.last_error, own.trial = trial, error, guess
 
 
 @scene_law(Own)
 def _accept(t: Any, h: Any, own: Any, scene: Any) -> None:
     drawn, most = own.delivered_power, own.bus_voltage * own.bus_voltage / own.resistance
     if h > 0.0:
-        volts, edge = own.bus_voltage + h * own.bus_voltage_rate, EDGE * own.voltage
-        own.mode = ABOVE if volts > own.voltage + edge else HELD if volts > own.voltage - edge else BELOW
+        volts, edge = own.bus_voltage + h * own.bus_voltage_rate, REGULATION_BAND * own.voltage
+        own.mode = UNREGULATED
+        if volts <= own.voltage + edge:
+            own.mode = SOURCE_HOLDS if volts > own.voltage - edge else SOURCE_LIMITED
         if volts > own.threshold - edge:
-            own.mode = BURNING if volts > own.threshold + edge else CAPPED
+            own.mode = RESISTOR_ON if volts > own.threshold + edge else RESISTOR_HOLDS
         return
     # The guard is zero: force the transition that belongs to it, since a new decision might return the old mode.
-    if own.mode == HELD:
-        own.mode = BELOW if drawn > 0.5 * own.power else ABOVE
-    elif own.mode == CAPPED:
-        own.mode = BURNING if -drawn > 0.5 * most else ABOVE
-    elif own.mode == BELOW or (own.mode == ABOVE and own.bus_voltage <= own.voltage):
-        own.mode = BELOW if drawn > own.power else HELD if drawn >= 0.0 else ABOVE
+    if own.mode == SOURCE_HOLDS:
+        own.mode = SOURCE_LIMITED if drawn > 0.5 * own.power else UNREGULATED
+    elif own.mode == RESISTOR_HOLDS:
+        own.mode = RESISTOR_ON if -drawn > 0.5 * most else UNREGULATED
+    elif own.mode == SOURCE_LIMITED or (own.mode == UNREGULATED and own.bus_voltage <= own.voltage):
+        own.mode = SOURCE_LIMITED if drawn > own.power else SOURCE_HOLDS if drawn >= 0.0 else UNREGULATED
         own.bus_voltage = own.voltage
     else:
-        own.mode = BURNING if -drawn > most else CAPPED if drawn <= 0.0 else ABOVE
+        own.mode = RESISTOR_ON if -drawn > most else RESISTOR_HOLDS if drawn <= 0.0 else UNREGULATED
         own.bus_voltage = own.threshold
 
 
@@ -211,8 +216,8 @@ class SupplyBus(Effect):
         voltage=positive("V"), capacity=positive("F"), modulation=positive("-"),
         power=positive_or_infinite("W"), resistance=positive_or_infinite("ohm"),
     )  # fmt: skip
-    compute = _bus
-    account = _settle
+    compute = _provide_limit
+    account = _account_bus
     accept = _accept
 
     def faults(self) -> list[Fault]:

@@ -34,29 +34,29 @@ class Own:
     mean: float = 0.0
     # means over a step of the decaying exponential exp(-R t / L), and of its square [-]
     fade: float = 0.0
-    faded: float = 0.0
-    middle: float = 0.0  # speed in the middle of the last step [rad/s]
+    fade_square: float = 0.0
+    middle_speed: float = 0.0  # speed in the middle of the last step [rad/s]
 
 
 @law
-def _make(own: Any, resistance: float, h: float) -> None:
+def _update_coefficients(own: Any, resistance: float, h: float) -> None:
     """Compute the coefficients of a step, which depend on the resistance [ohm] and the step h [s]."""
     own.end, own.mean = current_reach(resistance, own.inductance, h)
     _, twice = current_reach(2.0 * resistance, own.inductance, h)
     # 1 - R mean is the mean of the decaying exponential, 1 - 2 R twice that of its square.
     own.fade = 1.0 - resistance * own.mean
-    own.faded = 1.0 - 2.0 * resistance * twice
+    own.fade_square = 1.0 - 2.0 * resistance * twice
     own.resistance, own.step = resistance, h
 
 
 @law
-def _now(own: Any, constant: float, speed: float) -> float:
+def _instant_current(own: Any, constant: float, speed: float) -> float:
     """The current at an instant [A].
 
     In fixed steps the state follows a back-emf that is constant over each step, so it lags by half a step. This output
     is corrected by the change of the back-emf since the middle of the last step. Before the first step it is the state.
     """
-    return own.current + (own.end - 2.0 * own.mean) * constant * (speed - own.middle)
+    return own.current + (own.end - 2.0 * own.mean) * constant * (speed - own.middle_speed)
 
 
 @joint_law(Own)
@@ -64,15 +64,15 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, motor = joint.pin, joint.heat, joint.motor
     resistance, constant = warm(own.motor, heat)
     if h == 0.0:
-        current = _now(own, constant, motor.speed)
+        current = _instant_current(own, constant, motor.speed)
         own.current_rate = (pin.voltage - constant * motor.speed - resistance * current) / own.inductance
         motor.torque += constant * current
         return
     if own.resistance != resistance or own.step != h:
-        _make(own, resistance, h)
-    missing = pin.voltage - constant * motor.speed - resistance * own.current
-    own.current_rate = own.end * missing / h
-    motor.torque += constant * (own.current + own.mean * missing)
+        _update_coefficients(own, resistance, h)
+    driving_voltage = pin.voltage - constant * motor.speed - resistance * own.current
+    own.current_rate = own.end * driving_voltage / h
+    motor.torque += constant * (own.current + own.mean * driving_voltage)
     motor.damping += constant * constant * own.mean
 
 
@@ -80,17 +80,17 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, speed = joint.pin, joint.heat, joint.motor.speed
     resistance, constant = warm(own.motor, heat)
-    mean = _now(own, constant, speed)
+    mean = _instant_current(own, constant, speed)
     square = mean * mean
     if h > 0.0:  # exact means over the step, in which the current is an exponential function of time
-        missing = pin.voltage - constant * speed - resistance * own.current
+        driving_voltage = pin.voltage - constant * speed - resistance * own.current
         # With the speed of the solution; ``compute`` knows only the guess.
-        own.current_rate = own.end * missing / h
-        own.middle = speed
-        reach = missing / resistance
-        mean = own.current + own.mean * missing
+        own.current_rate = own.end * driving_voltage / h
+        own.middle_speed = speed
+        reach = driving_voltage / resistance
+        mean = own.current + own.mean * driving_voltage
         final = own.current + reach
-        square = final * final - 2.0 * final * reach * own.fade + reach * reach * own.faded
+        square = final * final - 2.0 * final * reach * own.fade + reach * reach * own.fade_square
     else:
         pin.current = mean
     heat.copper_loss = resistance * square

@@ -23,10 +23,10 @@ from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault
 from drivetrain.jit import law
 
-SHARE = 0.005  # step of the temperatures, over the winding's time constant
+STEP_SHARE = 0.005  # step of the temperatures, over the winding's time constant
 # Largest heating of a node by its losses between two steps [K]: a larger one would make resistance and torque constant
 # jump.
-MOST = 0.2
+MOST_HEATING = 0.2
 
 
 @dataclass
@@ -58,7 +58,7 @@ class Own:
 
 
 @law
-def _off(own: Any, p: float, q: float) -> tuple[float, float, float, float]:
+def _modal_deviation(own: Any, p: float, q: float) -> tuple[float, float, float, float]:
     """Steady-state temperatures under constant losses, and the deviation from them in modal coordinates.
 
     ``p`` and ``q`` are the losses of winding and housing [W]. Returns the steady state of both nodes [C], and the two
@@ -77,14 +77,14 @@ def warmed(own: Any) -> tuple[float, float]:
     if own.clock == 0.0:
         return own.winding_temperature, own.housing_temperature
     modes = own.modes
-    end_w, end_h, u, v = _off(own, own.copper / own.clock, own.iron / own.clock)
+    end_w, end_h, u, v = _modal_deviation(own, own.copper / own.clock, own.iron / own.clock)
     u *= math.exp(own.decay[0] * own.clock)
     v *= math.exp(own.decay[1] * own.clock)
     return end_w + modes[0] * u + modes[1] * v, end_h + modes[2] * u + modes[3] * v
 
 
 @law
-def _into_housing(own: Any, joint: Any) -> float:
+def _housing_loss(own: Any, joint: Any) -> float:
     """Losses that heat the housing [W]: friction at the motor's shaft, the gear's share of drag and mesh loss."""
     heat = joint.heat
     gear = own.gear_heat * joint.mesh.power if own.gear_heat > 0.0 else 0.0
@@ -102,7 +102,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     heat, modes = joint.heat, own.modes
     if h > 0.0:
         return
-    _, _, u, v = _off(own, heat.copper_loss, _into_housing(own, joint))
+    _, _, u, v = _modal_deviation(own, heat.copper_loss, _housing_loss(own, joint))
     u *= own.decay[0]
     v *= own.decay[1]
     own.winding_temperature_rate, own.housing_temperature_rate = (
@@ -118,10 +118,10 @@ def _accept(t: Any, h: Any, own: Any, joint: Any) -> None:
     heat = joint.heat
     own.winding_temperature_rate = own.housing_temperature_rate = 0.0  # changed below, not by the engine
     own.copper += h * heat.copper_loss
-    own.iron += h * _into_housing(own, joint)
+    own.iron += h * _housing_loss(own, joint)
     own.clock += h
-    little = own.copper < own.most_copper and own.iron < own.most_iron
-    if little and own.clock < own.period * (1.0 - 1e-9):
+    below_limits = own.copper < own.most_copper and own.iron < own.most_iron
+    if below_limits and own.clock < own.period * (1.0 - 1e-9):
         return
     own.winding_temperature, own.housing_temperature = warmed(own)
     own.copper = own.iron = own.clock = 0.0
@@ -192,9 +192,9 @@ class WindingHeat(Effect):
             flow = np.array([[-first / inner, first / inner], [second / inner, -second / inner - second / outer]])
             decay, modes = (part.real for part in np.linalg.eig(flow))  # real; numpy from 2.5 on types them complex
             inverse = np.linalg.inv(modes)
-        period = self.every or SHARE * (net.winding_time_constant or 1.0)
+        period = self.every or STEP_SHARE * (net.winding_time_constant or 1.0)
         winding = net.winding_capacity or math.inf
-        most = MOST * winding, MOST * (winding if inner == 0.0 else net.housing_capacity or math.inf)
+        most = MOST_HEATING * winding, MOST_HEATING * (winding if inner == 0.0 else net.housing_capacity or math.inf)
         return Own(period, *most, self.gear_heat, net.ambient, inner, outer, modes.ravel(), inverse.ravel(), decay)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:

@@ -66,21 +66,21 @@ from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
 from drivetrain.solvers.solver import Adaptive, Rodas4, Rodas5P, Solver
 
-AT_REST = 1e-5  # below this speed a coordinate whose speed changes its sign is at rest [rad/s or m/s]
-TOGETHER = 1e-9  # a stuck coordinate this close to its bound, as a share of its friction, slips together with another
+REST_SPEED = 1e-5  # below this speed a coordinate whose speed changes its sign is at rest [rad/s or m/s]
+SIMULTANEOUS = 1e-9  # distance from its bound, over its friction, up to which a coordinate slips together with another
 # Acceleration beyond its bound up to which a mesh sticks; larger than ``friction.CALM``, up to which one comes to rest.
-QUIET = 3e-8  # [rad/s^2 or m/s^2]
-PUSH = 1e-300  # initial speed that marks the direction in which a coordinate starts to slip [rad/s]
+MESH_MARGIN = 3e-8  # [rad/s^2 or m/s^2]
+BREAKAWAY_SPEED = 1e-300  # initial speed that marks the direction in which a coordinate starts to slip [rad/s]
 
 
 @part
-def _solve(run: Run, t: float, x: Any) -> None:
+def _solve_at_state(run: Run, t: float, x: Any) -> None:
     """Solve the equations of motion at time t [s] and state x."""
     put_states(run, x)
     solve_at(run, t)
 
 
-def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+def _event_values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """The event functions: the margin of each coordinate's contact mode, then the value of each guard.
 
     Positive while the mode is consistent; negative beyond the event.
@@ -90,7 +90,7 @@ def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     for i in range(len(coordinates)):
         guarded = guarded or coordinates[i].dry.mode == 0 or coordinates[i].surface != 0.0
     if guarded:
-        _solve(run, t, x)
+        _solve_at_state(run, t, x)
     if len(guards):
         account_at(run, t)
     for k in range(len(guards)):
@@ -101,7 +101,7 @@ def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
             result[i] = 1.0
         elif one.dry.mode == 0:
             # A mesh without load has a bound of zero: without this margin a rounding error would make it slip.
-            result[i] = one.margin + (QUIET * pairs_of(run)[i, i].matrix if one.dry.driven != 0.0 else 0.0)
+            result[i] = one.margin + (MESH_MARGIN * pairs_of(run)[i, i].matrix if one.dry.driven != 0.0 else 0.0)
             if one.margin < 0.0:
                 # Direction of breakaway, noted here since the force at the located event itself may be zero.
                 one.gave = 1 if one.friction >= 0.0 else -1
@@ -110,43 +110,43 @@ def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
 
 
 @part
-def _own_states(run: Run, x: Any) -> None:
+def _copy_back_states(run: Run, x: Any) -> None:
     """Copy the states of effects, which their laws may have changed, back to the solver's state."""
     states, memory = states_of(run), memory_of(run)
     for k in range(2 * len(coordinates_of(run)), engine_of(run).moving):
         x[k] = memory[states[k].value]
 
 
-def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
+def _handler(t: Any, x: Any, fired: Any, numbers: Any, run: Any) -> None:
     """The event handler: force the transitions of the fired events, then solve for the modes of the others at rest."""
     coordinates = coordinates_of(run)
-    c, letting_go = len(coordinates), False
-    _solve(run, t, x)
+    c, some_slip = len(coordinates), False
+    _solve_at_state(run, t, x)
     for i in range(c):
-        letting_go = letting_go or (crossed[i] != 0.0 and coordinates[i].dry.mode == 0)
+        some_slip = some_slip or (fired[i] != 0.0 and coordinates[i].dry.mode == 0)
     for i in range(c):
         one = coordinates[i]
         one.before = one.dry.mode
         # Coordinates that reach their bounds at the same time start to slip together.
-        joins = letting_go and one.dry.mode == 0 and one.margin <= TOGETHER * abs(one.friction)
-        if (crossed[i] == 0.0 and not joins) or not one.dry.active:
+        joins = some_slip and one.dry.mode == 0 and one.margin <= SIMULTANEOUS * abs(one.friction)
+        if (fired[i] == 0.0 and not joins) or not one.dry.active:
             continue
         if one.dry.mode == 0:
-            if crossed[i] == 0.0:
+            if fired[i] == 0.0:
                 one.gave = 1 if one.friction >= 0.0 else -1
-            x[c + i] = one.surface + one.gave * max(PUSH, 4e-16 * abs(one.surface))
-        elif abs(x[c + i] - one.surface) <= AT_REST:
+            x[c + i] = one.surface + one.gave * max(BREAKAWAY_SPEED, 4e-16 * abs(one.surface))
+        elif abs(x[c + i] - one.surface) <= REST_SPEED:
             x[c + i] = one.surface
             one.dry.mode = 0  # at rest it sticks, unless that needs more friction than its bound
     guards = guards_of(run)
     if len(guards):
         account_at(run, t)
     for k in range(len(guards)):
-        if crossed[c + k] != 0.0:
+        if fired[c + k] != 0.0:
             call_law(run, guards[k], t, 0.0)
-            _own_states(run, x)
+            _copy_back_states(run, x)
     engine_of(run).held = 0
-    _solve(run, t, x)
+    _solve_at_state(run, t, x)
     engine_of(run).held = 1
     call_equations(run, engine_of(run).outcomes_law, t, 1.0)
     log = carray(run[AT.log], count_of(run, AT.log), MODE_CHANGE)
@@ -157,31 +157,31 @@ def _account(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """Add the powers at this quadrature point to the energies; ``result[0]`` is the weight of the point [s]."""
     h = result[0]
     memory, powers, energies = memory_of(run), words_of(run, AT.powers), numbers_of(run, AT.energies)
-    _solve(run, t, x)
+    _solve_at_state(run, t, x)
     # With h = 0 effects output the powers at this time; with h > 0 they would output means over a fixed step.
     account_at(run, t)
     for k in range(len(powers)):
         energies[k] += h * memory[powers[k]]
 
 
-def _record(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+def _output_row(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """Fill one output row at time t [s] and state x."""
-    _solve(run, t, x)
+    _solve_at_state(run, t, x)
     account_at(run, t)
     put_row(run, t, result)
 
 
-def _opens(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+def _segment_start(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """At the beginning of a segment: change the payload and take the samples that are due at this time."""
     put_states(run, x)
     pass_payloads(run, t)
     take_samples(run, t, 0.0, 1e-6)
-    _own_states(run, x)
+    _copy_back_states(run, x)
 
 
-ROOM = 20_000  # mode changes stored; more are only counted
+MOST_EVENTS = 20_000  # mode changes stored; more are only counted
 CHUNK = 20_000  # steps between two calls of the progress callback
-USUAL = 1e-6  # relative tolerance to which the absolute tolerances declared by states refer
+REFERENCE_RTOL = 1e-6  # relative tolerance to which the absolute tolerances declared by states refer
 
 
 @dataclass(frozen=True)
@@ -210,8 +210,8 @@ class AdaptiveStep(Engine):
         if not isinstance(self.solver, Adaptive):
             raise InputError(Fault("verify", "needs a solver with a tolerance", type(self.solver).__name__))
         atol = self.solver.atol
-        tenth = tuple(0.1 * one for one in atol) if isinstance(atol, tuple) else atol if atol is None else 0.1 * atol
-        return replace(self, solver=replace(self.solver, rtol=0.1 * self.solver.rtol, atol=tenth))
+        finer = tuple(0.1 * one for one in atol) if isinstance(atol, tuple) else atol if atol is None else 0.1 * atol
+        return replace(self, solver=replace(self.solver, rtol=0.1 * self.solver.rtol, atol=finer))
 
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
         """Compute the motion of a plan with adaptive steps."""
@@ -223,12 +223,12 @@ class AdaptiveStep(Engine):
             numbers = resumed(kept, plan, {**sizes, "jacobian": size * (size + 1)})
             first = float(kept["run"].view(at.RUN)["clock"]["time"][0])
         start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
-        hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
-        numbers = _extended(plan, numbers, hangs)
+        sparsity = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
+        numbers = _with_engine_sections(plan, numbers, sparsity)
         problem = _problem(plan, numbers)
-        times, breaks = _instants(plan, options, first), _breaks(plan, getattr(self.solver, "rtol", 0.0))
-        run = _Run(numbers, problem, _tuned(self.solver, plan), start, times, breaks, self.most_steps)
-        return run.looped(plan, options, None if kept is None else _checkpoint(kept, plan, run))
+        times, breaks = _output_times(plan, options, first), _break_times(plan, getattr(self.solver, "rtol", 0.0))
+        run = _Run(numbers, problem, _with_state_tolerances(self.solver, plan), start, times, breaks, self.most_steps)
+        return run.run_in_chunks(plan, options, None if kept is None else _checkpoint(kept, plan, run))
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,7 +246,7 @@ class _Run:
     breaks: Array
     most_steps: int
 
-    def looped(self, plan: Plan, options: RunOptions, resume: Checkpoint | None) -> Outcome:
+    def run_in_chunks(self, plan: Plan, options: RunOptions, resume: Checkpoint | None) -> Outcome:
         """Integrate chunk by chunk with reports of the progress, until the run has ended."""
         stopped, end = None, plan.scene.duration
         most_steps = self.most_steps + (0 if resume is None else int(resume.run["count"]["steps"][0]))
@@ -262,14 +262,14 @@ class _Run:
                 stopped = Event(done.stopped_at, "stopped", "by the progress callback; it can be resumed")
                 break
         if stopped is None and done.stopped:
-            stopped = _stopped(done, plan, self.numbers)
+            stopped = _stop_event(done, plan, self.numbers)
         return _outcome(done, plan, self.numbers, stopped, 0 if self.times[0] == 0.0 else 1)
 
 
-def _extended(plan: Plan, numbers: Array, hangs: Any) -> Array:
+def _with_engine_sections(plan: Plan, numbers: Array, sparsity: Any) -> Array:
     """A run's memory with further sections at its end: the log of mode changes and the memory of the Jacobian."""
-    sizes = plan.memory.atol[: plan.memory.moving] / USUAL
-    sections = {"log": np.zeros(ROOM, MODE_CHANGE), **jacobian.room(sizes, plan.body.c, hangs)}
+    sizes = plan.memory.atol[: plan.memory.moving] / REFERENCE_RTOL
+    sections = {"log": np.zeros(MOST_EVENTS, MODE_CHANGE), **jacobian.room(sizes, plan.body.c, sparsity)}
     engine, listed = plan.memory.view(numbers, "engine")[0], plan.memory.view(numbers, "sections")
     first = len(numbers)
     for name, values in sections.items():
@@ -283,11 +283,12 @@ def _extended(plan: Plan, numbers: Array, hangs: Any) -> Array:
 def _problem(plan: Plan, numbers: Array) -> CompiledProblem:
     """The initial value problem of a plan for the compiled solver; it works on the memory ``numbers`` by address."""
     guarded = tuple(one.title for one in plan.instances if one.ports.guard)
-    watched = (*plan.coordinates, *guarded)
-    changes = Events(right_side(_values), right_side(_handler), watched)
+    event_names = (*plan.coordinates, *guarded)
+    changes = Events(right_side(_event_values), right_side(_handler), event_names)
     adders = plan.signals.adders
     dry = any(adders[name] for name in adders if "_hold_" in name or "_slide_" in name or ".mesh_dri" in name)
-    hooks = Hooks(right_side(_account), right_side(_record), 1 + len(plan.layout.columns), right_side(_opens))
+    width = 1 + len(plan.layout.columns)
+    hooks = Hooks(right_side(_account), right_side(_output_row), width, right_side(_segment_start))
     names = tuple(plan.memory.states)[: plan.memory.moving]
     groups = int(plan.memory.view(numbers, "sections")["count"][AT.groups])
     return CompiledProblem(
@@ -296,36 +297,37 @@ def _problem(plan: Plan, numbers: Array) -> CompiledProblem:
     )  # fmt: skip
 
 
-def _tuned(solver: Solver, plan: Plan) -> Solver:
+def _with_state_tolerances(solver: Solver, plan: Plan) -> Solver:
     """The solver with the absolute tolerances of the plan's states, if it has none of its own."""
     if isinstance(solver, Rodas4) and solver.atol is None:
-        atol = plan.memory.atol[: plan.memory.moving] * (solver.rtol / USUAL)
+        atol = plan.memory.atol[: plan.memory.moving] * (solver.rtol / REFERENCE_RTOL)
         return replace(solver, atol=tuple(float(a) for a in atol))
     return solver
 
 
-def _instants(plan: Plan, options: RunOptions, first: float) -> Array:
+def _output_times(plan: Plan, options: RunOptions, first: float) -> Array:
     """Output times from ``first`` to the end of the run [s], (N,), N >= 2."""
     end = plan.scene.duration
-    wanted = np.append(options.interval * np.arange(int(np.floor(end / options.interval * (1.0 - 1e-12))) + 1), end)
-    later = wanted[wanted > first + 1e-9 * options.interval]
-    return np.append(first, later) if len(later) else np.array([first, np.nextafter(first, np.inf)])
+    count = int(np.floor(end / options.interval * (1.0 - 1e-12))) + 1
+    output_times = np.append(options.interval * np.arange(count), end)
+    remaining = output_times[output_times > first + 1e-9 * options.interval]
+    return np.append(first, remaining) if len(remaining) else np.array([first, np.nextafter(first, np.inf)])
 
 
-def _breaks(plan: Plan, tolerance: float) -> Array:
+def _break_times(plan: Plan, tolerance: float) -> Array:
     """All times that no step may cross, inside the run [s]: breakpoints, knots of tables and sampling times."""
     end = plan.scene.duration
     breaks: list[Array] = [np.asarray(plan.breakpoints)]
     breaks += [np.asarray(one.effect.knots(tolerance), dtype=np.float64) for one in plan.instances]
     for period in np.unique(plan.memory.view(plan.memory.numbers, "samples")["period"]):
         breaks.append(np.asarray(period * np.arange(1, int(np.ceil(end / period))), dtype=np.float64))
-    every = np.unique(np.concatenate(breaks))
-    every = every[(every > 0.0) & (every < end)]
+    times = np.unique(np.concatenate(breaks))
+    times = times[(times > 0.0) & (times < end)]
     # Of times that differ only by rounding the last is kept: then everything due at them has happened.
-    return np.asarray(every[np.append(np.diff(every) > 1e-9, True)]) if len(every) else every
+    return np.asarray(times[np.append(np.diff(times) > 1e-9, True)]) if len(times) else times
 
 
-def _stopped(done: CompiledSolution, plan: Plan, numbers: Array) -> Event:
+def _stop_event(done: CompiledSolution, plan: Plan, numbers: Array) -> Event:
     """The event that describes why the run ended early."""
     t, solved = done.stopped_at, int(plan.memory.view(numbers, "engine")["solved"][0])
     if solved == OPEN:
@@ -349,7 +351,7 @@ def _outcome(done: CompiledSolution, plan: Plan, numbers: Array, stopped: Event 
     """The result of the run, without the first ``skipped`` output rows."""
     work, kept, logged = done.work, done.checkpoint, int(plan.memory.view(numbers, "engine")["logged"][0])
     first, size, _ = plan.memory.view(numbers, "sections")[AT.log]
-    log = numbers[first : first + size].view(MODE_CHANGE)[: min(logged, ROOM)]
+    log = numbers[first : first + size].view(MODE_CHANGE)[: min(logged, MOST_EVENTS)]
     counters = {
         "steps": work.steps, "rejected": work.rejected, "rates": work.rates, "jacobians": work.jacobians,
         "factorisations": work.factorisations, "event_values": work.event_values, "mode_changes": logged,

@@ -58,12 +58,12 @@ from drivetrain.solvers.solver import check_positive
 
 # Return codes of the kernel: finished, output rows full, budget of steps used up, a state diverges, a mesh jams, no
 # consistent set of contact modes, closed loops cannot be closed.
-DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS, APART = range(7)
-SLACK = 1e-9  # share of a step up to which two times count as equal
-BEYOND = 1e60  # a larger state counts as diverged
-MOST_TRIES = 30  # solutions of a step, at most, while effects correct a value that they provide
-SHORTEST = 1.0 / 4096.0  # shortest substep as a share of the grid's step
-MUCH_SHORTER = 0.8  # a step is repeated with substeps if an effect limits its length to less than this share
+DONE, ROWS_FULL, PAUSED, DIVERGED, JAMMED, NO_CONSISTENT_MODES, LOOPS_OPEN = range(7)
+TIME_TOLERANCE = 1e-9  # share of a step up to which two times count as equal
+LARGEST_STATE = 1e60  # a larger state counts as diverged
+MOST_SOLUTIONS = 30  # solutions of a step, at most, while effects correct a value that they provide
+SMALLEST_SUBSTEP = 1.0 / 4096.0  # shortest substep as a share of the grid's step
+SUBDIVIDE_BELOW = 0.8  # a step is repeated with substeps if an effect limits its length to less than this share
 
 
 @dataclass
@@ -72,24 +72,24 @@ class Clock:
 
     time: float  # current time [s]
     end: float  # end of the run [s]
-    anchor: float  # origin of the time grid: the last breakpoint or sampling time on it [s]
+    grid_origin: float  # origin of the time grid: the last breakpoint or sampling time on it [s]
     next_row: float  # time of the next output row [s]
     step: float  # step of the time grid [s]
     interval: float  # time between two output rows [s]
-    in_segment: int  # grid steps since the origin
+    grid_steps: int  # grid steps since the origin
     next_break: int  # index of the next breakpoint
     # counters so far: steps, solutions of the equations, output rows
     steps: int
     solves: int
     instants: int
-    soft: int  # whether the next step is fully implicit (theta = 1), to damp a stiff spring after a jump
-    node: float  # end of the present step of the time grid [s]
-    wanted: float  # longest step that the effects allow; a shorter one than the grid's divides it into substeps [s]
-    parted: int  # number of steps that were substeps
+    damp_next: int  # whether the next step is fully implicit (theta = 1), to damp a stiff spring after a jump
+    grid_end: float  # end of the present step of the time grid [s]
+    step_limit: float  # longest step that the effects allow; a shorter one than the grid's divides it into substeps [s]
+    substeps: int  # number of steps that were substeps
     # output rows and events in the present call of the kernel
     rows: int
     events: int
-    culprit: int  # index of the coordinate or state that ended the run
+    fault_index: int  # index of the coordinate or state that ended the run
     budget: int  # steps that may still be taken before the kernel returns
 
 
@@ -107,7 +107,7 @@ def _next_sample(run: Run) -> float:
 
 
 @part
-def _record(run: Run, t: float, row: Any) -> None:
+def _record_row(run: Run, t: float, row: Any) -> None:
     """Fill one output row at a grid point, from the accelerations and forces at this time.
 
     Evaluating the forces may change the contact modes of dry friction (stick or slip), so these are saved and restored:
@@ -121,15 +121,15 @@ def _record(run: Run, t: float, row: Any) -> None:
 
 
 @part
-def _accept(run: Run, t: float, h: float, theta: float) -> int:
+def _accept_step(run: Run, t: float, h: float, theta: float) -> int:
     """Advance coordinates, states and energies by a solved step of length h [s], from time t [s].
 
-    Returns the index of the last state that is not finite or exceeds ``BEYOND``, so that the run can report it; -1 if
-    there is none.
+    Returns the index of the last state that is not finite or exceeds ``LARGEST_STATE``, so that the run can report it;
+    -1 if there is none.
     """
     coordinates, states, memory = coordinates_of(run), states_of(run), memory_of(run)
     powers, energies = words_of(run, AT.powers), numbers_of(run, AT.energies)
-    c, bad = len(coordinates), -1
+    c, not_finite = len(coordinates), -1
     call_laws(run, AT.accepts, t + theta * h, h)
     for k in range(len(powers)):
         energies[k] += h * memory[powers[k]]
@@ -146,34 +146,34 @@ def _accept(run: Run, t: float, h: float, theta: float) -> int:
         else:
             one.speed += one.change
             one.last = one.change * (1.0 / h)
-        if not abs(one.speed) < BEYOND:
-            bad = c + i
+        if not abs(one.speed) < LARGEST_STATE:
+            not_finite = c + i
     for k in range(2 * c, len(states)):
         state = states[k]
         if state.rate >= 0:
             state.last = memory[state.rate]
             memory[state.value] += h * state.last
-        if not abs(memory[state.value]) < BEYOND:
-            bad = k
-    return bad
+        if not abs(memory[state.value]) < LARGEST_STATE:
+            not_finite = k
+    return not_finite
 
 
 @part
-def _next_node(run: Run, clock: Any, breaks: Any) -> float:
+def _next_grid_end(run: Run, clock: Any, breaks: Any) -> float:
     """End of the next step of the time grid [s]: a grid point, or an earlier breakpoint, sampling time or end."""
     inner = min(breaks[clock.next_break], _next_sample(run))
-    mark, slack = min(clock.end, inner), SLACK * clock.step
-    to = clock.anchor + clock.step * (clock.in_segment + 1)
-    if to <= mark - slack:
-        clock.in_segment += 1
-        return to
-    if inner <= mark + slack:
-        clock.anchor, clock.in_segment = inner, 0
+    t_limit, slack = min(clock.end, inner), TIME_TOLERANCE * clock.step
+    t_end = clock.grid_origin + clock.step * (clock.grid_steps + 1)
+    if t_end <= t_limit - slack:
+        clock.grid_steps += 1
+        return t_end
+    if inner <= t_limit + slack:
+        clock.grid_origin, clock.grid_steps = inner, 0
         return inner
-    if to <= mark + slack:
-        clock.in_segment += 1
-        return to  # the same rounded time as if the run continued beyond its end
-    return mark
+    if t_end <= t_limit + slack:
+        clock.grid_steps += 1
+        return t_end  # the same rounded time as if the run continued beyond its end
+    return t_limit
 
 
 @part
@@ -182,54 +182,54 @@ def _solve(run: Run, t: float, h: float, theta: float) -> int:
 
     The first guess for the speeds in the middle of the step assumes that the accelerations of the last step continue.
     An effect whose provided value does not agree with the solution (a voltage limit, for example) asks for another
-    solution with a corrected value, at most ``MOST_TRIES`` times.
+    solution with a corrected value, at most ``MOST_SOLUTIONS`` times.
 
     Returns the number of solutions of the equations, or a negative code if there is none.
     """
     coordinates, world, total = coordinates_of(run), world_of(run), 0
-    for tries in range(MOST_TRIES):
-        world.tries = tries
+    for iteration in range(MOST_SOLUTIONS):
+        world.iteration = iteration
         for i in range(len(coordinates)):
             one = coordinates[i]
             one.dry.mode = one.before
             one.guess = one.speed + theta * h * one.last
-        world.again, world.longest = 0, math.inf
+        world.repeat_step, world.step_limit = 0, math.inf
         call_equations(run, engine_of(run).motion, t, h)
         if engine_of(run).solved < 0:
             return engine_of(run).solved
         total += engine_of(run).solved
         call_equations(run, engine_of(run).forces, t, h)
         call_laws(run, AT.accounts, t + theta * h, h)
-        if world.again == 0 or world.longest < MUCH_SHORTER * h:
+        if world.repeat_step == 0 or world.step_limit < SUBDIVIDE_BELOW * h:
             return total
     engine_of(run).unsettled += 1
     return total
 
 
 @part
-def _part(clock: Any, t: float, wanted: float) -> float:
-    """Length of the next step [s]: the rest of the grid's step, or an equal part of it not longer than ``wanted``."""
-    left = clock.node - t
+def _substep_length(clock: Any, t: float, step_limit: float) -> float:
+    """Length of the next step [s]: the rest of the grid's step, or an equal part of it within ``step_limit``."""
+    left = clock.grid_end - t
     # A whole step has always exactly the same length, in spite of rounded times: laws may cache values made for it.
-    whole = clock.step if abs(left - clock.step) <= SLACK * clock.step else left
-    if wanted >= left:
+    whole = clock.step if abs(left - clock.step) <= TIME_TOLERANCE * clock.step else left
+    if step_limit >= left:
         return whole
-    return left / math.ceil(left / max(wanted, SHORTEST * clock.step))
+    return left / math.ceil(left / max(step_limit, SMALLEST_SUBSTEP * clock.step))
 
 
 @part
-def _pass_breaks(run: Run, clock: Any, breaks: Any, to: float, slack: float) -> None:
-    """At the end of a step at time ``to`` [s]: pass the breakpoints there, and the payloads picked up or set down."""
-    if to >= breaks[clock.next_break] - slack:
-        while breaks[clock.next_break] <= to + slack:
+def _pass_breaks(run: Run, clock: Any, breaks: Any, t_end: float, slack: float) -> None:
+    """At the end of a step, at ``t_end`` [s]: pass the breakpoints there, and the payloads picked up or set down."""
+    if t_end >= breaks[clock.next_break] - slack:
+        while breaks[clock.next_break] <= t_end + slack:
             clock.next_break += 1
-        pass_payloads(run, to)
+        pass_payloads(run, t_end)
         # With theta = 1/2 a stiff spring would ring undamped after a jump; one step with theta = 1 damps it.
-        clock.soft = engine_of(run).stiff
+        clock.damp_next = engine_of(run).stiff
 
 
 def _advance(
-    run: Any, clock_at: Any, breaks_at: Any, rows_at: Any, most: Any, width: Any, log_at: Any, room: Any
+    run: Any, clock_at: Any, breaks_at: Any, rows_at: Any, most_rows: Any, width: Any, log_at: Any, log_size: Any
 ) -> int:  # fmt: skip
     """Step until the end, until the output rows are full, or until the budget of steps is used up.
 
@@ -239,26 +239,26 @@ def _advance(
         run: Addresses of the sections of the run's memory.
         clock_at: Record CLOCK.
         breaks_at: Breakpoints [s], increasing, followed by infinity.
-        rows_at: Output rows, (most, width).
-        most: Number of output rows that there is room for.
+        rows_at: Output rows, (most_rows, width).
+        most_rows: Number of output rows that fit.
         width: Number of columns of an output row.
-        log_at: Records MODE_CHANGE, (room,).
-        room: Number of mode changes that there is room for; further ones are only counted.
+        log_at: Records MODE_CHANGE, (log_size,).
+        log_size: Number of mode changes that fit; further ones are only counted.
 
     Returns:
         One of the return codes above.
     """
     clock = carray(clock_at, 1, CLOCK)[0]
-    c, breaks, rows = world_of(run).coordinates, carray(breaks_at, 2**31), carray(rows_at, (most, width))
-    log = carray(log_at, room, MODE_CHANGE)
-    engine, slack = engine_of(run), SLACK * clock.step
+    c, breaks, rows = world_of(run).coordinates, carray(breaks_at, 2**31), carray(rows_at, (most_rows, width))
+    log = carray(log_at, log_size, MODE_CHANGE)
+    engine, slack = engine_of(run), TIME_TOLERANCE * clock.step
     while True:
         t = clock.time
         take_samples(run, t, slack, 0.0)
-        if t >= clock.node and t >= clock.next_row - slack:
-            if clock.rows == most:
-                return FULL
-            _record(run, t, rows[clock.rows])
+        if t >= clock.grid_end and t >= clock.next_row - slack:
+            if clock.rows == most_rows:
+                return ROWS_FULL
+            _record_row(run, t, rows[clock.rows])
             if abs(t - clock.end) <= slack:
                 rows[clock.rows, 0] = clock.end
             clock.rows += 1
@@ -269,35 +269,35 @@ def _advance(
         if clock.budget == 0:
             return PAUSED
         clock.budget -= 1
-        if t >= clock.node:
-            clock.node = _next_node(run, clock, breaks)
-        h = _part(clock, t, clock.wanted)
-        engine.theta = 1.0 if clock.soft else 0.5
-        clock.soft = 0
+        if t >= clock.grid_end:
+            clock.grid_end = _next_grid_end(run, clock, breaks)
+        h = _substep_length(clock, t, clock.step_limit)
+        engine.theta = 1.0 if clock.damp_next else 0.5
+        clock.damp_next = 0
         for i in range(c):
             coordinates_of(run)[i].before = coordinates_of(run)[i].dry.mode
         while True:
             solved = _solve(run, t, h, engine.theta)
             if solved < 0:
-                clock.culprit = -1 - solved
-                return JAMMED if solved > -1000 else ENDLESS if solved > OPEN else APART
+                clock.fault_index = -1 - solved
+                return JAMMED if solved > -1000 else NO_CONSISTENT_MODES if solved > OPEN else LOOPS_OPEN
             clock.solves += solved
-            wanted = world_of(run).longest
-            if wanted >= MUCH_SHORTER * h or h <= 2.0 * SHORTEST * clock.step:
+            step_limit = world_of(run).step_limit
+            if step_limit >= SUBDIVIDE_BELOW * h or h <= 2.0 * SMALLEST_SUBSTEP * clock.step:
                 break
-            h = _part(clock, t, wanted)
-        clock.wanted = min(wanted, 2.0 * h) if wanted < clock.step else math.inf
-        to = clock.node if h > 0.75 * (clock.node - t) else t + h
+            h = _substep_length(clock, t, step_limit)
+        clock.step_limit = min(step_limit, 2.0 * h) if step_limit < clock.step else math.inf
+        t_end = clock.grid_end if h > 0.75 * (clock.grid_end - t) else t + h
         clock.steps += 1
-        clock.parted += to < clock.node
+        clock.substeps += t_end < clock.grid_end
         call_equations(run, engine.outcomes_law, t, h)
-        bad = _accept(run, t, h, engine.theta)
-        clock.time = to
-        clock.events = log_changes(run, to, log, clock.events)
-        if bad >= 0:
-            clock.culprit = bad
+        not_finite = _accept_step(run, t, h, engine.theta)
+        clock.time = t_end
+        clock.events = log_changes(run, t_end, log, clock.events)
+        if not_finite >= 0:
+            clock.fault_index = not_finite
             return DIVERGED
-        _pass_breaks(run, clock, breaks, to, slack)
+        _pass_breaks(run, clock, breaks, t_end, slack)
 
 
 _NUMBERS, _MEMORY, _WHOLE = types.CPointer(types.float64), types.voidptr, types.int64
@@ -311,8 +311,8 @@ def advance() -> Any:
 
 
 DOUBLES, ADDRESSES = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_void_p)
-NUMBERS = 2**22  # values in a block of output rows, at most
-EVENTS = 4096  # mode changes stored per call of the kernel; more are counted, not stored
+LARGEST_BLOCK = 2**22  # values in a block of output rows, at most
+MOST_EVENTS = 4096  # mode changes stored per call of the kernel; more are counted, not stored
 MOST_STEPS = 1e11  # in a run
 CHUNK = 20000  # steps between two calls of the progress callback
 
@@ -341,7 +341,7 @@ class FixedStep(Engine):
         clocks = np.zeros(1, CLOCK)
         clock: Any = clocks[0]
         if options.resume is None:
-            numbers, clock["wanted"] = started(plan, options.start), np.inf
+            numbers, clock["step_limit"] = started(plan, options.start), np.inf
         else:
             numbers = resumed(options.resume, plan, {"clock": clocks.itemsize // 8})
             clocks[:] = np.asarray(options.resume["clock"]).view(CLOCK)
@@ -349,18 +349,18 @@ class FixedStep(Engine):
             recorded = math.floor(clock["time"] / options.interval + 1e-6)
             clock["next_row"] = min(options.interval * (recorded + 1.0), plan.scene.duration)
             if clock["step"] != self.step:
-                clock["anchor"], clock["in_segment"] = clock["time"], 0
-                clock["node"] = clock["time"]
+                clock["grid_origin"], clock["grid_steps"] = clock["time"], 0
+                clock["grid_end"] = clock["time"]
         clock["end"], clock["step"], clock["interval"] = plan.scene.duration, self.step, options.interval
         breaks = np.append(plan.breakpoints, np.inf)
-        clock["next_break"] = np.searchsorted(breaks, clock["time"] + SLACK * self.step, side="right")
-        return _looped(plan, options, numbers, clocks, breaks)
+        clock["next_break"] = np.searchsorted(breaks, clock["time"] + TIME_TOLERANCE * self.step, side="right")
+        return _run_in_chunks(plan, options, numbers, clocks, breaks)
 
 
-def _looped(plan: Plan, options: RunOptions, numbers: Array, clocks: Any, breaks: Array) -> Outcome:
+def _run_in_chunks(plan: Plan, options: RunOptions, numbers: Array, clocks: Any, breaks: Array) -> Outcome:
     """Call the kernel, chunk by chunk with reports of the progress, until the run has ended."""
     clock, parts, done, filled, logged = clocks[0], parts_of(numbers), [], 0, []
-    rows, log = _room(plan, options, clock), np.zeros(EVENTS, MODE_CHANGE)
+    rows, log = _row_block(plan, options, clock), np.zeros(MOST_EVENTS, MODE_CHANGE)
     while True:
         clock["rows"] = clock["events"] = 0
         clock["budget"] = CHUNK
@@ -370,19 +370,19 @@ def _looped(plan: Plan, options: RunOptions, numbers: Array, clocks: Any, breaks
             left.ctypes.data_as(DOUBLES), *left.shape, log.ctypes.data, len(log),
         )  # fmt: skip
         filled += int(clock["rows"])
-        if code == FULL:
+        if code == ROWS_FULL:
             done.append(rows)
-            rows, filled = _room(plan, options, clock), 0
-        logged += log[: min(clock["events"], EVENTS)].tolist()
-        stopped = _stopped(code, plan, clock)
+            rows, filled = _row_block(plan, options, clock), 0
+        logged += log[: min(clock["events"], MOST_EVENTS)].tolist()
+        stopped = _stop_event(code, plan, clock)
         if code == DONE or stopped is not None:
             break
         if options.progress is not None and options.progress(float(clock["time"] / clock["end"])) is False:
             stopped = Event(float(clock["time"]), "stopped", "by the progress callback; it can be resumed")
             break
     counters = {name: int(clock[name]) for name in ("steps", "solves", "instants")}
-    if clock["parted"]:
-        counters["parted"] = int(clock["parted"])
+    if clock["substeps"]:
+        counters["parted"] = int(clock["substeps"])
     unsettled = int(plan.memory.view(numbers, "engine")[0]["unsettled"])
     if unsettled or len(plan.memory.view(numbers, "repeats")):
         counters["unsettled"] = unsettled
@@ -391,24 +391,24 @@ def _looped(plan: Plan, options: RunOptions, numbers: Array, clocks: Any, breaks
     return Outcome(whole, counters, tuple(mode_event(plan, *one) for one in logged), stopped, kept)
 
 
-def _room(plan: Plan, options: RunOptions, clock: Any) -> Array:
-    """An empty block of output rows for the rest of a run, limited to ``NUMBERS`` values."""
+def _row_block(plan: Plan, options: RunOptions, clock: Any) -> Array:
+    """An empty block of output rows for the rest of a run, limited to ``LARGEST_BLOCK`` values."""
     left = (clock["end"] - clock["time"]) / options.interval
     width = 1 + len(plan.layout.columns)
-    return np.empty((int(min(left + 3.0, max(NUMBERS // width, 64))), width))
+    return np.empty((int(min(left + 3.0, max(LARGEST_BLOCK // width, 64))), width))
 
 
-def _stopped(code: int, plan: Plan, clock: Any) -> Event | None:
+def _stop_event(code: int, plan: Plan, clock: Any) -> Event | None:
     """The event for a return code that ends the run early; None for the others."""
-    t, culprit = float(clock["time"]), int(clock["culprit"])
+    t, fault_index = float(clock["time"]), int(clock["fault_index"])
     if code == DIVERGED:
-        name = list(plan.memory.states)[culprit]
+        name = list(plan.memory.states)[fault_index]
         return Event(t, "diverged", f"{name} is no number any more or grows beyond all bounds; try a shorter step")
     if code == JAMMED:
-        return Event(t, "jammed", f"{plan.coordinates[culprit]}: its mesh friction has no solution in this posture")
-    if code == APART:
+        return Event(t, "jammed", f"{plan.coordinates[fault_index]}: its mesh friction has no solution in this posture")
+    if code == LOOPS_OPEN:
         return Event(t, "apart", OPEN_WORDS)
-    if code == ENDLESS:
+    if code == NO_CONSISTENT_MODES:
         return Event(t, "endless", "no set of sticking and sliding joints fits; try a shorter step")
     return None
 
