@@ -76,6 +76,14 @@ def test_very_unequal_links() -> None:
     assert np.isfinite(found).all()
 
 
+def test_an_arm_of_a_nanogram_is_no_singularity() -> None:
+    """Masses a billion times smaller ask a billion times less torque, and all else is the same."""
+    arms = [pendulums([size, size], 0.1 * size) for size in (1.0, 1e-12)]
+    q, qd, tau = np.random.default_rng(7).normal(size=(3, 2))
+    large, small = (forward_dynamics(arm, q, qd, tau * size) for arm, size in zip(arms, (1.0, 1e-12), strict=True))
+    np.testing.assert_allclose(small, large, rtol=1e-12)
+
+
 def test_wrong_input() -> None:
     arm = random_arm(51)
     with pytest.raises(InputError) as caught:

@@ -11,7 +11,7 @@ from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.derivatives import coriolis_matrix
 from drivetrain.dynamics.inverse import gravity_torque
-from drivetrain.dynamics.mass import mass_matrix
+from drivetrain.dynamics.mass import mass_factor, mass_matrix
 from drivetrain.errors import InputError
 
 
@@ -71,3 +71,10 @@ def test_wrong_input() -> None:
         coriolis_matrix(arm, np.zeros(6), np.zeros((1, 6)))
     with pytest.raises(InputError, match="qd"):
         coriolis_matrix(arm, np.zeros(6), [0, 0, np.inf, 0, 0, 0])
+
+
+def test_the_factor_is_lower_triangular() -> None:
+    arm, (q, _, _) = random_arm(5), motion(5, 6, 4)
+    factor = mass_factor(arm, q)
+    assert not np.triu(factor, 1).any()
+    np.testing.assert_allclose(factor @ factor.swapaxes(1, 2), mass_matrix(arm, q), atol=1e-13 * np.abs(factor).max())
