@@ -16,6 +16,7 @@ from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_net
 from drivetrain.effects.control.cascade import PositionLoop, SampledCascade
 from drivetrain.effects.control.encoder import Encoder
 from drivetrain.effects.effect import Effect
+from drivetrain.effects.gear.springs import GearSpring
 from drivetrain.effects.motor.cogging import Cogging
 from drivetrain.effects.motor.current_loop import CurrentLoop, SampledCurrentLoop
 from drivetrain.effects.motor.given import GivenCurrent
@@ -61,13 +62,16 @@ AT_REST_IN = 1e4
 
 def choices(scene: Scene) -> tuple[Choice, ...]:
     """The effects of a scene that may be left out, each at its joint."""
+    body = scene.body
+    loops = () if not isinstance(body, Arm) or body.linkage is None else body.linkage.loops.shared
+    parted = {scene.joints[i] for pair in loops for i in pair}  # axes with two motors: their springs stay
     found = [
         Choice(type(effect).__name__, joint)
         for joint, effects in scene.effects.items()
         for effect in effects
         if type(effect).__name__ in LABELS and effect.quasi_static() != effect
-    ]
-    body = scene.body
+        and not (joint in parted and isinstance(effect, GearSpring))
+    ]  # fmt: skip
     if isinstance(body, Arm) and body.level is RotorLevel.FULL and any(rotor is not None for rotor in body.rotors):
         found.append(Choice("FullRotor", WHOLE))
     return tuple(dict.fromkeys(found))
@@ -109,8 +113,9 @@ def _settled(scene: Scene) -> Scene:
     demand = demanded(ready, np.zeros(1))
     position = demand.position[0].copy()
     for joint, shape in ready.body.springs.items():
-        if shape.deflection is not None:
-            position[joint] -= shape.deflection(float(demand.mesh_torque[0, joint]))
+        if shape.deflection is not None and ready.body.loads[joint] == joint:
+            twist = shape.deflection(float(demand.mesh_torque[0, joint]))
+            position[joint] -= twist - ready.body.zeros[joint]
     return replace(scene, position=position, speed=demand.speed[0])
 
 
@@ -143,9 +148,10 @@ def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Sce
     effects, ratios = dict(built.effects), dict(zip(built.joints, ratios_of(built), strict=True))
     for task in study.joints:
         joint = evaluation.joints[task.name]
-        own = [one for effect in effects[task.name] for one in _electrical(effect, joint.drive, settings, task.name)]
-        own = [one for effect in own for one in _sampled(effect, ratios[task.name], settings.control.get(task.name))]
-        teeth = settings.cogging.get(task.name)
+        stated = task.sharing[0] if task.sharing else task.name  # what the study says of both motors of an axis
+        control, teeth = settings.control.get(stated), settings.cogging.get(stated)
+        own = [one for effect in effects[task.name] for one in _electrical(effect, joint.drive, settings, control)]
+        own = [one for effect in own for one in _sampled(effect, ratios[task.name], control)]
         motors = 2.0 if TWO_AS_ONE in joint.drive.assumptions else 1.0
         own += [Cogging((motors * teeth.amplitude,), (teeth.periods,))] if teeth is not None else []
         effects[task.name] = (*own, *_heat(study, task, joint))
@@ -168,14 +174,13 @@ def wanted_scene(full: Scene, names: Iterable[str], added: Iterable[AddedEffect]
     return without(full, gone)
 
 
-def _electrical(effect: Effect, drive: Drive, options: Simulation, joint: str) -> tuple[Effect, ...]:
+def _electrical(effect: Effect, drive: Drive, options: Simulation, control: Control | None) -> tuple[Effect, ...]:
     """Replace a motor without inductance by a current loop, if the data sheet gives the inductance.
 
     The loop is sampled where the study states the rate of the amplifier.
     """
     if not isinstance(effect, MotorCurrent) or not drive.motor.inductance:
         return (effect,)
-    control = options.control.get(joint)
     if control is None or control.amplifier_rate is None:
         return (CurrentLoop(drive.motor, options.current_bandwidth, effect.peak_current),)
     every = 1.0 / control.amplifier_rate

@@ -21,12 +21,13 @@ from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.study_scene import refuse_unsimulated
-from drivetrain.sizing.as_one import judged_as_one
+from drivetrain.sizing.as_one import judged_to_run
 from drivetrain.sizing.judge.evaluate import Given, evaluate, evaluate_drives
 from drivetrain.sizing.results import Evaluation, Selection, every_drive
 from drivetrain.sizing.search.search import select
 from drivetrain.solvers.solver import Rodas5P, Solver
 from drivetrain.study.model import Study
+from drivetrain.study.parts.mounting import motor_pairs
 from drivetrain.study.parts.simulation import KNOWN_EFFECTS, Simulation
 
 
@@ -84,7 +85,7 @@ def simulate(
         usual = run.DEFAULT_INTERVAL if interval is None else interval
         ready, basis, engine = scene, None, run.engine_of(solver)
     else:
-        evaluation = judged_as_one(_evaluation(scene, drives))
+        evaluation = judged_to_run(_evaluation(scene, drives))
         settings = evaluation.study.simulation
         built = study_scene(evaluation, settings)
         ready, basis = built.scene, basis_of(built.full, evaluation)
@@ -129,7 +130,7 @@ def study_scene(
     evaluation: Evaluation, settings: Simulation, *, progress: Callable[[int, int, str], None] | None = None
 ) -> StudyScene:
     """The scene of evaluated drives on the study's cycle, with the effects that ``settings`` selects."""
-    full = full_scene(evaluation, settings)
+    full, apart = full_scene(evaluation, settings), _apart(evaluation)
     if settings.effects == ("auto",):
         found = choose_effects(
             full, basis_of(full, evaluation), tolerance=settings.tolerance, tip_tolerance=settings.tip_tolerance,
@@ -138,12 +139,23 @@ def study_scene(
         gone = ", ".join(f"{one.label} of {one.choice.joint}" for one in found.dropped) or "nothing"
         proof = "" if found.proof is None else f" ({'proven' if found.proof.proven else 'not proven'})"
         return StudyScene(
-            full, found.scene, f"effects: auto within {100.0 * settings.tolerance:g} % left out {gone}{proof}"
+            full, found.scene, f"effects: auto within {100.0 * settings.tolerance:g} % left out {gone}{proof}{apart}"
         )
     if settings.effects == ("all",):
-        return StudyScene(full, without(full, ()), "all effects that the data sheets have values for")
+        return StudyScene(full, without(full, ()), f"all effects that the data sheets have values for{apart}")
     left = [name for name in KNOWN_EFFECTS if name not in settings.effects]
-    return StudyScene(full, wanted_scene(full, settings.effects, settings.add), f"without {', '.join(left)}")
+    return StudyScene(full, wanted_scene(full, settings.effects, settings.add), f"without {', '.join(left)}{apart}")
+
+
+def _apart(evaluation: Evaluation) -> str:
+    """The axes whose two motors run each behind its own gear, in words."""
+    study, pairs = evaluation.study, motor_pairs(evaluation.study)
+    push = {task.name: task.preload for task in study.joints}
+    return "".join(
+        f"; {first} and {second} push against each other with {abs(push[first] or 0.0):.4g} N m"
+        if push[first] else f"; {first} and {second} are two motors on one axis"
+        for first, second in pairs
+    )  # fmt: skip
 
 
 def engine_of(settings: Simulation) -> Engine:

@@ -75,9 +75,10 @@ def loops(
     """Design each joint's position, speed and current loop: gains, margins, Bode plots, step responses."""
     from drivetrain.report.pages.loops_page import loops_json, loops_report, loops_sentence
     from drivetrain.sizing.answers.loops import study_loops
+    from drivetrain.sizing.as_one import judged_as_one
 
     [(loaded, names)] = inputs(lambda: load_joints(study, joint), out=out)
-    result = chosen(loaded, runs=True)
+    result = judged_as_one(chosen(loaded, runs=True))
     with working("laying out the loops"):
         found = study_loops(result, joints=names or None)
         files = {"loops.html": loops_report(loaded, found), "loops.json": loops_json(loaded, found)}

@@ -71,12 +71,12 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
 
     if runs:
         from drivetrain.simulation.study_scene import refuse_unsimulated
-        from drivetrain.sizing.as_one import judged_as_one
+        from drivetrain.sizing.as_one import judged_to_run
 
         refuse_unsimulated(study)
     if study.gives_all_drives:
         with working("checking the given drives"):
-            return judged_as_one(evaluate(study)) if runs else evaluate(study)
+            return judged_to_run(evaluate(study)) if runs else evaluate(study)
     say("note: the study does not name all drives; they are selected first", errors=True)
     with working("searching the catalogues for drives") as step:
         found = select(study, progress=step)
@@ -85,7 +85,7 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
         say("note: no set of drives fits; the closest candidates are taken", errors=True)
     elif not found.feasible:
         say("note: the drives are not proven to fit: data are missing", errors=True)
-    return judged_as_one(evaluation) if runs else evaluation
+    return judged_to_run(evaluation) if runs else evaluation
 
 
 def _unstaged(study: Study, gear: str) -> str:

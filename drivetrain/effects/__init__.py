@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from drivetrain.effects.control.commanded_motion import CommandedMotion
     from drivetrain.effects.control.computed_torque import ComputedTorque, SampledComputedTorque
     from drivetrain.effects.control.encoder import Encoder
+    from drivetrain.effects.control.preload import Preload
     from drivetrain.effects.effect import Effect, Place, Ports, Role, Shape, Signal, State, TimeScale
     from drivetrain.effects.friction.dry_friction import DryFriction
     from drivetrain.effects.friction.holding_brake import HoldingBrake

@@ -176,6 +176,7 @@ class Shape:
         full: Whether that rotor is a rigid body on its carrier, or only reflected to its joint.
         flexible: Whether the rotor is a coordinate of its own, behind a spring.
         deflection: Wind-up of that spring as a function of the torque, [N m] to [rad].
+        preload: Of one of two motors on an axis, the torque of its gear in addition to half of the load [N m].
     """
 
     ratio: float | None = None
@@ -183,6 +184,7 @@ class Shape:
     full: bool = True
     flexible: bool = False
     deflection: Callable[[float], float] | None = None
+    preload: float = 0.0
 
 
 NOTHING = Ports()

@@ -9,11 +9,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm, refuse_loops
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.closures import with_second_motors
 from drivetrain.arm.coupling import refused_coupling
+from drivetrain.arm.geared import with_rotors
+from drivetrain.arm.rotors import Rotor
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import available_voltage
-from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
+from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction, times_as_large
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear, complete, mesh, unknown_loss
 from drivetrain.drive.motor import torque_constant
@@ -21,13 +24,14 @@ from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.effects.control.cascade import PositionLoop
 from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.control.preload import Preload
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.fields import Side
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
 from drivetrain.effects.gear.gear_drag import GearDrag
 from drivetrain.effects.gear.mesh_loss import MeshLoss
-from drivetrain.effects.gear.springs import FlexibleJoint
+from drivetrain.effects.gear.springs import Backlash, FlexibleJoint
 from drivetrain.effects.loads.counterbalance_torque import CounterbalanceTorque
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.payload_change import EMPTY, Body, PayloadChange
@@ -43,15 +47,21 @@ from drivetrain.simulation.engines.inverse import demanded
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.study.model import JointTask, Study, refuse_moving_base
-from drivetrain.study.parts.mounting import TWO_AS_ONE, loaded_arm, two_as_one
+from drivetrain.study.parts.mounting import TWO_AS_ONE, as_single, loaded_arm, motor_pairs, run_apart, two_as_one
 
 
-def refuse_unsimulated(study: Study) -> None:
-    """Raises InputError for what no engine supports: a moving base, a preload, half an axis."""
+def refuse_unsimulated(study: Study, drives: Mapping[str, Drive] | None = None) -> None:
+    """Raises InputError for what no engine supports: a moving base, a preload behind screws, half an axis."""
     refuse_moving_base(study, "a simulation")
-    study, _ = two_as_one(study, {})
+    if run_apart(study, drives or {}):
+        hint = "without a preload and with equal drives they are simulated as one of twice the size"
+        raise_faults(
+            Fault(f"joints.{one.name}", "two motors of a joint that slides are not simulated apart", None, hint,
+                  study.path)
+            for one in study.joints if one.sharing[:1] == (one.name,) and one.travel_per_turn is not None
+        )  # fmt: skip
+    study = as_single(study)
     if study.arm is not None:
-        refuse_loops(study.arm, closed=True)
         if study.arm.linkage is not None and study.arm.coupling is not None:
             raise InputError(refused_coupling(study.arm))
         return
@@ -113,7 +123,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
     Args:
         study: Arm, cycle, amplifiers, supply and ambient temperature.
         drives: By joint name, one each, unknowns filled as ``Evaluation`` does. Two motors of an axis, equal and
-            without a preload, run as one of twice the size.
+            without a preload, run as one of twice the size; others each behind the spring and the play of its gear.
         options: Which effects, and how the loops are closed.
 
     Returns:
@@ -121,10 +131,10 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
 
     Raises:
         InputError: Neither an arm nor one axis with a stated load inertia, a joint without a drive or with several
-            amplifiers to choose from.
+            amplifiers to choose from, two motors apart whose gears have no stiffness.
     """
-    refuse_unsimulated(study)
-    study, drives = two_as_one(study, drives)
+    refuse_unsimulated(study, drives)
+    study, drives = _two_apart(study, drives) if run_apart(study, drives) else two_as_one(study, drives)
     faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
     faults += _apart(study.cycle)
     hint = "evaluate and select choose: take the study of what they find"
@@ -133,9 +143,12 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
             some = ", ".join(one.key for one in task.amplifiers)
             faults.append(Fault(f"joints.{task.name}.amplifier", "is still to be chosen", some, hint))
     raise_faults(faults)
-    start = study.cycle.position[0]
+    start, pairs = study.cycle.position[0], motor_pairs(study)
     body: Arm | Inertia
-    if study.arm is None:
+    if study.arm is None and pairs:
+        body = _axis_arm(study, drives)
+        moved = _moved(body, start)
+    elif study.arm is None:
         task, drive = study.joints[0], drives[study.joints[0].name]
         body = Inertia(float(task.load_inertia or 0.0), name=task.name)
         # Reflected to the gear's output; without an arm the stator does not move.
@@ -147,11 +160,14 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
     effects: dict[str, tuple[Effect, ...]] = {
         task.name: _joint(study, task, drives[task.name], moved[i], options) for i, task in enumerate(study.joints)
     }
-    if isinstance(body, Inertia):
-        motion, load = axis_motion(study, options.repetitions)
-        effects |= {body.name: (*effects[body.name], rotor, load), WHOLE: (CommandedMotion(motion),)}
+    if study.arm is None:
+        name, motion = study.joints[0].name, axis_motion(study, options.repetitions)[0]
+        load = axis_motion(as_single(study), options.repetitions)[1]
+        effects |= {name: (*effects[name], load), WHOLE: (CommandedMotion(motion),)}
     else:
         effects[WHOLE] = (CommandedMotion(study.cycle, options.repetitions), *_carried(study, options.repetitions))
+    if isinstance(body, Inertia):
+        effects[body.name] = (*effects[body.name], rotor)
     for added in study.simulation.add:
         where = added.joint or WHOLE
         effects[where] = (*effects[where], added.built(drives.get(where)))
@@ -162,10 +178,45 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
     return with_feed_forward(scene) if options.feed_forward else scene
 
 
+def _two_apart(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[str, Drive]]:
+    """A study and its drives, with what acts at the joint of an axis with two motors at the first of them."""
+    whole, found, tasks = {task.name: task for task in as_single(study).joints}, dict(drives), list[JointTask]()
+    hint = "its data sheet's torsional stiffness, such as 20 kN m/rad; backlash beside it, where there is any"
+    raise_faults(
+        Fault(f"gear {found[name].gear.key}.stiffness_1", f"is unknown: it parts the motors of {pair[0]}", None, hint)
+        for pair in motor_pairs(study)
+        for name in pair
+        if name in found and found[name].gear.stiffness_1 is None
+    )
+    for task in study.joints:
+        if task.sharing and task.name in found:
+            own, first = found[task.name].joint_friction, task.name == task.sharing[0]
+            law = times_as_large(own, 2.0) if first else Friction(load_share=own.load_share)
+            found[task.name] = replace(found[task.name], joint_friction=law)
+            task = replace(task, counterbalances=whole[task.name].counterbalances if first else ())
+        tasks.append(task)
+    return replace(study, joints=tuple(tasks)), found
+
+
+def _axis_arm(study: Study, drives: Mapping[str, Drive]) -> Arm:
+    """The axis of a load table as an arm of one link without weight, two motors on it."""
+    [task], tensor = as_single(study).joints, np.zeros((1, 3, 3))
+    tensor[0, 2, 2] = task.load_inertia or 0.0
+    link = Arm.from_screws(
+        np.eye(4)[None], [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]], [0.0], tensor, gravity=(0.0, 0.0, 0.0),
+        joint_names=[task.name], check_inertias=False, name=study.name,
+    )  # fmt: skip
+    motors = [drives[one.name] for one in study.joints]
+    return with_rotors(
+        with_second_motors(link, [0]), [Rotor(one.gear.ratio, drive_inertia(one), carrier=-1) for one in motors]
+    )
+
+
 def _moved(arm: Arm, position: Array) -> list[float]:
     """Inertia that each motor moves, referred to its joint, or to the gear's output shaft where motors are coupled."""
     if arm.linkage is not None:
-        return [float(one) for one in np.diag(plan(Scene(arm, {}, 1.0, position)).inertia)]
+        moved = np.diag(plan(Scene(arm, {}, 1.0, position)).inertia)
+        return [float(one) for one in moved @ arm.linkage.loops.mean]
     mass = mass_matrix(arm, position)
     if arm.coupling is not None:
         turns = np.linalg.inv(arm.coupling)
@@ -176,7 +227,10 @@ def _moved(arm: Arm, position: Array) -> list[float]:
 def _left_out(study: Study, drives: Mapping[str, Drive], options: SceneOptions) -> tuple[str, ...]:
     """Notes for the reader of the plan on what the scene does not contain."""
     bound = [task.name for task in study.joints if task.coupled and drives[task.name].gear.stiffness_1 is not None]
-    notes = [f"what is apart in {name}: {TWO_AS_ONE}" for name, one in drives.items() if TWO_AS_ONE in one.assumptions]
+    parted = {drives[name].gear.key: drives[name].gear for pair in motor_pairs(study) for name in pair}
+    told = "play of gear {}, which its data sheet does not give"
+    notes = [told.format(key) for key, gear in parted.items() if gear.backlash is None]
+    notes += [f"what is apart in {name}: {TWO_AS_ONE}" for name, one in drives.items() if TWO_AS_ONE in one.assumptions]
     if bound and options.springs:
         notes.append(f"springs in the gears of {', '.join(bound)}: their motors are coupled")
     return tuple(notes)
@@ -214,6 +268,10 @@ def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, options:
     constant = torque_constant(drive.motor, drive.motor.reference_temperature)
     loop = PositionLoop(inertia * options.bandwidth**2, 2.0 * inertia * options.bandwidth, constant)
     effects: list[Effect] = [loop, *drive_effects(task, drive, surroundings(study), options)]
+    if task.sharing:
+        gear = replace(drive.gear, backlash=drive.gear.backlash or 0.0)
+        spring = Backlash(gear, spring_damping(gear, inertia, options.damping))
+        return (*effects, Preload(drive.motor, task.preload or 0.0), spring)
     single = task.travel_per_turn is None and not task.coupled
     if options.springs and drive.gear.stiffness_1 is not None and single:
         effects.append(FlexibleJoint(drive.gear, spring_damping(drive.gear, inertia, options.damping)))
@@ -319,8 +377,10 @@ def with_feed_forward(scene: Scene) -> Scene:
     table = np.where(after - times < 1e-12, after, times)  # both sides of a jump get the time of the jump
     effects = dict(scene.effects)
     for i, name in enumerate(scene.joints):
+        own = scene.effects.get(name, ())
+        pushed = sum(one.current(ready.body.ratios[i]) for one in own if isinstance(one, Preload))
         if np.isfinite(demand.current[:, i]).all():
-            effects[name] = (*effects.get(name, ()), GivenCurrent(table, demand.current[:, i]))
+            effects[name] = (*own, GivenCurrent(table, demand.current[:, i] - pushed))
     return replace(scene, effects=effects)
 
 

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from drivetrain.sizing.judge.evaluate import evaluate_drives
 from drivetrain.sizing.results import Evaluation
-from drivetrain.study.parts.mounting import two_as_one
+from drivetrain.study.parts.mounting import run_apart, two_as_one
+
+
+def judged_to_run(evaluation: Evaluation) -> Evaluation:
+    """An evaluation as it is simulated: two motors of an axis as one, where one of twice the size stands for both."""
+    drives = {name: joint.drive for name, joint in evaluation.joints.items()}
+    return evaluation if run_apart(evaluation.study, drives) else judged_as_one(evaluation)
 
 
 def judged_as_one(evaluation: Evaluation) -> Evaluation:

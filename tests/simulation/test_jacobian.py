@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import drivetrain as dt
+from drivetrain.arm.closures import with_second_motors
 from drivetrain.arm.coupling import belts_over, differential, placed, with_coupling
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
@@ -17,6 +18,7 @@ from drivetrain.effects.control.cascade import CascadeLoop, PositionLoop, Sample
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.computed_torque import ComputedTorque
 from drivetrain.effects.control.encoder import Encoder
+from drivetrain.effects.control.preload import Preload
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.holding_brake import HoldingBrake
@@ -121,6 +123,19 @@ def coupled_scene() -> Scene:
     return Scene(body, {**effects, WHOLE: whole}, 1.0, np.zeros(6), np.zeros(6))
 
 
+def shared_scene() -> Scene:
+    """Two motors that push against each other at the second joint, each behind a spring and play."""
+    body = with_second_motors(dt.load_arm("ur5"), [1])
+    own = (CurrentLoop(MOTOR, 3000.0, 20.0), PositionLoop(100.0, 10.0, 0.0302), MeshLoss(GEAR), WindingHeat(NETWORK))
+    effects = {name: (*own, *ROTORS[:1]) for name in body.joint_names}
+    for k, push in ((1, 20.0), (2, -20.0)):
+        name = body.joint_names[k]
+        effects[name] = (*effects[name], Backlash(GEAR, 2.0), Preload(MOTOR, push))
+    places, rest = np.zeros((11, 7)), np.zeros((11, 7))
+    whole = (StiffSupply(48.0), CommandedMotion(Motion("m", body.joint_names, TIME, places, rest, rest)))
+    return Scene(body, {**effects, WHOLE: whole}, 1.0, np.zeros(7), np.zeros(7))
+
+
 def ready(scene: Scene, rng: np.random.Generator) -> tuple[Plan, Any, Any, float]:
     """A plan, the memory of its adaptive run, a state at random with friction's modes as they are there, an instant."""
     done = plan(scene)
@@ -149,10 +164,13 @@ def central(state: Any, t: float, numbers: Any, sizes: Any) -> Any:
     return found
 
 
-@pytest.mark.parametrize("seed", range(41))
+SCENES = {0: coupled_scene, 41: shared_scene}
+
+
+@pytest.mark.parametrize("seed", range(42))
 def test_few_differences_give_what_all_give(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    done, numbers, state, t = ready(random_scene(rng) if seed else coupled_scene(), rng)
+    done, numbers, state, t = ready(SCENES[seed]() if seed in SCENES else random_scene(rng), rng)
     m = len(state)
     columns = np.zeros((m + 1, m))
     evaluate(equations.right_side(jacobian.jacobian).address, t, state, columns, np.zeros(1), parts_of(numbers))

@@ -79,26 +79,30 @@ def _add_coupled(run: Run, h: float, theta: float) -> None:
 
 @part
 def _bounds(run: Run, i: int, m: int) -> bool:
-    """Collect the friction bounds of joint i and of its motor, whose coordinate is m; whether any is not zero."""
-    coordinates = coordinates_of(run)
+    """Collect the friction bounds of joint i and of its motor, whose coordinate is m; whether any is not zero.
+
+    The joint of a second motor on an axis has none of its own: its link is that of the first.
+    """
+    coordinates, at_joint, j = coordinates_of(run), 0.0, coordinates_of(run)[i].link
     joint, size = joints_of(run)[i], abs(coordinates[i].ratio)
-    link, rotor, load, motor, mesh = coordinates[i].dry, coordinates[m].dry, joint.load, joint.motor, joint.mesh
+    link, rotor, load, motor, mesh = coordinates[j].dry, coordinates[m].dry, joint.load, joint.motor, joint.mesh
     own, drag = link.joint, rotor.motor
-    own.hold_forward, own.hold_backward = load.hold_forward, load.hold_backward
-    own.slide_forward, own.slide_backward = load.slide_forward, load.slide_backward
+    if j == i:
+        own.hold_forward, own.hold_backward = load.hold_forward, load.hold_backward
+        own.slide_forward, own.slide_backward = load.slide_forward, load.slide_backward
+        at_joint = own.hold_forward + own.hold_backward + own.slide_forward + own.slide_backward
+        link.active = 1 if at_joint > 0.0 else 0
     drag.hold_forward, drag.hold_backward = size * motor.hold_forward, size * motor.hold_backward
     drag.slide_forward, drag.slide_backward = size * motor.slide_forward, size * motor.slide_backward
     if coordinates[i].ratio < 0.0:
         drag.hold_forward, drag.hold_backward = drag.hold_backward, drag.hold_forward
         drag.slide_forward, drag.slide_backward = drag.slide_backward, drag.slide_forward
     rotor.driving, rotor.driven = mesh.driving, mesh.driven
-    at_joint = own.hold_forward + own.hold_backward + own.slide_forward + own.slide_backward
     at_motor = drag.hold_forward + drag.hold_backward + drag.slide_forward + drag.slide_backward
     at_motor += abs(mesh.driving) + abs(mesh.driven)
-    link.active = 1 if at_joint > 0.0 else 0
     if at_motor > 0.0:
         rotor.active = 1
-    elif m != i:
+    elif m != j:
         rotor.active = 0
     return at_joint + at_motor > 0.0
 
@@ -117,13 +121,12 @@ def _mesh(run: Run, h: float, i: int, soft: float, torque: float) -> None:
 
 
 @part
-def _spring(run: Run, h: float, theta: float, i: int, m: int, late: float) -> None:
+def _spring(run: Run, h: float, theta: float, spring: Any, i: int, m: int, late: float) -> None:
     """Add the spring of a flexible joint, between the coordinates of its link i and its rotor m, to the linear system.
 
     ``late`` is the difference between the spring's rate at which its law was evaluated and that before the step.
     """
     coordinates, pairs = coordinates_of(run), pairs_of(run)
-    spring = joints_of(run)[i].spring
     slope = spring.damping + theta * h * spring.stiffness
     torque, stiff = spring.torque - slope * late, theta * slope
     coordinates[i].right += h * torque
@@ -151,24 +154,25 @@ def assemble(run: Run, h: float, theta: float) -> bool:
         for k in range(c):
             pairs[i, k].matrix = pairs[i, k].mass
     for i in range(len(joints)):
-        m, ratio, joint = coordinates[i].motor, coordinates[i].ratio, joints[i]
-        one, rotor = coordinates[i], coordinates[m]
+        link, m, ratio, joint = coordinates[i].link, coordinates[i].motor, coordinates[i].ratio, joints[i]
+        one, rotor = coordinates[link], coordinates[m]
         flange = joint.shaft if coordinates[i].coupled else joint.load
         soft = flange.damping + theta * h * flange.stiffness
-        torque = flange.torque + soft * (coordinates[i].guess - one.speed)
+        torque = flange.torque + soft * (one.guess - one.speed)
         one.right += h * torque
-        one.surface = joint.load.surface_speed
-        one.relative -= one.surface
-        pairs[i, i].matrix += theta * h * soft
+        if link == i:
+            one.surface = joint.load.surface_speed
+            one.relative -= one.surface
+        pairs[link, link].matrix += theta * h * soft
         motor = (joint.motor.damping + theta * h * joint.motor.stiffness) * (ratio * ratio)
         rotor.right += h * (ratio * joint.motor.torque + motor * (coordinates[m].guess - rotor.speed))
         pairs[m, m].matrix += theta * h * motor
         found = _bounds(run, i, m)
         dry = dry or found
-        if m == i:
+        if m == link:
             _mesh(run, h, i, theta * soft, torque)
         else:
-            _spring(run, h, theta, i, m, rotor.trial - one.trial - (rotor.speed - one.speed))
+            _spring(run, h, theta, joint.spring, link, m, rotor.trial - one.trial - (rotor.speed - one.speed))
     if engine.coupled:
         _add_coupled(run, h, theta)
     if engine.uses_tip:
@@ -192,10 +196,10 @@ def ask_again(run: Run, t: float, h: float, theta: float) -> None:
         one = coordinates[i]
         one.trial = one.speed + theta * one.change
     for i in range(len(joints)):
-        m = coordinates[i].motor
-        if m != i:
+        link, m = coordinates[i].link, coordinates[i].motor
+        if m != link:
             rotor, spring = coordinates[m], joints[i].spring
-            rate = rotor.trial - coordinates[i].trial
+            rate = rotor.trial - coordinates[link].trial
             spring.wind_up, spring.speed = rotor.position + theta * h * rate, rate
             spring.torque = spring.damping = spring.stiffness = 0.0
     if engine_of(run).uses_tip:
@@ -240,11 +244,11 @@ def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
     coordinates, joints, pairs = coordinates_of(run), joints_of(run), pairs_of(run)
     good = True
     for i in range(len(joints)):
-        m = coordinates[i].motor
-        if m == i:
+        j, m = coordinates[i].link, coordinates[i].motor
+        if m == j:
             continue
-        link, rotor, spring = coordinates[i], coordinates[m], joints[i].spring
-        expected = rotor.transmitted + pairs[m, m].transmitted * rotor.change + pairs[m, i].transmitted * link.change
+        link, rotor, spring = coordinates[j], coordinates[m], joints[i].spring
+        expected = rotor.transmitted + pairs[m, m].transmitted * rotor.change + pairs[m, j].transmitted * link.change
         slope = max(spring.damping + theta * h * spring.stiffness, pairs[m, m].transmitted / theta)
         size = abs(rotor.trial) + abs(link.trial) + abs(spring.wind_up) / (theta * h)
         if attempt == 0:
@@ -300,14 +304,16 @@ def find_forces(run: Run, h: float, theta: float) -> None:
         coordinates[i].guess = one.speed + theta * one.change
         one.friction = taken_by_friction(coordinates, pairs, i, h) if one.dry.active else 0.0
     for i in range(len(joints)):
-        m, ratio, joint = coordinates[i].motor, coordinates[i].ratio, joints[i]
-        link, rotor = coordinates[i], coordinates[m]
+        j, m, ratio, joint = coordinates[i].link, coordinates[i].motor, coordinates[i].ratio, joints[i]
+        link, rotor = coordinates[j], coordinates[m]
         load = rotor.transmitted
         for k in range(len(coordinates)):
             load += pairs[m, k].transmitted * coordinates[k].change
-        at_joint, at_motor = _split(link, rotor, m == i, load)
+        at_joint, at_motor = _split(link, rotor, m == j, load)
+        if j != i:
+            at_joint = 0.0
         mesh = rotor.friction - at_motor
-        if m == i:
+        if m == j:
             mesh -= at_joint
             load += at_joint
         joint.load.acceleration = link.change / h
@@ -319,7 +325,7 @@ def find_forces(run: Run, h: float, theta: float) -> None:
         joint.motor.acceleration = ratio * rotor.change / h
         joint.load.friction, joint.motor.friction = at_joint, at_motor / ratio
         joint.mesh.torque, joint.mesh.loss, joint.mesh.power = load, mesh, mesh * coordinates[m].guess
-        joint.load.friction_power = at_joint * (coordinates[i].guess - link.surface)
+        joint.load.friction_power = at_joint * (link.guess - link.surface)
         joint.motor.friction_power = at_motor * coordinates[m].guess
 
 

@@ -159,7 +159,7 @@ def show_bodies(run: Run) -> None:
         for k in range(c):
             mass[i, k] = pairs[i, k].mass
     for i in range(len(joints)):
-        joints[i].bias_torque = coordinates[i].bias
+        joints[i].bias_torque = coordinates[coordinates[i].link].bias
     if engine_of(run).arm and engine_of(run).uses_tip:
         show_tip(run)
 

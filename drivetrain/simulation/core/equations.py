@@ -68,17 +68,17 @@ def show_motion(run: Run, shift: float) -> None:
     for i in range(len(coordinates)):
         coordinates[i].trial = coordinates[i].guess
     for i in range(len(joints)):
-        m, ratio, joint = coordinates[i].motor, coordinates[i].ratio, joints[i]
-        speed = shaft = coordinates[i].guess
-        place, wind_up = coordinates[i].position + shift * speed, 0.0
-        coordinates[i].place = place
-        if m != i:
+        link, m, ratio, joint = coordinates[i].link, coordinates[i].motor, coordinates[i].ratio, joints[i]
+        speed = shaft = coordinates[link].guess
+        place, wind_up = coordinates[link].position + shift * speed, 0.0
+        coordinates[link].place = place
+        if m != link:
             shaft = coordinates[m].guess
             wind_up = coordinates[m].position + shift * (shaft - speed)
             coordinates[m].place = place + wind_up
             joint.spring.wind_up, joint.spring.speed = wind_up, shaft - speed
         joint.load.position, joint.load.speed = place, speed
-        joint.motor.position, joint.motor.speed = ratio * (place + wind_up), ratio * shaft
+        joint.motor.position, joint.motor.speed = ratio * (place + wind_up - coordinates[i].zero), ratio * shaft
     if engine_of(run).coupled:
         show_coupled(run)
 
@@ -184,9 +184,9 @@ def _show_rates(run: Run) -> None:
     for i in range(len(coordinates)):
         coordinates[i].position_rate, coordinates[i].speed_rate = coordinates[i].speed, coordinates[i].change
     for i in range(world_of(run).joints):
-        m = coordinates[i].motor
-        if m != i:
-            coordinates[m].position_rate = coordinates[m].speed - coordinates[i].speed
+        link, m = coordinates[i].link, coordinates[i].motor
+        if m != link:
+            coordinates[m].position_rate = coordinates[m].speed - coordinates[link].speed
 
 
 @cache

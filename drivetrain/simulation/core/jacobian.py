@@ -85,7 +85,7 @@ def dependence(plan: Plan) -> NDArray[np.bool_]:
         rows[k] = 1 << c + k
         rows[c + k] |= tip | inertial
     for i in plan.body.springs:
-        rows[int(plan.body.motors[i])] |= 1 << c + i
+        rows[int(plan.body.motors[i])] |= 1 << c + int(plan.body.loads[i])
     found = np.array([[row >> k & 1 for k in range(len(states))] for row in rows], dtype=bool)
     if not inertial:
         for coordinates in _coordinates(plan):
@@ -100,7 +100,7 @@ def _coordinates(plan: Plan) -> list[list[int]]:
     found = []
     for i in range(n):
         joints = together if i in together else [i]
-        found.append(sorted({*joints, *(int(plan.body.motors[k]) for k in joints)}))
+        found.append(sorted({int(one[k]) for k in joints for one in (plan.body.loads, plan.body.motors)}))
     return found
 
 

@@ -64,9 +64,12 @@ class Tried:
 class Coordinate:
     """A coordinate of the mechanics: of a joint (its shaft where motors are coupled) or of a rotor behind a spring."""
 
-    # of a joint: its motor's coordinate, motor angle over joint coordinate, whether motors are coupled there
+    # of a joint: its link's coordinate (of an axis' second motor the first one's), its motor's coordinate, motor angle
+    # over joint coordinate, where behind the gear the motor's angle counts from, whether motors are coupled there
+    link: int
     motor: int
     ratio: float
+    zero: float
     coupled: int
     # of a scene without an arm: inertia, torque of the weight along x, angle from x, the rotor's share of the inertia
     inertia: float

@@ -134,10 +134,11 @@ def _accept_step(run: Run, t: float, h: float, theta: float) -> int:
     for k in range(len(powers)):
         energies[k] += h * memory[powers[k]]
     for i in range(world_of(run).joints):
-        coordinates[i].position += h * coordinates[i].guess
-        m = coordinates[i].motor
-        if m != i:
-            coordinates[m].position += h * (coordinates[m].guess - coordinates[i].guess)
+        link, m = coordinates[i].link, coordinates[i].motor
+        if link == i:
+            coordinates[i].position += h * coordinates[i].guess
+        if m != link:
+            coordinates[m].position += h * (coordinates[m].guess - coordinates[link].guess)
     for i in range(c):
         one = coordinates[i]
         if one.dry.mode == 0:

@@ -75,6 +75,7 @@ def demanded(plan: Plan, times: Array) -> Demand:
     whole = np.einsum("kij,kj->ki", demands["mass"], acceleration) + demands["bias_torque"]
     joint = np.where(slides > 0.0, demands["joint_slide_forward"], -demands["joint_slide_backward"]) * np.abs(slides)
     mesh = whole - turned - body.torques_of(demands["joint_torque"]) - demands["shaft_torque"] + joint
+    mesh = plan.body.halved(mesh) if plan.body.shared else mesh
     way = slides * np.sign(body.ratios)
     shaft = np.where(way > 0.0, demands["motor_slide_forward"], -demands["motor_slide_backward"]) * np.abs(way)
     factor = np.where(mesh * slides > 0.0, 1.0 + demands["mesh_driving"], 1.0 - demands["mesh_driven"])

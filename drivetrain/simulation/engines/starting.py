@@ -15,7 +15,7 @@ import numpy as np
 from drivetrain.arrays import Array, checked_array
 from drivetrain.drive.motor import Motor, torque_constant
 from drivetrain.effects import signals as s
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.simulation.core import equations
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
@@ -33,6 +33,12 @@ def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
     memory = plan.memory
     numbers = memory.numbers.copy()
     at, states = memory.view(numbers, "coordinates"), memory.view(numbers, "states")
+    problem = "have no spring or play, which parts the two motors of an axis"
+    raise_faults(
+        Fault(f"effects[{plan.scene.joints[second]!r}]", problem)
+        for _, second in plan.body.shared
+        if second not in plan.body.springs
+    )
     held, known = _held(plan), _Known(memory.places, numbers)
     _put_motion(plan, at, *_commanded(plan))
     equations.evaluate_signals(numbers)
@@ -48,7 +54,7 @@ def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
         before = np.append(numbers[states["value"]], at["position"])
         equations.evaluate_signals(numbers)
         for i, deflection in bent.items():
-            at["position"][plan.body.motors[i]] = deflection(_load(known, plan.scene.joints[i]))
+            at["position"][plan.body.motors[i]] = deflection(_load(known, plan, i))
         for joint, motor in held.items():
             known.read[f"{joint}.{s.HOLDING_CURRENT}"] = _holding(known, plan, joint, motor)
         for one, places in begun:
@@ -69,7 +75,9 @@ def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
 def _put_motion(plan: Plan, at: Any, position: Array, speed: Array) -> None:
     """Write positions and speeds of the joints, (n,), into the coordinates."""
     n = plan.body.n
-    at["position"][:n], at["speed"][:n] = plan.body.coordinates_of(position), plan.body.coordinates_of(speed)
+    alone = plan.body.loads == np.arange(n)
+    at["position"][:n][alone] = plan.body.coordinates_of(position)[alone]
+    at["speed"][:n] = plan.body.coordinates_of(speed)
 
 
 def _put_given(plan: Plan, numbers: Array, given: Mapping[str, float]) -> None:
@@ -142,9 +150,15 @@ def _held(plan: Plan) -> dict[str, Motor]:
     return found
 
 
-def _load(known: Mapping[str, float], joint: str) -> float:
-    """Torque that the drive must provide to keep the joint at constant speed [N m or N]."""
-    return known.get(f"{joint}.{s.BIAS_TORQUE.name}", 0.0) - known.get(f"{joint}.{s.JOINT_TORQUE.name}", 0.0)
+def _load(known: Mapping[str, float], plan: Plan, i: int) -> float:
+    """Torque that the drive of joint i must provide to keep the joint at constant speed [N m or N].
+
+    Each of two motors on an axis provides half of it, and its preload.
+    """
+    pair = next((pair for pair in plan.body.shared if i in pair), (i,))
+    load = known.get(f"{plan.scene.joints[i]}.{s.BIAS_TORQUE.name}", 0.0)
+    load -= sum(known.get(f"{plan.scene.joints[k]}.{s.JOINT_TORQUE.name}", 0.0) for k in pair)
+    return load if len(pair) == 1 else load / len(pair) + plan.body.preloads[i]
 
 
 def _holding(known: Mapping[str, float], plan: Plan, joint: str, motor: Motor) -> float:
@@ -154,7 +168,8 @@ def _holding(known: Mapping[str, float], plan: Plan, joint: str, motor: Motor) -
     constant = float(torque_constant(motor, housing if warmed else motor.reference_temperature))
     flows = known.get(f"{joint}.{s.CURRENT.name}", 0.0)
     others = known.get(f"{joint}.{s.MOTOR_TORQUE.name}", 0.0) - constant * flows
-    return (_load(known, joint) / plan.body.ratios[plan.scene.joints.index(joint)] - others) / constant
+    i = plan.scene.joints.index(joint)
+    return (_load(known, plan, i) / plan.body.ratios[i] - others) / constant
 
 
 def _behind(plan: Plan, known: Mapping[str, float], at: Any) -> Array:
@@ -165,7 +180,7 @@ def _behind(plan: Plan, known: Mapping[str, float], at: Any) -> Array:
     behind = np.zeros(plan.body.n)
     looped = {one.place.joint for one in plan.instances if hasattr(one.effect, "sag")}  # loops on the motor's position
     for i in looped & set(plan.body.springs):
-        behind[i] = at["position"][plan.body.motors[i]]
+        behind[i] = at["position"][plan.body.motors[i]] - plan.body.zeros[i]
     for one in plan.instances:
         sag = getattr(one.effect, "sag", None)
         if sag is not None and one.place.joint >= 0 and not one.place.coupled:
@@ -192,9 +207,10 @@ def sinking(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
             continue
         moved = row[f"{joint}.{s.COMMAND_SPEED.name}"] or row[f"{joint}.{s.COMMAND_ACCELERATION.name}"]
         holding, flows = _holding(row, plan, joint, motor), row.get(f"{joint}.{s.CURRENT.name}", 0.0)
-        ratio = plan.body.ratios[plan.scene.joints.index(joint)]
+        i = plan.scene.joints.index(joint)
+        ratio = plan.body.ratios[i]
         moves = row.get(f"{joint}.{s.MOTOR_ACCELERATION.name}", ratio * row[f"{joint}.{s.ACCELERATION.name}"]) / ratio
-        gives_way = moves * _load(row, joint) < 0.0 and abs(moves) > STILL
+        gives_way = moves * _load(row, plan, i) < 0.0 and abs(moves) > STILL
         if not moved and gives_way and abs(holding) > (1.0 + NEGLIGIBLE) * abs(flows):
             detail = f"{joint} gives way though nothing is commanded: {holding:.3g} A would hold it, {flows:.3g} A flow"
             events.append(Event(0.0, "start", detail))

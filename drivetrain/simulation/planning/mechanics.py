@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetrain.arm.arm import Arm, refuse_loops
+from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups, refused_coupling
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
@@ -97,6 +98,36 @@ class Mechanics:
     coupled: Coupled | None = None  # coupled motors; None: each joint has its own motor
     last: int = -1  # index of the link that carries the tip
     loops: ClosedLoops | None = None  # closed loops; None: there are none
+    shared: tuple[tuple[int, int], ...] = ()  # joints of the first and of the second motor of an axis
+    preloads: tuple[float, ...] = ()  # torque of each gear in addition to half of the load [N m], one per joint
+
+    @cached_property
+    def loads(self) -> NDArray[np.int64]:
+        """Coordinate of the link that each motor drives, (n,): of a second motor behind a spring that of the first."""
+        found = np.arange(self.n)
+        for first, second in self.shared:
+            found[second] = first if second in self.springs else second
+        return found
+
+    @cached_property
+    def zeros(self) -> Array:
+        """Wind-up of each spring under its preload alone [rad], (n,); there the motor's angle is that of the link."""
+        found = np.zeros(self.n)
+        for i, shape in self.springs.items():
+            if shape.deflection is not None and self.preloads[i]:
+                found[i] = shape.deflection(self.preloads[i])
+        return found
+
+    def halved(self, torque: Array) -> Array:
+        """Gear torques for torques at the joints, (N, n): of two motors each has half, plus its preload."""
+        half = np.array(torque)
+        for pair in map(list, self.shared):
+            half[:, pair] = 0.5 * half[:, pair].sum(axis=1, keepdims=True)
+        return half + np.array(self.preloads)
+
+    def places_of(self, position: Array) -> Array:
+        """Coordinates for positions of the joints, springs without wind-up, (n,)."""
+        return np.where(self.loads == np.arange(self.n), self.coordinates_of(position), 0.0)
 
     def coordinates_of(self, motion: Array) -> Array:
         """Motion of the first n coordinates (shafts, where motors are coupled) for a motion of the joints, (..., n)."""
@@ -154,11 +185,13 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
     loads = [effect.carried() for effect in scene.effects.get(WHOLE, ()) if isinstance(effect, PayloadChange)]
     if len(loads) > 1 or (loads and not isinstance(scene.body, Arm)):
         raise InputError(Fault("effects['scene']", "must hold one PayloadChange at most, and that of an arm"))
-    if isinstance(scene.body, Arm):
-        kind = _with_arm if scene.body.linkage is None else _with_loops
-        built = kind(scene.body, shapes, np.array(ratios))
-        return replace(built, payloads=_payloads(built, *loads[0])) if loads else built
-    return _without_arm(scene.body, shapes[0], np.array(ratios))
+    preloads = tuple(shape.preload for shape in shapes)
+    if isinstance(scene.body, Inertia):
+        return replace(_without_arm(scene.body, shapes[0], np.array(ratios)), preloads=preloads)
+    linkage = scene.body.linkage
+    built = (_with_arm if linkage is None else _with_loops)(scene.body, shapes, np.array(ratios))
+    built = replace(built, preloads=preloads, shared=() if linkage is None else linkage.loops.shared)
+    return replace(built, payloads=_payloads(built, *loads[0])) if loads else built
 
 
 def coupling_of(scene: Scene) -> tuple[tuple[float, ...], ...]:
@@ -194,15 +227,20 @@ def _joint_shape(name: str, effects: Sequence[Effect], place: Place) -> tuple[Sh
         rotors[0].full if rotors else True,
         bool(springs),
         springs[0].deflection if springs else None,
+        sum(shape.preload for shape in shapes),
     ), faults
 
 
-def _motors(shapes: Sequence[Shape]) -> Array:
-    """Index of the coordinate of each joint's motor, (n,): the joint's own, or after the joints behind a spring."""
+def _motors(shapes: Sequence[Shape], seconds: Collection[int] = ()) -> Array:
+    """Index of the coordinate of each joint's motor, (n,): the joint's own, or after the joints behind a spring.
+
+    The joint of a second motor on an axis (``seconds``) is the rotor itself, with a spring or without.
+    """
     n, motors, extra = len(shapes), [], 0
     for index, shape in enumerate(shapes):
-        motors.append(n + extra if shape.flexible else index)
-        extra += shape.flexible
+        apart = shape.flexible and index not in seconds
+        motors.append(n + extra if apart else index)
+        extra += apart
     return np.array(motors, dtype=np.int64)
 
 
@@ -276,7 +314,6 @@ def _coupled(arm: Arm, free: tuple[int, ...], ratios: Array) -> Coupled | None:
 
 def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     """The mechanics of an arm with closed loops: its chains one after another; coordinates are the driven joints."""
-    refuse_loops(arm, closed=True)
     if arm.coupling is not None:
         raise InputError(refused_coupling(arm))
     raise_faults(
@@ -284,16 +321,18 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
         for name, shape in zip(arm.joint_names, shapes, strict=True)
         if shape.flexible and shape.rotor_inertia is not None and not shape.full
     )
-    motors, arm = _motors(shapes), _mounted(arm, shapes, ratios)
     assert arm.linkage is not None
-    loops, c = arm.linkage.loops, arm.n + sum(shape.flexible for shape in shapes)
+    loops = arm.linkage.loops
+    motors, arm = _motors(shapes, [second for _, second in loops.shared]), _mounted(arm, shapes, ratios)
+    assert arm.linkage is not None
+    c = max(arm.n, int(motors.max()) + 1)
     whole, follow, ends = linkage_records(arm.linkage)
     links, rotors, bodies, screws = list[Any](), list[Any](), list[Any](), list[Array]()
     chains, joints, first = list[tuple[int, ...]](), list[int](), np.zeros(4, np.int64)  # link, rotor, body, entry
     felt, at = np.full(c, -1), np.zeros(c, np.int64)  # row and link that the motor of each coordinate turns
     for chain, path in zip(chain_arms(arm), loops.paths, strict=True):
         own = {j: int(whole["coordinate"][joint]) for j, joint in enumerate(path) if joint in loops.driven}
-        free = [j for j, i in own.items() if shapes[i].flexible and chain.rotors[j] is not None]
+        free = [j for j, i in own.items() if motors[i] >= arm.n and chain.rotors[j] is not None]
         model, n, row = packed(chain, tuple(free)), chain.n, len(joints)
         turned = {i: j for j, i in own.items() if felt[i] < 0 or chain.rotors[j] is not None}
         turned |= {int(motors[own[j]]): n + k for k, j in enumerate(free)}

@@ -165,7 +165,8 @@ def _put_mechanics(block: _Block, body: Mechanics) -> None:
     """Append the constants and the working memory of the equations of motion."""
     n, c, bound, loops = body.n, body.c, body.coupled, body.loops
     coordinates = np.zeros(c, r.COORDINATE)
-    coordinates["motor"][:n], coordinates["ratio"][:n] = body.motors, body.ratios
+    coordinates["link"][:n], coordinates["motor"][:n] = body.loads, body.motors
+    coordinates["ratio"][:n], coordinates["zero"][:n] = body.ratios, body.zeros
     for name, row in zip(("inertia", "weight", "phase", "rotor"), body.constant, strict=True):
         coordinates[name] = row
     coordinates["dry"]["load_sign"] = 1
@@ -261,9 +262,9 @@ def _put_coordinates(placed: _Placed, block: _Block, body: Mechanics, joints: Se
     found: dict[str, tuple[int, int]] = {}
     for what, of_motor in (("position", "deflection"), ("speed", "shaft_speed")):
         value, rate = (int(place_in(r.COORDINATE, name) or 0) for name in (what, f"{what}_rate"))
-        own = [(f"{joint}.{kinds[i]}{what}", i) for i, joint in enumerate(joints)]
-        own += [(f"{joints[i]}.{of_motor}", int(body.motors[i])) for i in body.springs]
-        found |= {name: (first + k * size + value, first + k * size + rate) for name, k in own}
+        own = {k: f"{joints[k]}.{kinds[k]}{what}" for k in range(body.n) if body.loads[k] == k}
+        own |= {int(body.motors[i]): f"{joints[i]}.{of_motor}" for i in body.springs}
+        found |= {own[k]: (first + k * size + value, first + k * size + rate) for k in sorted(own)}
     moving = {name: at for name, at in placed.states.items() if at[1] >= 0}
     memory = {name: at for name, at in placed.states.items() if at[1] < 0}
     placed.states.clear()

@@ -177,6 +177,7 @@ def plan(scene: Scene) -> Plan:
     _check_shafts(instances)
     _check_meshes_alone(instances)
     _check_belts(instances, body)
+    _check_second_motors(instances, body, scene.joints)
     known = directory(instances, whole, [i in body.springs for i in range(body.n)])
     groups, accounts = ordered(instances), ordered(instances, outputs=True)
     memory = lay_out(groups, accounts, body, known, scene.joints)
@@ -223,7 +224,7 @@ def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Arra
     numbers = memory.numbers.copy()
     at = memory.view(numbers, "coordinates")
     if scene.position is not None:
-        at["position"][: body.n] = body.coordinates_of(scene.position)
+        at["position"][: body.n] = body.places_of(scene.position)
     equations.evaluate_signals(numbers)
     pairs = memory.view(numbers, "pairs").reshape(body.c, body.c)
     return pairs["mass"], np.diagonal(pairs["felt"])
@@ -231,7 +232,7 @@ def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Arra
 
 def coordinate_names(body: Mechanics, scene: Scene) -> list[str]:
     """Names of the coordinates: joints, then motors behind springs."""
-    names = [*scene.joints, *[""] * len(body.springs)]
+    names = [*scene.joints, *[""] * (body.c - body.n)]
     for i in body.springs:
         names[body.motors[i]] = f"motor of {scene.joints[i]}"
     return names
@@ -296,6 +297,30 @@ def _check_belts(instances: Sequence[Instance], body: Mechanics) -> None:
         for one in instances
         if one.place.joint in belts and {MOTOR_HOLD_FORWARD, MESH_DRIVING} & set(one.ports.contributes)
     )
+
+
+def _check_second_motors(instances: Sequence[Instance], body: Mechanics, joints: Sequence[str]) -> None:
+    """Raises InputError if an axis with two motors has dry friction at the second joint, or a model of one motor."""
+    seconds, pairs = {second for _, second in body.shared}, {i for pair in body.shared for i in pair}
+    faults = []
+    for one in instances:
+        own = {signal.name for signal in one.ports.contributes}
+        if one.place.joint in seconds and own & {JOINT_HOLD_FORWARD.name, SURFACE_SPEED.name}:
+            faults.append(Fault(one.title, "acts at the joint of a second motor", None, "state it at the first motor"))
+        if pairs and "scene.mass_matrix" in one.needs:
+            faults.append(Fault(one.title, "knows one motor a joint only, and an axis here has two"))
+    push = [body.preloads[first] + body.preloads[second] for first, second in body.shared]
+    faults += [
+        Fault(f"effects[{joints[first]!r}]", "push the other motor by more or less than it pushes them [N m]", left)
+        for (first, _), left in zip(body.shared, push, strict=True)
+        if left
+    ]
+    faults += [
+        Fault(f"effects[{joints[i]!r}]", "have a preload but no second motor on the axis", preload)
+        for i, preload in enumerate(body.preloads)
+        if preload and i not in pairs
+    ]
+    raise_faults(faults)
 
 
 def _state_units(instances: Sequence[Instance], memory: Memory, scene: Scene) -> dict[str, str]:

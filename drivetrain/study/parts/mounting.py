@@ -214,10 +214,13 @@ def _both(task: JointTask, preload: float) -> tuple[JointTask, JointTask]:
     own = tuple(one for one in own if one.stiffness or one.gas_force or one.torque or one.torques)
     halves = []
     for name, push in zip(sharing, (preload, -preload), strict=True):
-        # The other motor pushes against this one, in the joint's own coordinate.
-        other = (Counterbalance(torque=-push / (task.travel_per_turn or 1.0)),) if push else ()
-        halves.append(replace(half, name=name, preload=push, counterbalances=own + other))
+        halves.append(replace(half, name=name, preload=push, counterbalances=own + _pushed(half, push)))
     return halves[0], replace(halves[1], contained=None)  # what the links hold is taken out once
+
+
+def _pushed(task: JointTask, push: float) -> tuple[Counterbalance, ...]:
+    """How the other motor pushes against one of two, in the joint's own coordinate."""
+    return (Counterbalance(torque=-push / (task.travel_per_turn or 1.0)),) if push else ()
 
 
 def _balance(one: Counterbalance, times: float) -> Counterbalance:
@@ -236,19 +239,44 @@ def two_as_one(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[s
     Raises:
         InputError: Motors that push against each other, of which each carries another load, or that are not equal.
     """
-    pairs = {task.sharing: task for task in study.joints if task.sharing[:1] == (task.name,)}
+    pairs = motor_pairs(study)
     if not pairs:
         return study, dict(drives)
-    faults = [
-        Fault(f"joints.{name}.preload", "two motors that push against each other are not computed here", task.preload,
-              "without a preload they are, as one of twice the size")
-        for (name, _), task in pairs.items() if task.preload
+    raise_faults(replace(fault, file=study.path) for fault in _apart(study, drives))
+    names = {first for first, _ in pairs}
+    study = as_single(study)
+    return study, {
+        task.name: _twice(drives[task.name]) if task.name in names else drives[task.name]
+        for task in study.joints if task.name in drives
+    }  # fmt: skip
+
+
+def run_apart(study: Study, drives: Mapping[str, Drive]) -> bool:
+    """Whether two motors of an axis push against each other or are unequal, so that none of twice the size is both."""
+    return bool(_apart(study, drives))
+
+
+def motor_pairs(study: Study) -> list[tuple[str, str]]:
+    """Names of the first and the second motor of each axis that has two."""
+    return [(task.sharing[0], task.sharing[1]) for task in study.joints if task.sharing[:1] == (task.name,)]
+
+
+def _apart(study: Study, drives: Mapping[str, Drive]) -> list[Fault]:
+    tasks = {task.name: task for task in study.joints}
+    return [
+        Fault(f"joints.{name}.preload", "two motors that push against each other are not computed here",
+              tasks[name].preload, "without a preload they are, as one of twice the size; simulations know them")
+        for name, _ in motor_pairs(study) if tasks[name].preload
     ] + [
         Fault(f"joints.{name}", "has two motors that are not equal, which is not computed here")
-        for name, second in pairs if name in drives and drives[name] != drives.get(second, drives[name])
+        for name, second in motor_pairs(study) if name in drives and drives[name] != drives.get(second, drives[name])
     ]  # fmt: skip
-    if faults:
-        raise InputError([replace(fault, file=study.path) for fault in faults])
+
+
+def as_single(study: Study) -> Study:
+    """A study with one task and one row for each axis with two motors, that of both; no preload."""
+    if not motor_pairs(study):
+        return study
     rows = [i for i, task in enumerate(study.joints) if task.sharing[1:] != (task.name,)]
     cycle, joints = study.cycle, tuple(_whole(study.joints[i]) for i in rows)
     times = np.array([2.0 if study.joints[i].sharing else 1.0 for i in rows])
@@ -256,18 +284,14 @@ def two_as_one(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[s
     torque = None if cycle.torque is None else cycle.torque[:, rows] * times
     cycle = replace(cycle, joint_names=tuple(task.name for task in joints), torque=torque, **series)
     arm = None if study.arm is None or study.arm.linkage is None else study.arm.linkage.chains[0]
-    names = {name for name, _ in pairs}
-    kept = {task.name: drives[task.name] for task in joints if task.name in drives}
-    return replace(study, arm=arm, cycle=cycle, joints=joints), {
-        name: _twice(drive) if name in names else drive for name, drive in kept.items()
-    }
+    return replace(study, arm=arm, cycle=cycle, joints=joints)
 
 
 def _whole(task: JointTask) -> JointTask:
     """The task of both motors of an axis, as one; of another joint its own."""
     if not task.sharing:
         return task
-    inertia, way = task.load_inertia, task.housing_to_ambient
+    inertia, way, pushed = task.load_inertia, task.housing_to_ambient, _pushed(task, task.preload or 0.0)
     return replace(
         task, sharing=(), preload=None, friction=times_as_large(task.friction, 2.0),
         motor_friction=None if task.motor_friction is None else times_as_large(task.motor_friction, 2.0),
@@ -275,7 +299,7 @@ def _whole(task: JointTask) -> JointTask:
         amplifier=times_as_large(task.amplifier, 2.0), stop=times_as_large(task.stop, 2.0),
         amplifiers=tuple(times_as_large(one, 2.0) for one in task.amplifiers),
         brakes=tuple(times_as_large(one, 2.0) for one in task.brakes),
-        counterbalances=tuple(_balance(one, 2.0) for one in task.counterbalances),
+        counterbalances=tuple(_balance(one, 2.0) for one in task.counterbalances if one not in pushed),
     )  # fmt: skip
 
 
