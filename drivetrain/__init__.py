@@ -1,6 +1,6 @@
-"""Can this motor and gear drive this arm through these motions? The names to begin with; the rest is in the rooms.
+"""Sizing of motors and gears for robot arms: whether a drive can perform given motions, and which drives to choose.
 
-Every public name of a room is found here as well: ``dt.cuboid`` is ``dt.spatial.cuboid``.
+Every public name of a subpackage is available here as well: ``dt.cuboid`` is ``dt.spatial.cuboid``.
 """
 
 from __future__ import annotations
@@ -71,13 +71,13 @@ _SHELL = {command: f"`drivetrain {command}` is dt.{name} in Python" for command,
 
 @cache
 def _homes() -> dict[str, str]:
-    """Where each public name is taken from: the errors from their module, all else from its room."""
+    """Module or subpackage of each public name: the errors from their module, all others from their subpackage."""
     errors = {name: home for name, home in homes("drivetrain").items() if home == "drivetrain.errors"}
     return errors | {name: f"drivetrain.{room}" for room in _ROOMS for name in homes(f"drivetrain.{room}")}
 
 
 def __getattr__(name: str) -> Any:
-    """A room, or a public name of one, imported when it is first used."""
+    """A subpackage or a public name, imported on first use."""
     if name in _ROOMS:
         return import_module(f"drivetrain.{name}")
     if name == "__all__":

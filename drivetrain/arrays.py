@@ -1,4 +1,4 @@
-"""Array types and the checks made at the doors of the package."""
+"""Array types, and checks of arrays and numbers given by users."""
 
 from __future__ import annotations
 
@@ -15,19 +15,22 @@ Mask = NDArray[np.bool_]
 
 
 def frozen_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
-    """A read-only float copy of a value whose shape and numbers have been checked."""
+    """A read-only float copy of a value, after checking its shape and numbers."""
     return read_only(checked_array(value, shape, name).copy())
 
 
 def read_only(values: Any) -> Any:
-    """An array itself, which can no longer be written to."""
+    """The same array, made read-only."""
     array = np.asarray(values)
     array.setflags(write=False)
     return array
 
 
 def checked_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
-    """A float array (not copied when it already is one) of a shape, None for any length, and of usable numbers."""
+    """A value as a float array (not copied if it is one already), after checking its shape and numbers.
+
+    ``shape`` has None for axes of any length.
+    """
     wanted = "(" + ", ".join("N" if size is None else str(size) for size in shape) + ")"
     try:
         array = real_array(value)
@@ -45,7 +48,7 @@ def checked_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
 
 
 def checked_number(value: Any, name: str, unit: str, *, above: float = -LARGEST, least: float = -LARGEST) -> float:
-    """A number that can be calculated with, larger than ``above`` and not smaller than ``least`` [unit]."""
+    """A value as a float, checked to be finite, above ``above`` and at least ``least`` [unit]."""
     number = float(checked_array(value, (), name))
     if number <= above and above > -LARGEST:
         raise InputError(Fault(name, f"must be above {above:g} [{unit}]", number))
@@ -57,7 +60,7 @@ def checked_number(value: Any, name: str, unit: str, *, above: float = -LARGEST,
 def checked_numbers(
     named: Mapping[str, tuple[Any, str]], *, above: float = -LARGEST, least: float = -LARGEST
 ) -> list[float]:
-    """Several numbers of one range, all faults reported at once."""
+    """Several numbers with the same range; all faults are reported together."""
     faults = Faults()
     numbers = [
         faults.attempt(checked_number, value, name, unit, above=above, least=least)
@@ -68,7 +71,7 @@ def checked_numbers(
 
 
 def axes_of(value: Any) -> int:
-    """How many axes a value has as an array."""
+    """Number of axes of a value as an array."""
     try:
         return np.ndim(value)
     except ValueError:
@@ -76,17 +79,17 @@ def axes_of(value: Any) -> int:
 
 
 def real_array(value: Any) -> Array:
-    """The value as contiguous float64, of any shape; raises TypeError or ValueError where it is no real numbers."""
+    """The value as contiguous float64 of any shape; raises TypeError or ValueError if it is not real numbers."""
     if isinstance(value, np.ndarray) and value.dtype == np.float64:
         return np.asarray(value, order="C")
     if np.iscomplexobj(value):
-        raise TypeError("complex numbers")  # of which numpy would drop a part
+        raise TypeError("complex numbers")  # numpy would drop the imaginary part
     return np.asarray(value, dtype=np.float64, order="C")
 
 
 def within_reach(array: Array) -> bool:
     """Whether all numbers are finite and small enough to calculate with."""
-    # No temporary array; a NaN makes both comparisons false.
+    # Without a temporary array; with a NaN both comparisons are false.
     return array.size == 0 or bool(array.min() >= -LARGEST and array.max() <= LARGEST)
 
 
@@ -104,7 +107,7 @@ def batch(value: Any, width: int, name: str) -> Array:
 
 
 def samples(n: int, named: dict[str, Any]) -> list[Array]:
-    """Samples as arrays of one shape, (N, n); that they are finite is left to the recursion, which sees it anyway."""
+    """Samples as arrays of one shape, (N, n); whether they are finite is checked by the recursion."""
     try:
         arrays = [real_array(value) for value in named.values()]
     except (TypeError, ValueError, OverflowError):
@@ -112,12 +115,12 @@ def samples(n: int, named: dict[str, Any]) -> list[Array]:
     shape = arrays[0].shape
     if len(shape) not in (1, 2) or shape[-1] != n or any(array.shape != shape for array in arrays):
         raise wrong_samples(n, named)
-    # Kernels are compiled for arrays that may be written to; others would have them compiled again.
+    # Kernels are compiled for writable arrays; read-only ones would need another compilation.
     return [(array if array.flags.writeable else array.copy()).reshape(-1, n) for array in arrays]
 
 
 def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
-    """As ``samples``, and every number is finite and not too large."""
+    """As ``samples``, and checks that all numbers are finite and not too large."""
     arrays = samples(n, named)
     if not all(within_reach(array) for array in arrays):
         raise wrong_samples(n, named)

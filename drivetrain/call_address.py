@@ -1,4 +1,4 @@
-"""Calling a function of C by its address, so that what calls it is compiled once, whatever it is."""
+"""Call of a C function by its address, so that the caller is compiled once for all functions."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-_intrinsic: Any = intrinsic  # what it decorates is called with one argument less than it takes
+_intrinsic: Any = intrinsic  # the decorated function is called without its first argument
 
 
 @_intrinsic
 def call_address(typing: Any, address: Any, given: Any) -> Any:
-    """Inside compiled code: call a C function without result; of a tuple, integers are pointers, all else is as it is.
+    """Inside compiled code: call a C function without result, with the items of a tuple as arguments.
 
-    An array is handed over as ``array.ctypes.data``; the caller sees to it that the array lives.
+    Integers are passed as pointers, other items unchanged. An array is passed as ``array.ctypes.data``; the caller must
+    keep the array alive.
     """
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:

@@ -1,6 +1,6 @@
-"""The command line. Exit codes: 0 it fits, 1 it does not fit, 2 the input is wrong, 3 it failed, 130 interrupted.
+"""The command line. Exit codes: 0 fits, 1 does not fit, 2 wrong input, 3 internal error, 130 interrupted.
 
-Everything heavy is imported inside the command that needs it, so that ``--help`` is there at once.
+Modules that are slow to import are imported inside the commands that need them, so that ``--help`` is fast.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from drivetrain.version import __version__
 
 
 class _Commands(TyperGroup):
-    """The commands; what is wrong with an option, in the program's words alone."""
+    """The group of commands; removes pydantic's prefix from messages about options."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -56,19 +56,20 @@ for one in COMMANDS:
 catalogs.command("lint")(catalog.lint)
 catalogs.command("import")(catalog.import_)
 
-COLLECT_AFTER = 100_000  # new objects
+COLLECT_AFTER = 100_000  # new objects between garbage collections
 
 
 def main() -> None:
-    """Run the command that the command line names."""
+    """Run the command that is given on the command line."""
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # numpy is not loaded yet; its threads only wait on matrices as small as these
-    gc.set_threshold(COLLECT_AFTER, 20, 100)  # a tenth of the time to compile goes into looking for garbage otherwise
+        # Before numpy is loaded: for small matrices its threads cost more than they gain.
+        os.environ.setdefault(name, "1")
+    gc.set_threshold(COLLECT_AFTER, 20, 100)  # otherwise garbage collection takes a tenth of the compile time
     try:
         app()
     except SystemExit as end:
         code = end.code
-    except Exception as error:  # a broken installation, mostly: commands report their own
+    except Exception as error:  # usually a broken installation, since commands report their own errors
         code = failure(error)
     try:
         sys.stdout.flush()
@@ -93,8 +94,8 @@ def _options(
         bool, typer.Option("--trust-xacro", help="Let the expressions of xacro files execute any code.")
     ] = False,
 ) -> None:
-    """What stands before the command's name."""
-    if debug:  # both in the environment, for the processes that a command starts
+    """Options before the command's name."""
+    if debug:  # both as environment variables, for the processes that a command starts
         os.environ[DEBUG] = "1"
     if trust_xacro:
         from drivetrain.arm.files.xml import TRUSTED

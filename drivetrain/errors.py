@@ -1,6 +1,6 @@
-"""The errors of the package: wrong input raises, a drive that does not fit is a result.
+"""The errors of the package: wrong input raises an error; a drive that does not fit is a result, not an error.
 
-Every error that a user can cause is an ``InputError`` and lists all faults found, not the first one.
+Every error that a user can cause is an ``InputError`` that lists all faults found, not only the first one.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-# Characters that command a terminal or turn text round, and lone surrogates.
+# Control characters of terminals, characters that change the direction of text, and lone surrogates.
 _COMMANDS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
-_LONGEST = 200  # characters of a value or a place, as shown; of a sentence ten times that
+_LONGEST = 200  # largest number of characters of a value or a place in a message; ten times that for a sentence
 _T = TypeVar("_T")
-LARGEST = 1e60  # of any number that comes in, in SI: far beyond all machines, and its fifth power is still a number
+LARGEST = 1e60  # largest accepted number in SI: far beyond all machines, and its fifth power is still finite
 
 
 class DrivetrainError(Exception):
-    """Base of every error this package raises on purpose."""
+    """Base class of all errors that this package raises."""
 
 
 class PhysicsWarning(UserWarning):
-    """Input that is allowed but hard to believe, such as an inertia that breaks the triangle inequality."""
+    """Input that is allowed but implausible, such as an inertia that violates the triangle inequality."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,11 @@ class Fault:
     """One fault of the input, described so that it can be fixed.
 
     Attributes:
-        place: Where it stands: a path such as ``joints.elbow.gear`` or ``row 12, column Kt [mNm/A]``.
-        problem: What is wrong and what is allowed, in words, with units.
-        value: What was found there, as the user wrote it.
+        place: Place of the fault, such as ``joints.elbow.gear`` or ``row 12, column Kt [mNm/A]``.
+        problem: What is wrong and what is allowed, as text with units.
+        value: The value as the user wrote it.
         hint: The fix, such as the nearest known name.
-        file: The file it stands in, if any.
+        file: The file that contains it, if any.
     """
 
     place: str
@@ -60,12 +60,12 @@ def _cut(text: str, longest: int = _LONGEST) -> str:
 
 
 def plain(text: str) -> str:
-    """A text with its control characters spelled out: none reaches a terminal."""
+    """A text with its control characters escaped, so that none reaches a terminal."""
     return _COMMANDS.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 class InputError(DrivetrainError, ValueError):
-    """Input that cannot be used; ``faults`` holds every fault found."""
+    """Input that cannot be used; ``faults`` contains every fault found."""
 
     def __init__(self, faults: Fault | Iterable[Fault]):
         self.faults: tuple[Fault, ...] = (faults,) if isinstance(faults, Fault) else tuple(faults)
@@ -73,7 +73,7 @@ class InputError(DrivetrainError, ValueError):
 
 
 class Faults:
-    """Collects the faults of several checks, so that all are reported at once; ``file`` is where they stand, if any."""
+    """Collects the faults of several checks, so that all are reported together; ``file`` contains them, if given."""
 
     def __init__(self, file: str = "") -> None:
         self.found: list[Fault] = []
@@ -83,7 +83,7 @@ class Faults:
         self.found.append(Fault(place, problem, value, hint, self.file))
 
     def attempt(self, check: Callable[..., _T], *values: Any, **named: Any) -> _T | None:
-        """What a check returns, or None with its faults noted."""
+        """The return value of a check; if it raises ``InputError``, None, and its faults are added."""
         try:
             return check(*values, **named)
         except InputError as error:
@@ -91,7 +91,7 @@ class Faults:
             return None
 
     def raise_any(self) -> None:
-        """Raise what was found, if anything, each once."""
+        """Raise the collected faults, without duplicates, if there are any."""
         raise_faults({str(fault): fault for fault in self.found}.values())
 
 
@@ -103,7 +103,7 @@ def raise_faults(faults: Iterable[Fault]) -> None:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """The hint that names the closest known names, or the known names themselves when few."""
+    """Hint with the known names closest to ``name``, or with all known names if there are few."""
     names = sorted(set(known))
     close = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
     if not close and len(name) > 2:
@@ -117,7 +117,11 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def whole_name(place: str, what: str, short: str, names: Iterable[str], faults: list[Fault]) -> str:
-    """The name itself; else the only one that begins with it, or contains it: elbow for elbow_joint; else a fault."""
+    """The full name for an abbreviation, such as elbow_joint for elbow.
+
+    This is the name itself, or the only known name that begins with it, or the only one that contains it. Otherwise a
+    fault is added.
+    """
     known, low = list(names), short.lower()
     kinds = (
         [name for name in known if name == short],
@@ -133,7 +137,7 @@ def whole_name(place: str, what: str, short: str, names: Iterable[str], faults: 
 
 
 def whole_names(place: str, what: str, wanted: Iterable[str], names: Iterable[str]) -> list[str]:
-    """Names as they are known, each as above; raises every one that none or several begin with or contain."""
+    """Full names for abbreviations, as ``whole_name``; raises ``InputError`` with all unknown and ambiguous ones."""
     faults, known = list[Fault](), list(names)
     found = [whole_name(place, what, one, known, faults) for one in wanted]
     raise_faults(faults)
@@ -143,7 +147,7 @@ def whole_names(place: str, what: str, wanted: Iterable[str], names: Iterable[st
 def by_whole_name(
     place: str, what: str, given: Mapping[str, _T], names: Iterable[str], faults: list[Fault]
 ) -> dict[str, _T]:
-    """What is given by names, by the whole ones."""
+    """A mapping with abbreviated names as keys, with full names instead, as ``whole_name``."""
     known, found = list(names), dict[str, _T]()
     for short, value in given.items():
         name = whole_name(f"{place}.{short}", what, short, known, faults)

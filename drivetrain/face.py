@@ -1,10 +1,10 @@
-"""What ``dt`` and its rooms show, and what a call with arguments of the wrong kind says.
+"""Public names of ``dt`` and its subpackages, imported on first use, and messages for arguments of wrong types.
 
-A room's ``__init__`` imports its public names for type checkers alone. That list is read here, so that it is the one
-place that names them, and each is imported when it is first used.
+The ``__init__`` of a subpackage imports its public names for type checkers only. This list is read here, so that it is
+the only place that names them.
 
-A call that succeeds is not looked at. Where one ends in an error of Python's own, its arguments are held against the
-function's annotations; where these are right the error is ours and stays as it is.
+Calls that succeed are not checked. If a call raises an error of Python, its arguments are compared with the function's
+annotations; if these agree, the error is internal and is raised unchanged.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _PACKAGE = Path(__file__).resolve().parent
 
 @cache
 def homes(room: str) -> dict[str, str]:
-    """The public names of a room, and the module in which each lives."""
+    """The public names of a subpackage with the module of each."""
     source = _PACKAGE.joinpath(*room.split(".")[1:], "__init__.py").read_text(encoding="utf-8")
     block = next(node for node in ast.parse(source).body if isinstance(node, ast.If))
     imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
@@ -35,7 +35,7 @@ def homes(room: str) -> dict[str, str]:
 
 
 def shown(room: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """The ``__getattr__`` and the ``__dir__`` of a room."""
+    """The ``__getattr__`` and the ``__dir__`` of a subpackage."""
 
     def load(name: str) -> Any:
         if name == "__all__":
@@ -43,7 +43,7 @@ def shown(room: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
         home = homes(room).get(name)
         if home is None:
             raise AttributeError(f"module {room!r} has no attribute {name!r}")
-        if home == room:  # a module, shown as it is
+        if home == room:  # a module
             return import_module(f"{room}.{name}")
         found = guarded(getattr(import_module(home), name), room)
         setattr(sys.modules[room], name, found)
@@ -56,10 +56,10 @@ def shown(room: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
 
 
 def guarded(found: Any, room: str) -> Any:
-    """A public function, or a class with its methods, which say which of their arguments are none that they take."""
+    """A public function or class whose calls report arguments of wrong names or types as ``InputError``."""
     if isinstance(found, types.FunctionType):
         call = _guard(found)
-        call.__module__ = room  # so that other processes find it
+        call.__module__ = room  # so that it can be pickled for other processes
         return call
     if isinstance(found, type) and not issubclass(found, Exception | Enum | tuple):
         for kind in (one for one in found.__mro__ if one.__module__.startswith("drivetrain.")):
@@ -93,7 +93,7 @@ def _guard(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def misused(function: Callable[..., Any], args: tuple[Any, ...], named: dict[str, Any]) -> list[Fault]:
-    """What is wrong with the names and the kinds of a call's arguments; what cannot be checked is accepted."""
+    """Faults of the names and types of a call's arguments; types that cannot be checked are accepted."""
     signature, called = inspect.signature(function), function.__qualname__.removesuffix(".__init__")
     known = list(signature.parameters)
     spreads = any(one.kind is one.VAR_KEYWORD for one in signature.parameters.values())
@@ -124,7 +124,7 @@ def misused(function: Callable[..., Any], args: tuple[Any, ...], named: dict[str
 
 
 def _is(value: Any, hint: Any) -> bool:
-    """Whether a value is of an annotated kind, as far as that can be seen."""
+    """Whether a value has an annotated type, as far as that can be checked."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
         return any(_is(value, one) for one in inner)
@@ -147,7 +147,7 @@ def _is(value: Any, hint: Any) -> bool:
 
 
 def _becomes_array(value: Any) -> bool:
-    """Whether numpy makes an array of numbers of it."""
+    """Whether numpy converts the value to an array of numbers."""
     import numpy as np
 
     try:

@@ -1,8 +1,8 @@
-"""The decorators of compiled code, and a disk cache that is right whatever source changes.
+"""The decorators of compiled code, and a disk cache that is valid after any change of source.
 
-Numba's own disk cache looks at the file of a kernel alone, not at the files of what the kernel calls. Here every module
-with kernels has a folder that bears the digest of that module and of all modules of the package that it imports: who
-changes a law begins a new folder, whether by an edit, a checkout or an upgrade.
+Numba's own disk cache checks only the file of a kernel, not the files of the functions that the kernel calls. Here each
+module with kernels has a cache folder named after the digest of that module and of all modules of the package that it
+imports, so that any change of a law, by an edit, a checkout or an upgrade, starts a new folder.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE = Path(__file__).resolve().parent
-ROOM = 200 << 20  # bytes that must be free on a disk: numba gives up where it cannot write
-SUMS = "sums.json"  # what the files of a folder were when a process that wrote them ended
-KEPT = 2  # folders of earlier sources, for who goes back and forth between two versions
-FAST = {"contract", "reassoc", "nsz", "arcp"}  # sums in any order, reciprocals; NaN (unknown) stays NaN
+ROOM = 200 << 20  # bytes that must be free on a disk: numba fails if it cannot write
+SUMS = "sums.json"  # checksums of a folder's files, written when a process that wrote files ends
+KEPT = 2  # number of folders of earlier sources to keep, for switching between versions
+FAST = {"contract", "reassoc", "nsz", "arcp"}  # allows reordered sums and reciprocals; NaN (unknown) stays NaN
 _IMPORT = re.compile(
     r"^\s*(?:from\s+drivetrain\.([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)|import\s+drivetrain\.([\w.]+))", re.M
 )
 _SETTING, _REGISTERING = threading.Lock(), threading.RLock()
-_WAITING: list[tuple[Any, dict[str, Any]]] = []  # laws that numba does not know yet
-_USED: set[Path | None] = set()  # folders of the modules that are loaded; None: nothing can be kept
+_WAITING: list[tuple[Any, dict[str, Any]]] = []  # laws that are not registered with numba yet
+_USED: set[Path | None] = set()  # cache folders of the loaded modules; None: caching is impossible
 
 
 def law(function: Any = None, **options: Any) -> Any:
-    """What compiled code calls, kept on disk with it; Python calls it as it stands. Options of ``numba.njit``."""
+    """Decorator of a function that compiled code calls, and that Python calls uncompiled; options of ``numba.njit``."""
     if function is None:
         return lambda function: law(function, **options)
     _WAITING.append((function, {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, **options}))
@@ -45,7 +45,7 @@ def law(function: Any = None, **options: Any) -> Any:
 
 
 def kernel(function: Any = None, **options: Any) -> Any:
-    """A function that Python calls, compiled with options of ``numba.njit`` and kept on disk."""
+    """Decorator of a function that Python calls compiled, cached on disk; options of ``numba.njit``."""
     if function is None:
         return lambda function: kernel(function, **options)
     given = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, **options}
@@ -53,22 +53,22 @@ def kernel(function: Any = None, **options: Any) -> Any:
 
 
 def callback(signature: Any, function: Any) -> Any:
-    """A function with an address, of a signature of C types, kept on disk; compiled at once."""
+    """A C callback of a function with a signature of C types, compiled immediately and cached on disk."""
     return _in_folder(function, lambda keep: _numba().cfunc(signature, cache=keep, error_model="numpy")(function))
 
 
 def cold() -> bool:
-    """Whether nothing of what is loaded is compiled yet; some of it may never be called, so not each must be."""
+    """Whether no function of the loaded modules has been compiled yet; some may never need compiling."""
     return not any(folder is not None and any(folder.rglob("*.nbc")) for folder in _USED)
 
 
 def kept() -> bool:
-    """Whether what is compiled is there at the next run."""
+    """Whether compiled functions can be cached for the next run."""
     return None not in _USED
 
 
 def _numba() -> Any:
-    """The compiler, with every law registered."""
+    """The module numba, with all laws registered."""
     import numba
 
     _register()
@@ -76,18 +76,19 @@ def _numba() -> Any:
 
 
 def _register() -> None:
-    """Make known to compiled code the laws that stood before it was needed: who reads a study needs no compiler."""
-    import numba  # noqa: F401  whole first: another thread may be at it, and two ways into its modules lock each other out
+    """Register with numba the laws that were defined before it was imported; reading a study does not need numba."""
+    import numba  # noqa: F401  first as a whole: two threads that import its modules in different order would deadlock
     from numba.extending import register_jitable
 
-    with _REGISTERING:  # who finds none waiting must not compile before another thread has made the last one known
+    # A thread that finds no law waiting must not compile before another thread has registered the last one.
+    with _REGISTERING:
         while _WAITING:
             function, options = _WAITING.pop()
             register_jitable(**options)(function)
 
 
 def _in_folder(function: Any, compiled: Callable[[bool], Any]) -> Any:
-    """What numba makes of a function while its cache is the folder of the function's module; kept or not."""
+    """Compile a function with the cache folder of its module; ``compiled`` takes whether to cache."""
     config = _numba().config
     folder = _folder(Path(sys.modules[function.__module__].__file__ or __file__).resolve())
     _USED.add(folder)
@@ -105,7 +106,7 @@ def _in_folder(function: Any, compiled: Callable[[bool], Any]) -> Any:
 
 @cache
 def _folder(module: Path) -> Path | None:
-    """Of a module's kernels, made afresh when a source has changed; None where nothing can be written."""
+    """The cache folder of a module for its current sources; None if none can be written."""
     sources = blake2b(f"{_numba().__version__} {sys.version}".encode(), digest_size=8)
     for path in sorted(_closure(module)):
         sources.update(path.read_bytes())
@@ -125,20 +126,20 @@ def _folder(module: Path) -> Path | None:
 
 
 def _drop_damaged(folder: Path) -> None:
-    """Take away files that are not what was written, which numba would run; made anew when they are needed.
+    """Remove damaged cache files, which numba would execute; they are compiled again when needed.
 
-    Of files that a process has written which was killed, or still runs, beginning and end are looked at.
+    Of files without a checksum, from a process that was killed or still runs, only beginning and end are checked.
     """
     sums = _sums(folder)
     for file in folder.rglob("*.nb?"):
         content = file.read_bytes()
-        whole = content[:1] == b"\x80" and content[-1:] == b"."  # as every pickle
+        whole = content[:1] == b"\x80" and content[-1:] == b"."  # first and last byte of a pickle
         if not whole or sums.get(_written(file), zlib.crc32(content)) != zlib.crc32(content):
             file.unlink(missing_ok=True)
 
 
 def _written(file: Path) -> str:
-    """What a sum is of: another process may write the file anew, and note its own sums only when it ends."""
+    """Key of a checksum, with the time of writing: another process may rewrite a file, and store sums when it ends."""
     return f"{file.name} {file.stat().st_mtime_ns}"
 
 
@@ -152,7 +153,7 @@ def _sums(folder: Path) -> dict[str, int]:
 
 @atexit.register
 def _keep_sums() -> None:
-    """Note what the files are that this process leaves."""
+    """Store the checksums of the cache files when this process ends."""
     for folder in _USED - {None}:
         assert folder is not None
         try:
@@ -161,12 +162,12 @@ def _keep_sums() -> None:
                 beside = folder / f"{SUMS}.{os.getpid()}"
                 beside.write_text(json.dumps(sums), encoding="utf-8")
                 beside.replace(folder / SUMS)
-        except OSError:  # another process clears it, or the disk is full: the next looks closer
+        except OSError:  # another process clears the folder, or the disk is full: the next one checks the files itself
             continue
 
 
 def _clear(base: Path, name: str) -> None:
-    """Take away the folders of a module that were made of sources long gone."""
+    """Remove the cache folders of earlier sources of a module, except the latest ``KEPT``."""
     found = sorted(base.glob(f"{name}-????????????????"), key=lambda path: path.stat().st_mtime)
     for old in found[: -(KEPT + 1)]:
         shutil.rmtree(old, ignore_errors=True)
@@ -174,7 +175,7 @@ def _clear(base: Path, name: str) -> None:
 
 @cache
 def _places() -> tuple[Path, ...]:
-    """Where caches may lie, the best first: where the user says, beside the code, in the user's folder for caches."""
+    """Possible cache locations in order of preference: set by the user, beside the code, the user's cache folder."""
     own = os.environ.get("NUMBA_CACHE_DIR")
     if own:
         return (Path(own) / "drivetrain",)

@@ -1,29 +1,27 @@
-"""The functions of section 8.11 of Modern Robotics, under the book's own names and with its arguments.
+"""The functions of section 8.11 of Modern Robotics, with the book's names and arguments.
 
-A reader of the book changes ``import modern_robotics as mr`` to ``import drivetrain.modern_robotics as mr``. All of it
-is this package's dynamics in the book's clothes; an arm is built once for each content of ``Mlist``, ``Glist`` and
-``Slist`` and remembered. For rotors, URDF files and the rest, use the ``Arm``; ``drivetrain.arm.lists`` turns
-one into such lists.
+A reader of the book changes ``import modern_robotics as mr`` to ``import drivetrain.modern_robotics as mr``. The
+functions call this package's dynamics; an arm is built once for each content of ``Mlist``, ``Glist`` and ``Slist``, and
+cached. For rotors, URDF files and so on, use ``Arm``; ``drivetrain.arm.lists`` converts an arm to such lists.
 
-The other chapters' functions (``FKinSpace``, ``CubicTimeScaling``, ...) are those of the package ``modern_robotics``
-where it is installed, so that a reader's whole program runs with the one line changed.
+The functions of other chapters (``FKinSpace``, ``CubicTimeScaling``, ...) are those of the package ``modern_robotics``,
+if it is installed, so that a whole program runs with only this line changed.
 
-Conventions, the book's: ``Mlist`` holds n + 1 poses, of link frame i in link frame i-1 at zero, the first in the base
-frame and the last of the end effector in link n [m]; ``Glist`` n spatial inertias in the link frames [kg m^2, kg m,
-kg], whose origins need not be the centres of mass; ``Slist`` n screw axes in the base frame, as columns, (6, n).
-Twists are (angular, linear), wrenches (moment, force). A screw axis that is not unit, as the first in the examples of
-the book's own package, moves its joint that much farther for the same ``theta``, there as here.
+Conventions of the book: ``Mlist`` contains n + 1 poses, of link frame i in link frame i-1 at zero, the first in the
+base frame and the last of the end effector in link n [m]; ``Glist`` n spatial inertias in the link frames [kg m^2, kg
+m, kg], whose origins need not be the centres of mass; ``Slist`` n screw axes in the base frame, as columns, (6, n).
+Twists are (angular, linear), wrenches (moment, force). A screw axis that is not of unit length, as the first one in the
+examples of the book's package, scales the motion of its joint for a given ``theta``, in both packages.
 
-What the arguments are: ``thetalist``, ``dthetalist``, ``ddthetalist`` positions, speeds, accelerations [rad or m, and
-per s, s^2], (n,); ``taulist`` torques [N m; N at a prismatic joint], (n,); ``thetamat`` and its like one row a sample,
-(N, n); ``g`` the acceleration of free fall in the base frame [m/s^2], (3,); ``Ftip`` what the end effector applies to
-the environment, in its frame [N m, N], (6,); ``Ftipmat`` that of every sample, (N, 6), 0 or None for nothing; ``dt``
-the time from sample to sample [s]. One posture may be a list, a vector or a column, as that package takes it in places;
-what comes back is a vector.
+Arguments: ``thetalist``, ``dthetalist``, ``ddthetalist`` positions, speeds, accelerations [rad or m, and per s, s^2],
+(n,); ``taulist`` torques [N m; N at a prismatic joint], (n,); ``thetamat`` and similar one row per sample, (N, n);
+``g`` the acceleration of free fall in the base frame [m/s^2], (3,); ``Ftip`` what the end effector applies to the
+environment, in its frame [N m, N], (6,); ``Ftipmat`` the same for every sample, (N, 6), 0 or None for nothing; ``dt``
+the time between samples [s]. A posture may be a list, a vector or a column, as in that package; results are vectors.
 
-Where this differs from the package ``modern_robotics`` 1.1: rotations below 1e-6 rad are made, not dropped; a mass
-matrix is never inverted; a zero for ``Ftipmat`` is taken as no tip forces, as that package promises and does not do;
-shapes, rotations and inertias are checked, and what is wrong raises ``InputError``.
+Differences from the package ``modern_robotics`` 1.1: rotations below 1e-6 rad are computed, not dropped; mass matrices
+are not inverted; zero for ``Ftipmat`` means no tip forces, as documented but not implemented there; shapes, rotations
+and inertias are checked, and faults raise ``InputError``.
 """
 
 from __future__ import annotations
@@ -42,7 +40,7 @@ from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import Fault, Faults, InputError, raise_faults
 from drivetrain.spatial.wrenches import bracket
 
-MOST_TURNS = 1e6  # steps of integration a row
+MOST_TURNS = 1e6  # largest number of integration steps per row
 
 
 def ad(V: Any) -> Array:
@@ -74,14 +72,14 @@ def VelQuadraticForces(thetalist: Any, dthetalist: Any, Mlist: Any, Glist: Any, 
 
 
 def GravityForces(thetalist: Any, g: Any, Mlist: Any, Glist: Any, Slist: Any) -> Array:
-    """The torques g that hold the arm still, (n,); sections 8.4 and 8.11."""
+    """The torques g that hold the arm at rest, (n,); sections 8.4 and 8.11."""
     chain = _chain(Mlist, Glist, Slist, g)
     (q,) = _posture(chain, {"thetalist": thetalist})
     return gravity_torque(chain.arm, q) * chain.scale
 
 
 def EndEffectorForces(thetalist: Any, Ftip: Any, Mlist: Any, Glist: Any, Slist: Any) -> Array:
-    """The torques ``J^T Ftip`` that press the end effector on the environment, (n,); equation 8.77, section 8.11."""
+    """The torques ``J^T Ftip`` for a wrench on the environment, (n,); equation 8.77, section 8.11."""
     chain = _chain(Mlist, Glist, Slist, np.zeros(3))
     (q,) = _posture(chain, {"thetalist": thetalist})
     return tip_torque(chain.arm, q, _vector(Ftip)) * chain.scale
@@ -90,14 +88,14 @@ def EndEffectorForces(thetalist: Any, Ftip: Any, Mlist: Any, Glist: Any, Slist: 
 def ForwardDynamics(
     thetalist: Any, dthetalist: Any, taulist: Any, g: Any, Ftip: Any, Mlist: Any, Glist: Any, Slist: Any
 ) -> Array:
-    """The accelerations that joint torques give, (n,); sections 8.5 and 8.11."""
+    """The accelerations due to joint torques, (n,); sections 8.5 and 8.11."""
     chain = _chain(Mlist, Glist, Slist, g)
     q, qd, tau = _posture(chain, {"thetalist": thetalist, "dthetalist": dthetalist, "taulist": taulist})
     return articulated_body(chain.arm, q, qd, tau / chain.scale**2, tip_wrench=_tip(_vector(Ftip))) / chain.scale
 
 
 def EulerStep(thetalist: Any, dthetalist: Any, ddthetalist: Any, dt: float) -> tuple[Array, Array]:
-    """Positions, by the old speeds, and speeds one step of Euler's first-order method later; section 8.11."""
+    """Positions and speeds after one explicit Euler step; section 8.11."""
     given = {"thetalist": thetalist, "dthetalist": dthetalist, "ddthetalist": ddthetalist}
     positions, speeds, accelerations = _all_values(given)
     step = checked_number(dt, "dt", "s")
@@ -119,12 +117,12 @@ def InverseDynamicsTrajectory(
 def InverseDynamicsTrajectoryFromPositions(
     thetamat: Any, dt: float, g: Any, Ftipmat: Any, Mlist: Any, Glist: Any, Slist: Any, resolution: Any = None
 ) -> Array:
-    """The joint torques of a motion given by its positions alone, (N, n): the book's exercise 8.14.
+    """The joint torques of a motion from its positions alone, (N, n): the book's exercise 8.14.
 
-    Differencing readings twice, as the exercise suggests, multiplies their noise by 2.4/dt^2: with a 12-bit encoder at
-    1 kHz the torques come out tens of times too large. Here each joint is smoothed by as much as its resolution
-    explains, see ``drivetrain.dynamics.from_positions``. ``resolution``: step between neighbouring readings [rad or m],
-    one for all or one each, (n,); None: from the samples; 0: exact.
+    Differentiating readings twice, as the exercise suggests, multiplies their noise by 2.4/dt^2: with a 12-bit encoder
+    at 1 kHz the torques are tens of times too large. Here each joint is smoothed according to its resolution, see
+    ``drivetrain.dynamics.from_positions``. ``resolution``: step between neighbouring readings [rad or m], a number or
+    (n,); None: detected from the samples; 0: exact positions.
     """
     chain = _chain(Mlist, Glist, Slist, g)
     scale = chain.scale
@@ -140,10 +138,12 @@ def ForwardDynamicsTrajectory(
     thetalist: Any, dthetalist: Any, taumat: Any, g: Any, Ftipmat: Any, Mlist: Any, Glist: Any, Slist: Any, dt: float,
     intRes: int,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Positions and speeds that joint torques give, (N, n) each, by Euler's first-order method; section 8.11.
+    """Positions and speeds due to joint torques, (N, n) each, by the explicit Euler method; section 8.11.
 
-    The torques of a row are held for ``dt``, in ``intRes`` steps; those of the last row move nothing. The error falls
-    only with the step: a UR5 let fall at 100 steps a second gains energy and is off by radians after three seconds.
+    The torques of a row are constant for ``dt``, in ``intRes`` steps; those of the last row are not used. The error is
+    only
+    of first order: a falling UR5 with 100 steps per second gains energy, and after three seconds its error is some
+        radians.
     ``drivetrain.simulate_passive`` has better methods.
     """
     chain = _chain(Mlist, Glist, Slist, g)
@@ -166,7 +166,7 @@ def ForwardDynamicsTrajectory(
 
 
 def __getattr__(name: str) -> Any:
-    """The rest of the book's package, chapters other than 8, where it is installed."""
+    """Functions of other chapters from the book's package, if it is installed."""
     from importlib import import_module
 
     try:
@@ -182,7 +182,7 @@ def _values(value: Any, name: str) -> Array:
 
 
 def _all_values(named: dict[str, Any]) -> list[Array]:
-    """Finite numbers, all faults reported at once."""
+    """Finite numbers; all faults are reported together."""
     faults = Faults()
     arrays = [faults.attempt(_values, value, name) for name, value in named.items()]
     faults.raise_any()
@@ -190,18 +190,18 @@ def _all_values(named: dict[str, Any]) -> list[Array]:
 
 
 def _vector(value: Any) -> Any:
-    """A column as the vector that is meant; everything else as it is."""
+    """A column as a vector; other values unchanged."""
     return np.ravel(value) if axes_of(value) == 2 and np.shape(value)[1] == 1 else value
 
 
 def _posture(chain: BookArm, named: dict[str, Any]) -> list[Array]:
-    """As ``_scaled``, where one posture may be a column."""
+    """As ``_scaled``, but a posture may be a column."""
     n = chain.arm.n
     return _scaled(chain, {k: _vector(v) if axes_of(v) == 2 and np.shape(v) == (n, 1) else v for k, v in named.items()})
 
 
 def _scaled(chain: BookArm, named: dict[str, Any]) -> list[Array]:
-    """Joint values for unit screws, (n,) or (N, n) each."""
+    """Joint values converted to those of unit screws, (n,) or (N, n) each."""
     arrays = dict(zip(named, _all_values(named), strict=True))
     n = chain.arm.n
     raise_faults(
@@ -213,7 +213,7 @@ def _scaled(chain: BookArm, named: dict[str, Any]) -> list[Array]:
 
 
 def _tip(wrench: Any) -> Any:
-    """The wrench, or None for the zero that stands for none."""
+    """The wrench, or None for zero."""
     return (
         None
         if wrench is None or (axes_of(wrench) == 0 and isinstance(wrench, (int, float, np.number)) and wrench == 0)
@@ -228,5 +228,5 @@ def _chain(poses: Any, inertias: Any, screws: Any, gravity: Any) -> BookArm:
 
 @lru_cache(maxsize=32)
 def _remembered(*contents: tuple[bytes, tuple[int, ...]]) -> BookArm:
-    """The arm of these Mlist, Glist, Slist and g."""
+    """The arm of these Mlist, Glist, Slist and g, cached by their contents."""
     return arm_from_lists(*(np.frombuffer(data).reshape(shape) for data, shape in contents))

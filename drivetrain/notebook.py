@@ -1,4 +1,4 @@
-"""How results show themselves: tables for notebooks, axes to draw on. Heavy imports wait until asked for."""
+"""Display of results in notebooks: tables and axes; slow imports are made only when needed."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-MOST_ROWS = 30
+MOST_ROWS = 30  # largest number of rows shown
 
 
 def shown(title: str, table: pd.DataFrame) -> str:
-    """A line and a table as HTML, long tables cut in their middle."""
+    """A title and a table as HTML; the middle of long tables is left out."""
     body = table.to_html(max_rows=MOST_ROWS, border=0, na_rep="", float_format=lambda value: f"{value:.4g}")
     return f"<p><b>{escape(title)}</b></p>{body}"
 

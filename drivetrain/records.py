@@ -1,8 +1,7 @@
-"""Numbers of a description as a numpy record, for compiled code: ``motor.resistance``, and NaN if unknown.
+"""Numbers of a dataclass as a numpy record for compiled code, such as ``motor.resistance``; NaN if unknown.
 
-A description is a dataclass. Its record has eight bytes for every number, a record for every dataclass and a row for
-every array in it, under the same names; texts stay outside. A law takes either, as long as it does not compute with
-what is None.
+The record of a dataclass has the same field names: eight bytes for every number, a record for every dataclass and a row
+for every array in it; texts are left out. A law accepts either, as long as it does not compute with a value of None.
 """
 
 from __future__ import annotations
@@ -29,13 +28,16 @@ def known(value: Any) -> Any:
 
 @law
 def known_or(value: Any, otherwise: Any) -> Any:
-    """The value, or what stands for it where it is unknown."""
+    """The value, or ``otherwise`` if it is unknown."""
     return value if known(value) else otherwise
 
 
 @cache
 def record_type(described: type, whole: Any = np.float64) -> Any:
-    """The record of a dataclass, whose arrays state their lengths: ``Annotated[Array, 3]``; ``whole``: of integers."""
+    """The record type of a dataclass; ``whole`` is the type of integers.
+
+    Arrays must state their lengths, such as ``Annotated[Array, 3]``.
+    """
     hints, annotated, columns = get_type_hints(described), get_type_hints(described, include_extras=True), []
     for name in (field.name for field in fields(described)):
         hint = hints[name]
@@ -53,15 +55,15 @@ def as_record(values: Any) -> Any:
 
 
 def as_records(values: Sequence[Any], described: type | None = None) -> Any:
-    """Descriptions of one kind as an array of records, (len(values),); the kind is needed where there may be none."""
+    """Dataclass objects of one type as an array of records, (len(values),); the type is needed if there may be none."""
     records = np.zeros(len(values), record_type(described or type(values[0])))
     fill(records, values, records.dtype.names)
     return records
 
 
 def fill(records: Any, values: Sequence[Any], names: Sequence[str]) -> None:
-    """Put the numbers of these names from descriptions into records; None becomes NaN."""
-    if not names:  # which numpy takes for all of them
+    """Copy the fields ``names`` of dataclass objects to records; None becomes NaN."""
+    if not names:  # numpy would take an empty list as all fields
         return
     some = records[list(names)]
     wanted = _names_of(some.dtype)
@@ -70,19 +72,19 @@ def fill(records: Any, values: Sequence[Any], names: Sequence[str]) -> None:
 
 @cache
 def _names_of(dtype: Any) -> Any:
-    """The names of a record, each with those of the record in it; None for a number."""
+    """The field names of a record type, each with those of the record in it; None for a number."""
     return tuple((name, _names_of(dtype[name])) for name in dtype.names) if dtype.names else None
 
 
 def _numbers_of(value: Any, wanted: Any) -> Any:
-    """What a description says under some names, nested as they are: numpy fills a whole record at once from that."""
+    """Values of the fields ``wanted`` as nested tuples, from which numpy fills a record at once."""
     return tuple([
         getattr(value, name) if inner is None else _numbers_of(getattr(value, name), inner) for name, inner in wanted
     ])  # fmt: skip
 
 
 def columns(dtype: Any, prefix: str = "") -> dict[str, int]:
-    """Place of every number of a record among its floats, by its full name such as ``motor.resistance``."""
+    """Index of every number of a record among its floats, by full name such as ``motor.resistance``."""
     found: dict[str, int] = {}
     for name in dtype.names or ():
         inner, offset = dtype.fields[name][:2]
@@ -92,5 +94,5 @@ def columns(dtype: Any, prefix: str = "") -> dict[str, int]:
 
 
 def as_numbers(records: Any) -> Any:
-    """The same memory as plain floats, one row a record."""
+    """The same memory as plain floats, one row per record."""
     return records.view(np.float64).reshape(len(records), records.dtype.itemsize // 8)

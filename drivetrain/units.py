@@ -1,12 +1,12 @@
-"""Units at the border: texts such as "92.5 gcm²" to SI floats, and SI floats back to readable units.
+"""Conversion of units at input and output: texts such as "92.5 gcm²" to SI floats, SI floats to readable units.
 
-The registry holds only the units of ``units.txt``: pint's own file reads "10 Nm" as a textile unit. Spellings of data
-sheets ("min⁻¹", "oz-in-s2", "V/1000 rpm") are first brought to products of symbols; spellings that can
-be read in two ways, and units that hide a convention (A_rms), are refused with the fix.
-Angles count as a dimension, so 100 Hz or 100 1/s is never taken for a speed. Temperatures are degrees Celsius
-throughout the package ("degC"); differences are kelvin.
+The registry contains only the units of ``units.txt``: pint's own definitions read "10 Nm" as a textile unit. Spellings
+of data sheets ("min⁻¹", "oz-in-s2", "V/1000 rpm") are first converted to products of symbols; ambiguous spellings, and
+units that include a convention (A_rms), are refused with a hint.
+Angle is a dimension, so 100 Hz or 100 1/s is not accepted as a speed. Temperatures are in degrees Celsius throughout
+the package ("degC"); differences are in kelvin.
 
-``Torque`` and its like at the end are annotations of fields: a float in SI, and how it is read from a file.
+``Torque`` and similar names at the end are annotations of fields: a float in SI, and how it is read from a file.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class NotAUnitError(ValueError):
-    """A unit text that cannot be read; carries the problem and the fix."""
+    """A unit text that cannot be read, with the problem and a hint."""
 
     def __init__(self, problem: str, hint: str = ""):
         self.problem, self.hint = problem, hint
@@ -44,7 +44,7 @@ _RPM = re.compile(
 )
 _KILO_RPM = re.compile(r"(?<![\w.])1000\s*(?:rpm\b|/\s*min\b)|\bkrpm\b", re.I)
 _CONVENTION = re.compile(r"([mk]?[AV])_?(rms|eff|pk|peak|ac|dc|pp)", re.I)
-_GLUED = (  # words that are products; the exponent that may follow belongs to the last factor
+_GLUED = (  # words that are products; a following exponent belongs to the last factor
     (re.compile(r"([mkMu]?)N([cm]?m)(s?)"), lambda m: [f"{m[1]}N", m[2]] + ["s"] * bool(m[3])),
     (re.compile(r"([mkMu]?[VAWJN])s"), lambda m: [m[1], "s"]),
     (re.compile(r"([mk]?A|k?W)h"), lambda m: [m[1], "h"]),
@@ -57,7 +57,7 @@ _RESPELLED = {"Kg": "kg", "KG": "kg", "C": "degC", "Ohm": "ohm", "Ohms": "ohm", 
 
 
 def _cleaned(text: str) -> str:
-    """Unicode and rpm spellings brought to plain text; exponents marked by ^."""
+    """The text with Unicode and rpm spellings replaced by plain text, and exponents marked by ^."""
     plain = unicodedata.normalize("NFKC", text.replace("⁻", "-")).strip()
     for sign, word in _SIGNS.items():
         plain = plain.replace(sign, word)
@@ -68,7 +68,7 @@ def _cleaned(text: str) -> str:
 
 
 def _word(word: str) -> list[str]:
-    """The known symbols a word stands for."""
+    """The known symbols that a word consists of."""
     word = _RESPELLED.get(word, word)
     convention = _CONVENTION.fullmatch(word)
     if convention:
@@ -85,10 +85,10 @@ def _word(word: str) -> list[str]:
 
 
 def _operand(piece: str) -> str:
-    """One piece between slashes and spaces, such as oz-in-s^2, as a bracketed product."""
+    """A part between slashes and spaces, such as oz-in-s^2, as a product in brackets."""
     symbols: list[str] = []
     for part in re.split(r"[-.](?=[A-Za-z])", piece):
-        match = re.fullmatch(r"([A-Za-z_]+)(\^-?\d{1,2})?", part)  # a power of more digits would never end
+        match = re.fullmatch(r"([A-Za-z_]+)(\^-?\d{1,2})?", part)  # evaluating a power with more digits would never end
         if not match:
             raise NotAUnitError(f"cannot read {part!r} as a unit")
         symbols += _word(match[1])
@@ -97,10 +97,10 @@ def _operand(piece: str) -> str:
 
 
 def pint_expression(text: str) -> str:
-    """A unit text as a product that pint reads; raises NotAUnitError where it can be read in no way or in two."""
+    """A unit text as a product that pint reads; raises ``NotAUnitError`` if it is unknown or ambiguous."""
     pieces = re.findall(r"[()/*]|[^\s()/*]+", _cleaned(text))
     out: list[str] = []
-    divided = [False]  # at each depth of brackets: has a slash been passed?
+    divided = [False]  # at each depth of brackets: whether there was a slash
     for piece in pieces:
         joins = bool(out) and out[-1] not in "(/*"
         if piece not in "*/)" and joins:
@@ -124,10 +124,10 @@ def pint_expression(text: str) -> str:
 
 
 NUMBER = re.compile(r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.DOTALL)
-LONGEST = 200  # characters of a unit
+LONGEST = 200  # largest number of characters of a unit
 PURE = ("", "1", "-")
 
-# What a reader calls a dimension, by its SI unit; the first of each is also the unit shown in errors.
+# Names of dimensions by SI unit; the first unit of each is also the one shown in errors.
 NAMES = {
     "rad/s": "rotation speed", "rad/s^2": "rotational acceleration", "rad": "angle", "Hz": "frequency",
     "N m": "torque or energy", "N m/rad": "torsional stiffness", "N m/A": "torque constant", "N": "force",
@@ -139,7 +139,7 @@ NAMES = {
     "1": "pure number",
 }  # fmt: skip
 
-# Readable units of a quantity, largest first; the first in which the value is at least 1 is shown, else the last.
+# Readable units of a quantity, largest first: the first one in which the value is at least 1 is used, else the last.
 READABLE = {
     "A": ("A", "mA"), "V": ("V", "mV"), "W": ("kW", "W", "mW"), "J": ("kJ", "J", "mJ"), "N m": ("N m", "mN m"),
     "N": ("N", "mN"), "kg": ("kg", "g"), "m": ("m", "mm"), "kg m^2": ("kg m^2", "kg cm^2", "g cm^2"),
@@ -148,11 +148,11 @@ READABLE = {
     "Hz": ("kHz", "Hz"), "m/s": ("m/s", "mm/s"),
 }  # fmt: skip
 Interval = tuple[float | None, float | None]
-LARGEST_IN_SECONDS = 9000.0  # 2.5 h: below, a time reads better in seconds than in hours
+LARGEST_IN_SECONDS = 9000.0  # 2.5 h: shorter times are shown in seconds
 
 
 class SI(float):
-    """A bare number from Python: in SI, and of the unit of whatever field reads it, which it remembers for files."""
+    """A number without unit from Python, in SI; the field that reads it sets its unit, which is used in files."""
 
     unit: str | None = None
 
@@ -162,7 +162,7 @@ class SI(float):
 
 @dataclass(frozen=True)
 class _Unit:
-    """What a unit text means: its factor to SI, its dimension, and its cleaned spelling."""
+    """Meaning of a unit text: factor to SI, dimension, and cleaned spelling."""
 
     scale: float
     dimension: Mapping[str, float]
@@ -171,7 +171,7 @@ class _Unit:
 
 @lru_cache(maxsize=1)
 def _registry() -> pint.UnitRegistry:
-    """The registry of our own units, built when first needed: importing pint takes a third of a second."""
+    """The registry of units, built on first use, since importing pint takes a third of a second."""
     import pint
 
     registry: pint.UnitRegistry = pint.UnitRegistry(None)
@@ -181,7 +181,7 @@ def _registry() -> pint.UnitRegistry:
 
 @lru_cache(maxsize=4096)
 def _unit(text: str) -> _Unit:
-    """The meaning of a unit text; raises NotAUnitError."""
+    """The meaning of a unit text; raises ``NotAUnitError``."""
     import pint
 
     if text.strip() in PURE:
@@ -205,7 +205,7 @@ def _unit(text: str) -> _Unit:
 
 @lru_cache(maxsize=1)
 def _dimension_names() -> dict[frozenset[tuple[str, float]], str]:
-    """What each known dimension is called."""
+    """Names of the known dimensions."""
     return {frozenset(_unit(unit).dimension.items()): name for unit, name in reversed(NAMES.items())}
 
 
@@ -215,13 +215,13 @@ def _called(unit: _Unit) -> str:
 
 
 def _celsius(text: str) -> tuple[float, float] | None:
-    """Factor and offset from a temperature reading to degrees Celsius; None when it is no plain temperature."""
+    """Factor and offset from a temperature to degrees Celsius; None if the unit is not a plain temperature."""
     known = {"degC": (1.0, 0.0), "K": (1.0, -273.15), "degF": (5.0 / 9.0, -160.0 / 9.0)}
     return known.get(_unit(text).text)
 
 
 def _conversion(text: str, unit: str) -> tuple[float, float]:
-    """Factor and offset from a unit text to the SI unit wanted; raises NotAUnitError when dimensions differ."""
+    """Factor and offset from a unit text to the SI unit ``unit``; raises ``NotAUnitError`` if dimensions differ."""
     found, wanted = _unit(text), _unit(unit)
     if wanted.text == "degC":
         reading = _celsius(text)
@@ -237,7 +237,10 @@ def _conversion(text: str, unit: str) -> tuple[float, float]:
 
 
 def _radian_left_out(found: _Unit, wanted: _Unit) -> bool:
-    """Sheets print viscous friction as Nms and the back-emf constant as Vs (or Nm/A): nothing else these can mean."""
+    """Whether only the radian is missing in a unit that data sheets print without it, and that is unambiguous.
+
+    Examples are viscous friction in Nms and the back-emf constant in Vs (or Nm/A).
+    """
     per_radian = [_unit("N m s/rad").dimension, _unit("V s/rad").dimension]
     return (
         "Hz" not in found.text
@@ -247,7 +250,7 @@ def _radian_left_out(found: _Unit, wanted: _Unit) -> bool:
 
 
 def _angle_hint(found: _Unit, wanted: _Unit) -> str:
-    """The fix when only the angle is missing or too much."""
+    """The hint if the dimensions differ only by an angle."""
     bases = [{base: power for base, power in unit.dimension.items() if base != "[angle]"} for unit in (found, wanted)]
     if bases[0] != bases[1]:
         return ""
@@ -259,7 +262,7 @@ def _angle_hint(found: _Unit, wanted: _Unit) -> str:
 
 
 def factor(unit_text: str) -> float:
-    """What a value in this unit is multiplied by to be in SI (differences, for temperatures)."""
+    """Factor from a unit to SI (for temperatures that of differences)."""
     try:
         return _unit(unit_text).scale
     except NotAUnitError as error:
@@ -267,7 +270,7 @@ def factor(unit_text: str) -> float:
 
 
 def number_of(text: str) -> float:
-    """The number that a text is; NaN where it is none."""
+    """The number in a text; NaN if it is not a number."""
     try:
         return float(text)
     except ValueError:
@@ -281,9 +284,9 @@ def split_header(header: str) -> tuple[str, str]:
 
 
 def to_si(values: Any, unit_text: str, place: str = "", *, unit: str = "", file: str = "") -> NDArray[np.float64]:
-    """Values of a column as SI floats; temperatures stay or become degrees Celsius.
+    """Values in a unit as SI floats; temperatures are in degrees Celsius.
 
-    ``unit``: the SI unit wanted, whose dimension is then checked; empty: not checked, and kelvin stay kelvin.
+    ``unit`` is the SI unit whose dimension is required; empty: not checked, and kelvin are not converted.
     """
     try:
         scale, offset = _conversion(unit_text, unit) if unit else (_unit(unit_text).scale, 0.0)
@@ -303,7 +306,11 @@ def quantity(
     maximum: float | None = None,
     above: float | None = None,
 ) -> float:
-    """The SI float, of a dimension and in a range, that a text such as "48 V" or "6000 1/min" stands for."""
+    """The SI float of a text such as "48 V" or "6000 1/min", after checking its dimension and range.
+
+    Raises:
+        InputError: Not a quantity with the dimension of ``unit``, or outside the range.
+    """
     try:
         number, unit_text = _split_number(value, unit)
         scale, offset = _conversion(unit_text, unit)
@@ -317,7 +324,7 @@ def quantity(
 
 
 def _split_number(value: Any, unit: str) -> tuple[float, str]:
-    """Number and unit text of a value as written; raises NotAUnitError."""
+    """Number and unit text of a value as written; raises ``NotAUnitError``."""
     if isinstance(value, SI) and math.isfinite(value):
         value.unit = unit
         return float(value), unit
@@ -335,7 +342,7 @@ def _split_number(value: Any, unit: str) -> tuple[float, str]:
 
 
 def _check_range(value: float, unit: str, minimum: float | None, maximum: float | None, above: float | None) -> None:
-    """Raises NotAUnitError outside the range."""
+    """Raise ``NotAUnitError`` for a value outside the range."""
     shown = f" {unit}" if unit not in PURE else ""
     if minimum is not None and value < minimum:
         raise NotAUnitError(f"must be at least {minimum:g}{shown}")
@@ -347,7 +354,7 @@ def _check_range(value: float, unit: str, minimum: float | None, maximum: float 
 
 
 def quantities(value: Any, unit: str, place: str, n: int | None = None) -> NDArray[np.float64]:
-    """The SI vector that "[0, 0, 60] mm" or ["0 mm", "0 mm", "60 mm"] stands for; every faulty entry is reported."""
+    """The SI vector of "[0, 0, 60] mm" or ["0 mm", "0 mm", "60 mm"], (n,); all faulty entries are reported."""
     entries = _entries(value)
     example = f"[{', '.join(['0'] * (n or 3))}]" + (f" {unit}" if unit not in PURE else "")
     if entries is None or (n is not None and len(entries) != n):
@@ -360,7 +367,7 @@ def quantities(value: Any, unit: str, place: str, n: int | None = None) -> NDArr
 
 
 def _entries(value: Any) -> Sequence[Any] | None:
-    """The list as written, each entry with its unit; None when it is no list."""
+    """The list as written, each entry with its unit; None if it is not a list."""
     if isinstance(value, list | tuple):
         return value
     match = re.fullmatch(r"\s*\[([^\]]*)\]\s*(.*)", value, re.DOTALL) if isinstance(value, str) else None
@@ -368,7 +375,7 @@ def _entries(value: Any) -> Sequence[Any] | None:
 
 
 def from_si(values: Any, unit: str, unit_text: str) -> NDArray[np.float64]:
-    """SI values of a unit in another one, for tables and files."""
+    """Values in the SI unit ``unit`` converted to another unit, for tables and files."""
     try:
         scale, offset = _conversion(unit_text, unit)
     except NotAUnitError as error:
@@ -377,7 +384,7 @@ def from_si(values: Any, unit: str, unit_text: str) -> NDArray[np.float64]:
 
 
 def readable_unit(value: float, unit: str) -> str:
-    """The unit in which a value of an SI unit reads well."""
+    """A readable unit for a value in an SI unit."""
     choices = READABLE.get(unit)
     size = abs(value)
     if choices is None or size == 0.0 or not math.isfinite(size):
@@ -391,23 +398,23 @@ def readable_unit(value: float, unit: str) -> str:
 
 
 def refused(problem: str, hint: str = "", found: object = None) -> InputError:
-    """The error of a value that a field does not take; where it stands is known to who reads the file."""
+    """The error for a value that a field does not accept; the reader of the file adds the place."""
     return InputError(Fault("", problem, found, hint))
 
 
 class Reader:
-    """How a field takes a value as it is written in a file; stands in its annotation, where pydantic asks it."""
+    """Base class of annotations that define how a field reads a value from a file, through pydantic."""
 
     def read(self, value: Any) -> Any:
-        """The value that the field holds; raises InputError."""
+        """The value of the field from the value in the file; raises ``InputError``."""
         raise NotImplementedError
 
     def json_schema(self) -> dict[str, Any]:
-        """What an editor may accept there."""
+        """JSON schema of accepted values, for editors."""
         raise NotImplementedError
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        from pydantic_core import core_schema  # only where a file is read: whoever has a quantity need not load it
+        from pydantic_core import core_schema  # imported only when a file is read
 
         return core_schema.no_info_plain_validator_function(self.read)
 
@@ -417,9 +424,9 @@ class Reader:
 
 @dataclass(frozen=True)
 class Quantity(Reader):
-    """A number with a unit, read into SI."""
+    """A number with a unit, converted to SI."""
 
-    unit: str  # the SI unit wanted; empty for a pure number, which may be bare or in percent
+    unit: str  # SI unit; empty for a pure number, which may be without unit or in percent
     minimum: float | None = None
     maximum: float | None = None
     above: float | None = None
@@ -438,7 +445,7 @@ class Quantity(Reader):
 
 @dataclass(frozen=True)
 class Between(Reader):
-    """A range of a quantity: a list of the smallest and the largest value, null for an open end."""
+    """A range of a quantity: a list of its smallest and largest value, with null for no limit."""
 
     unit: str
 
@@ -477,7 +484,7 @@ class Vector(Reader):
 
 
 class _Names(Reader):
-    """One name or a list of names, read into a tuple; a number is taken as the text it was written as."""
+    """One name or a list of names, read as a tuple; a number is read as text."""
 
     def read(self, value: Any) -> tuple[str, ...]:
         return read_names(value)
@@ -487,12 +494,12 @@ class _Names(Reader):
 
 
 def read_names(value: Any) -> tuple[str, ...]:
-    """Names, or one."""
+    """A list of names, or a single name, as a tuple."""
     return tuple(map(read_name, value if isinstance(value, list | tuple) else [value]))
 
 
 def read_name(value: Any) -> str:
-    """A name; a number, such as a bare part number, is taken as its text."""
+    """A name; a number, such as a part number, is read as text."""
     if isinstance(value, bool) or not isinstance(value, str | int) or not str(value).strip():
         raise refused("must be a name (text)", "put it in quotes" if isinstance(value, bool | float) else "", value)
     return str(value).strip()

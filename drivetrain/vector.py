@@ -1,6 +1,6 @@
-"""The larger and the smaller of two floats, of which none is NaN, as one instruction each that vectorises.
+"""Maximum and minimum of two floats that are not NaN, as one instruction each that can be vectorised.
 
-Numba's ``max``, ``np.maximum`` and a comparison keep a loop over samples scalar, whatever its options.
+With numba's ``max``, ``np.maximum`` or a comparison a loop over samples is not vectorised, whatever its options.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-_intrinsic: Any = intrinsic  # what it decorates is called with one argument less than it takes
+_intrinsic: Any = intrinsic  # the decorated function is called without its first argument
 
 
 def _instruction(name: str) -> Any:
-    """A call of one of LLVM's functions of two floats."""
+    """A call of an LLVM intrinsic of two floats."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         number = ir.DoubleType()

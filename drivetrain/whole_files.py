@@ -1,6 +1,6 @@
-"""Files as a whole: read within bounds; written beside their place, then renamed, so that a failure changes nothing.
+"""Reading files with a limit of size, and writing them atomically: to a temporary file that is then renamed.
 
-And the folders that ship with the package: inside the wheel, or beside the package in a checkout.
+Also the folders that are shipped with the package: inside the wheel, or beside the package in a checkout.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from typing import IO, Any
 
 from drivetrain.errors import Fault, InputError, plain
 
-DISK = (errno.ENOSPC, errno.EDQUOT, errno.EIO)  # no fault of the path that the user gave
+DISK = (errno.ENOSPC, errno.EDQUOT, errno.EIO)  # errors that are not due to the path that the user gave
 WORKBOOKS = (".xlsx", ".xlsm")
 LIST, PART = ".drivetrain-files.json", ".part"
-LARGEST_TEXT = 256 << 20  # bytes: a day of six joints at 100 Hz is 0.5 GB as text, and nobody sizes with that
+LARGEST_TEXT = 256 << 20  # bytes; for comparison, a day of six joints at 100 Hz is 0.5 GB as text
 
 
 def read_text(path: Path, *, older: bool = False) -> str:
-    """The UTF-8 text of a file that a user names, its control characters spelled out; of an Excel sheet as CSV.
+    """The UTF-8 text of a file given by a user, with control characters escaped; an Excel sheet is read as CSV.
 
-    ``older``: UTF-16 and Windows' letters too, as older programs write them.
+    ``older``: accept UTF-16 and Windows encodings too, as older programs write them.
     """
     try:
-        book = path.parent if is_workbook(path.parent) else path  # or one of its sheets
+        book = path.parent if is_workbook(path.parent) else path  # path of the workbook, or of a sheet in it
         if is_workbook(book):
             return plain(_sheet_text(book, "" if book is path else path.stem))
         content = read_bytes(path)
@@ -45,7 +45,7 @@ def read_text(path: Path, *, older: bool = False) -> str:
 
 
 def read_bytes(path: Path, most: int = LARGEST_TEXT) -> bytes:
-    """The content of a file that a user names, which has so many bytes at most: a device has no size, and no end."""
+    """The content of a file given by a user, up to ``most`` bytes; a device file states no size and may be endless."""
     with path.open("rb") as file:
         size = os.fstat(file.fileno()).st_size
         content = b"" if size > most else file.read(most + 1)
@@ -54,7 +54,7 @@ def read_bytes(path: Path, most: int = LARGEST_TEXT) -> bytes:
 
 
 def check_size(path: Path, size: int, most: int = LARGEST_TEXT) -> None:
-    """Refuse a file of more bytes than anybody needs."""
+    """Raise ``InputError`` for a file of more than ``most`` bytes."""
     if size > most:
         problem = f"has {size / 1e6:.0f} MB or more; at most {most >> 20} MB are read"
         raise InputError(Fault("the file", problem, hint="keep what the study needs", file=str(path)))
@@ -70,7 +70,7 @@ def _decoded(raw: bytes) -> str:
 
 
 def is_there(path: Path, kind: Callable[[Path], bool] = Path.is_file) -> bool:
-    """Whether a file is there, or what else ``kind`` asks for; under a name that none can have, there is none."""
+    """Whether a file exists, or what ``kind`` tests for; False for names that are not valid paths."""
     try:
         return kind(path)
     except (OSError, ValueError):
@@ -78,12 +78,12 @@ def is_there(path: Path, kind: Callable[[Path], bool] = Path.is_file) -> bool:
 
 
 def is_workbook(path: Path) -> bool:
-    """Whether a file is named as one of Excel's."""
+    """Whether a file has the suffix of an Excel workbook."""
     return path.suffix.lower() in WORKBOOKS
 
 
 def sheet_names(path: Path) -> list[str]:
-    """The sheets of a workbook; capitals and spaces around a name do not count."""
+    """The names of a workbook's sheets, in lower case and without surrounding spaces."""
     with _opened(path) as book:
         return [_plain_name(name) for name in book.sheetnames]
 
@@ -93,7 +93,7 @@ def _plain_name(sheet: str) -> str:
 
 
 def _sheet_text(path: Path, name: str) -> str:
-    """A sheet as CSV, a line a row; left unnamed the first one."""
+    """A sheet as CSV text; without a name the first one."""
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
     with _opened(path) as book:
@@ -112,7 +112,7 @@ def _cell(value: object) -> str:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """A workbook, the values of its formulas as last saved."""
+    """A workbook, with the values of its formulas as last saved."""
     try:
         import openpyxl
     except ImportError:
@@ -120,11 +120,11 @@ def _opened(path: Path) -> Iterator[Any]:
         raise InputError(Fault("the file", "needs openpyxl to be read", hint=hint, file=str(path))) from None
     try:
         with zipfile.ZipFile(path) as packed:
-            check_size(path, sum(part.file_size for part in packed.infolist()))  # which unpack to no more than that
+            check_size(path, sum(part.file_size for part in packed.infolist()))  # size after unpacking
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
     except (OSError, InputError):
         raise
-    except Exception as error:  # what the reader of a damaged file raises is of many kinds
+    except Exception as error:  # for damaged files the reader raises many types of exceptions
         raise InputError(Fault("the file", f"cannot be read as a workbook: {error}", file=str(path))) from None
     try:
         yield book
@@ -135,8 +135,9 @@ def _opened(path: Path) -> Iterator[Any]:
 def write_files(out_dir: str | Path, texts: Mapping[str, str]) -> dict[str, Path]:
     """Write several files that belong together: all of them, or none.
 
-    All are written beside their places, then a list of what takes which place, then each is renamed. Who is killed
-    before the list is there has changed nothing; what a list left behind names is renamed by the next that writes here.
+    All are written to temporary files, then a list of their targets is written, then each is renamed. A process killed
+    before the list is written has changed nothing; if it is killed later, the next process that writes to the folder
+    completes the list.
     """
     folder, waiting = Path(out_dir), dict[str, Path]()
     try:
@@ -145,7 +146,7 @@ def write_files(out_dir: str | Path, texts: Mapping[str, str]) -> dict[str, Path
         for name, text in texts.items():
             waiting[name] = _written_beside(folder / name, text)
         write_whole(folder / LIST, json.dumps({name: beside.name for name, beside in waiting.items()}))
-        waiting = {}  # the list holds them now
+        waiting = {}  # they are in the list now
         _finish(folder)
     except OSError as error:
         raise refusal(error, "output folder", out_dir) from None
@@ -156,14 +157,14 @@ def write_files(out_dir: str | Path, texts: Mapping[str, str]) -> dict[str, Path
 
 
 def refusal(error: OSError, what: str, place: str | Path) -> Exception:
-    """What to raise where a place cannot be written: the user's fault, unless the disk itself has no room or fails."""
+    """The error for a path that cannot be written: ``InputError``, unless the disk is full or fails."""
     if error.errno in DISK:
         return OSError(error.errno, error.strerror, str(place))
     return InputError(Fault(what, f"cannot be written: {error.strerror}", str(place)))
 
 
 def _finish(folder: Path) -> None:
-    """Give every file of a list its place."""
+    """Rename the files of a list to their targets."""
     try:
         listed = json.loads((folder / LIST).read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -171,13 +172,13 @@ def _finish(folder: Path) -> None:
     for name, beside in listed.items():
         if Path(name).name != name or Path(beside).name != beside:
             raise OSError(errno.EINVAL, f"{LIST} in it names files elsewhere")
-        with suppress(FileNotFoundError):  # it has its place already
+        with suppress(FileNotFoundError):  # it has been renamed already
             (folder / beside).replace(folder / name)
     (folder / LIST).unlink(missing_ok=True)
 
 
 def write_whole(place: Path, content: str | bytes | Callable[[IO[bytes]], object]) -> None:
-    """Write one file whole or not at all."""
+    """Write one file completely or not at all."""
     beside = _written_beside(place, content)
     try:
         beside.replace(place)
@@ -186,7 +187,7 @@ def write_whole(place: Path, content: str | bytes | Callable[[IO[bytes]], object
 
 
 def _written_beside(place: Path, content: str | bytes | Callable[[IO[bytes]], object]) -> Path:
-    """A hidden file in the same folder that holds everything, on the disk; the caller renames it to its place."""
+    """Write the content to a hidden file in the same folder, flushed to disk, for the caller to rename."""
     _clear(place)
     handle, name = tempfile.mkstemp(prefix=f".{place.name}.{os.getpid()}.", suffix=PART, dir=place.parent)
     beside = Path(name)
@@ -198,7 +199,7 @@ def _written_beside(place: Path, content: str | bytes | Callable[[IO[bytes]], ob
                 file.write(content.encode("utf-8") if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
-        beside.chmod(0o644)  # as other files are, not as temporary ones
+        beside.chmod(0o644)  # the usual mode of files, not that of temporary files
     except BaseException:
         beside.unlink(missing_ok=True)
         raise
@@ -206,7 +207,7 @@ def _written_beside(place: Path, content: str | bytes | Callable[[IO[bytes]], ob
 
 
 def _clear(place: Path) -> None:
-    """Take away what processes that are gone have left beside a place."""
+    """Remove temporary files beside a path that ended processes have left."""
     for left in place.parent.glob(f".{glob.escape(place.name)}.*{PART}"):
         writer = left.name.removeprefix(f".{place.name}.").split(".")[0]
         if writer.isdigit() and not _alive(int(writer)):
@@ -214,7 +215,7 @@ def _clear(place: Path) -> None:
 
 
 def _alive(process: int) -> bool:
-    """Whether a process runs, as far as the system shows without ending it."""
+    """Whether a process runs; always True on Windows, where ``os.kill`` would end it."""
     if os.name != "posix":
         return True
     try:
@@ -227,7 +228,7 @@ def _alive(process: int) -> bool:
 
 
 def shipped(folder: str) -> Path:
-    """The folder ``catalogs`` or ``examples`` as shipped; FileNotFoundError where the installation is broken."""
+    """The shipped folder ``catalogs`` or ``examples``; raises FileNotFoundError for a broken installation."""
     package = Path(__file__).resolve().parent
     for place in (package / "_data" / folder, package.parent / folder):
         if place.is_dir():
@@ -236,7 +237,7 @@ def shipped(folder: str) -> Path:
 
 
 def write_text(path: str | Path, text: str) -> Path:
-    """Write a file whole or not at all; raises InputError, or OSError where the disk is full or fails."""
+    """Write a file completely or not at all; raises ``InputError``, or OSError if the disk is full or fails."""
     place = Path(path)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)

@@ -72,7 +72,7 @@ def _assembly(geometry: _Geometry, key: bytes, count: int) -> tuple[Array, Array
     different, back = np.unique(q, axis=0, return_inverse=True)
     position = _closed_positions(loops, screws, different)
     _, jacobian, _ = _pins(loops, screws, position, np.zeros_like(position))
-    follows = _following(jacobian, passive, different)
+    follows = _passive_pseudo_inverse(jacobian, passive, different)
     turns = np.zeros((len(different), len(loops.owner), len(driven)))
     turns[:, driven] = np.eye(len(driven))
     turns[:, passive] = -follows @ jacobian[:, :, driven]
@@ -80,7 +80,7 @@ def _assembly(geometry: _Geometry, key: bytes, count: int) -> tuple[Array, Array
     return position[every], turns[every], follows[every]
 
 
-def _following(jacobian: Array, passive: list[int], q: Array) -> Array:
+def _passive_pseudo_inverse(jacobian: Array, passive: list[int], q: Array) -> Array:
     """The pseudo-inverse of the pin Jacobian of the passive joints, (N, p, k)."""
     if not passive:
         return np.zeros((len(q), 0, jacobian.shape[1]))
@@ -113,13 +113,13 @@ def _closed_positions(loops: Loops, screws: list[Array], q: Array) -> Array:
         change = q / steps
         position[:, driven] += change
         target = begin + (jacobian[:, :, driven] @ change[:, :, None])[..., 0]
-        position[:, passive] -= _least(jacobian[:, :, passive], target)
+        position[:, passive] -= _least_squares(jacobian[:, :, passive], target)
         for _ in range(MOST if step == steps - 1 else 1):
             missing, jacobian, _ = _pins(loops, screws, position, rest)
             error = float(np.abs(missing).max(initial=0.0)) / size
             if error <= CLOSED:
                 break
-            position[:, passive] -= _least(jacobian[:, :, passive], missing)
+            position[:, passive] -= _least_squares(jacobian[:, :, passive], missing)
     if not error <= 1e3 * CLOSED:
         worst = int(np.argmax(np.abs(missing).max(axis=1)))
         problem = f"leaves a pin {error * size:.3g} m open: the linkage does not reach so far"
@@ -127,7 +127,7 @@ def _closed_positions(loops: Loops, screws: list[Array], q: Array) -> Array:
     return position
 
 
-def _least(matrix: Array, target: Array) -> Array:
+def _least_squares(matrix: Array, target: Array) -> Array:
     """Least squares by the normal equations, (N, p); the next Newton step corrects their rounding errors."""
     turned = np.swapaxes(matrix, 1, 2)
     normal = turned @ matrix

@@ -31,7 +31,7 @@ from drivetrain.spatial.wrenches import like
 
 # Share of an axis' inertia for the difference of its two motors: their mode against each other is then a thousand times
 # faster than the others.
-NEXT_TO_NOTHING = 1e-6
+NEGLIGIBLE_INERTIA = 1e-6
 NO_BEAMS: Mapping[int, Beam] = {}
 
 
@@ -52,7 +52,7 @@ def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
 
     Reference: K v = w^2 M v, with M of the elastic joints.
     """
-    positions, springs, sprung = _door(arm, q, stiffness)
+    positions, springs, sprung = _checked_input(arm, q, stiffness)
     masses = locked_mass(arm, positions)
     # Joint motions for a unit rotation of each elastic shaft, with the rigid ones at rest.
     motions = np.linalg.inv(shaft_turns(arm))[:, sprung]
@@ -73,7 +73,7 @@ def locked_mass(arm: Arm, q: Any) -> Array:
         alike = arm.linkage.loops.mean
         mass = alike.T @ np.stack(columns, axis=2) @ alike
         for pair in map(list, arm.linkage.loops.shared):
-            mass[:, pair, pair] += NEXT_TO_NOTHING * mass[:, pair, pair]
+            mass[:, pair, pair] += NEGLIGIBLE_INERTIA * mass[:, pair, pair]
         return like(0.5 * (mass + np.swapaxes(mass, 1, 2)), q)
     return like(free_mass(arm, positions)[:, : arm.n, : arm.n], q)
 
@@ -97,8 +97,8 @@ def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
 
     Reference: One joint: w^2 = K (1/I + 1/(G^2 J)), the torsional resonance of the drive-train.
     """
-    positions, springs, sprung = _door(arm, q, stiffness)
-    _demand_inertia(arm, sprung)
+    positions, springs, sprung = _checked_input(arm, q, stiffness)
+    _require_inertia(arm, sprung)
     masses = free_mass(arm, positions)
     loose = sprung & np.array([rotor is not None for rotor in arm.rotors])
     # A rigid joint has one coordinate for link and rotor; its row of the second block is added to that of the first.
@@ -145,7 +145,7 @@ def tip_compliance(arm: Arm, q: Any, stiffness: Any, *, beams: Mapping[int, Beam
 
     Reference: J K^-1 J^T (J C^-1 for J with a coupling C), plus the compliance of each beam transformed to the tip.
     """
-    positions, springs, _ = _door(arm, q, stiffness)
+    positions, springs, _ = _checked_input(arm, q, stiffness)
     check_beams(arm, beams)
     tips = tip_pose(arm, positions)
     jacobian = tip_jacobian(arm, positions) @ np.linalg.inv(shaft_turns(arm))
@@ -182,7 +182,7 @@ def check_beams(arm: Arm, beams: Mapping[int, Beam]) -> None:
     )
 
 
-def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _checked_input(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Checked positions (N, n), stiffness at every sample (N, n), and which joints are elastic (n,)."""
     (positions,) = finite_samples(arm.n, {"q": q})
     try:
@@ -205,7 +205,7 @@ def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bo
     return positions, springs, np.asarray(sprung.all(axis=0))
 
 
-def _demand_inertia(arm: Arm, sprung: NDArray[np.bool_]) -> None:
+def _require_inertia(arm: Arm, sprung: NDArray[np.bool_]) -> None:
     """Raise ``InputError`` for an elastic joint whose rotor has no inertia."""
     faults = []
     for name, rotor, has_spring in zip(arm.joint_names, arm.rotors, sprung, strict=True):

@@ -53,10 +53,10 @@ def mass_matrices(model: Packed, q: Array) -> Array:
         raise InputError(Fault("q", "is too large to calculate with", float(np.abs(q).max())))
     if model.spread is None:
         return result
-    return _gathered(result, model.spread[q.shape[1] :])
+    return _without_substitutes(result, model.spread[q.shape[1] :])
 
 
-def _gathered(matrices: Array, turns: Array) -> Array:
+def _without_substitutes(matrices: Array, turns: Array) -> Array:
     """Mass matrices of the arm's joints, from those with separate rows for the substitute joints of coupled rotors.
 
     With the blocks ``[[A, B], [B.T, D]]`` and substitute joints that follow by T: ``A + B T + T.T B.T + T.T D T``.

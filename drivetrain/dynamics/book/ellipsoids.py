@@ -20,7 +20,7 @@ from drivetrain.dynamics.mass import mass_matrix, solve_lower
 from drivetrain.errors import Fault, InputError, raise_faults
 
 BASE_AXES = np.eye(3)
-STUCK = 1e-12  # square roots of mobilities below this share of the largest are rounding
+MOBILITY_ROUNDING = 1e-12  # square roots of mobilities below this share of the largest are rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +162,7 @@ def effective_mass(arm: Arm, q: Any, direction: Any) -> Array:
     weighted = _weighted_jacobian(arm, positions)
     along = (weighted @ ways[:, :, None])[..., 0]
     squared = np.sum(along**2, axis=1)
-    squared[squared <= STUCK**2 * np.sum(weighted**2, axis=(1, 2))] = 0.0
+    squared[squared <= MOBILITY_ROUNDING**2 * np.sum(weighted**2, axis=(1, 2))] = 0.0
     with np.errstate(divide="ignore"):
         mass = 1.0 / squared
     return mass if np.ndim(q) == 2 else mass[0]
@@ -228,7 +228,7 @@ def _tip_mobility(arm: Arm, q: Any, axes: Array) -> tuple[Array, Array]:
     size = len(axes)
     whole = np.zeros((len(positions), size))
     whole[:, : roots.shape[1]] = roots
-    whole[whole <= STUCK * whole[:, :1]] = 0.0
+    whole[whole <= MOBILITY_ROUNDING * whole[:, :1]] = 0.0
     directions: Array = np.swapaxes(turned, 1, 2)
     return (whole, directions) if np.ndim(q) == 2 else (whole[0], directions[0])
 
