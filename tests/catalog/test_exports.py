@@ -1,4 +1,4 @@
-"""Makers' own tables: rows of the shipped catalogue written as makers write them, read back; what is wrong in them."""
+"""Manufacturers' tables: rows of the shipped catalogue in the style of manufacturers, read back; and their faults."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from drivetrain.errors import InputError
 from drivetrain.units import from_si
 from drivetrain.whole_files import shipped
 
-# As maxon's pages and exports have them: one part a column, a unit in every cell.
+# As on maxon's pages and in its exports: one column per part, a unit in every cell.
 PAGE = (
     ("Nominal voltage", "nominal_voltage", "V", "V"), ("No load speed", "no_load_speed", "rad/s", "rpm"),
     ("No load current", "no_load_current", "A", "mA"), ("Nominal speed", "nominal_speed", "rad/s", "rpm"),
@@ -50,7 +50,7 @@ def check(path, motors):
 
 
 def test_a_page_of_a_maker(tmp_path, motors):
-    """Headings down the page, a part a column, a unit in each cell; known without a map."""
+    """Headings in the first column, one column per part, a unit in each cell; recognised without a map."""
     lines = [["Values at nominal voltage"], ["Part number", *(row.key for row in motors)]]
     lines += [
         [heading, *(f"{printed(row, name, si, unit)} {unit}" for row in motors)] for heading, name, si, unit in PAGE
@@ -82,7 +82,7 @@ def test_a_german_table_with_a_map(tmp_path, motors):
 
 
 def test_a_list_of_one_part_without_a_name(tmp_path):
-    """Heading and value, as pages are copied out: the key is stated beside it."""
+    """Headings and values of one part, as copied from a page; the key is given by the map."""
     path = tmp_path / "one.csv"
     path.write_text(
         "Terminal resistance phase to phase,6.42 Ω\nTorque constant,30.5 mNm/A\nRotor inertia,150 gcm²\n", "utf-8"
@@ -153,7 +153,7 @@ def test_every_fault_at_once(tmp_path):
         ({"transposed": "no"}, "transposed"),
     ],
 )
-def test_a_map_that_says_nothing_is_refused_by_its_place(given: dict[str, Any], place: str) -> None:
+def test_an_invalid_map_is_refused_with_its_place(given: dict[str, Any], place: str) -> None:
     with pytest.raises(InputError) as error:
         ExportMap(**given)
     assert [fault.place for fault in error.value.faults] == [place]

@@ -1,4 +1,4 @@
-"""Imports map columns faithfully, refuse what nobody states, and never leave half a folder."""
+"""Imports convert columns correctly, refuse rows without stated conventions, and write all tables or none."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_mgdb_values_arrive(tmp_path: Path) -> None:
     assert catalog.gears["MM_110338"].repeated_peak_torque == 0.8
 
 
-def test_mgdb_patterns_are_spelled_out_and_strangers_dropped(tmp_path: Path) -> None:
+def test_mgdb_patterns_are_expanded_and_unknown_keys_dropped(tmp_path: Path) -> None:
     done = import_rows(MGDB, DATA / "mgdb", tmp_path / "out", basis="dc")
     pairs = read_catalog(tmp_path / "out").pairs
     assert pairs["FH_3268G024BX4"] == {"FH_32ALN_R4:1", "FH_32ALN_R14:1", "FH_42GPT_R72:1"}
@@ -58,10 +58,10 @@ def test_brushless_rows_without_a_basis_are_refused_and_listed(tmp_path: Path) -
     assert {fault.problem.split()[1] for fault in done.refused} == {"MM_397172", "MM_350909", "FH_3268G024BX4"}
     assert all("basis" in fault.hint and fault.file for fault in done.refused)
     motors = read_catalog(tmp_path / "out").motors
-    assert set(motors) == {"MM_148877", "AM_MF0095020_48V"}  # a brushed motor's ampere is dc anyhow
+    assert set(motors) == {"MM_148877", "AM_MF0095020_48V"}  # the current of a brushed motor is dc
     assert motors["AM_MF0095020_48V"].resistance == pytest.approx(0.5)
     assert motors["AM_MF0095020_48V"].torque_constant == pytest.approx(0.14 * math.sqrt(4.0 / 3.0))
-    assert done.dropped_pairs == 3 + 1 + 3  # all of the refused motors
+    assert done.dropped_pairs == 3 + 1 + 3  # all pairs of the refused motors
 
 
 def test_a_key_overrules_its_maker(tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_an_unclear_basis_is_an_error(tmp_path: Path, basis: str | dict[str, str
 
 def test_table_values_arrive(tmp_path: Path) -> None:
     done = import_rows(TABLE, DATA / "si_table", tmp_path / "out", basis={"FAULHABER": "dc", "Allied Motion": "dc"})
-    # maxon says itself that its values are those of the equivalent dc machine
+    # maxon states that its values are those of the equivalent DC machine
     assert {fault.problem.split()[1] for fault in done.refused} == {
         "kollmorgen_TBM(S)-6051-A", "TM_G40_KV070", "TM_G30_KV290",
     }  # fmt: skip
@@ -107,7 +107,7 @@ def test_table_values_arrive(tmp_path: Path) -> None:
 def test_faulty_rows_are_kept_for_the_lint_or_left_out(tmp_path: Path) -> None:
     kept = import_rows(TABLE, DATA / "si_table", tmp_path / "kept", basis="dc")
     sifted = import_rows(TABLE, DATA / "si_table", tmp_path / "sifted", basis="dc", keep_faulty=False)
-    assert (kept.motors - sifted.motors, kept.gears - sifted.gears) == (5 + 1, 40)  # one sound row lacks R and kt
+    assert (kept.motors - sifted.motors, kept.gears - sifted.gears) == (5 + 1, 40)  # one correct row lacks R and kt
     assert any("maxon_350909" in fault.place for fault in sifted.refused)
     with pytest.raises(InputError):
         read_catalog(tmp_path / "kept")
@@ -115,7 +115,7 @@ def test_faulty_rows_are_kept_for_the_lint_or_left_out(tmp_path: Path) -> None:
     assert not [fault for fault in lint(tmp_path / "sifted") if fault.severity.value == "error"]
 
 
-def test_tables_already_there_are_kept_unless_told(tmp_path: Path) -> None:
+def test_existing_tables_are_kept_unless_overwritten(tmp_path: Path) -> None:
     import_rows(MGDB, DATA / "mgdb", tmp_path, basis="dc")
     before = (tmp_path / "motors.csv").read_bytes()
     with pytest.raises(InputError, match="already holds"):

@@ -1,4 +1,4 @@
-"""The lint finds what contradicts itself, and leaves sound rows alone."""
+"""The lint finds contradictions, and reports nothing for correct rows."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from drivetrain.whole_files import shipped
 DATA = Path(__file__).parent / "data" / "si_table"
 FAULTY_MOTORS, FAULTY_GEARS = 5, 40  # the last rows of the excerpts
 
-# maxon RE 40 148867 (24 V), SI, as printed in the catalogue of 2019.
+# maxon RE 40 148867 (24 V), in SI, as printed in the catalogue of 2019.
 RE40: dict[str, Cell] = {
     "kind": "brushed", "current_basis": "dc", "winding_basis": "line_line", "nominal_voltage": 24.0,
     "no_load_speed": 793.776, "no_load_current": 0.137, "nominal_speed": 725.7, "nominal_torque": 0.177,
@@ -82,18 +82,18 @@ def test_sound_rows_are_left_alone(imported: list[LintFault]) -> None:
     bad = {*keys("motors.csv")[-FAULTY_MOTORS:], *keys("gears.csv")[-FAULTY_GEARS:]}
     others = [fault for fault in imported if fault.key not in bad]
     errors = {(fault.key, fault.column) for fault in others if fault.severity is Severity.ERROR}
-    # A sheet without resistance and torque constant cannot be used, however right the rest.
+    # A row without resistance and torque constant cannot be used, even if the rest is correct.
     lacking = "kollmorgen_TBM(S)-6051-A"
     assert errors == {(lacking, "resistance [ohm]"), (lacking, "torque_constant [N m/A]")}
     unusual = {fault.key for fault in others if fault.severity is Severity.WARNING}
     assert unusual == {
         "maxon_ECXZ16M1VF35N1IL1D589B",  # nominal speed above the no-load speed
         "maxon_476927", "beckhoff_NPT045-MF_i5",  # one of the two torques missing
-        "maxon_166954",  # lasting input speed above the short one
+        "maxon_166954",  # continuous input speed above the short-time one
     }  # fmt: skip
 
 
-def test_a_fault_tells_place_printed_and_predicted(imported: list[LintFault]) -> None:
+def test_a_fault_states_place_printed_and_predicted_value(imported: list[LintFault]) -> None:
     fault = next(f for f in imported if f.key == "maxon_350909" and f.column.startswith("stall_current"))
     line = keys("motors.csv").index("maxon_350909") + 2
     assert (Path(fault.file).name, fault.row) == ("motors.csv", line)
@@ -151,8 +151,8 @@ def test_nine_percent_pass_and_eleven_do_not(name: str, factor: float) -> None:
     assert {f.column for f in check_motor({**RE40, name: value * worse}) if f.severity is Severity.ERROR} == {name}
 
 
-def test_a_sheet_printed_per_phase_and_rms_is_judged_in_its_own_convention() -> None:
-    """RE40's numbers as a sinusoidal machine would print them; the prediction comes back in rms amperes."""
+def test_a_row_per_phase_and_rms_is_checked_in_its_own_convention() -> None:
+    """The RE 40's values in the convention of a sinusoidal machine; the predicted value is in rms amperes."""
     rms = {**RE40, "kind": "brushless", "current_basis": "rms", "winding_basis": "phase", "resistance": 0.1495}
     rms |= {"inductance": 4.1e-5, "torque_constant": 0.0302 * math.sqrt(1.5)}
     rms |= {name: RE40[name] / math.sqrt(1.5) for name in ("no_load_current", "nominal_current", "stall_current")}  # type: ignore[operator]
@@ -229,7 +229,7 @@ SOUND_STRAIN_WAVE: dict[str, Cell] = {
 @pytest.mark.parametrize(
     ("change", "column", "severity"),
     [
-        ({"tilting_moment_limit": 170.0}, "tilting_moment_limit", "error"),  # 7550 N at half of 42.5 mm: 160 N m
+        ({"tilting_moment_limit": 170.0}, "tilting_moment_limit", "error"),  # the static rating of 7550 N at half of 42.5 mm is 160 N m
         ({"axial_load_limit": 18e3}, "axial_load_limit", "error"),
         ({"radial_load_limit": 7600.0}, "radial_load_limit", "error"),
         ({"bearing_static_rating": 75.5e3}, "bearing_static_rating", "warning"),
@@ -240,7 +240,7 @@ SOUND_STRAIN_WAVE: dict[str, Cell] = {
         ({"drag_temperature_1": None}, "drag_temperature_1", "error"),
         ({"efficiency": 0.95}, "mesh_efficiency", "error"),
         ({"drag_temperature_1": -0.0436}, "drag_temperature_1", "warning"),
-        ({"drag_temperature_2": 0.002}, "drag_temperature_1", "warning"),  # would grow again above 31 C
+        ({"drag_temperature_2": 0.002}, "drag_temperature_1", "warning"),  # the drag would increase again above 31 C
         ({"drag_torque": 0.5}, "drag_torque", "error"),
         ({"starting_torque": 0.5}, "starting_torque", "error"),
         ({"back_driving_torque": 0.031}, "back_driving_torque", "warning"),
@@ -265,12 +265,12 @@ def test_an_odd_denominator_is_an_error_only_when_one_digit_makes_it() -> None:
     usual = [row(line, "19683/125") for line in range(2, 2 + FAMILY)]
     odd = [row(20, "19683/64"), row(21, "19683/225"), row(22, "19683/124")]
     found = {(r.line, finding.severity.value) for r, finding in check_families([*usual, *odd])}
-    assert found == {(20, "warning"), (21, "error")}  # 124 for 125 moves the ratio by less than a sheet's tolerance
-    assert check_families([*usual[1:], *odd]) == []  # too few to know what is usual
-    assert check_families([*usual, *odd[:1], row(23, "19683/64")]) == []  # two alike are a family of their own
+    assert found == {(20, "warning"), (21, "error")}  # 124 instead of 125 changes the ratio by less than the tolerance of a data sheet
+    assert check_families([*usual[1:], *odd]) == []  # too few gears to tell the usual denominator
+    assert check_families([*usual, *odd[:1], row(23, "19683/64")]) == []  # two gears with the same denominator are a family of their own
 
 
-def test_slips_are_named_both_ways() -> None:
+def test_unit_mistakes_are_named_in_both_directions() -> None:
     assert "rpm" in slip(9.55) and "rpm" in slip(1 / 9.55)
     assert "rms" in slip(math.sqrt(2.0))
     assert slip(1.07) == "" and slip(4.0) == ""
@@ -303,14 +303,14 @@ def test_texts_units_duplicates_and_missing_sources(tmp_path: Path) -> None:
     assert found[2].key == "B"
 
 
-def test_pairs_are_held_against_the_keys_of_all_folders(tmp_path: Path) -> None:
+def test_pairs_are_checked_against_the_keys_of_all_folders(tmp_path: Path) -> None:
     gears = "key,kind,ratio,continuous_torque [Nm],repeated_peak_torque [Nm],source,edition\nG,spur,5,1,2,s,e\n"
     own, other = tmp_path / "own", tmp_path / "other"
     own.mkdir()
     other.mkdir()
     write(own, gears=gears, compatibility="motor_key,gear_keys\nM,G H G\n")
     write(other, gears=gears.replace("\nG,", "\nH,"))
-    assert [(f.column, f.printed) for f in lint(own)] == [("gear_keys", "H"), ("gear_keys", "G")]  # no motors: no look
+    assert [(f.column, f.printed) for f in lint(own)] == [("gear_keys", "H"), ("gear_keys", "G")]  # there is no table of motors, so their keys are not checked
     assert [(f.printed, f.severity.value) for f in lint(own, beside=[other])] == [("G", "warning")]
 
 

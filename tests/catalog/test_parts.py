@@ -1,4 +1,4 @@
-"""Brakes, amplifiers and prices: read in SI, refused without their conventions, held against themselves."""
+"""Brakes, amplifiers and prices: read in SI, refused without their conventions, checked for consistency."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ def test_an_amplifier_is_read_in_dc_amperes_whatever_it_prints(tmp_path: Path, b
 
 
 def test_one_amplifier_in_all_conventions_is_one_amplifier() -> None:
-    """Beckhoff prints one power stage as 6.364 A amplitude and another of the family as 4.5 A rms."""
+    """Beckhoff prints one power stage with 6.364 A amplitude and another of the same family with 4.5 A rms."""
     sheets = read_catalog().amplifiers
     one, other = sheets["beckhoff_EL7411"], sheets["beckhoff_ELM7211"]
     assert one.continuous_current == pytest.approx(other.continuous_current, rel=1e-4)
     assert one.peak_current == pytest.approx(other.peak_current, rel=1e-4)
 
 
-def test_an_amplifier_without_its_convention_is_refused_and_told_why(tmp_path: Path) -> None:
+def test_an_amplifier_without_its_convention_is_refused_with_the_reason(tmp_path: Path) -> None:
     folder = table(tmp_path, "amplifiers.csv", AMPLIFIERS + "A,,5,10,3,10,50\nB,amplitude,5,10,3,10,50\n")
     with pytest.raises(InputError) as refused:
         read_catalog(folder)
@@ -63,7 +63,7 @@ def test_an_amplifier_without_its_convention_is_refused_and_told_why(tmp_path: P
     assert [fault.row for fault in lint(folder) if fault.column == "current_basis"] == [2, 3]
 
 
-def test_a_brake_that_does_not_say_on_which_side_it_holds_is_refused(tmp_path: Path) -> None:
+def test_a_brake_without_its_side_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="differ by the ratio"):
         read_catalog(table(tmp_path, "brakes.csv", BRAKES + "B,,1.42,24,8.4,0.35,0.011,35\n"))
 
@@ -85,7 +85,7 @@ def test_a_price_without_currency_day_or_kind_is_refused(tmp_path: Path, missing
 
 def test_a_price_must_name_a_part_that_exists(tmp_path: Path) -> None:
     table(tmp_path, "prices.csv", PRICES + "B,it,10,,EUR,listed,2026,s\nC,it,10,,EUR,listed,2026,s\n")
-    assert lint(tmp_path) == []  # no folder says what there is
+    assert lint(tmp_path) == []  # without a table of parts the key cannot be checked
     table(tmp_path, "brakes.csv", BRAKES.strip() + ",source,edition\nB,motor,1.42,24,8.4,0.35,0.011,35,s,e\n")
     assert [(fault.row, fault.printed) for fault in lint(tmp_path)] == [(3, "C")]
 
@@ -149,7 +149,7 @@ def catalog() -> Catalog:
     return read_catalog()
 
 
-def test_how_many_there_are(catalog: Catalog) -> None:
+def test_number_of_shipped_rows(catalog: Catalog) -> None:
     assert (len(catalog.brakes), len(catalog.amplifiers), len(catalog.prices)) == (25, 8, 177)
     assert sum(price.kind == "listed" for price in catalog.prices) == 113
     assert {price.currency for price in catalog.prices} == {"EUR", "USD"}
@@ -166,6 +166,6 @@ def test_every_row_is_cited(name: str) -> None:
 
 
 def test_makers_ask_for_the_torque_that_they_print(catalog: Catalog) -> None:
-    """PI's motor brake is the B&R brake of size 2: torque and power equal."""
+    """PI's motor brake is the B&R brake of size 2: torque and power are equal."""
     one, other = catalog.brakes["PI_L-417"], catalog.brakes["BR_8JSA_2"]
     assert (one.static_torque, one.power) == (other.static_torque, other.power) == (1.42, 8.4)

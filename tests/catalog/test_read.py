@@ -1,4 +1,4 @@
-"""Catalogue folders become motors, gears and pairs; conventions are converted, never guessed."""
+"""Catalogue folders are read as motors, gears and pairs; conventions are converted, never guessed."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ def test_a_folder_is_read_in_si(tmp_path: Path) -> None:
 
 
 def test_one_machine_printed_in_every_convention_is_one_motor(tmp_path: Path) -> None:
-    """From the phase quantities: torque and copper loss of a sinusoidal machine, not from the converter's factors."""
+    """Expected values from torque and copper loss of a sinusoidal machine, not from the factors of the converter."""
     phase_resistance, phase_inductance, amplitude, torque = 0.3, 0.4e-3, 4.0, 1.2
     rms = amplitude / math.sqrt(2.0)
     loss = 3.0 * phase_resistance * rms**2
-    # Two phases in series carry the dc equivalent: same copper loss, same torque.
+    # The DC equivalent flows through two phases in series, with the same copper loss and torque.
     direct = math.sqrt(loss / (2.0 * phase_resistance))
     printed = {"dc": direct, "rms": rms, "peak": amplitude}
     rows = [

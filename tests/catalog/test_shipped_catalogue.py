@@ -1,4 +1,4 @@
-"""The shipped rows: cited, unpriced, evenly spread, pairable, and able to drive what the examples ask."""
+"""The shipped catalogue: sources, no prices, even coverage, possible pairs, and drives for typical joints."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from drivetrain.catalog.read import Catalog, compatible_pairs, read_catalog
 from drivetrain.whole_files import shipped
 
 STEPS = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]
-ASSUMED_EFFICIENCY = 0.7  # of strain-wave gears, whose rows print none
+ASSUMED_EFFICIENCY = 0.7  # of strain-wave gears, whose rows give none
 OVERLOAD = 3.0  # of the nominal current, for short peaks
 
 
@@ -45,20 +45,20 @@ def test_every_row_is_cited_marked_and_unpriced(name: str) -> None:
     assert all("index id" not in row["source"] for row in rows(name))
 
 
-def test_motors_say_how_their_ampere_is_known() -> None:
+def test_motors_state_the_evidence_of_their_current_basis() -> None:
     for row in rows("motors.csv"):
         assert (row["current_basis"], row["winding_basis"]) == ("dc", "line_line")
         assert row["basis_evidence"]
 
 
 def test_frameless_constants_can_only_be_per_dc_ampere(catalog: Catalog) -> None:
-    """No-load speed against V/kt: a little below for dc; far below for rms; above, which cannot be, for peak."""
+    """No-load speed over V/kt: slightly below 1 for dc; far below for rms; above 1, which is impossible, for peak."""
     for motor in (m for m in catalog.motors.values() if m.frameless):
         assert motor.nominal_voltage is not None and motor.no_load_speed is not None
         share = motor.no_load_speed * motor.torque_constant / motor.nominal_voltage
         assert 0.92 < share < 0.985
-        assert share * math.sqrt(2.0 / 3.0) < 0.81  # were it rms: friction would eat a fifth of the voltage
-        assert share * math.sqrt(4.0 / 3.0) > 1.05  # were it peak: faster than the voltage allows
+        assert share * math.sqrt(2.0 / 3.0) < 0.81  # if it were rms, friction would take a fifth of the voltage
+        assert share * math.sqrt(4.0 / 3.0) > 1.05  # if it were peak, the speed would exceed what the voltage allows
 
 
 def test_torques_are_covered_evenly(catalog: Catalog) -> None:
@@ -72,7 +72,7 @@ def test_every_housed_motor_has_a_gear_and_every_gear_a_motor(catalog: Catalog) 
     assert {m.key for m in catalog.motors.values() if not m.frameless} <= paired_motors
     assert set(catalog.pairs) == {m.key for m in catalog.motors.values() if not m.frameless}
     alone = {gear.maker for gear in catalog.gears.values() if gear.key not in paired_gears}
-    assert alone == {"Beckhoff", "Nabtesco"}  # said in SOURCES.md
+    assert alone == {"Beckhoff", "Nabtesco"}  # stated in SOURCES.md
 
 
 def test_strain_wave_rows_hold_what_their_size_implies(catalog: Catalog) -> None:
@@ -87,7 +87,7 @@ def test_strain_wave_rows_hold_what_their_size_implies(catalog: Catalog) -> None
 
 
 def drivers(catalog: Catalog, peak: float, lasting: float, speed: float, volts: float) -> set[tuple[str, str]]:
-    """Pairs that reach a peak torque at a joint speed, and a lasting torque, in plain statics without rotor inertia."""
+    """Pairs with enough peak torque at a joint speed and enough continuous torque, without rotor inertia."""
     found = set()
     for motor_key, gear_key in compatible_pairs(catalog):
         motor, gear = catalog.motors[motor_key], catalog.gears[gear_key]

@@ -1,4 +1,4 @@
-"""The table reader: units, rows as an editor counts them, and every fault at once."""
+"""The table reader: units, line numbers, and all faults together."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def only_row(tmp_path: Path, header: str, cells: str) -> Table:
     return table(tmp_path, f"{NEEDED},{header}\nA,brushless,dc,line_line,1,10,{cells}\n")
 
 
-BY_STUDY = {  # what no sheet says and a study fills in
+BY_STUDY = {  # fields that no data sheet gives and a study provides
     "winding_share", "holding", "brake", "load_friction", "staged", "stage_driving", "stage_driven", "stage_inertia",
     "stage_torque", "stage_speed", "stage_words", "friction_allowance", "inductance_allowance",
 }  # fmt: skip
@@ -63,14 +63,14 @@ def test_every_field_of_a_sheet_has_a_column_and_the_reverse(columns: tuple[Colu
 
 
 @pytest.mark.parametrize("name", TABLES)
-def test_columns_are_told_once_and_their_units_exist(name: str) -> None:
+def test_columns_are_unique_and_their_units_exist(name: str) -> None:
     columns = TABLES[name]
     assert len(by_name(columns)) == len(columns)
     for column in columns:
         assert column.meaning.endswith(".")
         if column.content == NUMBER:
             assert column.low is not None and column.high is not None and column.low < column.high
-            to_si(1.0, column.unit, unit=column.unit)  # raises for a unit nobody knows
+            to_si(1.0, column.unit, unit=column.unit)  # raises for an unknown unit
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def test_a_ratio_may_be_negative_but_not_zero_and_stages_are_whole(tmp_path: Pat
     assert [(fault.line, fault.header) for fault in read.faults] == [(3, "ratio"), (4, "stages")]
 
 
-def test_an_empty_file_and_one_that_is_no_text(tmp_path: Path) -> None:
+def test_an_empty_file_and_one_that_is_not_text(tmp_path: Path) -> None:
     assert "header row" in table(tmp_path, "\n\n").faults[0].problem
     (tmp_path / "table.csv").write_bytes(b"key\xff\xfe,kind\n")
     with pytest.raises(InputError, match="UTF-8"):

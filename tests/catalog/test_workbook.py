@@ -1,4 +1,4 @@
-"""Catalogues and motions in Excel workbooks: what the same tables as CSV give."""
+"""Catalogues and motions in Excel workbooks give the same as the same tables in CSV files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TABLES = {"motors": MOTORS, "gears": GEARS, "compatibility": PAIRS}
 
 
 def cell(text):
-    """As Excel holds what is typed: numbers, truth, texts, nothing."""
+    """A cell as Excel stores typed text: a number, a boolean, a text, or None."""
     if text in ("yes", "no"):
         return text == "yes"
     try:
@@ -66,8 +66,8 @@ def test_catalogue_is_that_of_the_tables(folder):
     assert found.pairs == wanted.pairs
 
 
-def test_capitals_and_spaces_of_a_sheet_s_name_do_not_count(folder):
-    """A sheet called ``Motors `` was passed over unseen."""
+def test_case_and_spaces_of_a_sheet_name_are_ignored(folder):
+    """A sheet named ``Motors `` was ignored without a message."""
     named = {
         "Motors ": TABLES["motors"],
         "GEARS": TABLES["gears"],
@@ -90,7 +90,7 @@ def test_faults_name_sheet_row_and_column(folder):
         dt.read_catalog(workbook(folder / "parts.xlsx", broken))
 
 
-def test_what_is_no_catalogue(folder):
+def test_workbooks_that_are_no_catalogue(folder):
     with pytest.raises(InputError, match="holds no catalogue table"):
         dt.read_catalog(workbook(folder / "other.xlsx", {"stock": MOTORS}))
     (folder / "torn.xlsx").write_bytes(b"PK\x03\x04 torn")
@@ -108,7 +108,7 @@ def test_without_the_reader_it_says_what_to_install(folder, monkeypatch):
 
 
 def test_a_study_of_workbooks(folder):
-    """Catalogue and motion, and a digest that changes with either."""
+    """A study with catalogue and motion in workbooks; its digest changes with either."""
     workbook(folder / "parts.xlsx", TABLES)
     t = np.linspace(0.0, 1.0, 101)
     rows = "\n".join(f"{a!r},{b!r},{0.5 * b!r}" for a, b in zip(t.tolist(), np.sin(np.pi * t) ** 4, strict=True))

@@ -1,4 +1,4 @@
-"""The commander: the currents of the sizing, quiet at rest, inside every limit, and the same in C."""
+"""The commander: the currents of sizing, no chatter at rest, all limits, and the same results in C."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ WIDE = Amplifier(peak_current=200.0, continuous_current=100.0)
 
 
 def lossy(make, *, amplifier: Amplifier = WIDE, coupled: bool = False, **changes):
-    """Friction at joint and motor, a gear with loss and drag, a payload; a belt over the second joint where coupled."""
+    """A study with friction at joint and motor, a gear with loss and drag, a payload; if coupled a belt to joint 2."""
     names = ("j1", "j2", "j3")
     arm = make.planar_arm([0.3, 0.3, 0.2], [1.5, 1.0, 0.5])
     group = ("j2", "j3") if coupled else ()
@@ -82,7 +82,7 @@ SWINGS = {"z": Swing(0.3, 1.5), "x": Swing(0.2, 2.5, 0.4), "yaw": Swing(0.4, 2.0
 
 
 def built(make, which: str, **changes):
-    """A study of the kind; of two motors those of the first joint, which press on each other."""
+    """A study of the given kind; with two motors the first joint's are preloaded against each other."""
     study = lossy(make, coupled=which == "coupled", **changes)
     if which == "moving base":
         return replace(study, base=swinging(SWINGS, study.cycle.time))
@@ -94,14 +94,14 @@ def built(make, which: str, **changes):
 
 
 def carried(study, k: int):
-    """What the base does at a sample."""
+    """Motion of the base at a sample."""
     base = study.base
     return {} if base is None else {"base": (base.position[k], base.velocity[k], base.acceleration[k])}
 
 
 @pytest.mark.parametrize("which", WHICH + CLOSED)
 def test_the_torques_are_those_of_the_evaluation(make, which: str) -> None:
-    """Every sample at which no friction fades: the judge's kernel goes its own way through the same motion."""
+    """At all samples where friction is not reduced; the judge's kernel computes the same motion independently."""
     found = EXAMPLES[which]() if which in EXAMPLES else evaluate(built(make, which, supply=Supply(400.0)))
     commander, cycle, compared = Commander(found), found.study.cycle, 0
     names = (None, *(one.name for one in found.study.payloads))
@@ -123,8 +123,10 @@ def test_the_torques_are_those_of_the_evaluation(make, which: str) -> None:
 
 
 def test_noise_at_rest_does_not_chatter(make) -> None:
-    """A tenth of the fading speed as noise moves the current by less than a tenth of what a change of direction does;
-    at rest it is that of a lossless mesh, and it is continuous through zero."""
+    """Speed noise of a tenth of the fading speed changes the current by less than a tenth of the change at a reversal.
+
+    At rest the current is that of a mesh without loss, and it is continuous through zero speed.
+    """
     found = evaluate(lossy(make, supply=Supply(400.0)))
     commander, nothing, q = Commander(found), np.zeros(3), np.array([0.3, 0.2, -0.4])
     slow = SLOW * np.array([np.abs(joint.series.speed).max() for joint in found.joints.values()])
@@ -141,8 +143,8 @@ def test_noise_at_rest_does_not_chatter(make) -> None:
     np.testing.assert_allclose(rest, lossless, atol=0.1)
 
 
-def test_no_more_voltage_than_there_is(make) -> None:
-    """What the winding then asks, inductance counted, never exceeds the supply; where it is short it is just met."""
+def test_the_voltage_does_not_exceed_the_supply(make) -> None:
+    """The winding's voltage, including inductance, never exceeds the supply, and equals it if it is the limit."""
     found = evaluate(lossy(make, supply=Supply(7.0)))
     commander, cycle, motor = Commander(found, rate=1000.0), found.study.cycle, make.motor
     volts, before, short = 0.95 * 7.0, np.zeros(3), 0
@@ -162,8 +164,7 @@ def test_no_more_voltage_than_there_is(make) -> None:
 
 
 def test_overload_folds_back_when_amplifiers_do(make) -> None:
-    """From cold the peak current lasts as long as the sheet's law says, then the continuous one is left, without
-    jumping back."""
+    """From the cold state the peak current lasts as long as the I2t law states; then the continuous current remains."""
     amplifier = Amplifier(peak_current=3.0, continuous_current=1.5, peak_time=2.0)
     study = lossy(make, amplifier=amplifier)
     slow = replace(amplifier, peak_time=None, thermal_time_constant=3.5)
@@ -173,13 +174,13 @@ def test_overload_folds_back_when_amplifiers_do(make) -> None:
         nothing, hard = np.zeros(3), np.array([100.0, 0.0, 0.0])
         course = np.array([abs(commander(nothing, nothing, hard)[0]) for _ in range(600)])
         lasts = np.flatnonzero(course < 2.999)[0] / 100.0
-        assert lasts == pytest.approx(wanted, abs=0.011)  # a tick
+        assert lasts == pytest.approx(wanted, abs=0.011)  # one tick
         np.testing.assert_allclose(course[int(lasts * 100) + 2 :], 1.5, rtol=1e-9)
         assert commander.overload[0] == pytest.approx(1.0)
 
 
-def test_an_amplifier_without_overload_has_none_used_up(make) -> None:
-    """Its continuous current is its peak current: there is no room to fill, so none is told."""
+def test_an_amplifier_without_overload_capacity_reports_none_used(make) -> None:
+    """If the continuous current is the peak current there is no I2t limit, so the used share is zero."""
     amplifier = Amplifier(peak_current=3.0, continuous_current=3.0, peak_time=2.0)
     commander = Commander(evaluate(lossy(make, amplifier=amplifier)), rate=100.0)
     commander(np.zeros(3), np.zeros(3), np.full(3, 100.0))
@@ -187,9 +188,11 @@ def test_an_amplifier_without_overload_has_none_used_up(make) -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, 2.0])
-def test_a_winding_that_grows_hot_gets_less(make, speed: float) -> None:
-    """Against both nodes integrated by small steps of their own, friction of a motor that turns warming the housing;
-    the limit of 125 C is never passed."""
+def test_a_hot_winding_gets_less_current(make, speed: float) -> None:
+    """Temperatures against an integration of both nodes in small steps, with motor friction as heat of the housing.
+
+    The limit of 125 C is never exceeded.
+    """
     study = lossy(make)
     study = replace(study, joints=tuple(replace(task, gear_heat=0.0) for task in study.joints))
     commander = Commander(evaluate(study), rate=20.0)
@@ -199,7 +202,7 @@ def test_a_winding_that_grows_hot_gets_less(make, speed: float) -> None:
     cw, ch = motor.winding_time_constant / inner, motor.housing_time_constant / outer
     copper = 0.0039 / (1.0 + 0.0039 * (motor.reference_temperature - 25.0))
     moving, hottest, turning = np.array([speed, 0.0, 0.0]), 0.0, 50.0 * speed
-    rubbed = (0.01 + 1e-5 * turning) * turning  # what ``lossy`` says of the motor's shaft [W]
+    rubbed = (0.01 + 1e-5 * turning) * turning  # friction of the motor's shaft in ``lossy`` [W]
     for _ in range(20 * 120):
         amperes = float(commander(nothing, nothing, hard, nothing, moving)[0])
         resistance = motor.resistance * (1.0 + copper * (winding - motor.reference_temperature))
@@ -213,8 +216,8 @@ def test_a_winding_that_grows_hot_gets_less(make, speed: float) -> None:
     assert abs(amperes) < 0.6 * abs(commander.wanted[0])
 
 
-def test_feedback_pulls(make) -> None:
-    """An error asks for the acceleration bandwidth^2 e + 2 bandwidth e', no more and no less."""
+def test_feedback_adds_the_stated_acceleration(make) -> None:
+    """An error adds exactly the acceleration bandwidth^2 e + 2 bandwidth e'."""
     found = evaluate(lossy(make, supply=Supply(4000.0)))
     commander = Commander(found, bandwidth=25.0)
     q, qd, nothing = np.array([0.3, 0.2, -0.4]), np.array([1.0, -1.0, 0.5]), np.zeros(3)
@@ -244,9 +247,12 @@ def at(array):
 
 @pytest.mark.parametrize("far", [1.0, 1e4])
 @pytest.mark.parametrize("which", WHICH)
-def test_the_c_code_is_the_same(make, tmp_path: Path, which: str, far: float) -> None:
-    """Random ticks in turn, states going on, into every limit; to 1e-12 of the largest current, also for targets far
-    beyond any arm's (there without the gears' heat, of which the rounding is that of loads of 1e8 N m)."""
+def test_the_c_code_gives_the_same_currents(make, tmp_path: Path, which: str, far: float) -> None:
+    """Random consecutive ticks that reach all limits agree to 1e-12 of the largest current.
+
+    This includes targets far beyond any arm's, there without the gears' heat, whose rounding is that of loads of 1e8 N
+    m.
+    """
     tight = Amplifier(peak_current=9.0, continuous_current=3.0, peak_time=0.5)
     study = built(make, which, amplifier=tight, supply=Supply(20.0))
     found = ur5() if which == "ur5" else evaluate(study)
@@ -266,7 +272,7 @@ def test_the_c_code_is_the_same(make, tmp_path: Path, which: str, far: float) ->
         targets = rng.uniform(-1.0, 1.0, (5, n)) * np.array([[3.0], [3.0], [10.0], [3.0], [3.0]])
         targets[[0, 2, 3]] *= far
         base = rng.uniform(-1.0, 1.0, (3, 6))
-        targets[1] *= rng.choice([1.0, 0.003, 0.0])  # also where friction fades, and at rest
+        targets[1] *= rng.choice([1.0, 0.003, 0.0])  # including reduced friction, and rest
         targets[3:] = targets[3:] if k % 4 == 0 else targets[:2]
         moves = which == "moving base"
         ours = commander(*targets, **({"base": base} if moves else {}))
@@ -275,7 +281,7 @@ def test_the_c_code_is_the_same(make, tmp_path: Path, which: str, far: float) ->
         worst, largest = max(worst, np.abs(ours - current).max()), max(largest, np.abs(current).max())
         limited += int((np.abs(commander.wanted - ours) > 1e-6).sum())
     assert limited > 100 and worst <= 1e-12 * largest
-    assert largest <= (200.0 if which == "ur5" else 9.0)  # of the amplifiers, to the last digit
+    assert largest <= (200.0 if which == "ur5" else 9.0)  # the amplifiers' limit, exactly
     np.testing.assert_allclose(state[2], commander.winding_temperature, rtol=1e-12)
     before = state.copy()
     targets[2, 0] = np.nan
@@ -285,8 +291,7 @@ def test_the_c_code_is_the_same(make, tmp_path: Path, which: str, far: float) ->
 
 @pytest.mark.parametrize("which", CLOSED)
 def test_closed_loops_in_c_are_the_same(tmp_path: Path, which: str) -> None:
-    """Ticks near and far from each other, states going on; what is out of reach is refused by both, and nothing has
-    changed then."""
+    """Consecutive ticks near and far from each other; both refuse positions out of reach, with unchanged states."""
     commander = Commander(EXAMPLES[which](), rate=50.0)
     there, n = compiled(commander, tmp_path), len(commander.joints)
     places = commander.memory[WHOLE_AT]
@@ -311,10 +316,11 @@ def test_closed_loops_in_c_are_the_same(tmp_path: Path, which: str) -> None:
             continue
         assert told == 0
         worst, largest = max(worst, np.abs(ours - current).max()), max(largest, np.abs(current).max())
-        # The rise of one tick, as differences of rounding add up over all of them; a temperature has 16 digits.
+        # The rise within one tick is compared, since rounding differences add up over all ticks; temperatures have 16
+        # digits.
         rise, ours_rise = (state - before)[2 * n : 3 * n], commander.winding_temperature - cooler
         np.testing.assert_allclose(rise, ours_rise, rtol=0.0, atol=1e-12 * np.abs(cooler).max())
-        # Pins stay closed wherever the arm has come.
+        # Pins are closed at all positions.
         if k % 50 == 0:
             wanted = whole_motion(commander.study.arm.linkage, targets[:1], targets[1:2], targets[2:3])
             np.testing.assert_allclose(places["place"], wanted.position[0], atol=1e-9)
@@ -325,8 +331,7 @@ def test_closed_loops_in_c_are_the_same(tmp_path: Path, which: str) -> None:
 
 
 def test_ideal_drives_move_the_linkage_as_pinocchio_does() -> None:
-    """Of drives that lose nothing and weigh nothing the currents are torques, under which pinocchio's constrained
-    dynamics moves all joints as the commander wants."""
+    """With lossless, massless drives, pinocchio's constrained dynamics under the commanded torques follows the target."""
     light = {
         "motor": {"rotor_inertia": 1e-12},
         "gear": {"efficiency": 1.0, "inertia": 1e-12},
@@ -344,7 +349,7 @@ def test_ideal_drives_move_the_linkage_as_pinocchio_does() -> None:
         np.testing.assert_allclose(found, whole.acceleration[0], atol=1e-6 * np.abs(whole.acceleration).max())
 
 
-def test_a_base_that_moves_must_be_told(make) -> None:
+def test_the_motion_of_a_moving_base_is_required(make) -> None:
     moving, still = (Commander(evaluate(built(make, which))) for which in ("moving base", "lossy"))
     rest = np.zeros((3, 3))
     for wrong, told in ((None, "moves: its motion"), (np.zeros(6), "shape"), (np.full((3, 6), np.nan), "finite")):
@@ -354,14 +359,14 @@ def test_a_base_that_moves_must_be_told(make) -> None:
         still(*rest, base=np.zeros((3, 6)))
 
 
-def test_nothing_piles_up(make) -> None:
+def test_memory_does_not_grow(make) -> None:
     commander, row = Commander(evaluate(lossy(make))), np.zeros(3)
     commander(row, row, row)
     tracemalloc.start()
     before = tracemalloc.get_traced_memory()[0]
     for _ in range(2000):
         commander(row, row, row)
-    assert tracemalloc.get_traced_memory()[0] - before < 2000  # bytes; one forgotten float a tick were 48 000
+    assert tracemalloc.get_traced_memory()[0] - before < 2000  # bytes; one leaked float per tick would be 48 000
     tracemalloc.stop()
 
 
@@ -375,7 +380,7 @@ def test_nothing_piles_up(make) -> None:
         ("abc", [0, 0, 0], [0, 0, 0]),
     ],
 )
-def test_ticks_that_are_none(make, wrong) -> None:
+def test_invalid_arguments_of_a_tick_are_errors(make, wrong) -> None:
     commander = Commander(evaluate(lossy(make)))
     before = commander([0.1, 0, 0], [0, 0, 0], [0, 0, 0]).copy()
     with pytest.raises(InputError, match="q"):
@@ -383,7 +388,7 @@ def test_ticks_that_are_none(make, wrong) -> None:
     np.testing.assert_array_equal(commander.axes["current"], before)
 
 
-def test_commanders_that_are_none(make) -> None:
+def test_invalid_commanders_are_errors(make) -> None:
     found = evaluate(lossy(make))
     time = np.linspace(0.0, 1.0, 11)
     for wrong, told in (

@@ -1,4 +1,4 @@
-"""Puts the random arms of the agreement tests where these tests can import them."""
+"""Makes the random arms of the agreement tests importable."""
 
 from __future__ import annotations
 

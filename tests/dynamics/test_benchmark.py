@@ -14,7 +14,7 @@ def test_benchmark_on_a_few_samples(capsys: pytest.CaptureFixture[str]) -> None:
     spec = importlib.util.spec_from_file_location("benchmark_inverse_dynamics", BENCHMARK)
     benchmark = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(benchmark)
-    # Times of so few samples mean nothing and are not looked at; the agreement is.
+    # Times of so few samples are meaningless and not checked; the agreement of results is.
     assert benchmark.main(["--samples", "70", "--repeats", "1"]) == 0
     printed = capsys.readouterr().out
     for name in ("drivetrain, rotors off", "rotors on the joint axes", "rneaInParallel", "MuJoCo", "us/sample"):
@@ -22,7 +22,7 @@ def test_benchmark_on_a_few_samples(capsys: pytest.CaptureFixture[str]) -> None:
     assert "met     all agree with pinocchio" in printed
 
 
-def test_missed_targets_are_told_by_the_exit_code() -> None:
+def test_missed_targets_give_an_exit_code() -> None:
     spec = importlib.util.spec_from_file_location("benchmark_inverse_dynamics", BENCHMARK)
     benchmark = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(benchmark)

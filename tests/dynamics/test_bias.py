@@ -1,4 +1,4 @@
-"""The torques of speeds, of gravity and of the tip, against what they are parts of."""
+"""The torques due to speeds, gravity and tip wrench add up to the whole."""
 
 from __future__ import annotations
 

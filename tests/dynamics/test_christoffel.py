@@ -24,7 +24,7 @@ def geared(seed: int, kind: str, level: RotorLevel = RotorLevel.FULL) -> Arm:
 
 def slopes(arm: Arm, q: np.ndarray) -> np.ndarray:
     """dM_ij/dq_k by central differences of fourth order, (N, n, n, n)."""
-    h = 2e-4  # unbalanced rotors turn 30 times faster than their joints
+    h = 2e-4  # the step is small because unbalanced rotors turn 30 times faster than their joints
     columns = []
     for unit in np.eye(arm.n):
         far, near = ([mass_matrix(arm, q + s * k * h * unit) for s in (1, -1)] for k in (2, 1))
@@ -39,7 +39,7 @@ def test_equation_8_17(kind: str, level: RotorLevel) -> None:
     q, _, _ = motion(60, arm.n, 3)
     rate = slopes(arm, q)  # i j k: dM_ij/dq_k
     wanted = 0.5 * (rate + np.swapaxes(rate, 2, 3) - np.moveaxis(rate, 3, 1))
-    # Differences: rounding of M over h, and (30 h)^4 of the fast rotors.
+    # Errors of the differences: rounding of M over h, and (30 h)^4 due to the fast rotors.
     assert error(christoffel_symbols(arm, q), wanted) < 1e-8
 
 
@@ -56,13 +56,13 @@ def test_equations_8_18_and_8_19(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_passivity(kind: str) -> None:
-    """Proposition 8.1, with dM/dt by differences, which know nothing of the symbols."""
+    """Proposition 8.1, with dM/dt by differences, independently of the symbols."""
     arm = geared(62, kind)
     q, qd, _ = motion(62, arm.n, 4)
     rate = np.einsum("sijk,sk->sij", slopes(arm, q), qd)
     skew = rate - 2.0 * coriolis_matrix(arm, q, qd)
     assert error(skew, -np.swapaxes(skew, 1, 2)) < 1e-8
-    assert np.abs(skew).max() > 1e-2  # and it is not skew by being nothing
+    assert np.abs(skew).max() > 1e-2  # the matrix is not zero, which would be skew-symmetric too
 
 
 def test_pairs_in_figure_8_2() -> None:

@@ -18,7 +18,7 @@ Y, Z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
 def link(name, axis, point, com, mass, rod, **options):
-    """A body with an inertia that no axis makes simple."""
+    """A body whose principal axes are along no axis of its frame."""
     return LoopLink(
         name, axis, np.array(point), mass, np.array(com), mass * np.diag([0.02, 0.03, 0.025]) * rod, **options
     )
@@ -35,7 +35,7 @@ def open_chain(links, tip, **options):
 def palletiser(skew=0.0):
     """Turret, lower arm, forearm, wrist, flange; crank and rod drive the forearm, two parallelograms level the wrist.
 
-    With a skew the linkages are no parallelograms, so nothing is linear in the driven joints.
+    With a skew the linkages are not parallelograms, so the passive joints are not linear in the driven ones.
     """
     main = open_chain(
         [
@@ -61,7 +61,7 @@ def palletiser(skew=0.0):
 
 
 def actuator():
-    """A boom on a screw: a cylinder hinged at the base pushes it."""
+    """A boom driven by a screw hinged at the base."""
     main = open_chain([link("boom", Y, [0, 0, 1.0], [0.6, 0, 1.1], 30.0, 2.0)], [1.2, 0, 1.1])
     start, end = np.array([0.1, 0, 0.2]), np.array([0.5, 0, 1.0])
     along = (end - start) / np.linalg.norm(end - start)
@@ -83,7 +83,7 @@ def motion(arm, samples=12, seed=3):
 
 @pytest.mark.parametrize("name", CASES)
 def test_closed_positions_speeds_accelerations(name):
-    """Pins stay closed, and the rates are those of the positions: central differences along a path."""
+    """Pins are closed, and the rates are the derivatives of the positions, by central differences along a path."""
     arm = CASES[name]
     q, qd, qdd = motion(arm)
     step = 1e-5
@@ -102,13 +102,13 @@ def test_closed_positions_speeds_accelerations(name):
                 place = np.array([exp_pose(screw * angle) for angle in here[:, joint]]) @ place
             ends.append(place[..., :3, 3])
         assert np.abs(ends[0] - ends[1]).max() < 1e-10
-    # The second difference of rounding 1e-16 over 1e-10: some 1e-5; truncation is of the same size.
+    # Rounding of 1e-16 in a second difference over 1e-10 gives some 1e-5; the truncation error is of the same size.
     np.testing.assert_allclose((after - before) / (2 * step), found.velocity, atol=1e-6 * np.abs(qd).max() * 10)
     np.testing.assert_allclose((after - 2 * here + before) / step**2, found.acceleration, rtol=1e-3, atol=1e-3)
 
 
 def mujoco_model(arm):
-    """Bodies as one tree of MuJoCo, pins as connect constraints; bodies stand at the world's axes when at zero."""
+    """The bodies as one MuJoCo tree, with pins as connect constraints; at zero bodies have the axes of the world."""
     loops, chains = arm.linkage.loops, arm.linkage.chains
     spec = mujoco.MjSpec()
     spec.option.gravity = arm.gravity
@@ -136,7 +136,7 @@ def mujoco_model(arm):
 
 @pytest.mark.parametrize("name", CASES)
 def test_torques_against_mujoco(name):
-    """MuJoCo's tree torques and the Jacobian of its equality constraints, whose multipliers free the passive joints."""
+    """MuJoCo's tree torques, with multipliers of its equality constraints chosen for zero torque of passive joints."""
     arm = CASES[name]
     q, qd, qdd = motion(arm)
     model = mujoco_model(arm)
@@ -149,7 +149,7 @@ def test_torques_against_mujoco(name):
         model.opt.disableflags = 0
         mujoco.mj_forward(model, data)
         rows = data.efc_J.reshape(-1, model.nv)[: 3 * len(loops.pins)].copy()
-        # MuJoCo, too, finds the pins closed and the speeds kept.
+        # In MuJoCo, too, the pins are closed and the speeds satisfy the constraints.
         assert np.abs(data.efc_pos[: len(rows)]).max() < 1e-9 and np.abs(rows @ data.qvel).max() < 1e-8
         model.opt.disableflags = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
         mujoco.mj_forward(model, data)
@@ -164,7 +164,7 @@ def test_torques_against_mujoco(name):
 
 @pytest.mark.parametrize("name", CASES)
 def test_accelerations_of_pinocchio(name):
-    """Under our torques pinocchio's constrained dynamics moves tree and pins by our accelerations."""
+    """Under our torques pinocchio's constrained dynamics gives our accelerations."""
     arm = CASES[name]
     q, qd, qdd = motion(arm, seed=5)
     moved = constrained(arm)
@@ -177,7 +177,7 @@ def test_accelerations_of_pinocchio(name):
 
 @pytest.mark.parametrize("name", CASES)
 def test_power_balance(name):
-    """Power of the drives is the rate of kinetic and potential energy, by differences of MuJoCo's energies."""
+    """The power of the drives is the rate of kinetic and potential energy, by differences of MuJoCo's energies."""
     arm = CASES[name]
     q, qd, qdd = motion(arm, samples=4, seed=8)
     model = mujoco_model(arm)
@@ -197,7 +197,7 @@ def test_power_balance(name):
 
 
 def test_parallelograms_are_a_coupling():
-    """In an exact palletiser the elbow follows crank less lower arm, and the flange stays level."""
+    """In a palletiser with exact parallelograms the elbow follows crank minus lower arm, and the flange stays level."""
     arm = CASES["palletiser"]
     q = motion(arm)[0]
     position = whole_motion(arm.linkage, q, 0 * q, 0 * q).position
@@ -206,8 +206,8 @@ def test_parallelograms_are_a_coupling():
     np.testing.assert_allclose(position[:, 3], -q[:, crank], atol=1e-9)
 
 
-def test_reads_wrenches_where_no_loop_closes():
-    """Wrenches of turret and flange are known, of joints in loops they are not."""
+def test_wrenches_are_known_outside_of_loops():
+    """Wrenches at turret and flange are determined, those at joints within loops are not (NaN)."""
     arm = CASES["palletiser"]
     loads = joint_loads(arm, *motion(arm))
     known = ~np.isnan(loads.wrench).any(axis=(0, 2))
@@ -217,7 +217,7 @@ def test_reads_wrenches_where_no_loop_closes():
     np.testing.assert_allclose(loads.wrench[:, 0, 2], loads.gear[:, 0], rtol=1e-9, atol=1e-9)
 
 
-def test_refuses_what_does_not_know_loops():
+def test_functions_for_open_chains_refuse_loops():
     arm = CASES["palletiser"]
     q = np.zeros(arm.n)
     for call in (dt.mass_matrix, dt.tip_pose, dt.gravity_torque):
@@ -229,7 +229,7 @@ def test_refuses_what_does_not_know_loops():
 
 
 def test_dead_centres_and_reach():
-    """What pins cannot hold is told with the positions."""
+    """Positions at which pins cannot close are reported."""
     with pytest.raises(dt.InputError, match=r"reach|dead centre"):
         inverse_dynamics(CASES["actuator"], [2.0], [0.0], [0.0])
     one = open_chain(

@@ -22,7 +22,7 @@ from drivetrain.errors import InputError
 from drivetrain.spatial.poses import adjoint, inverse_pose
 from drivetrain.spatial.wrenches import bracket
 
-# The oracle multiplies twists of rotors a hundred times as fast as their joints, and cancels most of the products.
+# The reference multiplies twists of rotors a hundred times as fast as their joints, and most products cancel.
 TOLERANCE = 1e-10
 KINDS = [None, "coaxial", "balanced", "unbalanced", "mixed"]
 
@@ -82,7 +82,7 @@ def se3(screw: np.ndarray) -> np.ndarray:
 
 
 def exponential(screw: np.ndarray, angle: complex) -> np.ndarray:
-    """Of a unit screw, by the powers of its matrix: the fourth is minus the second."""
+    """Exponential of a unit screw by the powers of its matrix, of which the fourth is minus the second."""
     one, two, three = (np.linalg.matrix_power(se3(screw), k) for k in (1, 2, 3))
     if not screw[:3].any():
         return np.eye(4) + angle * one
@@ -90,7 +90,7 @@ def exponential(screw: np.ndarray, angle: complex) -> np.ndarray:
 
 
 def complex_mass(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """M by equation 8.57 in complex numbers, from the rates of homogeneous matrices and second moments of mass."""
+    """M by equation 8.57 in complex numbers, from rates of homogeneous matrices and second moments of mass."""
 
     moved, columns, result = [np.eye(4, dtype=complex)], [], np.zeros((arm.n, arm.n), dtype=complex)
     for i, screw in enumerate(arm.screws):
@@ -99,7 +99,7 @@ def complex_mass(arm: Arm, q: np.ndarray) -> np.ndarray:
         moved.append(moved[i] @ exponential(screw, q[i]))
 
     def add(home: np.ndarray, mass: float, tensor: np.ndarray, velocities: list[np.ndarray]) -> None:
-        """Second moments of a body and the rates of its pose for unit joint rates: trace of (T' S T'^T)."""
+        """Add a body: trace of (T' S T'^T) with its second moments S and the rates T' of its pose per joint rate."""
         moments = np.zeros((4, 4))
         moments[:3, :3] = 0.5 * np.trace(tensor) * np.eye(3) - tensor
         moments[3, 3] = mass
@@ -121,7 +121,7 @@ def complex_mass(arm: Arm, q: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", [None, "coaxial", "unbalanced"])
 def test_rate_of_the_mass_matrix_by_a_complex_step(kind: str | None) -> None:
-    """Exercise 8.7 against the derivative along the motion, exact but for rounding."""
+    """Exercise 8.7 against the derivative along the motion, which is exact to rounding."""
     bare = random_arm(7, "RPHR")
     rotors = None if kind is None else rotors_of(7, kind, bare.n)
     arm = bare if rotors is None else with_rotors(bare, rotors)
@@ -134,7 +134,7 @@ def test_rate_of_the_mass_matrix_by_a_complex_step(kind: str | None) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_stacked_equations_of_the_book(kind: str | None) -> None:
-    """Equations 8.68 to 8.71 solved as they stand, and what is misprinted in 8.74."""
+    """Equations 8.68 to 8.71 solved directly, and the misprint in 8.74."""
     arm = arm_of(1, EVERY_JOINT, kind)
     q, qd, qdd = (x[0] for x in motion(1, arm.n))
     tip = np.random.default_rng(1).normal(size=6)
@@ -153,7 +153,7 @@ def test_stacked_equations_of_the_book(kind: str | None) -> None:
     assert error(wrong, wanted) > 1e-3
 
 
-def test_exercise_8_7_as_printed_is_wrong_and_as_mended_right() -> None:
+def test_exercise_8_7_as_printed_is_wrong_and_as_corrected_right() -> None:
     arm = arm_of(1, "RRRRRR", None)
     q, qd, _ = (x[0] for x in motion(1, arm.n))
     m = stacked(arm, q)
@@ -175,7 +175,7 @@ def test_w_is_nilpotent_and_l_its_series(kind: str | None) -> None:
     arm = arm_of(2, "RRRR", kind)
     m = stacked(arm, motion(2, arm.n)[0])
     power, series = np.eye(m.W.shape[1])[np.newaxis], np.zeros_like(m.W)
-    for _ in range(arm.n + 1):  # a rotor on the last link is one deeper than the links
+    for _ in range(arm.n + 1):  # a rotor on the last link is one level deeper than the links
         series = series + power
         power = power @ m.W
     assert not power.any()
@@ -205,7 +205,7 @@ def test_geared_2r_of_the_book() -> None:
 
 def test_one_sample_many_samples_and_none() -> None:
     arm = load_arm("puma560")
-    q, qd, qdd = motion(3, 6, 300)  # more than a chunk
+    q, qd, qdd = motion(3, 6, 300)  # more than one chunk
     many = closed_form(arm, q, qd)
     for k in (0, 299):
         one = closed_form(arm, q[k], qd[k])
@@ -227,7 +227,7 @@ def test_bad_input_is_refused() -> None:
 
 
 def test_levels_differ() -> None:
-    """So that agreement level by level says something."""
+    """Otherwise the agreement at each level would prove nothing."""
     arm = arm_of(4, "RRRRRR", "mixed")
     q, qd, _ = motion(4, arm.n, 1)
     full, reflected, none = (closed_form(at_level(arm, level), q, qd).mass for level in ("full", "reflected", "none"))
@@ -235,8 +235,8 @@ def test_levels_differ() -> None:
     assert error(reflected, none) > 1e-3
 
 
-def test_an_angle_beyond_all_reach_moves_nothing_else() -> None:
-    """A rest of rounding in a body's way along its axis would grow with the angle."""
+def test_a_huge_angle_has_no_effect_on_other_terms() -> None:
+    """A rounding error in the displacement of a body along its axis would grow with the angle."""
     arm = with_rotors(load_arm("ur5"), [Rotor(100.0, 2e-5)] * 6)
     q = np.array([0.3, -1.0, 0.7, 1e59, 0.2, 0.1])
     found = closed_form(arm, q, np.full(6, 0.2))

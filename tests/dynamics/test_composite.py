@@ -1,4 +1,4 @@
-"""Composite bodies against column by column from the recursion, which shares only the table of constants."""
+"""Composite bodies against columns from the recursion, which shares only the table of constants."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.dynamics.samples import run
 from drivetrain.errors import InputError
 
-ROUNDING = 1e-13  # sums of some hundred terms of one size
+ROUNDING = 1e-13  # sums of some hundred terms of equal size
 
 
 def by_columns(arm: Arm, q: np.ndarray) -> np.ndarray:
@@ -32,7 +32,7 @@ def test_column_by_column(joints: str, kind: str | None, level: RotorLevel) -> N
         arm = random_arm(seed, joints)
         if kind is not None:
             arm = with_rotors(arm, rotors_of(seed, kind, arm.n), level=level)
-        q, _, _ = motion(seed, arm.n, 70)  # more than a block
+        q, _, _ = motion(seed, arm.n, 70)  # more than one block
         found = mass_matrix(arm, q)
         assert error(found, by_columns(arm, q)) < ROUNDING
         np.testing.assert_array_equal(found, np.swapaxes(found, 1, 2))

@@ -38,7 +38,7 @@ def coupled(kind: str = "mixed") -> Arm:
 
 
 def differences(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, step: float = 1e-3) -> np.ndarray:
-    """Central differences of sixth order: truncation and rounding both near 1e-12."""
+    """Central differences of sixth order, with errors of truncation and rounding both near 1e-12."""
     columns = []
     for unit in step * np.eye(x.shape[1]):
         rise = [function(x + k * unit) - function(x - k * unit) for k in (1, 2, 3)]
@@ -48,13 +48,13 @@ def differences(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, ste
 
 @pytest.mark.parametrize("size", [9.9e5, 1.1e6, 1e9])
 def test_angles_far_from_zero(size: float) -> None:
-    """Numpy's sine of a far angle gives the near one; whole turns are not whole numbers of pi/2 in binary."""
+    """The reference angle is from numpy's sine and cosine, since whole turns are not exact in binary."""
     arm = random_arm(32)
     q = np.random.default_rng(32).uniform(-size, size, (60, arm.n))
     _, qd, qdd = motion(32, arm.n, 60)
     near = np.arctan2(np.sin(q), np.cos(q))
     found, wanted = (inverse_dynamics_derivatives(arm, x, qd, qdd) for x in (q, near))
-    # 1e-15 for the angle near zero, some hundred operations after it.
+    # An error of 1e-15 of the reduced angle, followed by some hundred operations.
     assert max(error(found.q, wanted.q), error(found.qd, wanted.qd), error(found.qdd, wanted.qdd)) < 1e-13
 
 
@@ -62,12 +62,12 @@ def test_angles_far_from_zero(size: float) -> None:
 @pytest.mark.parametrize("kind", [*KINDS, "coupled"])
 def test_against_differences(kind: str, level: RotorLevel) -> None:
     arm = at_level(coupled() if kind == "coupled" else arm_of(kind), level)
-    q, qd, qdd = motion(31, arm.n, 19)  # one group of samples whole, one not
+    q, qd, qdd = motion(31, arm.n, 19)  # one complete group of samples, one incomplete
     tip = np.random.default_rng(31).normal(size=(19, 6))
     found = inverse_dynamics_derivatives(arm, q, qd, qdd, tip_wrench=tip)
     by_q = differences(lambda x: inverse_dynamics(arm, x, qd, qdd, tip_wrench=tip), q)
     by_qd = differences(lambda x: inverse_dynamics(arm, q, x, qdd, tip_wrench=tip), qd)
-    # Rotors turn by up to 120 times the step, and unbalanced ones with it.
+    # Unbalanced rotors turn by up to 120 times the step.
     assert error(found.q, by_q) < (1e-5 if kind in ("unbalanced", "mixed", "coupled") else 1e-10)
     assert error(found.qd, by_qd) < 1e-10
     assert error(found.qdd, mass_matrix(arm, q)) < 1e-14
@@ -77,7 +77,7 @@ def test_against_differences(kind: str, level: RotorLevel) -> None:
 
 @pytest.mark.parametrize("kind", [*KINDS, "coupled"])
 def test_against_pinocchio(kind: str) -> None:
-    """Its rotors are bodies on joints of their own, that turn as N says: ``G^T J G`` with G the joints' speeds."""
+    """In pinocchio rotors are bodies on own joints that follow by N: ``G^T J G`` with the speeds G per joint speed."""
     arm = coupled() if kind == "coupled" else arm_of(kind)
     peer = InPinocchio(arm)
     spread = np.stack([peer.spread(unit) for unit in np.eye(arm.n)], axis=1)
@@ -89,7 +89,7 @@ def test_against_pinocchio(kind: str) -> None:
         by_q, by_qd, mass = pin.computeRNEADerivatives(peer.model, peer.data, *(peer.spread(x) for x in sample))
         mass = np.triu(mass) + np.triu(mass, 1).T
         for ours, theirs in ((found.q[k], by_q), (found.qd[k], by_qd), (found.qdd[k], mass)):
-            # What cancels in the product is larger by the square of the ratios, up to 120.
+            # Terms that cancel in the product are larger by the square of the ratios, up to 120.
             assert error(ours, spread.T @ theirs @ spread) < 1e-10
 
 

@@ -1,4 +1,4 @@
-"""Ellipsoids of the mass matrix: what they promise, tried out with the forward dynamics of an arm at rest."""
+"""Ellipsoids of the mass matrix against the forward dynamics of an arm at rest."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def weightless(seed: int, joints: str = "RRRRRR", kind: str = "mixed") -> Arm:
 
 
 def pushed(arm: Arm, q: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Acceleration of the tip, from rest, by a force on it in base axes: by J^T into forward dynamics."""
+    """Acceleration of the tip from rest for a force on it in base axes, by forward dynamics with J^T F."""
     rest = np.zeros(arm.n)
     jacobian = tip_jacobian(arm, q)[3:]
     return jacobian @ forward_dynamics(arm, q, rest, jacobian.T @ force)
@@ -49,7 +49,7 @@ def test_torques_of_unit_accelerations_lie_on_the_torque_ellipsoid() -> None:
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     torques = inverse_dynamics(arm, np.tile(q, (20, 1)), np.zeros((20, arm.n)), ways)
     inside = torques @ found.directions / found.semi_axes
-    np.testing.assert_allclose(np.linalg.norm(inside, axis=1), 1.0, rtol=1e-9)  # the condition number of M
+    np.testing.assert_allclose(np.linalg.norm(inside, axis=1), 1.0, rtol=1e-9)  # rounding times the condition number of M
     for size, way in zip(found.semi_axes, found.directions.T, strict=True):
         along = inverse_dynamics(arm, q, np.zeros(arm.n), way)
         np.testing.assert_allclose(along, size * way, atol=1e-11 * found.semi_axes[0])
@@ -68,7 +68,7 @@ def test_acceleration_ellipsoid_is_the_inverse() -> None:
 
 
 def test_some_joints_held() -> None:
-    """Locked joints need not be known: the others' torques are what the whole matrix says in their rows."""
+    """With some joints held, the torques of the others are the rows of the whole matrix."""
     arm = weightless(102)
     q = motion(102, arm.n, 1)[0][0]
     found = torque_ellipsoid(arm, q, joints=[4, 1])
@@ -82,7 +82,7 @@ def test_some_joints_held() -> None:
 
 
 @pytest.mark.parametrize("joints", ["RRR", "RRRRRR", "PRHRR", "RR"])
-def test_tip_ellipsoids_are_what_a_push_does(joints: str) -> None:
+def test_tip_ellipsoids_agree_with_accelerations_of_a_pushed_tip(joints: str) -> None:
     arm = weightless(103, joints)
     q = motion(103, arm.n, 1)[0][0]
     moved, forces = tip_acceleration_ellipsoid(arm, q), tip_force_ellipsoid(arm, q)
@@ -91,7 +91,7 @@ def test_tip_ellipsoids_are_what_a_push_does(joints: str) -> None:
         along = pushed(arm, q, unit) @ unit
         assert effective_mass(arm, q, 5.0 * unit) == pytest.approx(1.0 / along, rel=1e-9)
     if arm.n >= 3:
-        np.testing.assert_allclose(moved.matrix @ forces.matrix, np.eye(3), atol=1e-9)  # its condition
+        np.testing.assert_allclose(moved.matrix @ forces.matrix, np.eye(3), atol=1e-9)  # by its condition number
     else:
         assert moved.semi_axes[2] == 0.0 and forces.semi_axes[0] == np.inf
         stuck = forces.directions[:, 0]
@@ -108,12 +108,12 @@ def test_equation_8_21_where_the_jacobian_is_square() -> None:
     assert error(tip_force_ellipsoid(arm, q).matrix, wanted) < 1e-9
     held = np.random.default_rng(104).normal(size=3)
     held /= np.linalg.norm(held)
-    # Held to a line the tip is at least as heavy as when it may give way.
+    # Kept on a line, the tip has at least the effective mass of a tip that is free to move sideways.
     assert (held @ wanted @ held >= effective_mass(arm, q, held)).all()
 
 
 def test_tip_energy_is_joint_energy() -> None:
-    """Equation 8.20: (qd M qd) = (V Lambda V) for an arm without spare joints."""
+    """Equation 8.20: (qd M qd) = (V Lambda V) for an arm without redundant joints."""
     arm = weightless(105, "RPR", "balanced")
     q, qd, _ = motion(105, 3, 6)
     velocity = (tip_jacobian(arm, q)[:, 3:] @ qd[:, :, None])[..., 0]
@@ -122,7 +122,7 @@ def test_tip_energy_is_joint_energy() -> None:
     np.testing.assert_allclose(tip, joints, rtol=1e-9)
 
 
-def test_axes_turn_the_view() -> None:
+def test_axes_rotate_the_ellipsoid() -> None:
     arm = weightless(106)
     q = motion(106, 6, 1)[0][0]
     turn, _ = np.linalg.qr(np.random.default_rng(106).normal(size=(3, 3)))
@@ -145,12 +145,12 @@ def test_planar_arm_stretched_and_out_of_its_plane() -> None:
     assert np.isinf(forces.semi_axes[:2, 0]).all() and np.isfinite(forces.semi_axes[2]).all()
     np.testing.assert_allclose(np.abs(forces.directions[0, :, 0]), along[0, :2], atol=1e-12)
     assert np.isinf(effective_mass(arm, postures, [0, 0, 1.0])).all()
-    # Stretched and pushed across, only mass 2 moves: joint 2 lets the first link stand.
+    # A stretched arm pushed sideways moves only mass 2, since joint 2 leaves the first link at rest.
     assert effective_mass(arm, [0.0, 0.0], [0.0, 1.0, 0.0]) == pytest.approx(1.0, rel=1e-12)
 
 
 def test_near_singular_masses_keep_their_digits() -> None:
-    """Stretched but for 1e-5 rad, mass and mobility differ by 1e10; the mass along is 1/sin^2 plus a bounded part."""
+    """At 1e-5 rad from stretched, mass and mobility differ by 1e10; the mass along the arm is 1/sin^2 plus O(1)."""
     arm, bend = planar_2r_arm(Planar2R()), 1e-5
     largest = tip_force_ellipsoid(arm, [0.0, bend], axes=XY).semi_axes[0]
     # det(Lambda) = det(M)/det(J)^2 = (1 + sin^2)/sin^2 and trace by eq. 8.21 with unit masses.
@@ -196,11 +196,11 @@ def massless() -> Arm:
 def test_a_joint_without_inertia_is_refused(function: object) -> None:
     with pytest.raises(InputError, match="moves no inertia"):
         function(massless(), np.zeros(2))
-    assert torque_ellipsoid(massless(), np.zeros(2)).semi_axes[1] == 0.0  # a flat ellipsoid is no error
+    assert torque_ellipsoid(massless(), np.zeros(2)).semi_axes[1] == 0.0  # a flat ellipsoid is not an error
 
 
 def test_two_joints_on_one_inertia_are_refused() -> None:
-    """Both joints turn the same body about the same axis: M is singular, though its diagonal is not zero."""
+    """Both joints turn the same body about the same axis: M is singular although its diagonal is not zero."""
     home = np.tile(np.eye(4), (2, 1, 1))
     screws = [[0, 0, 1, 0, 0, 0], [0, 0, 1, 0, 0, 0]]
     arm = Arm.from_screws(home, screws, [0.0, 1.0], [np.zeros((3, 3)), np.eye(3)])

@@ -35,7 +35,7 @@ def pendulum(inertia: float = 0.8, rotor: Rotor | None = None) -> Arm:
 
 
 def random_arm(seed: int, *, unbalanced: bool = True) -> Arm:
-    """Six joints with rotors on all kinds of carriers, off their axes and out of balance."""
+    """Six joints with rotors on various carriers, off their axes and unbalanced."""
     rng = np.random.default_rng(seed)
     arm = load_arm("ur5-corrected")
     rotors = []
@@ -55,7 +55,7 @@ def test_one_mass_on_a_spring() -> None:
 
 
 def rotor_inertias(arm: Arm, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What ties the rotors to the joints, and their own part."""
+    """The block that couples rotors and joints, and the rotors' own block."""
     whole = free_mass(arm, np.atleast_2d(q))
     shared, own = whole[:, : arm.n, arm.n :], whole[:, arm.n :, arm.n :]
     return (shared, own) if np.ndim(q) == 2 else (shared[0], own[0])
@@ -79,13 +79,13 @@ def test_rotor_inertias_are_the_parts_of_the_mass_matrix(seed: int) -> None:
     locked = mass_matrix(at_level(arm, RotorLevel.NONE), q)
     whole = locked + shared + np.swapaxes(shared, 1, 2) + own
     np.testing.assert_allclose(whole, mass_matrix(arm, q), rtol=1e-12, atol=1e-12)
-    assert np.abs(shared).max() > 1e-4  # there is something to be wrong
+    assert np.abs(shared).max() > 1e-4  # the coupling is not negligible, so that an error would show
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_unbalanced_rotors_by_turning_them_alone(seed: int) -> None:
-    # With all joints but one rotor's ratio kept, M(ratio) is quadratic in that ratio: its linear part is S.
-    # A posture of zero keeps every rotor at its own zero whatever its ratio.
+    # With only one rotor's ratio varied, M(ratio) is quadratic in that ratio, and its linear part is S.
+    # At joint positions of zero every rotor is at zero, independent of its ratio.
     arm = random_arm(seed)
     q = np.zeros(arm.n)
     shared, own = rotor_inertias(arm, q)
@@ -101,13 +101,13 @@ def test_unbalanced_rotors_by_turning_them_alone(seed: int) -> None:
 
 
 def test_unbalanced_rotors_turn_with_their_joints() -> None:
-    # Half a joint turn of a rotor of even ratio leaves it where it was; of odd ratio it does not. The energy of a
-    # rotor that spins alone while its carrier moves must be what a separate body of that momentum has.
+    # After half a turn of the joint, a rotor with an even ratio is in its initial orientation, one with an odd ratio is
+    # not. The energy of a rotor that spins while its carrier moves must be that of a separate body.
     arm = random_arm(7)
     q = np.array([0.4, -1.1, 0.7, 2.0, -0.6, 0.9])
     shared, own = rotor_inertias(arm, q)
     locked = mass_matrix(arm, q) - shared - shared.T - own
-    # Rotors locked where the joints have brought them: by turning their home frames there and taking them along.
+    # Rotors locked in the orientation at these joint positions: their home frames are rotated accordingly.
     turned = []
     for rotor, angle in zip(arm.rotors, q, strict=True):
         turn = pin.exp6(np.concatenate([rotor.screw[3:], rotor.screw[:3]]) * rotor.ratio * angle).homogeneous
@@ -127,7 +127,7 @@ def test_free_frequencies_are_those_of_the_larger_system() -> None:
         masses = np.block([[links, shared[k]], [shared[k].T, own[k]]])
         springs = np.block([[np.diag(stiffness), -np.diag(stiffness)], [-np.diag(stiffness), np.diag(stiffness)]])
         squares = np.sort(np.linalg.eigvals(np.linalg.solve(masses, springs)).real)
-        # n motions wind no spring up.
+        # n modes deflect no spring.
         np.testing.assert_allclose(squares[: arm.n], 0.0, atol=1e-8 * squares[-1])
         np.testing.assert_allclose(found, np.sqrt(squares[arm.n :]) / (2 * math.pi), rtol=1e-8)
 
@@ -137,7 +137,7 @@ def test_free_is_never_below_locked() -> None:
     q = np.random.default_rng(2).normal(size=(6, arm.n))
     stiffness = np.full(arm.n, 1e4)
     heavy = with_rotors(arm, [replace(r, inertia=1e6 * r.inertia) for r in arm.rotors])
-    # Rotors without end are as good as locked, where they sit on the base and so do not weigh on the links.
+    # Rotors of very large inertia are effectively locked, if they are on the base and so do not load the links.
     based = with_rotors(arm, [Rotor(50.0, 1e4, carrier=-1) for _ in arm.rotors])
     np.testing.assert_allclose(
         free_frequencies(based, q, stiffness), locked_frequencies(based, q, stiffness), rtol=1e-4
@@ -179,7 +179,7 @@ def test_tip_jacobian_is_pinocchios() -> None:
     model = pin.Model()
     parent, before = 0, pin.SE3.Identity()
     for i in range(arm.n):
-        # A joint at its point, z along its axis, in the frame of the joint before.
+        # A joint at its point, z along its axis, in the frame of the previous joint.
         axis = arm.screws[i, :3]
         placed = pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0, 1]), axis).matrix(), arm.joint_points[i])
         parent = model.addJoint(parent, pin.JointModelRZ(), before.actInv(placed), f"joint {i}")
@@ -196,19 +196,19 @@ def test_joint_springs_alone() -> None:
     stiffness = np.array([2e4, 3e4, 1e4, 6e3, np.inf, 4e3])
     force = np.array([0, 0, 0, 3.0, -5.0, 20.0])
     moved = tip_compliance(arm, q, stiffness) @ force
-    # Joint torques that hold the force, by virtual work on displaced postures.
+    # Joint torques that balance the force, by virtual work at displaced postures.
     step = 1e-6
     torque = np.array([
         force[3:] @ (tip_pose(arm, q + step * e)[:3, 3] - tip_pose(arm, q - step * e)[:3, 3]) / (2 * step)
         for e in np.eye(arm.n)
     ])  # fmt: skip
     tip = tip_pose(arm, q + 1e-3 * torque / stiffness)[:3, 3] - tip_pose(arm, q - 1e-3 * torque / stiffness)[:3, 3]
-    # Central differences of a posture a thousandth as far: second order.
+    # Central differences with steps of a thousandth: second order.
     np.testing.assert_allclose(moved[3:], tip / 2e-3, rtol=1e-6, atol=1e-10)
 
 
 def test_a_beam_on_a_joint() -> None:
-    # A joint at the base with a spring, a beam of 0.8 m along x, the tip at its end: P L^2/K + P L^3/(3 E I).
+    # An elastic joint at the base and a beam of 0.8 m along x with the tip at its end: P L^2/K + P L^3/(3 E I).
     length, stiffness = 0.8, 9e3
     tip = np.eye(4)
     tip[0, 3] = length
@@ -217,10 +217,10 @@ def test_a_beam_on_a_joint() -> None:
     soft = tip_compliance(arm, [0.0], [stiffness], beams=beams)
     expected = length**2 / stiffness + length**3 / (3 * SECTION.bending_x)
     assert soft[5, 5] == pytest.approx(expected, rel=1e-12)
-    # Turned by the joint, the beam turns along: lifted upright it only stretches.
+    # The beam rotates with the joint: in the vertical position it is only stretched.
     upright = tip_compliance(arm, [np.pi / 2], [stiffness], beams=beams)
     assert upright[5, 5] == pytest.approx(length / SECTION.axial, rel=1e-9)
-    # A tip beyond the beam's end feels its turn as well.
+    # A tip beyond the end of the beam also moves by the rotation of that end.
     far = replace(arm, tip=np.block([[np.eye(3), np.array([[length + 0.3], [0], [0]])], [np.zeros((1, 3)), 1]]))
     compliance, lever = beam_compliance(SECTION, length), 0.3
     by_hand = compliance[4, 4] - 2 * lever * compliance[0, 4] + lever**2 * compliance[0, 0]

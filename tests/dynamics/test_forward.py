@@ -1,4 +1,4 @@
-"""Forward dynamics: doors, hand figures, and arms that cannot be solved."""
+"""Forward dynamics: checks of input, values computed by hand, and singular arms."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_pendulum() -> None:
     # (I + m l^2) a = tau - m g l cos q
     found = forward_dynamics(arm, [0.6], [5.0], [1.5])
     np.testing.assert_allclose(found, [(1.5 - 2 * 9.81 * np.cos(0.6)) / 2.3], rtol=1e-14)
-    # Pushing the world down by the pendulum's weight holds it as a torque would.
+    # A tip force on the environment equal to the pendulum's weight supports it like a torque.
     pushed = forward_dynamics(arm, [0.0], [0.0], [0.0], tip_wrench=[0, 0, 0, 0, -2 * 9.81, 0])
     np.testing.assert_allclose(pushed, [0.0], atol=1e-14)
 
@@ -51,7 +51,7 @@ def test_massless_last_link_is_named() -> None:
 
 
 def test_gimbal_lock_is_named_with_its_sample() -> None:
-    """A top in massless gimbals: where the first and last axes fall on one line, one of them is one too many."""
+    """A top in massless gimbals: if the first and last axes coincide, the mass matrix is singular."""
     screws = [[0, 0, 1, 0, 0, 0], [1, 0, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]]
     inertias = [np.zeros((3, 3)), np.zeros((3, 3)), np.diag([1.0, 1.0, 1.5])]
     arm = Arm.from_screws(np.tile(np.eye(4), (3, 1, 1)), screws, [0.0, 0.0, 2.0], inertias)
@@ -70,7 +70,7 @@ def test_a_rotor_gives_a_massless_link_inertia() -> None:
 
 
 def test_very_unequal_links() -> None:
-    """A milligram at the end of a tonne: the matrix is scaled, so that size alone is no singularity."""
+    """A mass of 1 mg after one of 1000 kg: the matrix is scaled, so that small size alone is not singular."""
     arm = pendulums([1000.0, 1e-6], 1e-9)
     found = forward_dynamics(arm, [0.0, np.pi / 2], [0.0, 0.0], [1000 * 9.81, 0.0])
     assert np.isfinite(found).all()

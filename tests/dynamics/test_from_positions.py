@@ -1,4 +1,4 @@
-"""Torques from readings of positions: against the torques of the motion that was read."""
+"""Torques from position readings against the torques of the true motion."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TIME = 1e-3 * np.arange(2000)
 
 
 def wave() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Two frequencies a joint, other ones for each."""
+    """A motion with two frequencies per joint, different for each joint."""
     w = np.pi * (1.0 + 0.3 * np.arange(6))
     a = np.array([1.2, 0.5, 0.7, 1.0, 0.8, 1.5])
     x, y = w * TIME[:, None] + 0.7 * np.arange(6), 3.0 * w * TIME[:, None]
@@ -38,7 +38,7 @@ def readings(q: np.ndarray, bits: int) -> np.ndarray:
 @pytest.mark.parametrize("bits", [12, 14, 16, 20])
 @pytest.mark.parametrize("known", [True, False])
 def test_encoder(bits: int, known: bool) -> None:
-    """Peaks and RMS within 5 and 3 per cent where differencing is off by hundreds or thousands."""
+    """Errors of peaks and RMS below 5 and 3 per cent, where those of differences are hundreds or thousands."""
     q, qd, qdd = wave()
     wanted = inverse_dynamics(ARM, q, qd, qdd)
     read = readings(q, bits)
@@ -63,7 +63,8 @@ def test_deviation_is_that_of_the_errors(bits: int) -> None:
     inner = slice(200, 1800)
     actual = rms((found.torque - inverse_dynamics(ARM, q, qd, qdd))[inner])
     told = rms(found.deviation[inner])
-    # A wave is smoother than the random third differences that the spline expects: told up to three times too large.
+    # A wave is smoother than the spline's model of random third differences, so deviations are up to three times too
+    # large.
     assert ((actual / told > 0.3) & (actual / told < 1.2)).all()
     again = torque_from_positions(ARM, TIME, read, resolution=step(bits))
     np.testing.assert_array_equal(found.deviation, again.deviation)
@@ -74,7 +75,7 @@ def test_exact_positions_are_not_smoothed() -> None:
     found = torque_from_positions(ARM, TIME, q, resolution=0.0)
     assert not found.deviation.any()
     inner = slice(1, -1)
-    # Central differences: (w dt)^2 / 12 = 5e-5 of the fastest joint's third harmonic.
+    # The error of central differences is (w dt)^2 / 12 = 5e-5 of the fastest joint's third harmonic.
     assert rms((found.torque - inverse_dynamics(ARM, q, qd, qdd))[inner]).max() < 1e-3 * rms(found.torque).max()
     assert found.qd == pytest.approx(qd, abs=2e-2)
     assert all("no smoothing" in words for words in found.smoothing)

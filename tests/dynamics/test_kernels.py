@@ -1,4 +1,4 @@
-"""Blocks of samples: sines and cosines to the last digit, batches of any size, and numbers that are none."""
+"""Kernels for blocks of samples: accuracy of sines and cosines, batches of any size, NaN and infinity."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ def test_sines_and_cosines(size: float, offset: float, far: bool) -> None:
     x = rng.uniform(-size, size, BLOCK)
     x[:4] = [0.0, -0.0, size, -size]
     c, s = sines(x, offset, far)
-    # By the sum of angles, since x + offset is not exact for large x.
+    # By the addition theorem, since x + offset is not exact for large x.
     wanted_c = np.cos(x) * np.cos(offset) - np.sin(x) * np.sin(offset)
     wanted_s = np.sin(x) * np.cos(offset) + np.cos(x) * np.sin(offset)
-    # Three roundings of numbers up to 1, and up to pi where the offset joins.
+    # Three roundings of numbers up to 1, and up to pi with an offset.
     assert np.abs(c - wanted_c).max() < 1e-15
     assert np.abs(s - wanted_s).max() < 1e-15
 
@@ -61,7 +61,7 @@ def test_a_batch_is_its_samples(n: int, count: int) -> None:
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e200])
 @pytest.mark.parametrize("place", [(0, 0), (1, 5), (63, 3), (64, 0), (129, 2)])
 @pytest.mark.parametrize("which", [0, 1, 2])
-def test_what_is_no_number_is_seen_anywhere(value: float, place: tuple[int, int], which: int) -> None:
+def test_nan_and_infinity_are_detected_anywhere(value: float, place: tuple[int, int], which: int) -> None:
     arm, samples = random_arm(0), [series.copy() for series in motion(0, 6, 130)]
     samples[which][place] = value
     with pytest.raises(InputError, match=("q", "qd", "qdd")[which]):

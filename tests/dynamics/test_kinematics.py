@@ -1,4 +1,4 @@
-"""Poses and Jacobians against differences, exponentials and each other."""
+"""Poses and Jacobians against matrix exponentials, differences and each other."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_jacobians_are_rates_of_the_pose(joints: str) -> None:
     rate = (steps[0] - 8 * steps[1] + 8 * steps[2] - steps[3]) / (12 * h)
     inverse = np.linalg.inv(tip_pose(arm, q))
     for k in range(len(q)):
-        # Fourth-order differences of step 1e-4: 1e-11 of rounding, less of truncation.
+        # Fourth-order differences with a step of 1e-4: 1e-11 of rounding, less of truncation.
         assert error(bracket(space_jacobian(arm, q)[k] @ qd[k]), rate[k] @ inverse[k]) < 1e-9
         assert error(bracket(body_jacobian(arm, q)[k] @ qd[k]), inverse[k] @ rate[k]) < 1e-9
 
@@ -45,11 +45,11 @@ def test_jacobians_are_rates_of_the_pose(joints: str) -> None:
 def test_whole_turns_change_nothing() -> None:
     arm = random_arm(62)
     q, _, _ = motion(62, 6)
-    # 100 turns leave 600 rad times 1e-16 of rounding in the angle.
+    # After 100 turns the rounding error of the angle is 600 rad times 1e-16.
     assert error(tip_pose(arm, q + 200 * np.pi), tip_pose(arm, q)) < 1e-12
 
 
-def test_shapes_and_doors() -> None:
+def test_shapes_and_input_checks() -> None:
     arm = random_arm(63)
     q, _, _ = motion(63, 6, 3)
     assert link_poses(arm, q).shape == (3, 6, 4, 4)

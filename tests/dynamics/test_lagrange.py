@@ -1,4 +1,4 @@
-"""Energies and powers: by hand, by differences along motions, over a passive fall, and at the doors."""
+"""Energies and powers: by hand, by differences along motions, in a passive fall, and checks of input."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def geared(seed: int, kind: str, level: RotorLevel = RotorLevel.FULL) -> Arm:
 
 
 def pendulum() -> Arm:
-    """2 kg at 0.5 m below a joint about y, base 1 m under the ceiling's joint: z = 1 - 0.5 cos q."""
+    """2 kg at 0.5 m below a joint about y, which is 1 m above the base: z = 1 - 0.5 cos q."""
     return Arm.from_screws([pose(point=[0, 0, 0.5])], [[0, 1, 0, -1, 0, 0]], [2.0], [np.eye(3) * 0.1])
 
 
@@ -36,7 +36,7 @@ def test_pendulum_by_hand() -> None:
 
 
 def test_rotor_energies_by_hand() -> None:
-    """A wheel of 0.3 kg, 0.002 kg m^2, ratio -50, on the base: its spin counts, and its height 1 m does."""
+    """A rotor of 0.3 kg, 0.002 kg m^2, ratio -50, on the base at a height of 1 m: spin and height count."""
     q, qd = [0.2], [3.0]
     bare, arm = pendulum(), with_rotors(pendulum(), [Rotor(-50.0, 0.002, mass=0.3)])
     spin = 0.5 * 0.002 * (50.0 * 3.0) ** 2
@@ -47,7 +47,7 @@ def test_rotor_energies_by_hand() -> None:
 
 
 def test_an_unbalanced_rotor_lifts_its_own_weight() -> None:
-    """0.4 kg sits 0.1 m off the axis, across at zero; at ratio 3 it is at height 1 - 0.1 sin(3 q)."""
+    """0.4 kg at 0.1 m from the axis, level with it at zero; with ratio 3 its height is 1 - 0.1 sin(3 q)."""
     rotor = Rotor(3.0, np.eye(3) * 1e-3, mass=0.4, home=pose(point=[0.1, 0, 1.0]), screw=[0, 1, 0, -1, 0, 0])
     arm, q = with_rotors(pendulum(), [rotor]), np.linspace(-1, 1, 5)[:, None]
     own = potential_energy(arm, q) - potential_energy(pendulum(), q)
@@ -66,12 +66,12 @@ def test_gravity_is_the_slope_of_the_potential(kind: str, level: RotorLevel) -> 
          - (potential_energy(arm, q + 2 * h * e) - potential_energy(arm, q - 2 * h * e))) / (12 * h)
         for e in np.eye(arm.n)
     ]  # fmt: skip
-    assert error(np.stack(slope, axis=1), gravity_torque(arm, q)) < 1e-9  # rounding of V over h
+    assert error(np.stack(slope, axis=1), gravity_torque(arm, q)) < 1e-9  # rounding error of V over h
 
 
 @pytest.mark.parametrize(("kind", "level"), CASES)
 def test_joint_power_is_the_rate_of_both_energies(kind: str, level: RotorLevel) -> None:
-    """d(T + V)/dt = qd . tau, the energies differentiated along the motion, the torques from the recursion."""
+    """d(T + V)/dt = qd . tau, with energies differentiated along the motion and torques from the recursion."""
     arm = geared(71, kind, level)
     q, qd, qdd = motion(71, arm.n, 4)
     found = power_balance(arm, q, qd, qdd)
@@ -82,14 +82,14 @@ def test_joint_power_is_the_rate_of_both_energies(kind: str, level: RotorLevel) 
         return np.array([kinetic_energy(arm, at, speed), potential_energy(arm, at)])
 
     kinetic, potential = (8 * (energies(h) - energies(-h)) - (energies(2 * h) - energies(-2 * h))) / (12 * h)
-    assert error(found.kinetic, kinetic) < 1e-8  # rounding of the energies over h
+    assert error(found.kinetic, kinetic) < 1e-8  # rounding error of the energies over h
     assert error(found.potential, potential) < 1e-8
     assert error(np.sum(qd * inverse_dynamics(arm, q, qd, qdd), axis=1), kinetic + potential) < 1e-8
     assert error(found.joints, qd * inverse_dynamics(arm, q, qd, qdd)) < 1e-15
     np.testing.assert_array_equal(found.tip, 0.0)
 
 
-def test_power_at_the_tip_is_force_times_way() -> None:
+def test_power_at_the_tip_is_wrench_times_twist() -> None:
     arm = geared(72, "mixed")
     q, qd, qdd = motion(72, arm.n, 3)
     wrench = np.random.default_rng(72).normal(size=(3, 6)) * 20
@@ -98,13 +98,13 @@ def test_power_at_the_tip_is_force_times_way() -> None:
     for sample in range(3):
         here, there = tip_pose(arm, q[sample] - h * qd[sample]), tip_pose(arm, q[sample] + h * qd[sample])
         twist = log_pose(inverse_pose(here) @ there) / (2 * h)
-        assert found.tip[sample] == pytest.approx(wrench[sample] @ twist, rel=1e-7)  # differences over h
+        assert found.tip[sample] == pytest.approx(wrench[sample] @ twist, rel=1e-7)  # error of the differences
     total = found.kinetic + found.potential + found.tip
     assert error(found.joints.sum(axis=1), total) < 1e-12
 
 
 def test_a_falling_arm_keeps_its_energy() -> None:
-    """Without torque T + V stays, while each changes: by RK4 at 0.1 ms over 0.1 s."""
+    """Without torques T + V is constant while both change; by RK4 with steps of 0.1 ms over 0.1 s."""
     arm = geared(73, "coaxial")
     state = np.concatenate(motion(73, arm.n, 1)[:2], axis=1)[0] * 0.3
     free, h, start = np.zeros(6), 1e-4, None
@@ -120,7 +120,7 @@ def test_a_falling_arm_keeps_its_energy() -> None:
         state = state + h / 6 * (a + 2 * b + 2 * c + rate(state + h * c))
     end = kinetic_energy(arm, state[:6], state[6:]), potential_energy(arm, state[:6])
     assert abs(end[0] - start[0]) > 0.1
-    assert sum(end) == pytest.approx(sum(start), abs=1e-10)  # J; RK4 at this step, and rounding
+    assert sum(end) == pytest.approx(sum(start), abs=1e-10)  # [J] error of RK4 with this step, and rounding
 
 
 def test_one_sample_and_a_batch() -> None:

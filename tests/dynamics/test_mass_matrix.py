@@ -1,4 +1,4 @@
-"""Mass matrix, Coriolis matrix and gravity: shapes, doors and what can be said by hand."""
+"""Mass matrix, Coriolis matrix and gravity: shapes, checks of input, and values computed by hand."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_long_batches_are_cut(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_two_slides_and_a_wheel() -> None:
-    """A cross table carrying a wheel: masses add, nothing couples, a rotor adds ratio squared."""
+    """A cross table with a wheel: masses add up, there is no coupling, a rotor adds its inertia times ratio squared."""
     home = np.tile(np.eye(4), (3, 1, 1))
     screws = [[0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 1, 0, 0, 0]]
     bare = Arm.from_screws(home, screws, [3.0, 2.0, 1.0], [np.eye(3) * 0.5] * 3)
@@ -49,11 +49,11 @@ def test_two_slides_and_a_wheel() -> None:
 
 
 def test_rotor_couples_joints_only_at_full_level() -> None:
-    """Two parallel axes: the second rotor also turns with link 0, so J ratio stands off the diagonal."""
+    """Two parallel axes: the second rotor also turns with link 0, so there is an off-diagonal term J ratio."""
     screws = [[0, 0, 1, 0, 0, 0], [0, 0, 1, 0, 0, 0]]
     bare = Arm.from_screws(np.tile(np.eye(4), (2, 1, 1)), screws, [1.0, 1.0], [np.eye(3)] * 2)
     rotors = [Rotor(50.0, 1e-3), Rotor(-80.0, 2e-3)]
-    own = np.array([[2.0, 1.0], [1.0, 1.0]]) + np.diag([2e-3, 0.0])  # rotor 1 rides on link 0
+    own = np.array([[2.0, 1.0], [1.0, 1.0]]) + np.diag([2e-3, 0.0])  # rotor 1 is carried by link 0
     squares = np.diag([50.0**2 * 1e-3, 80.0**2 * 2e-3])
     coupling = np.array([[0.0, -80.0 * 2e-3], [-80.0 * 2e-3, 0.0]])
     levels = {RotorLevel.NONE: own, RotorLevel.REFLECTED: own + squares, RotorLevel.FULL: own + squares + coupling}

@@ -1,4 +1,4 @@
-"""The doors of inverse dynamics: samples and batches, wrong input, far angles, and what is not asked for."""
+"""Inverse dynamics: samples and batches, checks of input, large angles, drive torques and joint wrenches."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_nothing_is_written_back(arm: Arm) -> None:
 @pytest.mark.parametrize("name", ["q", "qd", "qdd"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e200])
 @pytest.mark.parametrize("row", [0, 40, 99])
-def test_numbers_that_are_none(arm: Arm, name: str, value: float, row: int) -> None:
+def test_nan_and_infinity_are_refused(arm: Arm, name: str, value: float, row: int) -> None:
     named = dict(zip(("q", "qd", "qdd"), motion(25, arm.n, 100), strict=True))
     named[name][row, 3] = value
     with pytest.raises(InputError) as caught:
@@ -76,10 +76,10 @@ def test_numbers_that_are_none(arm: Arm, name: str, value: float, row: int) -> N
 
 
 @given(st.integers(0, 2), st.integers(0, 5), st.sampled_from([np.nan, np.inf]))
-def test_a_number_that_is_none_is_never_missed(field: int, joint: int, value: float) -> None:
+def test_nan_and_infinity_are_never_missed(field: int, joint: int, value: float) -> None:
     sample = [np.zeros(6), np.zeros(6), np.zeros(6)]
     sample[field][joint] = value
-    # Joint 0 turns about the vertical: its angle enters no torque at all.
+    # Joint 0 has a vertical axis, so its angle has no effect on any torque.
     upright = Arm.from_screws(
         [np.eye(4)] * 6, [[0, 0, 1.0, 0, 0, 0]] * 6, [1.0] * 6, [np.eye(3)] * 6, joint_points=np.zeros((6, 3))
     )
@@ -108,24 +108,24 @@ def test_wrong_shapes_are_all_named(arm: Arm) -> None:
 
 @pytest.mark.parametrize("size", [1.0, 1e3, 9.9e5, 1.1e6, 1e9])
 def test_angles_far_from_zero(size: float) -> None:
-    """Whole turns are not whole numbers of pi/2 in binary, so numpy's sine is asked for the angle that is meant."""
+    """The reference angle is from numpy's sine and cosine, since whole turns are not exact in binary."""
     arm = random_arm(26)
     rng = np.random.default_rng(26)
     q = rng.uniform(-size, size, (200, 6))
     _, qd, qdd = motion(26, 6, 200)
     near = np.arctan2(np.sin(q), np.cos(q))
-    # 1e-15 for the angle near zero, some hundred operations after it.
+    # An error of 1e-15 of the reduced angle, followed by some hundred operations.
     assert error(inverse_dynamics(arm, q, qd, qdd), inverse_dynamics(arm, near, qd, qdd)) < 1e-13
 
 
 @pytest.mark.parametrize("size", [1e2, 1e5, 1e7])
 def test_rotor_angles_far_from_zero(size: float) -> None:
-    """An unbalanced rotor on the base feels gravity at its own angle, ratio times the joint's."""
+    """The gravity torque of an unbalanced rotor on the base is that at its own angle, ratio times the joint's."""
     offset = np.eye(4)
     offset[:3, 3] = [0.05, 0.02, 0.0]
     rotor = Rotor(100.0, np.diag([1e-3, 2e-3, 2.5e-3]), 0.5, home=offset, screw=[0.6, 0.0, 0.8, 0.0, 0.1, 0.0])
     arm = with_rotors(Arm.from_screws([np.eye(4)], [[0, 0, 1, 0, 0, 0]], [1.0], [np.eye(3)]), [rotor])
-    # Whole numbers, so that a hundred times them is exact.
+    # Integers, so that a hundred times them is exact.
     q = np.round(np.random.default_rng(27).uniform(-size, size, (70, 1)))
     near = np.arctan2(np.sin(100.0 * q), np.cos(100.0 * q)) / 100.0
     rates = np.ones_like(q)
@@ -154,27 +154,27 @@ def test_one_sample_has_no_leading_axis(arm: Arm, level: RotorLevel) -> None:
     np.testing.assert_allclose(loads.motor * ratios, loads.torque, rtol=1e-14)
 
 
-def test_wrench_holds_what_hangs_on_the_joint() -> None:
-    """At rest the joint passes on the weight of what is after it; z of a vertical joint's frame is up."""
+def test_wrench_carries_the_weight_behind_the_joint() -> None:
+    """At rest the joint carries the weight of all links after it; z of a vertical joint's frame is up."""
     home = np.eye(4)
     home[:3, 3] = [0.5, 0.0, 0.3]
     arm = Arm.from_screws([home], [[0, 0, 1, 0, 0, 0]], [2.0], [np.zeros((3, 3))], joint_points=[[0, 0, 0.1]])
     still = np.zeros(1)
     loads = joint_loads(arm, [0.0], still, still)
     np.testing.assert_allclose(loads.wrench, [[0, -2 * 9.81 * 0.5, 0, 0, 0, 2 * 9.81]], atol=1e-14)
-    # The frame turns with the link, so turning changes nothing; the tip pushes the other way.
+    # The frame rotates with the link, so the angle has no effect; the reaction of the tip wrench is opposite.
     pushed = joint_loads(arm, [0.7], still, still, tip_wrench=[0, 0, 0, 0, 0, -2 * 9.81])
     np.testing.assert_allclose(pushed.wrench, np.zeros((1, 6)), atol=1e-14)
 
 
-def test_wrench_moves_with_a_slide() -> None:
-    """A slide carries the frame along, so the weight keeps its lever."""
+def test_wrench_moves_with_a_prismatic_joint() -> None:
+    """The frame moves with a prismatic joint, so the lever arm of the weight is constant."""
     home = np.eye(4)
     home[:3, 3] = [0.0, 0.0, 0.4]
     arm = Arm.from_screws([home], [[0, 0, 0, 1, 0, 0]], [3.0], [np.zeros((3, 3))], joint_points=[[0, 0, 0]])
     still = np.zeros(1)
     for q in (0.0, 1.5):
         loads = joint_loads(arm, [q], still, [2.0])
-        # Joint axis x: the frame's z is the base's x, its x the base's -z, its y the base's y.
+        # For a joint axis along x, the frame's z is the base's x, its x the base's -z, its y the base's y.
         np.testing.assert_allclose(loads.wrench[0], [0, 0.4 * 3 * 2.0, 0, -3 * 9.81, 0, 3 * 2.0], atol=1e-13)
         np.testing.assert_allclose(loads.torque, [6.0], rtol=1e-14)

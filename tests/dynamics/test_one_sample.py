@@ -1,4 +1,4 @@
-"""One sample alone goes by kernels of its own, of the same laws: held against the batch, and what is refused."""
+"""Kernels for a single sample, compiled from the same laws, against batches, and refused input."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import drivetrain as dt
 from drivetrain.arm.arm import Arm
 from drivetrain.errors import InputError
 
-# Roundings of the same sums in another order; accelerations lose the digits of the mass matrix's condition as well.
+# Rounding of the same sums in another order; for accelerations times the condition number of the mass matrix.
 TOLERANCE, BY_MATRIX = 1e-12, 1e-8
 
 
@@ -66,7 +66,7 @@ def test_what_a_batch_refuses_one_sample_refuses_in_the_same_words(name: str, va
 
 @pytest.mark.parametrize("name", CALLS)
 def test_any_kind_of_numbers_gives_the_same(name: str) -> None:
-    """Lists, whole numbers, every second number of an array, and arrays that may not be written to."""
+    """Lists, integers, strided arrays, and read-only arrays."""
     arm, call = arm_of("coaxial"), getattr(dt, name)
     given = np.random.default_rng(0).integers(-2, 3, (CALLS[name], arm.n))
     first = lambda found: getattr(found, "mass", found)  # noqa: E731
@@ -90,7 +90,7 @@ def test_results_are_not_shared() -> None:
 
 @pytest.mark.parametrize("masses", [[1.0, 0.0], [0.0, 1.0]])
 def test_a_joint_that_moves_nothing_is_named_as_in_a_batch(masses: list[float]) -> None:
-    """Without inertia of its own, or two joints that turn one body about one axis: M is singular."""
+    """A link without inertia, or two joints that turn one body about one axis: M is singular."""
     arm = Arm.from_screws(
         np.tile(np.eye(4), (2, 1, 1)), [[0, 0, 1, 0, 0, 0]] * 2, masses, [mass * np.eye(3) for mass in masses]
     )

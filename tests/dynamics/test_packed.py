@@ -1,4 +1,4 @@
-"""The recursion's frames and constants, where geometry is awkward."""
+"""The recursion's frames and constants for difficult geometry."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def along(axes: np.ndarray, points: np.ndarray) -> Arm:
 @pytest.mark.parametrize("tilt", [0.0, 1e-16, 1e-13, 1e-9, 1e-6, 1e-3])
 @pytest.mark.parametrize("turned", [1.0, -1.0])
 def test_nearly_parallel_axes(tilt: float, turned: float) -> None:
-    """Common normals of such axes lie far away or nowhere; these frames do not need them."""
+    """Common normals of such axes are far away or undefined; these frames do not need them."""
     axes = np.array([[0, 0, 1.0], [tilt, 0, turned], [0, tilt, 1.0], [1.0, 0, 0], [1.0, tilt, -tilt]])
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     points = np.array([[0, 0, 0], [0.4, 0, 0.1], [0.8, 0.1, 0.0], [0.9, 0, 0], [1.2, 0.1, 0.1]])
@@ -64,7 +64,7 @@ def test_joint_points_off_the_axis_are_brought_onto_it() -> None:
 
 
 def test_far_from_the_base_frame() -> None:
-    """A base frame a hundred metres away costs its share of digits: a product of 1e2 m twice, of 1e-1 m wanted."""
+    """A base frame 100 m away costs digits: squares of 1e2 m, where the result depends on 1e-1 m."""
     arm = random_arm(34)
     shift = np.array([100.0, -50.0, 30.0])
     home = arm.home.copy()
@@ -83,10 +83,10 @@ def test_an_arm_is_packed_once() -> None:
     assert packed(arm) is packed(arm)
 
 
-def test_the_usual_rotor_needs_no_pass_of_its_own() -> None:
+def test_the_usual_rotor_needs_no_record_of_its_own() -> None:
     bare = random_arm(36, "RRPR")
     usual = with_rotors(bare, [Rotor(100, 1e-4, 0.3)] * 4)
-    # Only that of the slide, whose carrier turns.
+    # Only the rotor of the prismatic joint, whose carrier rotates, has an own record.
     assert packed(usual).rotors.tolist() == [(2, 1, 1)]
     for level in (RotorLevel.NONE, RotorLevel.REFLECTED):
         assert len(packed(with_rotors(bare, usual.rotors, level=level)).rotors) == 0

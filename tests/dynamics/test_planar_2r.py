@@ -1,4 +1,4 @@
-"""The closed form of equation 8.9 against Newton's law for two point masses, the recursion, and the doors."""
+"""The closed form of equation 8.9 against Newton's law for two point masses and the recursion; checks of input."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def samples() -> np.ndarray:
 
 @pytest.mark.parametrize("chain", CHAINS)
 def test_newton_for_two_points(chain: Planar2R) -> None:
-    """Equations 8.11 and 8.12: forces on the masses, and their moments about the joints, in complex numbers."""
+    """Equations 8.11 and 8.12: forces on the masses and their moments about the joints, in complex numbers."""
     q, qd, qdd = samples()
     (m1, m2), (l1, l2) = chain.masses, chain.lengths
     angle, rate, gain = np.cumsum(q, axis=1), np.cumsum(qd, axis=1), np.cumsum(qdd, axis=1)
@@ -54,7 +54,7 @@ def test_one_sample() -> None:
     np.testing.assert_allclose(found, planar_2r_torque(CHAINS[1], q, qd, qdd)[4], rtol=1e-14)
 
 
-def test_wrong_input_is_told_at_once() -> None:
+def test_all_wrong_input_is_reported() -> None:
     with pytest.raises(InputError) as caught:
         Planar2R(masses=(1.0, -2.0), lengths=(0.0, 1.0), gravity=np.nan)
     assert {fault.place for fault in caught.value.faults} == {"masses", "lengths", "gravity"}

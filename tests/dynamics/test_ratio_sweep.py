@@ -1,4 +1,4 @@
-"""The mass matrix over the gear ratio: its powers of the ratio, the limits, and the doors."""
+"""The mass matrix over the gear ratio: powers of the ratio, limits, and checks of input."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def test_constant_linear_and_square_part() -> None:
     assert np.abs(linear).max() > 1e-5  # rotors do couple
 
 
-def test_what_falls_how_fast() -> None:
-    """Ten times the ratio: the links' share a hundred times less, the rotors' share ten times less."""
+def test_shares_of_coupling_fall_with_the_ratio() -> None:
+    """With ten times the ratio the links' share of coupling is a hundredth, the rotors' share a tenth."""
     arm = load_arm("planar-2r")
     ratios = np.array([1e4, 1e5])
     full = sweep_ratio(arm, ELBOWS, ratios)
@@ -53,10 +53,10 @@ def test_what_falls_how_fast() -> None:
     reflected = sweep_ratio(at_level(arm, RotorLevel.REFLECTED), ELBOWS, ratios)
     assert reflected.coupling[0].max() / reflected.coupling[1].max() == pytest.approx(100.0, rel=1e-3)
     assert full.variation[0, 0] / full.variation[1, 0] == pytest.approx(100.0, rel=1e-3)
-    assert full.coupling[1].min() == pytest.approx(1e-5, rel=0.02)  # posture forgotten: 1/G
+    assert full.coupling[1].min() == pytest.approx(1e-5, rel=0.02)  # independent of the posture: 1/G
 
 
-def test_ratio_keeps_the_sense_of_turning_and_direct_drives() -> None:
+def test_with_ratio_keeps_signs_and_direct_drives() -> None:
     bare = random_arm(111, "RRR")
     arm = with_ratio(with_rotors(bare, [Rotor(-50.0, 1e-4), None, Rotor(7.0, 1e-4)]), 20.0)
     assert [r.ratio if r else None for r in arm.rotors] == [-20.0, None, 20.0]
@@ -66,7 +66,7 @@ def test_coupling_by_hand() -> None:
     assert coupling(np.diag([3.0, 1e-6, 2.0])) == 0.0
     assert coupling([[4.0, -1.0], [-1.0, 1.0]]) == pytest.approx(0.5)
     assert coupling([[5.0]]) == 0.0
-    # A change of units of one joint changes nothing.
+    # A change of units of one joint has no effect.
     matrix = mass_matrix(load_arm("ur5"), motion(112, 6, 4)[0])
     scale = np.array([1.0, 1e3, 1e-3, 7.0, 1.0, 1.0])
     np.testing.assert_allclose(coupling(matrix * np.outer(scale, scale)), coupling(matrix), rtol=1e-12)

@@ -45,7 +45,7 @@ def test_columns_are_pinocchios() -> None:
 
 
 def test_columns_of_a_rotor_are_pinocchios() -> None:
-    """With its rotor as a further body, whose torque reaches the joint times the ratio."""
+    """In pinocchio the rotor is a further body, whose torque acts on the joint times the ratio."""
     bare = random_arm(43, "RRR")
     arm = with_rotors(bare, [None, Rotor(-40.0, 3e-4, 0.7), None])
     peer, samples = InPinocchio(arm), motion(43, 3, 4)
@@ -54,7 +54,7 @@ def test_columns_of_a_rotor_are_pinocchios() -> None:
     for k, sample in enumerate(zip(*samples, strict=True)):
         full = pin.computeJointTorqueRegressor(peer.model, peer.data, *(peer.spread(x) for x in sample))
         theirs = spread.T @ full[:, 10 * (peer.rotor_ids[1] - 1) :][:, :10]
-        # Their frame has the base's axes and another origin on the same line: the columns span the same space.
+        # pinocchio's frame has the base's axes and another origin on the spin axis: the columns span the same space.
         away = found[k] - theirs @ np.linalg.lstsq(theirs, found[k], rcond=1e-12)[0]
         assert np.abs(away).max() < 1e-9 * np.abs(found[k]).max()
 

@@ -1,4 +1,4 @@
-"""Equations in letters: the book's, exactly; Euler and Lagrange again by sympy's own derivatives; printing; doors."""
+"""Symbolic equations: those of the book, sympy's derivatives of the Lagrangian, printing, and checks of input."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from drivetrain.spatial.poses import pose
 
 
 def elbow_arm() -> Arm:
-    """Waist, shoulder and elbow, numbers of two digits."""
+    """Waist, shoulder and elbow, with parameters of two digits."""
     home = [pose(point=[0, 0, 0.3]), pose(point=[0.2, 0, 0.4]), pose(point=[0.6, 0, 0.4])]
     screws = [[0, 0, 1, 0, 0, 0], [0, -1, 0, 0.4, 0, 0], [0, -1, 0, 0.4, 0, -0.4]]
     tensors = [np.diag([0.02, 0.02, 0.01]), np.diag([0.01, 0.03, 0.03]), np.diag([0.01, 0.02, 0.02])]
     return Arm.from_screws(home, screws, [3, 2, 1], tensors)
 
 
-def test_equation_8_9_in_letters() -> None:
+def test_equation_8_9_symbolically() -> None:
     found = symbolic_dynamics(planar_2r_arm(Planar2R((2.0, 0.5), (0.4, 0.3))))
     (q1, q2), (w1, w2) = found.q, found.qd
     m1, m2, l1, l2, g = Rational(2), Rational(1, 2), Rational(2, 5), Rational(3, 10), Rational(981, 100)
@@ -59,7 +59,7 @@ def test_mass_matrices_of_section_8_9_2(ratio: float, first: str, cross: str, se
 
 @pytest.mark.parametrize("level", RotorLevel)
 def test_euler_and_lagrange_by_derivatives_of_functions_of_time(level: RotorLevel) -> None:
-    """The equation 8.3 itself: positions as functions of t, the Lagrangian differentiated by sympy."""
+    """Equation 8.3: positions as functions of t, with the Lagrangian differentiated by sympy."""
     rotor = Rotor(6.0, np.diag([2e-3, 1e-3, 3e-3]), 0.4, pose(point=[0.5, 0.1, 0.2]), [0, 0, 1, 0, -0.4, 0], 0)
     arm = at_level(with_rotors(elbow_arm(), [Rotor(5.0, 2e-3), rotor, None]), level)
     found = symbolic_dynamics(arm)
@@ -81,7 +81,7 @@ def test_simplified_or_not_is_the_same() -> None:
     short, long = (symbolic_dynamics(elbow_arm(), simplify=wish) for wish in (True, False))
     assert short.exact and long.exact
     assert simplify(trigsimp(expand_trig(short.M[0, 0]) - long.M[0, 0])) == 0
-    assert short.M[0, 1] == 0 and short.g[0] == 0  # a waist that neither couples nor carries weight
+    assert short.M[0, 1] == 0 and short.g[0] == 0  # the waist joint has no coupling and carries no weight
     assert short.M[0, 0].count_ops() < long.M[0, 0].count_ops()
     assert not short.M.has(short.q[0])
 
@@ -136,7 +136,7 @@ def test_too_many_joints() -> None:
         symbolic_dynamics(elbow_arm(), most_joints=2)
 
 
-def test_without_sympy_the_mend_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_sympy_the_message_names_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "sympy", None)
     with pytest.raises(InputError, match=r"drivetrain\[symbolic\]"):
         symbolic_dynamics(planar_2r_arm(Planar2R()))

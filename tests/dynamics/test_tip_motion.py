@@ -1,4 +1,4 @@
-"""The tip as a point: its Jacobian and accelerations against differences of its pose."""
+"""The tip as a point: Jacobian and accelerations against differences of its pose."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def test_jacobian_is_the_slope_of_the_place() -> None:
     q, _, _ = motion(91, arm.n)
     h = 1e-5
     slope = [(tip_pose(arm, q + h * e) - tip_pose(arm, q - h * e))[:, :3, 3] / (2 * h) for e in np.eye(arm.n)]
-    assert error(tip_jacobian(arm, q)[:, 3:], np.stack(slope, axis=2)) < 1e-9  # h^2, and rounding over h
+    assert error(tip_jacobian(arm, q)[:, 3:], np.stack(slope, axis=2)) < 1e-9  # errors of h^2, and rounding over h
 
 
 @pytest.mark.parametrize("joints", ["RRRRRR", EVERY_JOINT])
 def test_terms_are_second_differences(joints: str) -> None:
-    """Each pair alone: the mixed second derivative of the place, times both speeds."""
+    """For each pair of joints: the mixed second derivative of the position times both speeds."""
     arm = random_arm(92, joints)
     q, qd, _ = motion(92, arm.n, 2)
     terms = tip_acceleration_terms(arm, q, qd)
@@ -43,7 +43,7 @@ def test_terms_are_second_differences(joints: str) -> None:
         for k in range(arm.n):
             u, v = units[j], units[k]
             mixed = (place(u, v) - place(u, -v) - place(-u, v) + place(-u, -v)) / (4 * h * h)
-            assert error(terms[:, j, k], mixed * (qd[:, j] * qd[:, k])[:, None]) < 1e-6  # h^2; rounding over h^2
+            assert error(terms[:, j, k], mixed * (qd[:, j] * qd[:, k])[:, None]) < 1e-6  # errors of h^2, and rounding over h^2
     np.testing.assert_allclose(terms, np.swapaxes(terms, 1, 2), atol=1e-15)
 
 
@@ -73,7 +73,7 @@ def test_skeleton() -> None:
     q, _, _ = motion(93, wild.n, 3)
     np.testing.assert_allclose(skeleton(wild, np.zeros(6))[:-1], wild.joint_points, atol=1e-14)
     np.testing.assert_allclose(skeleton(wild, q)[:, -1], tip_pose(wild, q)[:, :3, 3], atol=1e-15)
-    # The first joint sits on its own axis, so a revolute one never leaves its place.
+    # The first joint's point is on its own axis, so for a revolute joint it does not move.
     np.testing.assert_allclose(skeleton(wild, q)[:, 0], np.tile(wild.joint_points[0], (3, 1)), atol=1e-14)
 
 

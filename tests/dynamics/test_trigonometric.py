@@ -1,4 +1,4 @@
-"""Polynomials in sines and cosines: short numbers, slopes and the one shortest form, against sympy's own."""
+"""Polynomials in sines and cosines: short numbers, derivatives and normal form, against sympy."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def pieces(a: Trigonometry) -> list[object]:
 
 
 def letters(a: Trigonometry, value: object) -> object:
-    """As an expression, term by term, with nothing shortened."""
+    """The polynomial as an expression, term by term, without simplification."""
     shown = [X, Y, *(f(w) for w in (X, Y, 3.5 * X) for f in (sin, cos))]
     return value.as_expr(*shown)
 
@@ -68,7 +68,7 @@ def test_every_form_has_the_same_values(case: int, rational: bool) -> None:
         np.testing.assert_allclose(np.broadcast_to(found, 9), slope, atol=1e-11)
 
 
-def test_what_cancels_is_gone() -> None:
+def test_terms_that_cancel_are_removed() -> None:
     a = algebra()
     found = [a.expression(a.shortened(value), sums=True) for value in pieces(a)]
     assert found[0] == 1 and found[1] == 0

@@ -1,4 +1,4 @@
-"""What exports are tried on: the UR5 example and coupled motors, with drives that lose what all formats know."""
+"""Evaluations for tests of exports: the UR5 example and coupled motors, with losses that all formats represent."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ VISCOUS = Friction(viscous=0.4)
 
 
 def ur5(make, *, thermal: bool = True) -> Evaluation:
-    """The example's arm and motion, its payload left away, with drives that lose only what every format knows."""
+    """The example's arm and motion without payload, with drives whose losses every format represents."""
     study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
     cycle = replace(study.cycle, payload=np.full_like(study.cycle.payload, -1))
     tasks = tuple(replace(task, amplifier=Amplifier(), friction=VISCOUS) for task in study.joints)

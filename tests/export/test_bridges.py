@@ -1,6 +1,6 @@
-"""Exported arms in the tools they are for: MuJoCo, pinocchio, Drake; the UR5 example, and an arm with coupled motors.
+"""Exported arms in their target tools MuJoCo, pinocchio and Drake: the UR5 example, and an arm with coupled motors.
 
-What a format loses is taken out before it is compared; what is left must agree.
+What is lost in a format is removed before the comparison; the rest must agree.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ from drivetrain.whole_files import shipped
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "bridges.md"
 STEP = (
-    1e-4  # s; MuJoCo tells the force at a step's beginning but moves by that at its end: currents are off by the step
+    1e-4  # [s]; MuJoCo reports the force at the start of a step but uses that at its end: currents differ by one step
 )
 
 
@@ -80,13 +80,13 @@ def test_mujoco_has_our_mass_matrix(make, tmp_path: Path, which: str, motors: st
         whole = np.zeros((arm.n, arm.n))
         mujoco.mj_fullM(model, data, whole)
         wanted = mass_matrix(arm, q)
-        # MuJoCo keeps inertias as principal moments and quaternions, which costs some digits.
+        # MuJoCo stores inertias as principal moments and quaternions, which loses some digits.
         np.testing.assert_allclose(whole, wanted, atol=1e-10 * np.abs(wanted).max())
 
 
 @pytest.mark.parametrize("which", WHICH)
 def test_links_and_the_tip_stand_where_ours_do(make, tmp_path: Path, which: str) -> None:
-    """Frames of links are those of the arm's file, so that what is given about them fits; the tip is a frame too."""
+    """Frames of links and tip are those of the arm's file, so that quantities given in these frames remain valid."""
     found = WHICH[which](make)
     arm = reflected(found)
     write_mjcf(found, tmp_path / "arm.xml")
@@ -115,7 +115,7 @@ def test_links_and_the_tip_stand_where_ours_do(make, tmp_path: Path, which: str)
 
 @pytest.mark.parametrize("write", [write_drive_urdf, write_sdf, write_ros2])
 def test_no_joint_is_exported_faster_than_its_drive_or_its_arm(make, tmp_path: Path, write) -> None:
-    """The slower of both: these drives reach 9.5 rad/s, of which the arm's file allows the elbow 3.15 and here 20."""
+    """The lower limit counts: the drives reach 9.5 rad/s; the arm's file allows the elbow 3.15 rad/s, or 20 here."""
     found = ur5(make)
     fast = np.where(np.arange(6) == 2, 20.0, found.study.arm.speed_limits)
     found = replace(found, study=replace(found.study, arm=replace(found.study.arm, speed_limits=fast)))
@@ -129,7 +129,7 @@ def test_no_joint_is_exported_faster_than_its_drive_or_its_arm(make, tmp_path: P
 
 
 def palletiser(make) -> Evaluation:
-    """The example's arm and motion, without payload and losses, as ``ur5``."""
+    """The palletiser example's arm and motion, without payload and with the losses of ``ur5``."""
     study = load_study(shipped("examples") / "palletiser" / "study.yaml")
     cycle, viscous = replace(study.cycle, payload=np.full_like(study.cycle.payload, -1)), Friction(viscous=20.0)
     tasks = tuple(replace(task, amplifier=Amplifier(), friction=viscous) for task in study.joints)
@@ -140,7 +140,7 @@ def palletiser(make) -> Evaluation:
 
 
 def sprung_palletiser() -> Evaluation:
-    """The example, a spring on its lower arm."""
+    """The palletiser example with a spring on its lower arm."""
     study = load_study(shipped("examples") / "palletiser" / "study.yaml")
     spring = Counterbalance(stiffness=2e4, free_length=0.5, lever_carrier=0.7, lever_link=0.2, dead_centre=0.3)
     tasks = tuple(replace(task, counterbalances=(spring,) if task.name == "lower" else ()) for task in study.joints)
@@ -149,7 +149,7 @@ def sprung_palletiser() -> Evaluation:
 
 
 def two_motors(make) -> Evaluation:
-    """Two joints, the first with two motors that press on each other, and a spring."""
+    """Two joints, the first with two motors that are preloaded against each other, and a spring."""
     spring = Counterbalance(stiffness=8e3, free_length=0.1, lever_carrier=0.2, lever_link=0.08, dead_centre=-0.7)
     first = replace(
         make.task("j1", friction=VISCOUS), preload=4.0, output_bearing="external", counterbalances=(spring,)
@@ -167,8 +167,8 @@ CLOSED = {
 
 
 @pytest.mark.parametrize("which", CLOSED)
-def test_mujoco_asks_our_loads_of_closed_arms(make, tmp_path: Path, which: str) -> None:
-    """Of the tree of the file, its pins freed by the Jacobian of MuJoCo's own constraints, its springs among it."""
+def test_mujoco_has_our_loads_of_closed_arms(make, tmp_path: Path, which: str) -> None:
+    """Torques of MuJoCo's tree, with the pins eliminated by the Jacobian of its own constraints, springs included."""
     found = CLOSED[which](make)
     write_mjcf(found, tmp_path / "arm.xml")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
@@ -208,7 +208,7 @@ def test_mujoco_asks_our_loads_of_closed_arms(make, tmp_path: Path, which: str) 
 @pytest.mark.parametrize("motors", ["dcmotor", "general"])
 @pytest.mark.parametrize(("peak", "current"), [(None, 30.0), (0.4, 30.0), (0.4, None), (9.0, 3.0)])
 def test_mujoco_limits_motors_as_we_do(make, tmp_path: Path, motors: str, peak: float, current: float) -> None:
-    """Their torque by the lesser of their own and the current's, at the motor's constant; here 0.05 N m/A, warm."""
+    """The torque limit is the lower one of motor torque and current; the warm torque constant is 0.05 N m/A here."""
     motor = replace(make.motor, peak_torque=peak, peak_current=current)
     task = make.task("j1", amplifier=Amplifier())
     study = make.study(make.sines(1), arm=make.planar_arm([0.3], [1.0]), joints=(task,))
@@ -220,8 +220,8 @@ def test_mujoco_limits_motors_as_we_do(make, tmp_path: Path, motors: str, peak: 
     assert model.actuator_forcerange[0, 1] == pytest.approx(most, rel=1e-9)
 
 
-def test_drives_of_closed_arms_go_where_drives_alone_count(make, tmp_path: Path) -> None:
-    """Limits, envelopes and FMUs of a palletiser; what an FMU's joint moves is MuJoCo's, its pins freed."""
+def test_closed_arms_are_exported_to_formats_of_drives_alone(make, tmp_path: Path) -> None:
+    """Limits, envelopes and FMUs of a palletiser; the load inertia of an FMU is MuJoCo's with its pins eliminated."""
     found = palletiser(make)
     write_ros2(found, tmp_path / "limits.yaml")
     write_physx(found, tmp_path / "envelopes.json")
@@ -248,7 +248,7 @@ def test_drives_of_closed_arms_go_where_drives_alone_count(make, tmp_path: Path)
 
 
 class Followed:
-    """Our voltages on MuJoCo's motors, sample by sample, from where our motion begins."""
+    """A run of MuJoCo with our voltages on its motors, sample by sample, from the start of our motion."""
 
     def __init__(self, found: Evaluation, path: Path, motors: str, step: float = STEP):
         write_mjcf(found, path, motors=motors)
@@ -271,14 +271,14 @@ class Followed:
         data.qpos[:], data.qvel[:] = whole[0][0], whole[1][0]
         constant = np.array([model.actuator_gainprm[i, 0] for i in range(model.nu)])
         heats = motors == "dcmotor" and model.na == 2 * model.nu
-        if heats:  # of every motor: temperature above the housing's, then current
+        if heats:  # states of each motor: temperature above the housing's, then current
             housing = np.array([joint.housing_temperature for joint in found.joints.values()])
             begin = np.array([joint.series.winding_temperature[0] for joint in found.joints.values()])
             data.act[0::2], data.act[1::2] = begin - housing, self.currents[0]
         place, drawn, warm = [], [], []
         for k in range(len(time) - 1):
             place.append(data.qpos[driven].copy())
-            data.ctrl[:] = 0.5 * (volts[k] + volts[k + 1])  # what it is on average until the next sample
+            data.ctrl[:] = 0.5 * (volts[k] + volts[k + 1])  # the mean until the next sample
             mujoco.mj_step(model, data)
             drawn.append(data.actuator_force.copy())
             warm.append(data.act[0::2].copy() if heats else np.zeros(model.nu))
@@ -291,7 +291,7 @@ class Followed:
     ("which", "motors"), [*((one, kind) for one in WHICH for kind in ("dcmotor", "general")), ("palletiser", "dcmotor")]
 )
 def test_mujoco_follows_our_voltages(make, tmp_path: Path, which: str, motors: str) -> None:
-    """Nothing closes a loop: the arm goes where voltage, back-emf, inertia and weight bring it."""
+    """Without feedback: the motion results from voltage, back-emf, inertia and weight."""
     found = palletiser(make) if which == "palletiser" else WHICH[which](make)
     run = Followed(found, tmp_path / "arm.xml", motors)
     travel = np.ptp(run.wanted, axis=0).max()
@@ -315,7 +315,7 @@ def test_mujoco_follows_our_voltages(make, tmp_path: Path, which: str, motors: s
 
 
 class InPinocchio:
-    """A file's arm with the rotors that its tags tell: reflected at the joints, and their own inertia on the link."""
+    """A file's arm with the rotors in its tags: reflected inertia at the joints, and their own inertia on the link."""
 
     def __init__(self, text: str, arm: Arm):
         self.model = pin.buildModelFromXML(text)
@@ -339,7 +339,7 @@ class InPinocchio:
 
 
 def _turns(transmission: ElementTree.Element) -> np.ndarray:
-    """Of each motor, for a turn of each joint, as transmission_interface defines its types."""
+    """Motor speeds per joint speed, as transmission_interface defines its types of transmissions."""
     size = np.array([float(one.findtext("mechanicalReduction", "1")) for one in transmission.iter("actuator")])
     if transmission.findtext("type") == "transmission_interface/SimpleTransmission":
         return size[:, np.newaxis]
@@ -361,7 +361,7 @@ def test_pinocchio_has_our_mass_matrix(make, tmp_path: Path, which: str) -> None
 
 
 def test_the_urdf_comes_back_with_its_drives(make, tmp_path: Path) -> None:
-    """Also with a differential, in ros_control's words for it."""
+    """Also with a differential, written as a transmission of ros_control."""
     for which, build in WHICH.items():
         found = build(make)
         write_drive_urdf(found, tmp_path / f"{which}.urdf")
@@ -374,7 +374,7 @@ def test_the_urdf_comes_back_with_its_drives(make, tmp_path: Path) -> None:
 @pytest.mark.parametrize("motors", ["dcmotor", "general"])
 @pytest.mark.parametrize("which", WHICH)
 def test_the_mjcf_comes_back_with_its_drives(make, tmp_path: Path, which: str, motors: str) -> None:
-    """Of the differential too, whose shafts are fixed tendons there; links hold the rotors' own inertia already."""
+    """Also with a differential, whose shafts are fixed tendons; links include the rotors' own inertia already."""
     found = WHICH[which](make)
     write_mjcf(found, tmp_path / "arm.xml", motors=motors)
     arm, back = reflected(found), at_level(load_arm(tmp_path / "arm.xml"), RotorLevel.REFLECTED)
@@ -386,7 +386,7 @@ def test_the_mjcf_comes_back_with_its_drives(make, tmp_path: Path, which: str, m
 
 
 class InDrake:
-    """A file in Drake's parser, rotors reflected by its tags."""
+    """A file's arm in Drake, with reflected rotor inertia from its tags."""
 
     def __init__(self, path: Path, arm: Arm, time_step: float = 0.0):
         from pydrake.multibody.parsing import Parser
@@ -410,7 +410,7 @@ class InDrake:
 
 @pytest.mark.parametrize("payload", [None, "gripper_with_part"])
 def test_drake_has_our_mass_matrix(make, tmp_path: Path, payload: str | None) -> None:
-    """Of SDF to rounding; of URDF but for the rotors' own inertia, which Drake counts reflected alone."""
+    """Equal to rounding for SDF; for URDF without the rotors' own inertia, of which Drake counts only the reflected part."""
     found = ur5(make)
     arm = reflected(found, payload)
     own = sum(rotor.axial_inertia for rotor in arm.rotors)
@@ -426,7 +426,7 @@ def test_drake_has_our_mass_matrix(make, tmp_path: Path, payload: str | None) ->
 
 
 def test_drake_loses_the_coupling_as_we_say(make, tmp_path: Path) -> None:
-    """Of URDF the coupled rotors whole, but for what they weigh; in SDF each counts at its own joint."""
+    """From URDF Drake omits coupled rotors except their mass; from SDF it counts each at its own joint."""
     found = coupled(make)
     arm = reflected(found)
     bare, spin = at_level(arm, RotorLevel.NONE), 80.0**2 * arm.rotors[0].axial_inertia
@@ -445,7 +445,7 @@ def test_drake_loses_the_coupling_as_we_say(make, tmp_path: Path) -> None:
 
 
 def test_drake_holds_the_loops_of_a_palletiser(tmp_path: Path) -> None:
-    """Its tree has our mass matrix along the driven joints, and under our torques its pins move all joints as ours."""
+    """Its tree has our mass matrix for the driven joints, and under our torques its constraints move all joints as ours."""
     from pydrake.systems.analysis import Simulator
 
     study, instant = load_study(shipped("examples") / "palletiser" / "study.yaml"), 0.01
@@ -483,7 +483,7 @@ def test_drake_holds_the_loops_of_a_palletiser(tmp_path: Path) -> None:
 
 
 def test_ros2_limits_and_interfaces(make, tmp_path: Path) -> None:
-    """Read by readers of their formats; the efforts against the drive's own numbers."""
+    """Read with readers of these formats; efforts agree with the values of the drive."""
     found = ur5(make)
     write_ros2(found, tmp_path / "joint_limits.yaml")
     limits = yaml.safe_load((tmp_path / "joint_limits.yaml").read_text())["joint_limits"]
@@ -507,7 +507,7 @@ def test_ros2_limits_and_interfaces(make, tmp_path: Path) -> None:
     for (
         speed,
         effort,
-    ) in both:  # of a differential: one joint turns with both motors, as fast as each, and twice as strong
+    ) in both:  # a joint of a differential moves with both motors: the speed of one, the torque of two
         assert (speed, effort) == (pytest.approx(alone[0], rel=0.01), pytest.approx(2.0 * alone[1], rel=0.01))
     limited = evaluate(make.study(make.sines(2), arm=make.planar_arm([0.3, 0.3], [1.5, 1.0])))
     write_ros2(limited, tmp_path / "joint_limits.yaml")
@@ -518,7 +518,7 @@ def test_ros2_limits_and_interfaces(make, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("which", WHICH)
 def test_physx_envelopes_are_the_motors_lines(make, tmp_path: Path, which: str) -> None:
-    """On the line of the voltage the terminals have just all of it, at any speed; coupled, of the motor's shaft."""
+    """On the voltage line the terminal voltage is the supply's at any speed; for coupled motors at the motor's shaft."""
     found = WHICH[which](make)
     write_physx(found, tmp_path / "envelopes.json")
     content = json.loads((tmp_path / "envelopes.json").read_text())

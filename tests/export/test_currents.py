@@ -1,4 +1,4 @@
-"""Current files, read back by readers written here: every joint's currents come back within one count."""
+"""Current files, read back by readers in this test: the currents of all joints agree within one count."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from drivetrain.whole_files import shipped
 
 @pytest.fixture(scope="module")
 def ur5():
-    """The example's arm with one set of drives that its catalogue holds."""
+    """The example's arm with one set of drives from its catalogue."""
     study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
     drives = {task.name: task.pairs[len(task.pairs) // 2] for task in study.joints}
     return evaluate(study, drives)
@@ -33,7 +33,7 @@ def ur5():
 
 @pytest.fixture(scope="module")
 def wide(ur5):
-    """The same behind amplifiers of 100 A, every eighth sample and all that share an instant."""
+    """The same with amplifiers of 100 A, every eighth sample and all samples that share an instant."""
     joints = tuple(replace(task, amplifier=replace(task.amplifier, peak_current=100.0)) for task in ur5.study.joints)
     cycle = ur5.study.cycle
     names = ("time", "position", "velocity", "acceleration", "payload", "segment")
@@ -44,12 +44,12 @@ def wide(ur5):
 
 
 def amperes_of(unit: str) -> float:
-    """DC-equivalent amperes of one ampere of a phase, from equal copper loss of two and three windings."""
+    """DC-equivalent amperes per phase ampere, from equal copper loss of two and three windings."""
     return {"dc": 1.0, "rms": np.sqrt(3.0 / 2.0), "peak": np.sqrt(3.0) / 2.0}[unit]
 
 
 def decoded(text: str, numbers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Currents [A dc] from what the head says in words alone: objects, full scales and conventions."""
+    """Currents [A dc] computed from the text of the header alone: objects, full scales and conventions."""
     found = {}
     for name, values in numbers.items():
         line = next(line for line in text.splitlines() if re.search(rf"(^|[#*] ){re.escape(name)}: ", line))
@@ -89,7 +89,7 @@ def read_yaml(path: Path) -> dict[str, np.ndarray]:
 
 
 def read_header(path: Path, folder: Path) -> dict[str, np.ndarray]:
-    """By a C program that is compiled with the header and prints what stands in it."""
+    """Read by a C program that is compiled with the header and prints its values."""
     cc = shutil.which("cc") or shutil.which("gcc")
     assert cc, "a C compiler is needed"
     program = folder / "print.c"
@@ -125,9 +125,9 @@ def test_currents_come_back(wide, tmp_path: Path, scale: str, basis: str | None,
         time = wide.study.cycle.time
         lasting = np.append(np.diff(time) > 0.0, True)
         np.testing.assert_allclose(read["time"], (time - time[0])[lasting], atol=1e-9)
-        assert (np.diff(read["time"]) > 0.0).all()  # or a controller of ROS refuses it
+        assert (np.diff(read["time"]) > 0.0).all()  # otherwise ROS controllers refuse it
         for name, current in decoded(path.read_text(), numbers).items():
-            # Half a count of rounding; the head tells nine digits of the base.
+            # Half a count of rounding; the header gives nine digits of the scale.
             count = scales[name].amperes if scales[name].whole else 0.0
             assert np.abs(current - wide.joints[name].series.current[lasting]).max() <= 0.501 * count + 1e-7
             if scales[name].whole:
@@ -135,7 +135,7 @@ def test_currents_come_back(wide, tmp_path: Path, scale: str, basis: str | None,
 
 
 def test_a_trajectory_moves_the_joints_and_not_the_shafts_of_their_motors(make, tmp_path: Path) -> None:
-    """Two joints on a differential: their numbers are the shafts' currents, their motion is the arm's."""
+    """Two joints with a differential: the currents are those of the shafts, the motion is that of the joints."""
     found = coupled(make)
     read = read_yaml(write_currents(found, tmp_path / "c.yaml", current_scales(found, "amperes", basis="dc")))
     np.testing.assert_allclose(read["positions"], found.study.cycle.position, atol=1e-15)
@@ -145,8 +145,8 @@ def test_a_trajectory_moves_the_joints_and_not_the_shafts_of_their_motors(make, 
         assert name == "j1" or np.abs(joint.series.position - read["positions"][:, int(name[1]) - 1]).max() > 0.1
 
 
-def test_without_a_basis_the_study_says_it(make_one, make, ur5) -> None:
-    """Amplifiers in rms: the rated current in rms; in dc, where object 0x6075 has no such ampere, the rated torque."""
+def test_the_default_basis_is_that_of_the_study(make_one, make, ur5) -> None:
+    """The rated current in rms for amplifiers in rms; the rated torque for dc, which object 0x6075 does not have."""
     assert all("0x6075" in one.base and "rms" in one.base for one in current_scales(ur5, "cia402").values())
     assert "torque constant" in current_scales(make_one, "cia402")["j1"].base
     rated = 1e3 * make.motor.torque_constant * make.motor.nominal_current
@@ -163,8 +163,8 @@ def test_the_head_names_study_hold_and_rate(ur5, tmp_path: Path) -> None:
     np.testing.assert_allclose(read_yaml(tmp_path / "c.yaml")["time"], rows["time"], atol=1e-9)
 
 
-def test_what_does_not_fit_sixteen_bits_is_told(ur5, tmp_path: Path) -> None:
-    """All joints at once, nothing written: 32.8 times the rated current, 0.02 A, is 0.6 A."""
+def test_currents_beyond_sixteen_bits_are_reported(ur5, tmp_path: Path) -> None:
+    """All joints are reported and nothing is written: 32.8 times the rated current of 0.02 A is 0.6 A."""
     path = tmp_path / "c.csv"
     with pytest.raises(InputError, match="beyond the \\+-32767") as caught:
         write_currents(ur5, path, current_scales(ur5, "cia402", basis="rms", full_scale=0.001))
@@ -173,8 +173,8 @@ def test_what_does_not_fit_sixteen_bits_is_told(ur5, tmp_path: Path) -> None:
         write_currents(ur5, path, current_scales(ur5, "analogue", full_scale=0.01))
 
 
-def test_just_what_fits_is_written(make_one, tmp_path: Path) -> None:
-    """The peak of a joint as its full scale is the largest number of 16 bits, and no more is a message."""
+def test_the_largest_number_that_fits_is_written(make_one, tmp_path: Path) -> None:
+    """With a joint's peak current as full scale, the largest number is that of 16 bits; any more is an error."""
     peak = float(np.abs(make_one.joints["j1"].series.current).max())
     path = write_currents(make_one, tmp_path / "c.csv", current_scales(make_one, "counts", basis="dc", full_scale=peak))
     assert np.abs(read_csv(path)["j1"]).max() == 32767
@@ -200,16 +200,16 @@ def make_one(make):
         ("counts", {"full_scale": -3.0}, "positive"),
     ],
 )
-def test_scales_that_are_none(make_one, scale, options, told) -> None:
+def test_invalid_scales_are_errors(make_one, scale, options, told) -> None:
     with pytest.raises(InputError, match=told):
         current_scales(make_one, scale, **options)
 
 
-def test_full_scales_that_nobody_states(make) -> None:
+def test_missing_full_scales_are_errors(make) -> None:
     time = np.linspace(0.0, 1.0, 11)
     cycle = make.table_cycle(time, time, time, time)
     found = evaluate(make.study(cycle, joints=(make.task(amplifier=Amplifier()),)))
-    assert "30 A" in current_scales(found, "counts")["j1"].base  # of the motor
+    assert "30 A" in current_scales(found, "counts")["j1"].base  # the peak current of the motor
     motor = replace(found.joints["j1"].drive.motor, nominal_current=None, peak_current=None)
     joint = replace(found.joints["j1"], drive=replace(found.joints["j1"].drive, motor=motor))
     with pytest.raises(InputError, match="peak_current"):
@@ -218,13 +218,13 @@ def test_full_scales_that_nobody_states(make) -> None:
         current_scales(replace(found, joints={"j1": joint}), "cia402", basis="rms")
 
 
-def test_endings_that_no_writer_has(make_one, tmp_path: Path) -> None:
+def test_unknown_suffixes_are_errors(make_one, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.csv, \.h, \.yaml"):
         write_currents(make_one, tmp_path / "c.txt", current_scales(make_one, "amperes"))
 
 
-def test_nothing_is_told_of_what_rounding_leaves(ur5) -> None:
-    """No part below 1e-12 of the largest current, no minus before a zero, and the parts still add up."""
+def test_rounding_of_zero_is_written_as_zero(ur5) -> None:
+    """No component below 1e-12 of the largest current, no negative zero, and the components still add up."""
     table = current_commands(ur5)
     parts = [f"{part} current [A]" for part in PARTS]
     for _, rows in table.groupby("joint"):

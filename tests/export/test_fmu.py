@@ -1,4 +1,4 @@
-"""The FMU of a drive, run by fmpy: against our own simulation, and equations of motion and heat written out here."""
+"""The FMU of a drive, run by fmpy, against our simulation and against equations of motion and heat in this test."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from drivetrain.simulation.scene import Inertia, joint_scene
 from drivetrain.simulation.study_scene import drive_effects, surroundings
 from drivetrain.sizing.judge.evaluate import evaluate
 
-STEP, END = 0.01, 1.5  # s; of communication
+STEP, END = 0.01, 1.5  # [s] communication step and end of the run
 VISCOUS, OUTSIDE = 2e-6, Friction(coulomb=0.2, viscous=0.05)
 
 
 @pytest.fixture(scope="module")
 def found(make):
-    """Two joints at a wide supply; everything that warms, rubs and leans is in."""
+    """Two joints at a high supply voltage, with heat, friction and counterbalances."""
     motor = replace(make.motor, coulomb_friction=0.008, viscous_friction=VISCOUS, no_load_current=None)
     tasks = tuple(
         make.task(name, friction=OUTSIDE, amplifier=Amplifier(peak_current=40.0), gear_heat=0.5)
@@ -56,7 +56,7 @@ def file(found, tmp_path_factory) -> Path:
 
 
 def given(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Current and load at the communication points: the axis is driven, then driven by its load, and turns back."""
+    """Current and load at the communication points: the axis drives, is driven by its load, and reverses."""
     return 12.0 * np.sin(4.0 * t) + 6.0 * np.cos(9.0 * t), 8.0 * np.cos(5.0 * t)
 
 
@@ -74,7 +74,7 @@ def told(file: Path):
 
 
 def test_the_file_follows_the_standard(file: Path, found) -> None:
-    """By fmpy's own rules and schema; parameters are the row's numbers with its units."""
+    """Checked with fmpy's rules and schema; parameters are the values of the rows with their units."""
     assert fmpy.validation.validate_fmu(str(file)) == []
     described = {one.name: one for one in fmpy.read_model_description(str(file)).modelVariables}
     motor, gear = found.joints["j1"].drive.motor, found.joints["j1"].drive.gear
@@ -83,14 +83,14 @@ def test_the_file_follows_the_standard(file: Path, found) -> None:
         ("gear.efficiency", gear.efficiency, None), ("motor.torque_constant", motor.torque_constant, "N m/A"),
     ):  # fmt: skip
         assert (float(described[name].start), described[name].unit) == (value, unit)
-    # Points at the ends of both links, the second's drive at its joint, 1e-4 kg m^2 a link about its own centre.
+    # Point masses at the ends of both links, the second drive at its joint, 1e-4 kg m^2 per link about its centre.
     other, q = found.joints["j2"].drive, found.study.cycle.position[0, 1]
     mass = (1.5 + other.motor.mass + other.gear.mass) * 0.3**2 + 1.0 * 0.3**2 * (2.0 + 2.0 * np.cos(q)) + 2e-4
-    assert float(described["load_inertia"].start) == pytest.approx(mass, rel=1e-3)  # the rotor of the second
+    assert float(described["load_inertia"].start) == pytest.approx(mass, rel=1e-3)  # the rotor of the second drive
 
 
 def test_it_is_our_simulation(found, told) -> None:
-    """The scene made by hand, with the inputs as stairs, run in one go."""
+    """A scene built in this test, with the inputs as step functions, in a single run."""
     task, drive = found.study.joints[0], found.joints["j1"].drive
     axis = axis_of(found, "j1")
     t = np.arange(0.0, END + 0.5 * STEP, STEP)
@@ -107,7 +107,7 @@ def test_it_is_our_simulation(found, told) -> None:
 
 
 def test_it_follows_the_equations(found, told) -> None:
-    """Rotor, mesh by direction, friction on both sides and two thermal nodes, by scipy between the inputs' jumps."""
+    """Rotor, mesh loss by direction, friction on both sides and two thermal nodes, with scipy between steps of inputs."""
     axis, size = axis_of(found, "j1"), 50.0
     motor, inertia = axis.motor, axis.load_inertia
     rotor = motor.rotor_inertia + axis.gear.inertia
@@ -118,9 +118,9 @@ def test_it_follows_the_equations(found, told) -> None:
         _, speed, winding, housing = y
         constant = motor.torque_constant * (1.0 - 0.001 * (housing - 25.0))
         shaft = np.sign(speed) * 0.008 + VISCOUS * size * speed
-        given_torque = constant * current - shaft  # at the shaft; rotor and mesh take it
+        given_torque = constant * current - shaft  # at the motor's shaft, for rotor and mesh
         outside = load + 1.5 - np.sign(speed) * 0.2 - 0.05 * speed
-        for share, driving in ((1.0 / 0.8, True), (back, False)):  # of the torque behind the mesh, at the shaft
+        for share, driving in ((1.0 / 0.8, True), (back, False)):  # torque at the shaft over torque behind the mesh
             acceleration = (size * given_torque + share * outside) / (inertia * share + size**2 * rotor)
             mesh = inertia * acceleration - outside
             if bool(mesh * speed >= 0.0) is driving:
@@ -140,13 +140,13 @@ def test_it_follows_the_equations(found, told) -> None:
     theirs = np.array(rows)
     for i, name in enumerate(("position", "speed", "winding_temperature", "housing_temperature")):
         spread = np.ptp(theirs[:, i])
-        # Measured 5e-4: the fixed step of 1 ms, which reversals and the mesh's changes of direction fall into.
+        # Measured 5e-4: reversals and changes of the mesh's direction occur within fixed steps of 1 ms.
         np.testing.assert_allclose(told[name], theirs[:, i], atol=1e-3 * spread)
     assert np.ptp(np.sign(theirs[5:, 1])) == 2.0 and np.ptp(theirs[:, 2]) > 1.0
 
 
-def test_a_gear_that_gives_way(found, tmp_path: Path) -> None:
-    """Rotor and load on a spring with play, by scipy; the play is crossed at every reversal."""
+def test_an_elastic_gear(found, tmp_path: Path) -> None:
+    """Rotor and load with a spring and backlash, with scipy; the backlash is crossed at every reversal."""
     judged = found.joints["j1"]
     gear = replace(judged.drive.gear, stiffness_1=4e3, backlash=0.01, efficiency=1.0)
     judged = replace(judged, drive=replace(judged.drive, gear=gear))
@@ -160,10 +160,10 @@ def test_a_gear_that_gives_way(found, tmp_path: Path) -> None:
     constant = motor.torque_constant
 
     def rates(t: float, y: np.ndarray, current: float, outside: float) -> list[float]:
-        _, speed, twist, turning = y  # twist: of the rotor's angle at the output over the link's
+        _, speed, twist, turning = y  # wind-up: rotor angle at the output minus link angle
         over = twist - np.clip(twist, -half, half)
         force = 4e3 * over + damping * (turning - speed) if over else 0.0
-        force = force if force * over > 0.0 else 0.0  # flanks never pull
+        force = force if force * over > 0.0 else 0.0  # tooth flanks cannot pull
         shaft = constant * current - 0.008 * np.tanh(turning * size / 0.01) - VISCOUS * size * turning
         link = outside + 1.5 - 0.2 * np.tanh(speed / 1e-3) - 0.05 * speed
         return [speed, (force + link) / load, turning - speed, (size * shaft - force) / (size**2 * rotor)]
@@ -176,13 +176,13 @@ def test_a_gear_that_gives_way(found, tmp_path: Path) -> None:
         str(tmp_path / "x.fmu"), stop_time=0.6, output_interval=STEP, input=inputs,
         start_values={"start_speed": 0.5, "motor.magnet_coefficient": 0.0},
     )  # fmt: skip
-    state, rows = np.array([axis.position, 0.5, -half - 5.275 / 4e3, 0.5]), []  # the spring holds the load
+    state, rows = np.array([axis.position, 0.5, -half - 5.275 / 4e3, 0.5]), []  # initially the spring carries the load
     for k in range(len(t)):
         rows.append(state)
         run = solve_ivp(rates, (t[k], t[k] + STEP), state, "LSODA", args=(drawn[k], outside[k]), rtol=1e-8, atol=1e-10)
         state = run.y[:, -1]
     theirs = np.array(rows)
-    # Measured 5e-6 and 2e-3: the rotor swings at 45 Hz, which steps of 0.2 ms damp by a little.
+    # Measured 5e-6 and 2e-3: the rotor oscillates at 45 Hz, which steps of 0.2 ms damp slightly.
     np.testing.assert_allclose(told["position"], theirs[:, 0], atol=2e-5 * np.ptp(theirs[:, 0]))
     np.testing.assert_allclose(told["motor_speed"] / size, theirs[:, 3], atol=4e-3 * np.ptp(theirs[:, 3]))
     assert np.ptp(theirs[:, 2]) > 4.0 * half
@@ -190,7 +190,7 @@ def test_a_gear_that_gives_way(found, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("which", "joint"), [(ur5, "elbow_joint"), (coupled, "j1")])
 def test_a_joint_of_an_arm_runs_up(make, tmp_path: Path, which, joint: str) -> None:
-    """A constant current against rotor, arm and viscous friction, in closed form."""
+    """A constant current with rotor, arm and viscous friction, against the closed form."""
     found = which(make)
     write_fmu(found, tmp_path / "x.fmu", joint=joint)
     axis = axis_of(found, joint)
@@ -201,13 +201,13 @@ def test_a_joint_of_an_arm_runs_up(make, tmp_path: Path, which, joint: str) -> N
     )  # fmt: skip
     most = (80.0 * axis.motor.torque_constant * 2.0 + 1.0) / 0.4
     speed = most * (1.0 - np.exp(-0.4 / whole * told["time"]))
-    np.testing.assert_allclose(told["speed"], speed, atol=1e-3 * speed.max())  # steps of 1 ms, held at their start
+    np.testing.assert_allclose(told["speed"], speed, atol=1e-3 * speed.max())  # steps of 1 ms with inputs held from their start
     with pytest.raises(InputError, match="shares"):
         write_fmu(coupled(make), tmp_path / "y.fmu", joint="j3")
 
 
 def test_parameters_and_limits(file: Path) -> None:
-    """A parameter set before the run counts; the amplifier's current and the supply's voltage limit what is told."""
+    """A parameter set before the run is used; the amplifier's current and the supply voltage limit the command."""
     short = {"stop_time": 0.05, "output_interval": 0.01}
     still = {"load_inertia": 1e6, "start_speed": 0.0, "motor.coulomb_friction": 0.0}
     run = fmpy.simulate_fmu(str(file), start_values=still | {"peak_current": 3.0, "current_command": 9.0}, **short)
@@ -215,11 +215,11 @@ def test_parameters_and_limits(file: Path) -> None:
     np.testing.assert_allclose(run["motor_torque"], 0.15, rtol=1e-3)
     low = {"supply_voltage": 1.0, "motor.resistance": 0.5, "current_command": 9.0}
     run = fmpy.simulate_fmu(str(file), start_values=still | low, **short)
-    np.testing.assert_allclose(run["current"], 0.95 / 0.5, rtol=5e-3)  # at rest R I is all the voltage; it warms
+    np.testing.assert_allclose(run["current"], 0.95 / 0.5, rtol=5e-3)  # at rest the voltage is R I; the winding warms up
     np.testing.assert_allclose(run["voltage"], 0.95, rtol=1e-6)
 
 
-def test_what_has_no_fmu(found, make, tmp_path: Path) -> None:
+def test_axes_without_an_fmu_are_errors(found, make, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="j1"):
         write_fmu(found, tmp_path / "x.fmu", joint="j3")
     with pytest.raises(InputError, match=r"\.fmu"):

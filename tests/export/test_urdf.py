@@ -1,4 +1,4 @@
-"""Arms written as URDF and read back: every field, every level, and what the format cannot hold."""
+"""Arms written as URDF and read back: all fields, all rotor levels, and what the format cannot represent."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def unit(rng: np.random.Generator) -> np.ndarray:
 
 
 def random_arm(seed: int, kinds: str = "RPRRRP") -> Arm:
-    """Oblique axes, turned home frames, limits on some joints, a tip that is turned too."""
+    """An arm with oblique axes, rotated home frames and tip, and limits on some joints."""
     rng = np.random.default_rng(seed)
     n = len(kinds)
     points, axes = rng.uniform(-0.5, 0.5, (n, 3)), [unit(rng) for _ in kinds]
@@ -56,7 +56,7 @@ def random_arm(seed: int, kinds: str = "RPRRRP") -> Arm:
 
 
 def parallel_rotor(arm: Arm, joint: int, rng: np.random.Generator, turn: int) -> Rotor:
-    """Balanced, beside the joint's axis, with or against it, on the link before."""
+    """A balanced rotor parallel or antiparallel to the joint's axis, offset from it, on the previous link."""
     screw = arm.screws[joint]
     axis = turn * (screw[:3] if screw[:3].any() else screw[3:])
     point = arm.joint_points[joint] + rng.uniform(-0.2, 0.2, 3)
@@ -68,11 +68,11 @@ def parallel_rotor(arm: Arm, joint: int, rng: np.random.Generator, turn: int) ->
 
 
 def again(arm: Arm, folder: Path) -> Arm:
-    """Written and read back, with what a URDF has no words for set by hand."""
+    """The arm written and read back, with the data that URDF cannot represent set afterwards."""
     path = folder / "arm.urdf"
     write_urdf(arm, path)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # the arm itself has been doubted when it was made
+        warnings.simplefilter("ignore", PhysicsWarning)  # the warnings were given when the arm was made
         found = load_arm(path, gravity=arm.gravity)
     return at_level(found, arm.level)
 
@@ -83,7 +83,7 @@ def motion(arm: Arm) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def assert_same_dynamics(found: Arm, arm: Arm, *, motors: float | np.ndarray = 1.0) -> None:
-    """Torques to 1e-12 of the largest; ``motors`` tells the sign in which each motor is counted."""
+    """Torques agree to 1e-12 of the largest; ``motors`` is the sign of each motor's direction."""
     q, qd, qdd = motion(arm)
     load = np.random.default_rng(8).normal(size=6) * 10.0
     wanted = inverse_dynamics(arm, q, qd, qdd, tip_wrench=load)
@@ -91,7 +91,7 @@ def assert_same_dynamics(found: Arm, arm: Arm, *, motors: float | np.ndarray = 1
         wanted, abs=1e-12 * np.abs(wanted).max()
     )
     drives, others = drive_torques(arm, q, qd, qdd), drive_torques(found, q, qd, qdd)
-    # Shafts of coupled motors may be counted the other way round; what they do to the joints may not.
+    # Shafts of coupled motors may have the opposite sign, but not their effect on the joints.
     gear, other = (d.gear if a.coupling is None else d.gear @ a.coupling for a, d in ((arm, drives), (found, others)))
     assert other == pytest.approx(gear, abs=1e-12 * np.abs(gear).max())
     assert motors * others.motor == pytest.approx(drives.motor, abs=1e-12 * np.abs(drives.motor).max())
@@ -103,7 +103,7 @@ def test_built_in_arms_read_back_as_they_were(name: str, tmp_path: Path) -> None
     found = again(arm, tmp_path)
     assert found.joint_names == arm.joint_names and found.link_names == arm.link_names and found.name == arm.name
     for field in ("home", "screws", "inertias", "tip", "joint_points"):
-        assert getattr(found, field) == pytest.approx(getattr(arm, field), abs=4e-15), field  # products of n frames
+        assert getattr(found, field) == pytest.approx(getattr(arm, field), abs=4e-15), field  # rounding of products of n frames
     assert np.array_equal(found.masses, arm.masses)
     for field in ("lower", "upper", "speed_limits"):
         assert np.array_equal(getattr(found, field), getattr(arm, field)), field
@@ -140,11 +140,11 @@ def test_parallel_rotors_beside_their_joints_are_kept_whole(seed: int, level: Ro
         ratios = [drive.ratio for drive in read_urdf_drives(tmp_path / "arm.urdf").values()]
         assert ratios == [t * r.ratio for t, r in zip(turns, arm.rotors, strict=True)]
         return
-    # A rotor that turns against the joint's axis is told by a negative ratio about that axis.
+    # A rotor that turns in the opposite direction has a negative ratio about the joint's axis.
     assert_same_dynamics(found, arm, motors=turns)
 
 
-def test_first_rotor_may_lie_as_it_likes_on_the_base(tmp_path: Path) -> None:
+def test_first_rotor_may_have_any_pose_on_the_base(tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     bare, axis = random_arm(1, "RRR"), unit(rng)
     oblique = Rotor(80.0, np.eye(3) * 2e-4, 1.0, None, np.concatenate([axis, np.cross([0.1, 0.2, 0.3], axis)]))
@@ -167,7 +167,7 @@ PAIRS = {
 def test_couplings_of_two_motors_with_two_joints(kind: str, level: RotorLevel, tmp_path: Path) -> None:
     rng = np.random.default_rng(9)
     bare = random_arm(4, "RPRRR")
-    # Joints 1 and 3 are not neighbours; joint 4 has a shaft that turns the other way.
+    # Joints 1 and 3 are not adjacent; the shaft of joint 4 turns in the opposite direction.
     matrix = placed(PAIRS[kind], (0, 2), 5) @ np.diag([1.0, 1.0, 1.0, 1.0, -2.0])
     rotors = [parallel_rotor(bare, i, rng, 1) for i in range(5)]
     arm = with_rotors(bare, rotors, level=level, coupling=matrix)
@@ -183,7 +183,7 @@ def test_couplings_of_two_motors_with_two_joints(kind: str, level: RotorLevel, t
 
 
 def test_transmissions_as_ros_control_defines_them(tmp_path: Path) -> None:
-    """Its own formulas, on the numbers of the written file."""
+    """The formulas of ros_control with the numbers of the written file."""
     bare = random_arm(4, "RR")
     matrix = np.array([[1.0, -1.0 / 1.68], [-1.0, -1.0 / 1.68]])
     arm = with_rotors(bare, [Rotor(28.25, 1e-4, carrier=-1)] * 2, level=RotorLevel.REFLECTED, coupling=matrix)

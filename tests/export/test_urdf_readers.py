@@ -1,4 +1,4 @@
-"""The written files in two other readers, pinocchio and MuJoCo: the same torques, with and without rotors."""
+"""Written files in two other readers, pinocchio and MuJoCo, give the same torques, with and without rotors."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def bare(name: str) -> Arm:
 
 
 def sliding() -> Arm:
-    """A prismatic joint without limits, a revolute one with a limit on one side, both oblique."""
+    """A prismatic joint without limits and a revolute one with a limit on one side, both oblique."""
     arm = replace(bare("panda"), lower=np.full(7, -np.inf), upper=np.array([np.inf] * 3 + [2.0] + [np.inf] * 3))
     screws = arm.screws.copy()
     screws[1] = [0.0, 0.0, 0.0, 0.6, 0.0, 0.8]
@@ -38,7 +38,7 @@ def motion(n: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
 
 
 class InPinocchio:
-    """A file's arm; a continuous joint has cosine and sine for its position there."""
+    """A file's arm in pinocchio, where the position of a continuous joint is its cosine and sine."""
 
     def __init__(self, arm: Arm):
         self.model = pin.buildModelFromXML(urdf_text(arm))
@@ -50,7 +50,7 @@ class InPinocchio:
         return pin.rnea(self.model, self.data, place, qd, qdd)
 
     def add_rotors(self, arm: Arm) -> None:
-        """As the tags mean it: reflected inertia at the joint, axial inertia on the link that carries the rotor."""
+        """Add rotors as the tags define them: reflected inertia at the joint, axial inertia on the carrier."""
         self.model.armature = np.array([r.ratio**2 * r.axial_inertia for r in arm.rotors])
         for i, rotor in enumerate(arm.rotors[1:], 1):
             axis = arm.home[i - 1, :3, :3].T @ (arm.screws[i, :3] if arm.screws[i, :3].any() else arm.screws[i, 3:])
@@ -91,12 +91,12 @@ def test_pinocchio_reads_limits_and_efforts() -> None:
 
 @pytest.mark.parametrize("name", ["panda", "ur5-corrected", "sliding"])
 def test_mujoco_reads_the_same_arm_and_its_armature_is_the_reflected_inertia(name: str) -> None:
-    """Of the built-in arms, those whose links any body can be: MuJoCo refuses the others."""
+    """For the built-in arms with physically consistent links; MuJoCo refuses the others."""
     arm = sliding() if name == "sliding" else bare(name)
     spec = mujoco.MjSpec.from_string(urdf_text(arm))
     spec.compiler.boundinertia, spec.compiler.boundmass = 0.0, 0.0
     model = spec.compile()
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT  # its limits push back
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT  # without the forces of its joint limits
     model.opt.gravity[:] = arm.gravity
     data = mujoco.MjData(model)
     assert [model.joint(i).name for i in range(model.njnt)] == list(arm.joint_names)

@@ -1,4 +1,4 @@
-"""Identification: known arms found again, and on a measured robot better than the published model on unseen data."""
+"""Identification: parameters of known arms, and a measured robot, with smaller errors than the published model."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from drivetrain.study.model import DriveMass
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 KR300 = Path(__file__).parents[1] / "published" / "data" / "kr300_recording_a.npz"
-OFFSET = np.array([0.0, -np.pi / 2, np.pi / 2, 0.0, 0.0, 0.0])  # from the recording's zero to the table's zero
+OFFSET = np.array([0.0, -np.pi / 2, np.pi / 2, 0.0, 0.0, 0.0])  # from the zero of the recording to that of the table
 
 
 def true_arm() -> dt.Arm:
@@ -34,7 +34,7 @@ def true_arm() -> dt.Arm:
 
 
 def guessed(arm: dt.Arm, seed: int = 0) -> dt.Arm:
-    """Links up to a third heavier or lighter, rotors of another inertia."""
+    """The arm with links up to a third heavier or lighter, and rotors of another inertia."""
     rng = np.random.default_rng(seed)
     factor = rng.uniform(0.7, 1.3, arm.n)
     arm = replace(arm, masses=arm.masses * factor, inertias=arm.inertias * factor[:, None, None])
@@ -54,16 +54,16 @@ def recording(arm: dt.Arm, noise: float, **more: object) -> dt.MeasuredMotion:
     return dt.MeasuredMotion("test", arm.joint_names, motion.time, q, qd, qdd, torque=torque, **more)
 
 
-def test_an_arm_is_found_again() -> None:
+def test_the_parameters_of_a_known_arm_are_identified() -> None:
     arm = true_arm()
     measured = recording(arm, NOISE)
     found = dt.identify(guessed(arm), measured)
-    # What is left on data held out is the noise.
+    # The residuals on held-out data are the noise.
     assert found.errors["identified"].to_numpy() == pytest.approx(np.full(6, 0.1), rel=0.15)
     assert (found.errors["given"] > 5.0 * found.errors["identified"]).all()
     assert [f.viscous for f in found.friction] == pytest.approx(VISCOUS, rel=0.02)
     assert [f.coulomb for f in found.friction] == pytest.approx(COULOMB, rel=0.05)
-    # On a motion that it has never seen.
+    # On a motion that was not used for the fit.
     rng = np.random.default_rng(7)
     other = rng.uniform(-2.0, 2.0, (3, 200, 6))
     wanted = inverse_dynamics(arm, *other)
@@ -79,7 +79,7 @@ def rms(values: np.ndarray) -> np.ndarray:
 
 
 def explained(found: dt.Identification, measured: dt.MeasuredMotion, guess: dt.Arm) -> None:
-    """The tables against the recording and the arm found, worked out once more."""
+    """Check the tables of an identification by computing them again from the recording and the identified arm."""
     q, qd, _ = motion = measured.position, measured.velocity, measured.acceleration
     rubbing = np.tanh(qd / (0.01 * np.abs(qd).max(axis=0)))
     matrix, names = torque_regressor(guess, *motion), list(dt.parameter_names(guess, friction=True))
@@ -92,18 +92,18 @@ def explained(found: dt.Identification, measured: dt.MeasuredMotion, guess: dt.A
     }  # fmt: skip
     for name, torque in causes.items():
         assert found.contributions[name].to_numpy() == pytest.approx(rms(np.asarray(torque)), rel=1e-6, abs=1e-9), name
-    # The first link turns about a vertical axis: of all but its inertia about it the recording says nothing.
+    # The first link turns about a vertical axis: the recording has information only on its inertia about this axis.
     share = found.parameters["share"].to_numpy()
     assert share[:9] == pytest.approx(np.ones(9), abs=1e-6)
     assert found.arm.masses[0] == pytest.approx(guess.masses[0], rel=1e-9)
-    assert share.min() > 0.0 and share.max() < 1.0 + 1e-9 and share[66:].max() < 1e-3  # friction moves every joint
-    # Weighted by what the guess leaves at each joint.
+    assert share.min() > 0.0 and share.max() < 1.0 + 1e-9 and share[66:].max() < 1e-3  # friction is identified at every joint
+    # Weighted by the residuals of the guess at each joint.
     left = rms(measured.torque - inverse_dynamics(guess, *motion))
     laws = [np.einsum("ti,ij->tij", law, np.eye(6)) for law in (qd, rubbing)]
     base = np.concatenate([matrix, *laws], axis=2)[:, :, [names.index(name) for name in found.base.index]]
     base = (base / left[:, None]).reshape(-1, base.shape[2])
     assert found.condition == pytest.approx(np.linalg.cond(base / np.sqrt(np.sum(base**2, axis=0))), rel=1e-6)
-    # Least squares of white noise, the same at every joint, weighted by what the guess leaves.
+    # Least squares with white noise, equal at all joints, weighted by the residuals of the guess.
     fit = np.linalg.pinv(base) * np.tile(NOISE / left, len(q))
     assert found.base["deviation"].to_numpy() == pytest.approx(np.sqrt(np.sum(fit**2, axis=1)), rel=0.25)
 
@@ -125,7 +125,7 @@ def test_base_parameters_are_within_their_deviations() -> None:
 
 
 def terms(text: str) -> list[tuple[float, str]]:
-    """Factors and names of a combination in words."""
+    """Factors and names of a combination, from its text."""
     words = text.replace("- ", "+ -").split(" + ")
     return [(float(word.split(" ", 1)[0]), word.split(" ", 1)[1]) for word in words]
 
@@ -156,7 +156,7 @@ def test_currents_and_torque_constants() -> None:
 
 
 def test_a_study_with_drives_losses_and_a_counterbalance() -> None:
-    """What ``evaluate`` asks of the motors is measured: a heavier arm, more friction, the sheets' losses, a spring."""
+    """The measured torques are those of ``evaluate`` with a heavier arm, more friction, gear losses and a spring."""
     study = dt.load_study(EXAMPLES / "ur5_pick_and_place" / "study.yaml")
     arm, rows = study.arm, range(study.arm.n)
     motion = dt.exciting_motion(arm, duration=8.0, rate=100.0, candidates=5)
@@ -188,23 +188,23 @@ def test_a_study_with_drives_losses_and_a_counterbalance() -> None:
     assert found.study is not None and found.study.arm is found.arm
     assert [task.friction for task in found.study.joints] == list(found.friction)
     assert (found.errors["identified"] < 0.2 * found.errors["given"]).all()
-    # Coulomb's torque and friction that grows with the load part where the load changes: at the first three joints.
+    # Coulomb and load-dependent friction can be distinguished if the load changes: at the first three joints.
     assert [law.viscous for law in found.friction] == pytest.approx(VISCOUS, rel=0.15)
     assert [law.coulomb for law in found.friction] == pytest.approx(COULOMB, rel=0.2)
     assert [law.load_share for law in found.friction[:3]] == pytest.approx([0.05] * 3, abs=0.02)
     assert found.contributions["counterbalances"].to_numpy().nonzero()[0].tolist() == [1]
-    # Sized, it asks of its motors what was measured; but where a joint turns about: within some percent.
+    # The identified study needs the measured motor torques, within some per cent except at reversals.
     again = dt.evaluate(found.study).joints.values()
     off = np.abs(np.column_stack([joint.series.motor_torque for joint in again]) - wanted)
     assert (np.median(off, axis=0) < 0.06 * wanted.std(axis=0)).all()
 
 
-def test_bodies_that_cannot_be_are_made_possible() -> None:
+def test_inconsistent_parameters_are_made_consistent() -> None:
     arm = true_arm()
     possible = torque_parameters(arm)[:10]
     np.testing.assert_allclose(ten_parameters(pseudo_inertias(possible)), possible, atol=1e-15)
     bad = possible.copy()
-    bad[0], bad[9] = -0.5, bad[4] + bad[6] + 0.1  # negative mass, and the triangle inequality broken
+    bad[0], bad[9] = -0.5, bad[4] + bad[6] + 0.1  # negative mass, and a violated triangle inequality
     assert consistent(possible) and not consistent(bad)
     metric = np.diag(np.r_[1.0, np.full(10, 4.0)])
     found = nearest_consistent(np.r_[bad, -1.0], metric, 1, np.r_[possible, 0.1])
@@ -215,7 +215,7 @@ def test_bodies_that_cannot_be_are_made_possible() -> None:
 
 
 def test_base_parameters_of_the_planar_arm() -> None:
-    """A 2R arm without rotors under gravity has five: two first moments each, one inertia each, less one mass."""
+    """A planar 2R arm without rotors under gravity has five: two first moments and one inertia per link, minus one."""
     arm = dt.with_rotors(dt.load_arm("planar-2r"), [None, None])
     rows = torque_regressor(arm, *np.random.default_rng(0).normal(size=(3, 100, 2)))
     flat = rows.reshape(-1, 20)
@@ -237,7 +237,7 @@ def test_exciting_motion_keeps_the_limits() -> None:
     assert np.abs(rates - motion.velocity)[1:-1].max() < 1e-2
     again = dt.exciting_motion(arm, duration=6.0, candidates=4)
     np.testing.assert_array_equal(motion.position, again.position)
-    # In the middle of its range, and one of the limits is what it stops short of by a tenth.
+    # Centred in its range, and one of the limits is reached to nine tenths.
     top, bottom = motion.position.max(axis=0), motion.position.min(axis=0)
     assert 0.5 * (top + bottom) == pytest.approx(0.5 * (arm.lower + arm.upper), abs=1e-12)
     shares = [(top - bottom) / (arm.upper - arm.lower), np.abs(motion.velocity).max(axis=0) / arm.speed_limits]
@@ -246,7 +246,7 @@ def test_exciting_motion_keeps_the_limits() -> None:
 
 
 def test_a_measured_robot_on_unseen_data() -> None:
-    """KUKA KR300: every tenth of the recording predicted from the other nine, against the published parameters.
+    """KUKA KR300: each tenth of the recording predicted from the other nine, against the published parameters.
 
     The published model has the counterbalance of axis 2 and a torque bias; both are given to the identification.
     """
@@ -266,7 +266,7 @@ def test_a_measured_robot_on_unseen_data() -> None:
     assert (ratio < 1.0).all(), ratio
     assert ratio.iloc[4] < 0.7
     assert (found.errors["correlation"] > [0.95, 0.93, 0.86, 0.92, 0.98, 0.97]).all()
-    # And the model given is the published one: its errors are those of the published law.
+    # The given model is the published one, so its errors are those of the published equations.
     errors = found.errors["given"].to_numpy() / data["gear_ratio"]
     assert errors == pytest.approx([1.04, 2.11, 2.02, 0.34, 0.33, 0.34], rel=0.03)
 

@@ -1,4 +1,4 @@
-"""ROS bags as motions and as recordings: written by ``rosbags``, read back, in every storage that it has."""
+"""ROS bags read as motions and as recordings: written by ``rosbags`` in every storage format that it has."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ KINDS = ["db3", "mcap", "bag"]
 
 
 class Bag:
-    """A bag of ROS 1 or 2 to which messages of joints are written, and the path by which it is read."""
+    """A ROS 1 or 2 bag to which messages about joints are written, and the path from which it is read."""
 
     def __init__(self, folder: Path, kind: str) -> None:
         self.ros2 = kind != "bag"
@@ -52,7 +52,7 @@ class Bag:
             self.writer.write(connection, k * 10_000_000, write(message, kind))
 
     def states(self, names: list[str], start: float = 100.0) -> None:
-        """What an arm measured, its joints in an order of their own."""
+        """Measured joint states, with the joints in an order different from the arm's."""
         order = [JOINTS.index(name) for name in names]
         kind = "sensor_msgs/msg/JointState"
         told = []
@@ -62,7 +62,7 @@ class Bag:
         self.put("/joint_states", kind, told)
 
     def trajectory(self, names: list[str]) -> None:
-        """What an arm was told to do."""
+        """A commanded trajectory."""
         order = [JOINTS.index(name) for name in names]
         point, none = "trajectory_msgs/msg/JointTrajectoryPoint", np.zeros(0)
         points = []
@@ -90,7 +90,7 @@ def test_a_recording(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_motion_is_what_was_told_before_what_was_measured(tmp_path: Path, kind: str) -> None:
+def test_a_commanded_trajectory_takes_precedence_over_measured_positions(tmp_path: Path, kind: str) -> None:
     bag = Bag(tmp_path, kind)
     with bag.writer:
         bag.trajectory(["elbow", "shoulder"])
@@ -100,16 +100,16 @@ def test_a_motion_is_what_was_told_before_what_was_measured(tmp_path: Path, kind
     assert found.position == pytest.approx(POSITION, abs=1e-15) and found.velocity == pytest.approx(SPEED, abs=1e-15)
 
 
-def test_a_motion_from_what_was_measured(tmp_path: Path) -> None:
+def test_a_motion_from_measured_positions(tmp_path: Path) -> None:
     bag = Bag(tmp_path, "mcap")
     with bag.writer:
         bag.states(["elbow", "shoulder"])
     found = read_motion(bag.path, JOINTS)
     assert found.position == pytest.approx(POSITION, abs=1e-15)
-    assert found.velocity[5:-5] == pytest.approx(SPEED[5:-5], abs=2e-3)  # differentiated, as measured speeds are noisy
+    assert found.velocity[5:-5] == pytest.approx(SPEED[5:-5], abs=2e-3)  # differentiated from positions, since measured speeds are noisy
 
 
-def test_what_is_no_bag_is_said(tmp_path: Path) -> None:
+def test_files_that_are_not_bags_are_errors(tmp_path: Path) -> None:
     for kind in KINDS:
         path = tmp_path / kind / f"run.{kind}"
         path.parent.mkdir()

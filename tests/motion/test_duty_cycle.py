@@ -1,4 +1,4 @@
-"""The duty cycle: order, times, payloads and closing; integrals against closed form."""
+"""The duty cycle: order, times, payloads and closed periods; integrals against closed forms."""
 
 import numpy as np
 import pytest
@@ -61,7 +61,7 @@ def test_repetitions_follow_each_other():
     )
 
 
-def test_gaps_and_an_open_end_are_all_told():
+def test_all_gaps_and_an_open_end_are_reported():
     with pytest.raises(InputError) as caught:
         build_cycle([Step(GO), Step(GO)])
     places = [fault.place for fault in caught.value.faults]
@@ -75,7 +75,7 @@ def test_gaps_and_an_open_end_are_all_told():
     assert any(note.startswith("warning: end (go) to start (go)") for note in cycle.notes)
 
 
-def test_a_gap_of_rounding_is_noted_and_a_larger_one_is_not_allowed():
+def test_a_gap_of_rounding_is_noted_and_a_larger_one_is_an_error():
     def shifted(by):
         return Motion("near", ("a",), BACK.time, BACK.position + by, BACK.velocity, BACK.acceleration)
 
@@ -86,7 +86,7 @@ def test_a_gap_of_rounding_is_noted_and_a_larger_one_is_not_allowed():
         build_cycle([Step(GO), Step(shifted(2e-3))])
 
 
-def test_steps_of_speed_between_motions_are_doubted():
+def test_steps_of_speed_between_motions_give_a_warning():
     running = Motion("run", ("a",), GO.time, GO.position, GO.velocity + 0.3, GO.acceleration)
     notes = build_cycle([Step(running), Step(BACK)]).notes
     warnings = [note for note in notes if note.startswith("warning")]
@@ -98,7 +98,7 @@ def test_steps_of_speed_between_motions_are_doubted():
     assert any("steps by -17.19 [deg/s]" in note for note in turning.notes)
 
 
-def test_load_tables_count_position_from_their_speed_and_hold_their_torque():
+def test_load_tables_integrate_speed_to_position_and_dwells_hold_the_torque():
     up = table([[0.0], [2.0]], [[3.0], [7.0]], [[2.0], [2.0]])
     down = table([[2.0], [0.0]], [[1.0], [4.0]], [[-2.0], [-2.0]])
     cycle = build_cycle([Step(up), Step(down), Step(dwell=2.0)])
@@ -109,7 +109,7 @@ def test_load_tables_count_position_from_their_speed_and_hold_their_torque():
     assert any("hold the last torque" in note for note in cycle.notes)
 
 
-def test_wrong_steps_are_all_told():
+def test_all_wrong_steps_are_reported():
     other = waypoint_motion("other", ("b",), [[0.0], [1.0]], profile=Quintic(), durations=[1.0])
     still = table([[0.0], [0.0]], [[1.0], [1.0]])
     with pytest.raises(InputError) as caught:
@@ -150,6 +150,6 @@ def test_weights_integrate_straight_lines_exactly_and_see_both_sides_of_a_step()
 
 
 def test_mean_square_of_acceleration_of_a_trapezoid():
-    # Two thirds of the time at 4.5 rad/s^2, one third at none.
+    # 4.5 rad/s^2 for two thirds of the time, zero for one third.
     cycle = build_cycle([Step(GO)], may_stay_open=True)
     assert periodic_mean(cycle.acceleration**2, cycle.time) == pytest.approx([4.5**2 * 2.0 / 3.0], rel=1e-12)

@@ -1,4 +1,4 @@
-"""Trajectories of ROS 2 and .mat files, against the same motion as CSV."""
+"""ROS 2 trajectories and .mat files give the same motion as a CSV file."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def message(velocities: bool = True, order: tuple[int, ...] = (0, 1)) -> dict:
 @pytest.mark.parametrize("velocities", [True, False])
 @pytest.mark.parametrize("wrapped", ["topic", "goal", "second"])
 def test_trajectories_of_ros(tmp_path: Path, velocities: bool, wrapped: str) -> None:
-    """Joints in another order, in a goal, behind another document."""
+    """The trajectory has its joints in another order, is wrapped in a goal, or follows another YAML document."""
     path, told = tmp_path / "move.yaml", message(velocities, (1, 0))
     texts = {
         "topic": yaml.safe_dump(told) + "---\n",
@@ -85,7 +85,7 @@ def test_a_slide_is_in_metres(tmp_path: Path) -> None:
         (lambda m: m["points"][7].update(velocities=[]), r"points\[7\].velocities"),
     ],
 )
-def test_trajectories_that_are_none(tmp_path: Path, change, told: str) -> None:
+def test_invalid_trajectories_are_errors(tmp_path: Path, change, told: str) -> None:
     path, spoiled = tmp_path / "move.yaml", message()
     change(spoiled)
     path.write_text(yaml.safe_dump(spoiled))
@@ -96,7 +96,7 @@ def test_trajectories_that_are_none(tmp_path: Path, change, told: str) -> None:
 @pytest.mark.parametrize(
     "text", ["", "a: [", "- 1\n- 2", "joint_names: &a [*a]\npoints: []", "!!python/name:os.system x"]
 )
-def test_yaml_that_holds_none(tmp_path: Path, text: str) -> None:
+def test_yaml_without_a_trajectory_is_an_error(tmp_path: Path, text: str) -> None:
     path = tmp_path / "move.yaml"
     path.write_text(text)
     with pytest.raises(InputError):
@@ -114,13 +114,13 @@ def test_yaml_that_holds_none(tmp_path: Path, text: str) -> None:
         ({"t": [0.0], "q": Q[:1]}, "two"),
     ],
 )
-def test_mat_files_that_are_none(tmp_path: Path, held: dict, told: str) -> None:
+def test_invalid_mat_files_are_errors(tmp_path: Path, held: dict, told: str) -> None:
     savemat(tmp_path / "move.mat", held)
     with pytest.raises(InputError, match=told):
         read_motion(tmp_path / "move.mat", JOINTS)
 
 
-def test_files_that_are_no_mat_files(tmp_path: Path) -> None:
+def test_files_that_are_not_mat_files_are_errors(tmp_path: Path) -> None:
     for content in (b"", b"MATLAB 5.0", b"\x89HDF\r\n\x1a\n" + b"\0" * 600, bytes(range(256)) * 4):
         (tmp_path / "move.mat").write_bytes(content)
         for read in (read_motion, read_recording):

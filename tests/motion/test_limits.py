@@ -1,4 +1,4 @@
-"""Ranges of the arm's joints against motions."""
+"""Checks of motions against the joints' limits."""
 
 import math
 
@@ -31,7 +31,7 @@ def test_position_beyond_a_limit_is_a_fault_at_the_worst_instant():
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_speed_beyond_a_limit_is_a_doubt_whatever_its_sign(sign):
+def test_speed_beyond_a_limit_is_a_warning_for_either_sign(sign):
     points = sign * np.array([[0.0, 0.0], [1.0, -2.0]])
     motion = waypoint_motion("m", ("a", "b"), points, profile=Trapezoid(), durations=[1.0])
     faults, warnings = limit_notes(motion, -FREE, FREE, np.array([1.6, 2.5]))

@@ -1,4 +1,4 @@
-"""A mix of cycles: weights, parts, names, and every fault of it."""
+"""A mix of cycles: weights, parts, names, and faults."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def swing(size: float, length: float, *, payload: str | None = None, samples: in
     return build_cycle([Step(motion, payload=payload)])
 
 
-def test_a_plain_cycle_is_as_it_was():
+def test_a_mix_of_one_cycle_is_that_cycle():
     cycle = swing(0.1, 2.0)
     np.testing.assert_array_equal(cycle.weights, sample_weights(cycle.time))
     assert cycle.parts == (slice(0, 21),) and cycle.shares == (1.0,)
@@ -72,7 +72,7 @@ def test_payloads_and_segments_keep_their_names():
     ([0.5, float("nan")], "between 0 and 1"),
     ([1.0], "one share for each of 2"),
 ])  # fmt: skip
-def test_shares_that_are_none(shares, words):
+def test_invalid_shares_are_errors(shares, words):
     with pytest.raises(InputError, match=words):
         build_mix([swing(0.1, 1.0), swing(0.1, 2.0)], shares)
 
@@ -87,7 +87,7 @@ def test_all_faults_at_once():
         build_mix([mix, swing(0.1, 1.0)], [0.5, 0.5])
 
 
-def test_rounded_shares_are_made_whole():
+def test_rounded_shares_are_normalised():
     mix = build_mix([swing(0.1, 1.0)] * 3, [0.333333, 0.333333, 0.333334], names=["x", "y", "z"])
     assert sum(mix.shares) == pytest.approx(1.0, abs=1e-15)
     assert mix.weights.sum() == pytest.approx(mix.duration, rel=1e-14)

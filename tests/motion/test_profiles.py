@@ -1,4 +1,4 @@
-"""Profiles: peaks against closed form and against samples, and each derivative against the integral of the next."""
+"""Profiles: peaks against closed forms and samples, and each quantity against the integral of its derivative."""
 
 import math
 
@@ -16,21 +16,21 @@ rates = st.floats(1e-2, 1e3)
 
 
 def fastest(profile, speed, acceleration, jerk):
-    """The quickest law; a trapezoid takes no jerk limit."""
+    """The fastest law; a trapezoid accepts no jerk limit."""
     return profile.fastest(PathLimits(speed, acceleration, FREE if isinstance(profile, Trapezoid) else jerk))
 
 
 @pytest.mark.parametrize("profile", PROFILES, ids=str)
-def test_speed_is_the_integral_of_acceleration_and_place_that_of_speed(profile):
+def test_speed_is_the_integral_of_acceleration_and_position_that_of_speed(profile):
     time, place, speed, acceleration = profile.over(1.3).sampled(1e-4).T
     half = 0.5 * np.diff(time)
-    # The trapezoidal rule is off by dt^2/12 times the change of slope: below 1e-7 with a thousand samples a piece.
+    # The error of the trapezoidal rule is dt^2/12 times the change of slope: below 1e-7 with 1000 samples per piece.
     assert np.cumsum(half * (acceleration[1:] + acceleration[:-1])) == pytest.approx(speed[1:], abs=1e-7)
     assert np.cumsum(half * (speed[1:] + speed[:-1])) == pytest.approx(place[1:], abs=1e-7)
 
 
 def test_integrals_of_a_trapezoid_are_exact_with_few_samples():
-    # Acceleration is piecewise constant and speed piecewise linear, and both sides of each step are samples.
+    # Acceleration is piecewise constant, speed is piecewise linear, and both values at each step are samples.
     time, place, speed, acceleration = Trapezoid().over(1.0).sampled(1.0).T
     half = 0.5 * np.diff(time)
     assert np.cumsum(half * (acceleration[1:] + acceleration[:-1])) == pytest.approx(speed[1:], abs=1e-14)
@@ -46,7 +46,7 @@ def test_ends_peaks_and_symmetry(profile, duration):
     assert law.duration == pytest.approx(duration, rel=1e-14)
     assert (time[0], place[0], speed[0]) == (0.0, 0.0, 0.0)
     assert (time[-1], place[-1], speed[-1]) == (law.duration, 1.0, 0.0)
-    # Rounding only: a few units of the last place on numbers of the size of the peak.
+    # Only rounding: a few units in the last place of numbers of the size of the peak.
     assert speed.max() == pytest.approx(law.peak.speed, rel=1e-4)
     assert speed.max() <= law.peak.speed * (1.0 + 1e-12)
     assert np.abs(acceleration).max() <= law.peak.acceleration * (1.0 + 1e-12)
@@ -58,7 +58,7 @@ def test_ends_peaks_and_symmetry(profile, duration):
 
 @pytest.mark.parametrize("profile", PROFILES, ids=str)
 @given(speed=rates, acceleration=rates, jerk=rates)
-def test_the_fastest_law_holds_every_limit_and_meets_one(profile, speed, acceleration, jerk):
+def test_the_fastest_law_satisfies_every_limit_and_reaches_one(profile, speed, acceleration, jerk):
     law = fastest(profile, speed, acceleration, jerk)
     used = [law.peak.speed / speed, law.peak.acceleration / acceleration]
     if not isinstance(profile, Trapezoid):
@@ -84,7 +84,7 @@ def test_no_law_is_faster_than_the_trapezoid_and_the_s_curve_nears_it(speed, acc
 def test_the_s_curve_is_the_fastest_under_its_limits(speed, acceleration, jerk):
     quickest = fastest(SCurve(), speed, acceleration, jerk)
     assert quickest.duration <= fastest(Quintic(), speed, acceleration, jerk).duration * (1.0 + 1e-9)
-    # Any other member of the family, slowed until it holds all limits, takes at least as long.
+    # Any other law of the family, stretched until it satisfies all limits, takes at least as long.
     for ramp_share, jerk_share in ((0.5, 0.5), (1 / 3, 1 / 3), (0.2, 0.1), (0.05, 0.5), (0.5, 0.05)):
         peak = SCurve(ramp_share, jerk_share).over(1.0).peak
         slowed = max(peak.speed / speed, math.sqrt(peak.acceleration / acceleration), math.cbrt(peak.jerk / jerk))

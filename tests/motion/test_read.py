@@ -1,4 +1,4 @@
-"""Motions and load tables from files: what is read, what is refused with row and column, what is doubted."""
+"""Motions and load tables from files: what is read, what is a fault with row and column, what is a warning."""
 
 import math
 
@@ -35,7 +35,7 @@ def write(tmp_path, header, columns, *, form="%.17g", separator=",", name="motio
 
 
 def edited(path, row, column, text):
-    """The file with one cell replaced; rows counted as in a spreadsheet, the header being row 1."""
+    """The file with one cell replaced; rows are counted from the header, which is row 1."""
     lines = path.read_text(encoding="utf-8").splitlines()
     cells = lines[row - 1].split(",")
     cells[column] = text
@@ -60,7 +60,7 @@ HEADER = ["time [s]", "q_shoulder [rad]", "q_elbow [rad]"]
 def test_all_columns_given_come_back_to_the_bit(tmp_path):
     header = [*HEADER, *(f"qd_{j} [rad/s]" for j in JOINTS), *(f"qdd_{j} [rad/s^2]" for j in JOINTS)]
     trapezoid = waypoint_motion("t", JOINTS, [[0, 0], [1, -2]], profile=Trapezoid(), durations=[1.0], sample_time=0.01)
-    for motion in (MOTION, trapezoid):  # one with a rest of two samples, one with two rows at one instant
+    for motion in (MOTION, trapezoid):  # one motion has a rest of two samples, one has two rows at one instant
         columns = [motion.time, motion.position, motion.velocity, motion.acceleration]
         read = read_motion(write(tmp_path, header, columns), JOINTS)
         for what in ("time", "position", "velocity", "acceleration"):
@@ -69,23 +69,23 @@ def test_all_columns_given_come_back_to_the_bit(tmp_path):
         assert any("as given" in note for note in read.notes)
 
 
-def test_missing_rates_are_differentiated_and_it_is_said(tmp_path):
+def test_missing_rates_are_differentiated_and_the_method_is_noted(tmp_path):
     motion = read_motion(write(tmp_path, HEADER, [TIME, WAVES]), JOINTS)
-    # (omega dt)^2/6 = 7e-4 of the speed, /12 of the acceleration; the end samples are of first order.
+    # Errors of (omega dt)^2/6 = 7e-4 of the speed and half of that of the acceleration; first order at the ends.
     assert motion.velocity[1:-1] == pytest.approx(SPEEDS[1:-1], abs=3e-3)
     assert motion.acceleration[1:-1] == pytest.approx(RATES[1:-1], abs=1e-2)
     assert any(note.startswith("shoulder, elbow: velocity and acceleration by parabolas") for note in motion.notes)
     assert warnings(motion) == []
 
 
-def test_coarse_numbers_are_smoothed_and_it_is_said(tmp_path):
+def test_coarse_numbers_are_smoothed_and_the_method_is_noted(tmp_path):
     fine = np.arange(0.0, 2.0005, 0.001)
     degrees = np.degrees(np.sin(math.pi * fine))
     path = write(tmp_path, ["t [ms]", "q_a [deg]"], [1e3 * fine, np.round(degrees, 2)], form="%.6g")
     motion = read_motion(path, ["a"])
     truth = -(math.pi**2) * np.sin(math.pi * fine)
     assert np.abs(motion.acceleration).max() == pytest.approx(math.pi**2, rel=0.03)
-    # Least sure at the ends, where there are neighbours on one side only.
+    # The errors are largest at the ends, where there are neighbours on one side only.
     assert motion.acceleration[50:-50, 0] == pytest.approx(truth[50:-50], abs=0.05 * math.pi**2)
     assert any("smoothing spline" in note and "0.000175" in note for note in motion.notes)
 
@@ -98,7 +98,7 @@ def test_given_speeds_are_differentiated_once(tmp_path):
     assert any(note.startswith("shoulder: acceleration by") for note in motion.notes)
 
 
-def test_the_way_to_differentiate_can_be_chosen(tmp_path):
+def test_the_method_of_differentiation_can_be_chosen(tmp_path):
     path = write(tmp_path, HEADER, [TIME, WAVES])
     for way, words in ((SavitzkyGolay(0.11), "Savitzky-Golay"), (SmoothingSpline(1e-6), "smoothing spline")):
         motion = read_motion(path, JOINTS, smoothing=way)
@@ -128,13 +128,13 @@ def test_semicolons_decimal_commas_comments_and_empty_lines(tmp_path):
     assert motion.position == pytest.approx(WAVES, abs=1e-11)
 
 
-def test_the_order_of_joints_is_that_asked_for(tmp_path):
+def test_the_order_of_joints_is_the_requested_one(tmp_path):
     motion = read_motion(write(tmp_path, HEADER, [TIME, WAVES]), JOINTS[::-1], name="turned")
     assert (motion.position == WAVES[:, ::-1]).all()
     assert (motion.name, motion.joint_names) == ("turned", JOINTS[::-1])
 
 
-def test_sliding_joints(tmp_path):
+def test_prismatic_joints(tmp_path):
     header = ["time [s]", "q_shoulder [rad]", "q_elbow [mm]", "qd_elbow [mm/s]"]
     path = write(tmp_path, header, [TIME, WAVES[:, 0], 1e3 * WAVES[:, 1], 1e3 * SPEEDS[:, 1]])
     motion = read_motion(path, JOINTS, position_units=["rad", "m"])
@@ -170,11 +170,11 @@ def test_unknown_columns_are_noted(tmp_path):
     assert "column current [A] is not used" in motion.notes
 
 
-def test_a_column_of_text_is_told_in_short(tmp_path):
+def test_a_column_of_text_is_reported_briefly(tmp_path):
     path = write(tmp_path, [*HEADER, "state [-]"], [TIME, WAVES, TIME])
     lines = path.read_text(encoding="utf-8").splitlines()
     path.write_text("\n".join([lines[0], *(f"{line},x" for line in lines[1:])]), encoding="utf-8")
-    faults = faults_of(path)  # five cells in a row instead of four
+    faults = faults_of(path)  # a row of five cells instead of four
     assert "must have 4 cells" in faults[0]
     path.write_text("\n".join([lines[0], *(line.rsplit(",", 1)[0] + ",x" for line in lines[1:])]), encoding="utf-8")
     faults = faults_of(path)
@@ -186,7 +186,7 @@ def test_a_column_of_text_is_told_in_short(tmp_path):
     ("text", "said"),
     [("", "at least two rows"), ("time [s],q_a [rad]\n0,1\n", "at least two rows")],
 )
-def test_files_that_hold_nothing(tmp_path, text, said):
+def test_files_without_data_are_errors(tmp_path, text, said):
     path = tmp_path / "m.csv"
     path.write_text(text, encoding="utf-8")
     assert said in faults_of(path)[0]
@@ -203,7 +203,7 @@ def test_doubled_and_missing_columns(tmp_path):
     assert "column t [ms]: a second time" in said
 
 
-def test_time_that_goes_back_or_stands(tmp_path):
+def test_time_that_decreases_or_repeats_is_a_fault(tmp_path):
     path = write(tmp_path, HEADER, [TIME, WAVES])
     edited(edited(path, 10, 0, "0.01"), 20, 0, repr(float(TIME[17])))
     faults = faults_of(path)
@@ -212,7 +212,7 @@ def test_time_that_goes_back_or_stands(tmp_path):
     assert "row 20" in faults[1]
 
 
-def test_uneven_sampling_is_noted_and_a_gap_doubted(tmp_path):
+def test_uneven_sampling_is_noted_and_a_gap_gives_a_warning(tmp_path):
     jitter = TIME + np.random.default_rng(3).uniform(-2e-3, 2e-3, len(TIME))
     waves = np.stack([np.sin(math.pi * jitter), 0.5 * np.cos(2 * math.pi * jitter)], axis=1)
     motion = read_motion(write(tmp_path, HEADER, [jitter, waves]), JOINTS)
@@ -239,7 +239,7 @@ def test_steps_spikes_and_wraps(tmp_path, change, said):
     assert f"row {62 if 'spike' in said else 103}," in faults[0]
 
 
-def test_a_jump_is_told_in_the_unit_of_its_column(tmp_path):
+def test_a_jump_is_reported_in_the_unit_of_its_column(tmp_path):
     jump = np.degrees(np.where(TIME > 1.0, WAVES[:, 1] + 0.5, WAVES[:, 1]))
     header = [HEADER[0], HEADER[1], "q_elbow [deg]"]
     (fault,) = faults_of(write(tmp_path, header, [TIME, WAVES[:, 0], jump]))
@@ -298,14 +298,14 @@ def test_accelerations_that_are_not_the_derivative(tmp_path):
     assert fine.acceleration[:, 1] == pytest.approx(RATES[:, 1])
 
 
-def test_a_filtered_speed_is_doubted_only(tmp_path):
+def test_a_filtered_speed_is_only_a_warning(tmp_path):
     late = np.interp(TIME - 0.02, TIME, SPEEDS[:, 1])
     motion = read_motion(write(tmp_path, [*HEADER, "qd_elbow [rad/s]"], [TIME, WAVES, late]), JOINTS)
     (warning,) = warnings(motion)
     assert "column qd_elbow [rad/s] is not the derivative" in warning
 
 
-def test_a_joint_that_stands_with_noise_in_its_speed_is_fine(tmp_path):
+def test_a_joint_at_rest_with_noise_in_its_speed_is_accepted(tmp_path):
     noise = np.random.default_rng(4).normal(scale=1e-3, size=len(TIME))
     columns = [TIME, WAVES[:, 0], np.full(len(TIME), 0.2), noise]
     motion = read_motion(write(tmp_path, [*HEADER, "qd_elbow [rad/s]"], columns), JOINTS)
@@ -323,14 +323,14 @@ def test_degrees_and_radians_mixed_up(tmp_path, unit, scale, words):
     assert any(words in note for note in warnings(motion))
 
 
-def test_rpm_taken_for_radians_is_doubted(tmp_path):
-    # Position and speed both wrong by one factor agree with each other.
+def test_rpm_taken_for_radians_gives_a_warning(tmp_path):
+    # Position and speed with the same wrong factor are consistent with each other.
     header = [*HEADER, "qd_elbow [rad/s]"]
     motion = read_motion(write(tmp_path, header, [TIME, 20 * WAVES, 20 * SPEEDS[:, 1]]), JOINTS)
     assert any("is this deg/s, rpm or a motor's speed?" in note for note in warnings(motion))
 
 
-def test_a_spike_in_a_given_acceleration_is_doubted(tmp_path):
+def test_a_spike_in_a_given_acceleration_gives_a_warning(tmp_path):
     header = [*HEADER, *(f"qd_{j} [rad/s]" for j in JOINTS), *(f"qdd_{j} [rad/s^2]" for j in JOINTS)]
     rates = RATES.copy()
     rates[70, 1] += 60.0
@@ -338,7 +338,7 @@ def test_a_spike_in_a_given_acceleration_is_doubted(tmp_path):
     assert any("acceleration of elbow has a spike" in note and "t = 0.7 s" in note for note in warnings(motion))
 
 
-def test_coarse_sampling_is_doubted(tmp_path):
+def test_coarse_sampling_gives_a_warning(tmp_path):
     motion = read_motion(write(tmp_path, HEADER, [TIME[::10], WAVES[::10]]), JOINTS)
     assert any("sampled coarsely" in note for note in warnings(motion))
 
@@ -391,7 +391,7 @@ def test_a_load_table_of_two_joints_with_accelerations(tmp_path):
         ("3.5,-8,0", "3.0000000000000004,-8,60", "at least 1e-12 s"),
     ],
 )
-def test_what_is_wrong_with_a_load_table(tmp_path, old, new, said):
+def test_faults_of_load_tables(tmp_path, old, new, said):
     with pytest.raises(InputError, match=said):
         read_load_table(table_file(tmp_path, TABLE.replace(old, new)))
 

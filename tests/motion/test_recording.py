@@ -1,4 +1,4 @@
-"""Recordings from every kind of file: names, units, clock; what is wrong is told by name."""
+"""Recordings from all file formats: names, units, time; faults name the column."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_npz_mat_and_parquet(tmp_path: Path) -> None:
     check(read_recording(tmp_path / "run.parquet", JOINTS))
 
 
-def test_what_one_joint_alone_has_is_noted(tmp_path: Path) -> None:
+def test_a_quantity_of_only_one_joint_is_noted(tmp_path: Path) -> None:
     np.savez(tmp_path / "run.npz", **{"time [s]": TIME, "q [rad]": DEGREES, "current_elbow [A]": TIME})
     found = read_recording(tmp_path / "run.npz", JOINTS)
     assert found.current is None and any("current is not used" in note for note in found.notes)

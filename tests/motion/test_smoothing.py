@@ -1,4 +1,4 @@
-"""Differentiating samples: exact cases, and accelerations of known motions from coarse readings."""
+"""Differentiation of samples: exact cases, and accelerations of known motions from coarse readings."""
 
 import math
 
@@ -34,21 +34,22 @@ def test_parabolas_are_exact_for_parabolas_at_any_distances():
     time = np.sort(np.random.default_rng(0).uniform(0.0, 3.0, 40))
     first, second = Parabolas().derivatives(time, 2.0 - 3.0 * time + 1.5 * time**2)
     assert first == pytest.approx(-3.0 + 3.0 * time, abs=1e-9)
-    # Neighbours may stand 1e-4 apart: rounding of 1e-16 over 1e-8.
+    # Neighbours may be only 1e-4 apart: rounding of 1e-16 over 1e-8.
     assert second == pytest.approx(np.full(40, 3.0), abs=1e-6)
 
 
 @pytest.mark.parametrize("way", [Parabolas(), SmoothingSpline(1e-9), SavitzkyGolay(0.02)], ids=str)
 def test_clean_samples_give_the_derivatives(way):
     first, second = way.derivatives(TIME, np.sin(math.pi * TIME))
-    # The least exact of the three: (omega dt)^2/12 = 1e-6 of the curvature, more at the ends.
+    # The error of the least accurate method, parabolas: (omega dt)^2/12 = 1e-6 of the acceleration, more at the ends.
     assert first == pytest.approx(math.pi * np.cos(math.pi * TIME), abs=1e-4)
     assert second == pytest.approx(-(math.pi**2) * np.sin(math.pi * TIME), abs=0.05)
 
 
 @pytest.mark.parametrize("bits", [12, 14, 16, 20])
 def test_an_encoder_twice_differentiated(bits):
-    # Differencing a 12-bit encoder at 1 kHz is off by thousands of per cent; the spline stays within 3 and 6.
+    # Differences of a 12-bit encoder at 1 kHz have errors of thousands of per cent; those of the spline are below 3 and
+    # 6.
     readings = counts(WAVE, bits)
     second = SmoothingSpline(2.0 * math.pi / 2**bits).derivatives(TIME, readings).second
     assert rms(second) == pytest.approx(rms(WAVE_ACCELERATION), rel=0.03)
@@ -71,7 +72,7 @@ def test_a_quintic_move_between_rests(bits):
     assert np.abs(second).max() == pytest.approx(np.abs(truth).max(), rel=0.05)
 
 
-def test_the_step_of_the_readings_is_found():
+def test_the_resolution_of_readings_is_detected():
     assert detected_resolution(np.round(WAVE, 3)) == pytest.approx(1e-3)
     assert detected_resolution(np.round(np.degrees(WAVE), 1)) == pytest.approx(0.1)
     assert detected_resolution(counts(WAVE, 12)) == pytest.approx(2.0 * math.pi / 4096.0, rel=1e-6)
@@ -79,14 +80,14 @@ def test_the_step_of_the_readings_is_found():
     assert detected_resolution(WAVE) == 0.0
 
 
-def test_a_clean_ramp_is_not_taken_for_counts():
+def test_a_clean_ramp_is_not_taken_for_encoder_counts():
     ramp = 0.0123456789123 * np.arange(50.0)
     assert detected_resolution(ramp) == 0.0
 
 
 def test_noise_is_estimated_and_a_coarse_wave_is_not_taken_for_noise():
     noise = np.random.default_rng(1).normal(scale=1e-4, size=len(TIME))
-    # On purpose some ten per cent too large: a residual below the noise is followed by the spline.
+    # The estimate is deliberately some ten per cent too large: with too small a value the spline follows the noise.
     assert 1e-4 < estimated_noise(TIME, WAVE + noise) < 1.25e-4
     assert estimated_noise(TIME, WAVE) < 1e-9
     coarse = np.sin(0.9 * np.arange(40.0))
@@ -94,7 +95,7 @@ def test_noise_is_estimated_and_a_coarse_wave_is_not_taken_for_noise():
     assert estimated_noise(TIME[:5], np.zeros(5)) == 0.0
 
 
-def test_the_choice():
+def test_the_choice_of_the_method():
     assert isinstance(chosen_smoothing(TIME, WAVE, 0.0), Parabolas)
     assert isinstance(chosen_smoothing(TIME[::10], WAVE[::10], 1e-7), Parabolas)
     assert chosen_smoothing(TIME, np.round(WAVE, 4), 1e-4) == SmoothingSpline(pytest.approx(1e-4, rel=0.3))

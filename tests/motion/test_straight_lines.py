@@ -1,4 +1,4 @@
-"""Tables of a few corners: their integrals are those of the straight lines between, not of the corners."""
+"""Load tables with few rows: integrals are those of the straight lines between the rows, not of the rows alone."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def table(time, torque, speed):
 
 def test_a_speed_that_turns_between_two_corners_has_the_mean_of_its_magnitude():
     found = sampled(table([0.0, 3.0], [2.0, 2.0], [-10.0, 5.0]))
-    # two triangles: 2 s to zero from 10, 1 s up to 5; the corners alone tell 7.5
+    # two triangles: from 10 to zero in 2 s, up to 5 in 1 s; the rows alone would give 7.5
     assert periodic_mean(np.abs(found.speed[:, 0]), found.time) == pytest.approx((10.0 + 2.5) / 3.0, rel=1e-12)
     assert found.time[found.speed[:, 0] == 0.0].tolist() == [2.0]
 

@@ -1,4 +1,4 @@
-"""The quickest way along a path: closed forms, and toppra on the same path and limits."""
+"""Time-optimal motion along a path: closed forms, and toppra with the same path and limits."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from drivetrain.motion.time_optimal import quickest_squares, times
 def run(
     place: np.ndarray, first: np.ndarray, second: np.ndarray, speed: np.ndarray, acceleration: np.ndarray
 ) -> np.ndarray:
-    """Under limits of joint speeds and accelerations; squares of the speed along the path."""
+    """Squares of the speed along a path under limits of joint speeds and accelerations."""
     p, q = np.hstack([first, -first]), np.hstack([second, -second])
     with np.errstate(divide="ignore"):
         most = np.min((speed / np.abs(first)) ** 2, axis=1)
     return quickest_squares(place, p, q, np.tile(acceleration, (len(place), 2)), most)
 
 
-def test_a_straight_way_is_full_gas_and_full_brake() -> None:
+def test_a_straight_path_is_full_acceleration_then_full_braking() -> None:
     """T = 2 sqrt(L/a); with a speed limit v below the top, L/v + v/a."""
     place = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 201)))
     one, none = np.ones((201, 1)), np.zeros((201, 1))
@@ -48,7 +48,7 @@ def test_toppra_takes_the_same_time(seed: int) -> None:
     _, sd, _ = peer.compute_parameterization(0, 0)
     square = run(place, path(place, 1), path(place, 2), speed, acceleration)
     assert times(place, square)[-1] == pytest.approx(times(place, np.asarray(sd) ** 2)[-1], rel=0.01)
-    # Our own answer holds what it was given, at every place.
+    # Our result satisfies the limits at every grid point.
     sdd = np.diff(square) / (2.0 * np.diff(place))
     joint = path(place[:-1], 1) * sdd[:, None] + path(place[:-1], 2) * square[:-1, None]
     assert (np.abs(joint) <= acceleration * (1.0 + 1e-6)).all()

@@ -1,4 +1,4 @@
-"""Motions through waypoints: ends, rests, limits of every joint, and what cannot be done."""
+"""Motions through waypoints: ends, rests, limits of all joints, and faults."""
 
 import math
 
@@ -27,7 +27,7 @@ def test_points_are_reached_at_rest_at_their_times(profile):
         assert len(at) >= 1
         assert (motion.position[at] == POINTS[point]).all()
         assert (motion.velocity[at] == 0.0).all()
-    assert np.diff(motion.time).max() <= 0.5  # only rests are longer than the sample time
+    assert np.diff(motion.time).max() <= 0.5  # only rests have longer time steps than the sample time
 
 
 @pytest.mark.parametrize("profile", PROFILES, ids=str)
@@ -44,7 +44,7 @@ def test_steps_of_acceleration_have_two_samples_and_smooth_profiles_none():
         np.count_nonzero(np.diff(waypoint_motion("m", ("a", "b"), POINTS, profile=p, durations=[1, 0, 1]).time) == 0.0)
         for p in PROFILES
     ]
-    # Two moves in a row: two steps inside each, one between them; start and end meet nothing.
+    # Two consecutive moves: two steps within each, one between them, none at the start and the end.
     assert counts == [5, 0, 0]
 
 
@@ -89,13 +89,13 @@ def faults_of(**options):
     return [str(fault) for fault in caught.value.faults]
 
 
-def test_a_move_in_no_time_is_an_impulse():
+def test_a_move_in_zero_time_is_an_error():
     faults = faults_of(durations=[0.0, 0.0, 0.0])
     assert len(faults) == 2  # the move of zero length may take no time
     assert all("zero time" in fault for fault in faults)
 
 
-def test_a_duration_too_short_tells_the_least():
+def test_a_too_short_duration_reports_the_minimum():
     faults = faults_of(durations=[0.1, 0.1, 9.0], limits=MotionLimits(1.0, 1.0))
     assert len(faults) == 1
     assert "at least 3 s" in faults[0]
@@ -117,7 +117,7 @@ def test_a_duration_too_short_tells_the_least():
         ({"durations": [1.0, 1.0, math.nan]}, 1, "finite"),
     ],
 )
-def test_every_fault_is_told(options, count, said):
+def test_every_fault_is_reported(options, count, said):
     faults = faults_of(**options)
     assert len(faults) == count
     assert all(said in fault for fault in faults)
@@ -130,7 +130,7 @@ def test_no_motion_at_all():
         waypoint_motion("m", ("a",), np.empty((0, 1)), profile=Quintic())
 
 
-def test_standing_in_one_point_is_a_motion():
+def test_a_dwell_at_one_point_is_a_motion():
     motion = waypoint_motion("hold", ("a",), [[1.0]], profile=Quintic(), dwell=[2.0])
     assert motion.time.tolist() == [0.0, 2.0]
     assert motion.position.tolist() == [[1.0], [1.0]]

@@ -14,7 +14,7 @@ L = 0.7
 
 
 def hanging(force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0)):
-    """What enters and leaves a weightless beam whose end carries this force and moment."""
+    """Wrenches at start and end of a massless beam with this force and moment on its end."""
     force, moment = -np.asarray(force), -np.asarray(moment)
     start = moment + np.cross([0.0, 0.0, L], force)
     return np.concatenate([start, force]), np.concatenate([moment, force])
@@ -24,7 +24,7 @@ def test_textbook_cantilever() -> None:
     f, m = 90.0, 13.0
     x, y = SECTION.bending_x, SECTION.bending_y
     cases = {
-        # Pull along +y: the end goes +y and turns about -x.
+        # A force along +y moves the end along +y and rotates it about -x.
         (0, f, 0, 0, 0, 0): [-f * L**2 / (2 * x), 0, 0, 0, f * L**3 / (3 * x), 0],
         (f, 0, 0, 0, 0, 0): [0, f * L**2 / (2 * y), 0, f * L**3 / (3 * y), 0, 0],
         (0, 0, f, 0, 0, 0): [0, 0, 0, 0, 0, f * L / SECTION.axial],
@@ -60,7 +60,7 @@ def test_compliance_is_short_springs_in_series() -> None:
         carry = np.eye(6)
         carry[3, 1], carry[4, 0] = lever, -lever
         total += carry @ spring @ carry.T
-    # The midpoint rule misses 1/(4 pieces^2) of the L^3 terms.
+    # The error of the midpoint rule is 1/(4 pieces^2) of the L^3 terms.
     np.testing.assert_allclose(total, beam_compliance(SECTION, L), rtol=1e-5, atol=1e-15)
 
 
@@ -73,7 +73,7 @@ def test_own_weight() -> None:
 
 
 def test_load_that_grows_towards_the_end() -> None:
-    # 11 w L^4/(120 E I) for a triangle with w at the free end; its resultant w L/2 acts at 2 L/3.
+    # 11 w L^4/(120 E I) for a triangular load with w at the free end; its resultant w L/2 acts at 2 L/3.
     w = 200.0
     start = np.array([-w * L / 2 * 2 * L / 3, 0, 0, 0, w * L / 2, 0])
     found = end_deflection(SECTION, L, start, np.zeros(6))
@@ -81,7 +81,7 @@ def test_load_that_grows_towards_the_end() -> None:
 
 
 def test_point_mass_counted_as_own_load() -> None:
-    # The docstring's 10 %: 0.3 instead of 1/3.
+    # The 10 % in the docstring: 0.3 instead of 1/3.
     p = 10.0
     start, _ = hanging((0.0, -p, 0.0))
     found = end_deflection(SECTION, L, start, np.zeros(6))
@@ -106,7 +106,7 @@ def test_sections() -> None:
         rtol=1e-13,
     )
     box = box_tube(0.08, 0.05, 0.003, 70e9, 26e9)
-    assert box.bending_y > box.bending_x  # wider than high: stiffer about the upright axis
+    assert box.bending_y > box.bending_x  # wider than high: stiffer about the vertical axis
     assert box.axial == pytest.approx(70e9 * (0.08 * 0.05 - 0.074 * 0.044), rel=1e-13)
     square = box_tube(0.06, 0.06, 0.002, 70e9, 26e9)
     # Bredt on a square: t a^3 with a the side of the middle line.

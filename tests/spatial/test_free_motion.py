@@ -1,4 +1,4 @@
-"""A body let go: what is conserved, what has a closed form, and the order of the method."""
+"""Motion of a free body: conserved quantities, closed forms, and the order of the method."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ START = pose(exp_rotation([0.4, -0.3, 0.9]), [1.0, 2.0, 3.0])
 
 
 def test_tumbling_keeps_energy_and_spatial_momentum() -> None:
-    """About the middle axis, which is unstable: the box turns over and over. Frame off the centre of mass."""
+    """Rotation about the intermediate axis, which is unstable, with the frame not at the centre of mass."""
     inertia = cuboid(1.0, 0.1, 0.2, 0.3).seen_from(pose(exp_rotation([0.3, 0.0, 0.0]), [0.1, 0.05, -0.2]))
     g = inertia.spatial_inertia()
     twist = adjoint(pose(exp_rotation([0.3, 0.0, 0.0]), [0.1, 0.05, -0.2])) @ [0.01, 10.0, 0.0, 0.2, 0.0, 1.0]
@@ -24,7 +24,7 @@ def test_tumbling_keeps_energy_and_spatial_momentum() -> None:
     for k in (0, 1234):
         own = momentum(g, motion.twists[k])
         assert p[k] == pytest.approx(adjoint(inverse_pose(motion.poses[k])).T @ own, abs=1e-13)
-    assert np.ptp(energy) / energy[0] < 1e-8  # 30 rad at 0.01 rad a step, fourth order
+    assert np.ptp(energy) / energy[0] < 1e-8  # 30 rad in steps of 0.01 rad with a method of fourth order
     assert np.abs(p - p[0]).max() / np.abs(p[0]).max() < 1e-8
     spin = (motion.twists[:, :3] @ exp_rotation([0.3, 0.0, 0.0]))[:, 1]
     assert spin.min() < -9.9 < 9.9 < spin.max()
@@ -40,7 +40,7 @@ def test_error_falls_with_the_fourth_power_of_the_step() -> None:
 
 
 def test_symmetric_top_precesses_as_in_the_books() -> None:
-    """Axial spin constant, transverse spin turning at (I3 - I1)/I1 w3; the axis circles the momentum at |L|/I1."""
+    """Axial spin is constant, transverse spin rotates at (I3 - I1)/I1 w3, the axis precesses at |L|/I1."""
     top = cylinder(2.0, 0.3, 0.1)
     i1, i3 = top.inertia[0, 0], top.inertia[2, 2]
     w1, w3, end = 1.5, 8.0, 2.0

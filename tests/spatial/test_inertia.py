@@ -1,4 +1,4 @@
-"""Rigid bodies against clouds of point masses, quadrature and the numbers of Modern Robotics."""
+"""Rigid bodies against sets of point masses, quadrature and values of Modern Robotics."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from drivetrain.spatial.rotations import exp_rotation, skew
 
 
 def body_of(points: np.ndarray, masses: np.ndarray) -> RigidBody:
-    """A body made of point masses, summed the plain way."""
+    """A body of point masses, by direct summation."""
     com = masses @ points / masses.sum()
     inertia = sum(m * ((r @ r) * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, points - com, strict=True))
     return RigidBody(masses.sum(), com, inertia)
@@ -43,7 +43,7 @@ def test_combining_two_clouds_is_the_cloud_of_both() -> None:
     assert whole.inertia == pytest.approx(wanted.inertia, abs=1e-13)
 
 
-def test_taking_away_gives_the_rest() -> None:
+def test_subtracting_a_part_gives_the_rest() -> None:
     rng = np.random.default_rng(2)
     (p1, m1), (p2, m2) = random_cloud(rng), random_cloud(rng)
     first, second = body_of(p1, m1), body_of(p2, m2)
@@ -128,7 +128,7 @@ def test_cylinder_is_its_integral() -> None:
     points = np.column_stack([0.3 * radius * np.cos(angle), 0.3 * radius * np.sin(angle), 0.9 * z])
     masses = weights * radius  # volume element r dr
     wanted = body_of(points, 2.0 * masses / masses.sum())
-    assert cylinder(2.0, 0.3, 0.9).inertia == pytest.approx(wanted.inertia, rel=1e-5, abs=1e-7)  # 8 nodes over the turn
+    assert cylinder(2.0, 0.3, 0.9).inertia == pytest.approx(wanted.inertia, rel=1e-5, abs=1e-7)  # 8 nodes over the circumference
 
 
 def test_ellipsoid_is_its_integral() -> None:
@@ -150,7 +150,7 @@ def test_triangle_excess_of_known_bodies() -> None:
 
 
 def test_triangle_excess_finds_every_impossible_tensor_and_no_possible_one() -> None:
-    """Turned principal moments that break the rule: the diagonal alone would miss many."""
+    """Rotated tensors that violate the triangle inequality; a check of the diagonal alone would miss many."""
     rng = np.random.default_rng(34)
     missed_by_diagonal = 0
     for _ in range(500):
@@ -191,14 +191,14 @@ def test_bad_numbers_are_refused() -> None:
         (lambda: cuboid(1.0, 1.0, 1.0, 1.0).spatial_inertia(np.diag([1.0, 1.0, 1.0, 2.0])), "must be a pose"),
     ],
 )
-def test_what_no_body_can_be_is_refused(make, complaint):
+def test_impossible_bodies_are_refused(make, complaint):
     with pytest.raises(InputError) as told:
         make()
     assert re.search(complaint, str(told.value), re.S), str(told.value)
 
 
-def test_what_is_taken_away_again_leaves_no_asymmetry():
-    # A ton far off and turned, added and taken away: what is left is of the size of rounding, and symmetric.
+def test_adding_and_subtracting_a_body_leaves_no_asymmetry():
+    # A distant, rotated body of 1000 kg is added and subtracted: the rest is of the size of rounding, and symmetric.
     rng = np.random.default_rng(31)
     heavy = cuboid(1e3, 1.0, 2.0, 3.0).seen_from(pose(exp_rotation(rng.normal(size=3)), 10.0 * rng.normal(size=3)))
     left = combined([heavy, heavy.negative(), cuboid(1e-6, 1e-3, 1e-3, 1e-3)])

@@ -1,4 +1,4 @@
-"""Mesh files written here, read back: STL of both kinds, OBJ, PLY; units, mirrors and what cannot be read."""
+"""Mesh files written and read back: both kinds of STL, OBJ, PLY; units, mirroring and unreadable files."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_read_in_millimetres(tmp_path: Path, kind: str) -> None:
 
 
 def test_a_binary_stl_written_by_hand(tmp_path: Path) -> None:
-    """80 bytes of header, a count, then of each triangle 12 floats and 2 bytes."""
+    """80 bytes of header, a count, then 12 floats and 2 bytes per triangle."""
     record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
     rows = np.zeros(len(BOX.faces), record)
     rows["corners"] = BOX.vertices[BOX.faces] / 1000.0

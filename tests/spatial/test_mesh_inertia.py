@@ -1,4 +1,4 @@
-"""Solids inside meshes against closed forms, point clouds, composition and trimesh's own integrals."""
+"""Solids inside meshes against closed forms, random points, composition and trimesh's integrals."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from drivetrain.spatial.mesh_inertia import TriangleMesh, mesh_body
 from drivetrain.spatial.poses import pose
 from drivetrain.spatial.rotations import exp_rotation
 
-# Two triangles a side, counterclockwise from outside; corner index = x + 2 y + 4 z.
+# Two triangles per side, counterclockwise from outside; corner index = x + 2 y + 4 z.
 SIDES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
 BOX_FACES = np.array([triangle for a, b, c, d in SIDES for triangle in ((a, b, c), (a, c, d))])
 
@@ -42,11 +42,11 @@ def test_box_is_the_closed_form() -> None:
 
 
 def test_turned_and_moved_far_away() -> None:
-    """A kilometre from the origin, where naive sums lose six digits of the second moments."""
+    """One kilometre from the origin, where direct sums lose six digits of the second moments."""
     turn, far = exp_rotation([0.3, -0.8, 1.1]), np.array([1000.0, -500.0, 300.0])
     vertices, faces = box([0.2, 0.3, 0.7])
     found = mesh_body(TriangleMesh(vertices @ turn.T + far, faces), mass=5.0)
-    # Corners are stored to 1e-13 m, of sides of 0.2 m.
+    # Corners are rounded to 1e-13 m, with sides of 0.2 m.
     same(found, cuboid(5.0, 0.2, 0.3, 0.7).seen_from(pose(turn, far)), rel=1e-11)
 
 
@@ -87,7 +87,7 @@ def test_hull_of_points_against_samples_within_it(seed: int) -> None:
     cloud = rng.uniform(low, high, size=(400_000, 3))
     cloud = cloud[(cloud @ normals.T + hull.equations[:, 3] <= 0.0).all(axis=1)]
     spread = np.cov(cloud.T, bias=True)
-    # About 1e5 points fall inside: 0.3 % of a second moment, and 4 deviations are allowed.
+    # About 1e5 points are inside: a standard deviation of 0.3 % of a second moment, of which 4 are allowed.
     assert body.mass == pytest.approx(2.0 * hull.volume, rel=1e-12)
     assert body.com == pytest.approx(cloud.mean(axis=0), abs=0.02)
     wanted = body.mass * (np.trace(spread) * np.eye(3) - spread)
@@ -109,7 +109,7 @@ def test_trimesh_agrees(shape: str) -> None:
     same(found, RigidBody(mesh.mass, mesh.center_mass, mesh.moment_inertia), rel=1e-12)
 
 
-def test_a_cavity_is_taken_away_and_a_second_solid_added() -> None:
+def test_a_cavity_is_subtracted_and_a_second_solid_added() -> None:
     vertices, faces = box([0.2, 0.2, 0.2], [0.05, 0.0, 0.0])
     mesh = joined(box([1.0, 0.5, 0.5]), (vertices, faces[:, ::-1]), box([0.3, 0.3, 0.3], [2.0, 0.0, 0.0]))
     whole, hole, second = cuboid(250.0, 1.0, 0.5, 0.5), cuboid(8.0, 0.2, 0.2, 0.2), cuboid(27.0, 0.3, 0.3, 0.3)
@@ -117,18 +117,18 @@ def test_a_cavity_is_taken_away_and_a_second_solid_added() -> None:
     same(mesh_body(mesh, density=1000.0), combined([whole, hole.negative(), second]))
 
 
-def test_a_soup_of_triangles_counts_as_the_mesh_it_is() -> None:
-    """As in an STL file: every triangle brings its own corners, some written as -0."""
+def test_separate_triangles_are_merged_to_a_mesh() -> None:
+    """As in an STL file: every triangle has its own corners, some with a coordinate of -0."""
     vertices, faces = box([2.0, 2.0, 2.0], [1.0, 1.0, 1.0])
     soup = vertices[faces].reshape(-1, 3)
     soup[::2][soup[::2] == 0.0] = -0.0
-    flat = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])  # and one without an area
+    flat = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])  # and a triangle without area
     mesh = TriangleMesh(np.vstack([soup, flat]), np.arange(39).reshape(-1, 3))
     same(mesh_body(mesh, mass=3.0), cuboid(3.0, 2.0, 2.0, 2.0).seen_from(pose(point=[1, 1, 1])))
 
 
 def test_two_boxes_that_share_an_edge_are_a_solid() -> None:
-    """Four triangles meet at the edge, two each way: a boundary all the same."""
+    """Four triangles share the edge, two in each direction: the mesh is still a closed boundary."""
     parts = box([1.0, 1.0, 1.0]), box([1.0, 1.0, 1.0], [1.0, 1.0, 0.0])
     bodies = [cuboid(1.0, 1.0, 1.0, 1.0).seen_from(pose(point=p)) for p in ([0, 0, 0], [1, 1, 0])]
     same(mesh_body(joined(*parts), density=1.0), combined(bodies))
@@ -159,7 +159,7 @@ def test_a_triangle_turned_round_is_refused() -> None:
     assert "open" not in text
 
 
-def test_all_faults_are_told_at_once() -> None:
+def test_all_faults_are_reported_together() -> None:
     vertices, faces = box([1.0, 1.0, 1.0])
     faces = faces.copy()
     faces[4] = faces[4, ::-1]

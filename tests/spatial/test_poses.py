@@ -1,4 +1,4 @@
-"""Poses against scipy's matrix exponential and against themselves backwards."""
+"""Poses against scipy's matrix exponential, and inverse functions against each other."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_exp_is_the_matrix_exponential(angle: float) -> None:
     rng = np.random.default_rng(5)
     for _ in range(10):
         twist = np.concatenate([angle * unit(rng.normal(size=3)), rng.normal(size=3)])
-        # scipy's Pade approximation is good to some 1e-15 of the norm
+        # the error of scipy's Pade approximation is some 1e-15 of the norm
         assert exp_pose(twist) == pytest.approx(expm(hat(twist)), abs=1e-14)
 
 
@@ -50,7 +50,7 @@ def test_log_undoes_exp(angle: float) -> None:
 
 @pytest.mark.parametrize("angle", [1e-12, 1e-5, 9.9e-3, 1.01e-2, 0.09, 1.0, 3.0])
 def test_translation_against_fifty_digits(angle: float) -> None:
-    """The shift is the integral of the rotation, whichever branch computes it."""
+    """The translation is the integral of the rotation, in all branches of the code."""
     axis, linear = unit([1.0, -2.0, 0.5]), np.array([0.3, 0.7, -0.2])
     with mpmath.workdps(50):
         x = mpmath.mpf(angle)
@@ -81,7 +81,7 @@ def test_pose_from_xyz_rpy_turns_about_fixed_axes() -> None:
 def test_axis_point_is_on_the_axis_and_nearest() -> None:
     rng = np.random.default_rng(9)
     axis, point, near = unit(rng.normal(size=3)), rng.normal(size=3), rng.normal(size=3)
-    screw = np.concatenate([axis, np.cross(point, axis) + 0.3 * axis])  # the pitch does not move the line
+    screw = np.concatenate([axis, np.cross(point, axis) + 0.3 * axis])  # the pitch does not change the line
     found = axis_point(screw, near)
     assert np.cross(found - point, axis) == pytest.approx(np.zeros(3), abs=1e-15)
     assert (found - near) @ axis == pytest.approx(0.0, abs=1e-15)

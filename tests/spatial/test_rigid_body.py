@@ -1,4 +1,4 @@
-"""One body in twists and wrenches, against point masses, the classical equations and other frames."""
+"""Dynamics of one body in twists and wrenches, against point masses, the classical equations and other frames."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def transform_wrench(a_b, wrench):
 
 
 def cloud(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, RigidBody]:
-    """Point masses with their centre off the origin, and the body they make."""
+    """Point masses whose centre is not at the origin, and the body of them."""
     points, masses = rng.normal([0.3, -0.2, 0.5], size=(7, 3)), rng.uniform(0.1, 2.0, size=7)
     com = masses @ points / masses.sum()
     inertia = sum(m * ((r @ r) * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, points - com, strict=True))
@@ -30,7 +30,7 @@ def cloud(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, RigidBody]:
 
 
 def test_wrench_is_the_sum_over_point_masses() -> None:
-    """Equation 8.22's own derivation: the acceleration of each point, times its mass, and its moment."""
+    """The derivation of equation 8.22: acceleration of each point times its mass, and its moment."""
     rng = np.random.default_rng(0)
     points, masses, body = cloud(rng)
     twist, rate = rng.normal(size=(2, 6))
@@ -74,7 +74,7 @@ def test_shifting_the_frame_is_steiners_theorem() -> None:
     """Exercise 8.3 a: equation 8.42 with a pure translation."""
     body = cuboid(3.0, 0.1, 0.2, 0.3)
     q = np.array([0.4, -0.1, 0.7])
-    shifted = body.spatial_inertia(pose(point=-q))  # the centre as seen from q
+    shifted = body.spatial_inertia(pose(point=-q))  # the centre relative to q
     steiner = body.inertia + 3.0 * (q @ q * np.eye(3) - np.outer(q, q))
     assert shifted[:3, :3] == pytest.approx(steiner, abs=1e-14)
     assert shifted[3:, 3:] == pytest.approx(3.0 * np.eye(3))
@@ -103,7 +103,7 @@ def test_power_of_the_wrench_is_the_rate_of_the_energy() -> None:
 
 
 def test_momentum_seen_from_space_changes_by_the_wrench() -> None:
-    """d/dt of Ad_{T^-1}^T G V is the wrench in space: by finite differences along the motion."""
+    """d/dt of Ad_{T^-1}^T G V is the wrench in the space frame: by finite differences along the motion."""
     rng = np.random.default_rng(5)
     _, _, body = cloud(rng)
     inertia = body.spatial_inertia()
@@ -111,7 +111,7 @@ def test_momentum_seen_from_space_changes_by_the_wrench() -> None:
     start, h = exp_pose(rng.normal(size=6)), 1e-5
 
     def in_space(t: float) -> np.ndarray:
-        there = start @ exp_pose(t * twist + 0.5 * t * t * rate)  # to second order the motion with this twist and rate
+        there = start @ exp_pose(t * twist + 0.5 * t * t * rate)  # the motion with this twist and rate, to second order
         return adjoint(inverse_pose(there)).T @ momentum(inertia, twist + t * rate)
 
     slope = (in_space(h) - in_space(-h)) / (2.0 * h)

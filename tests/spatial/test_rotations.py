@@ -22,7 +22,7 @@ from drivetrain.spatial.rotations import (
 
 NEAR_PI = [np.pi - gap for gap in (1e-3, 1e-6, 1e-8, 1e-10, 1e-12, 4.5e-16)]
 ANGLES = [0.0, 1e-300, 1e-18, 1e-12, 1e-9, 1e-6, 9.999e-3, 1.0001e-2, 0.5, 1.0, np.pi / 2, 2.0, 3.0, *NEAR_PI]
-ROUNDING = 9e-16  # four units in the last place of 1; textbook formulas are off by up to 1e-4 here
+ROUNDING = 9e-16  # four units in the last place of 1; errors of textbook formulas are up to 1e-4 here
 
 
 def axes() -> list[np.ndarray]:
@@ -54,9 +54,9 @@ def test_log_undoes_exp_at_every_angle(angle: float) -> None:
     for axis in axes():
         vector = angle * axis
         found = log_rotation(exact_exp(vector))
-        # Half a turn to rounding has two right answers.
+        # Half a turn, to rounding, has two valid results.
         error = min(np.abs(found - vector).max(), np.abs(found + vector).max() if angle > 3.1415926535 else np.inf)
-        # The matrix itself is rounded: an angle near pi moves by a few units in its last place.
+        # The matrix is rounded, which changes an angle near pi by a few units in its last place.
         assert error <= (2e-15 if angle > 1.0 else ROUNDING * max(1.0, angle)), (angle, axis, found)
 
 
@@ -85,7 +85,7 @@ def test_roll_pitch_yaw_both_ways() -> None:
     rng = np.random.default_rng(2)
     for rpy in rng.uniform([-3.1, -1.5, -3.1], [3.1, 1.5, 3.1], size=(100, 3)):
         matrix = rotation_from_rpy(rpy)
-        # Fixed axes x, y, z: lower case in scipy.
+        # Rotations about fixed axes x, y, z are lower case in scipy.
         assert matrix == pytest.approx(Rotation.from_euler("xyz", rpy).as_matrix(), abs=1e-15)
         assert rpy_from_rotation(matrix) == pytest.approx(rpy, abs=1e-14)
 
@@ -100,7 +100,7 @@ def test_roll_pitch_yaw_at_gimbal_lock_gives_the_same_rotation(pitch: float) -> 
 
 @pytest.mark.parametrize("gap", [1e-15, 1e-13, 1e-10, 1e-8, 1e-4])
 def test_roll_pitch_yaw_lose_nothing_near_gimbal_lock(gap: float) -> None:
-    """Turned in two steps, so that every entry carries rounding; roll and yaw apart are then any angles there."""
+    """Rotated in two steps, so that all entries have rounding; only the sum of roll and yaw is then determined."""
     matrix = exp_rotation([0.4, 0.5, -0.2]).T @ (
         exp_rotation([0.4, 0.5, -0.2]) @ rotation_from_rpy([0.3, np.pi / 2 - gap, -0.8])
     )
@@ -113,12 +113,12 @@ def test_skew_takes_the_cross_product() -> None:
     assert skew(a) @ b == pytest.approx(np.cross(a, b), abs=1e-16)
 
 
-def test_frame_along_puts_z_on_the_axis_by_the_shortest_way() -> None:
+def test_frame_along_puts_z_on_the_axis_by_the_smallest_rotation() -> None:
     for axis in [*axes(), unit([1e-9, 0, -1]), unit([1e-9, 2e-9, 1])]:
         frame = frame_along(axis)
         assert frame[:, 2] == pytest.approx(axis, abs=1e-16)
         assert is_rotation(frame, 1e-15)
-        # The shortest turn tilts by no more than the angle between the axes.
+        # The smallest rotation has the angle between the axes.
         assert np.trace(frame) == pytest.approx(1 + 2 * axis[2], abs=1e-15)
     assert np.array_equal(frame_along([0, 0, 1.0]), np.eye(3))
     assert np.array_equal(frame_along([0, 0, -1.0]), np.diag([1.0, -1.0, -1.0]))

@@ -1,4 +1,4 @@
-"""The path of a tool: straight, round, smooth at its corners, and its rates the derivatives of its poses."""
+"""Paths of a tool: lines, arcs, smooth corners, and rates that are the derivatives of the poses."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def chain(*blends: float) -> ToolPath:
 
 
 def test_rates_are_those_of_the_poses() -> None:
-    """By central differences of rotation and place, through line, corner, arc, corner, line; error of order h^2."""
+    """By central differences of rotation and position, through line, corner, arc, corner, line; error of order h^2."""
     path, h = chain(0.05, 0.08), 1e-5
     s = np.linspace(0.01, path.length - 0.01, 301)
     here, before, after = path.at(s), path.at(s - h), path.at(s + h)
@@ -32,7 +32,7 @@ def test_rates_are_those_of_the_poses() -> None:
     assert here.second == pytest.approx((after.first - before.first) / (2.0 * h), abs=2e-4)
 
 
-def test_it_goes_from_pose_to_pose_and_round_corners_no_further_than_said() -> None:
+def test_the_path_goes_from_pose_to_pose_with_roundings_of_the_stated_size() -> None:
     path = chain(0.05, 0.08)
     ends = path.at(np.array([0.0, path.length])).poses
     assert ends == pytest.approx(np.array([START, START]), abs=1e-14)
@@ -43,7 +43,7 @@ def test_it_goes_from_pose_to_pose_and_round_corners_no_further_than_said() -> N
     assert off[~rounded].max() < 1e-14 and 0.005 < off[rounded].max() < 0.08
 
 
-def test_nothing_jumps_at_a_corner() -> None:
+def test_rates_are_continuous_at_corners() -> None:
     path = chain(0.05)
     for place in path.pieces[0].length + np.array([-0.05, 0.0, 0.05]):
         low, high = (np.hstack(path.at(np.array([place + side]))[1:]) for side in (-1e-9, 1e-9))
@@ -51,7 +51,7 @@ def test_nothing_jumps_at_a_corner() -> None:
 
 
 @pytest.mark.parametrize("angle", [0.3, np.pi / 2, np.pi, 4.0, 6.0])
-def test_an_arc_is_round_by_the_way_of_its_point_between(angle: float) -> None:
+def test_an_arc_passes_through_its_middle_point(angle: float) -> None:
     turns = np.array([0.0, 0.4 * angle, angle])
     points = np.stack([1.0 + 0.25 * np.cos(turns), 0.25 * np.sin(turns), np.full(3, 0.5)], axis=1)
     piece = Piece(pose(None, points[0]), pose(None, points[2]), points[1])
@@ -61,7 +61,7 @@ def test_an_arc_is_round_by_the_way_of_its_point_between(angle: float) -> None:
     assert there[-1] == pytest.approx(points[2], abs=1e-9)
 
 
-def test_what_is_no_circle_and_no_corner_is_a_message() -> None:
+def test_invalid_circles_and_corners_are_errors() -> None:
     line = Piece(START, CORNER, 0.5 * (START[:3, 3] + CORNER[:3, 3]))
     with pytest.raises(InputError, match="no line holds"):
         ToolPath((line,)).length  # noqa: B018

@@ -1,4 +1,4 @@
-"""Twists and wrenches keep their power, and the bracket is a derivative."""
+"""Power of twists and wrenches is invariant, and the bracket is a derivative."""
 
 from __future__ import annotations
 
