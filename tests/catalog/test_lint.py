@@ -229,7 +229,7 @@ SOUND_STRAIN_WAVE: dict[str, Cell] = {
 @pytest.mark.parametrize(
     ("change", "column", "severity"),
     [
-        ({"tilting_moment_limit": 170.0}, "tilting_moment_limit", "error"),  # the static rating of 7550 N at half of 42.5 mm is 160 N m
+        ({"tilting_moment_limit": 170.0}, "tilting_moment_limit", "error"),  # static limit: 7550 N x 42.5 mm / 2
         ({"axial_load_limit": 18e3}, "axial_load_limit", "error"),
         ({"radial_load_limit": 7600.0}, "radial_load_limit", "error"),
         ({"bearing_static_rating": 75.5e3}, "bearing_static_rating", "warning"),
@@ -265,9 +265,11 @@ def test_an_odd_denominator_is_an_error_only_when_one_digit_makes_it() -> None:
     usual = [row(line, "19683/125") for line in range(2, 2 + FAMILY)]
     odd = [row(20, "19683/64"), row(21, "19683/225"), row(22, "19683/124")]
     found = {(r.line, finding.severity.value) for r, finding in check_families([*usual, *odd])}
-    assert found == {(20, "warning"), (21, "error")}  # 124 instead of 125 changes the ratio by less than the tolerance of a data sheet
+    # 124 instead of 125 changes the ratio by less than the tolerance of a data sheet.
+    assert found == {(20, "warning"), (21, "error")}
     assert check_families([*usual[1:], *odd]) == []  # too few gears to tell the usual denominator
-    assert check_families([*usual, *odd[:1], row(23, "19683/64")]) == []  # two gears with the same denominator are a family of their own
+    # Two gears with the same denominator are a family of their own.
+    assert check_families([*usual, *odd[:1], row(23, "19683/64")]) == []
 
 
 def test_unit_mistakes_are_named_in_both_directions() -> None:
@@ -310,7 +312,8 @@ def test_pairs_are_checked_against_the_keys_of_all_folders(tmp_path: Path) -> No
     other.mkdir()
     write(own, gears=gears, compatibility="motor_key,gear_keys\nM,G H G\n")
     write(other, gears=gears.replace("\nG,", "\nH,"))
-    assert [(f.column, f.printed) for f in lint(own)] == [("gear_keys", "H"), ("gear_keys", "G")]  # there is no table of motors, so their keys are not checked
+    # There is no table of motors, so their keys are not checked.
+    assert [(f.column, f.printed) for f in lint(own)] == [("gear_keys", "H"), ("gear_keys", "G")]
     assert [(f.printed, f.severity.value) for f in lint(own, beside=[other])] == [("G", "warning")]
 
 

@@ -331,7 +331,7 @@ def test_closed_loops_in_c_are_the_same(tmp_path: Path, which: str) -> None:
 
 
 def test_ideal_drives_move_the_linkage_as_pinocchio_does() -> None:
-    """With lossless, massless drives, pinocchio's constrained dynamics under the commanded torques follows the target."""
+    """With lossless, massless drives, the commanded torques give the target accelerations in pinocchio."""
     light = {
         "motor": {"rotor_inertia": 1e-12},
         "gear": {"efficiency": 1.0, "inertia": 1e-12},

@@ -49,7 +49,8 @@ def test_torques_of_unit_accelerations_lie_on_the_torque_ellipsoid() -> None:
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     torques = inverse_dynamics(arm, np.tile(q, (20, 1)), np.zeros((20, arm.n)), ways)
     inside = torques @ found.directions / found.semi_axes
-    np.testing.assert_allclose(np.linalg.norm(inside, axis=1), 1.0, rtol=1e-9)  # rounding times the condition number of M
+    # Rounding times the condition number of M.
+    np.testing.assert_allclose(np.linalg.norm(inside, axis=1), 1.0, rtol=1e-9)
     for size, way in zip(found.semi_axes, found.directions.T, strict=True):
         along = inverse_dynamics(arm, q, np.zeros(arm.n), way)
         np.testing.assert_allclose(along, size * way, atol=1e-11 * found.semi_axes[0])

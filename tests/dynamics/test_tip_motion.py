@@ -43,7 +43,8 @@ def test_terms_are_second_differences(joints: str) -> None:
         for k in range(arm.n):
             u, v = units[j], units[k]
             mixed = (place(u, v) - place(u, -v) - place(-u, v) + place(-u, -v)) / (4 * h * h)
-            assert error(terms[:, j, k], mixed * (qd[:, j] * qd[:, k])[:, None]) < 1e-6  # errors of h^2, and rounding over h^2
+            # Errors of h^2, and rounding over h^2.
+            assert error(terms[:, j, k], mixed * (qd[:, j] * qd[:, k])[:, None]) < 1e-6
     np.testing.assert_allclose(terms, np.swapaxes(terms, 1, 2), atol=1e-15)
 
 

@@ -410,7 +410,7 @@ class InDrake:
 
 @pytest.mark.parametrize("payload", [None, "gripper_with_part"])
 def test_drake_has_our_mass_matrix(make, tmp_path: Path, payload: str | None) -> None:
-    """Equal to rounding for SDF; for URDF without the rotors' own inertia, of which Drake counts only the reflected part."""
+    """Equal to rounding for SDF; for URDF Drake counts only the reflected part of the rotors' own inertia."""
     found = ur5(make)
     arm = reflected(found, payload)
     own = sum(rotor.axial_inertia for rotor in arm.rotors)
@@ -445,7 +445,7 @@ def test_drake_loses_the_coupling_as_we_say(make, tmp_path: Path) -> None:
 
 
 def test_drake_holds_the_loops_of_a_palletiser(tmp_path: Path) -> None:
-    """Its tree has our mass matrix for the driven joints, and under our torques its constraints move all joints as ours."""
+    """Its tree has our mass matrix for the driven joints; under our torques its constraints move all joints as ours."""
     from pydrake.systems.analysis import Simulator
 
     study, instant = load_study(shipped("examples") / "palletiser" / "study.yaml"), 0.01
@@ -518,7 +518,7 @@ def test_ros2_limits_and_interfaces(make, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("which", WHICH)
 def test_physx_envelopes_are_the_motors_lines(make, tmp_path: Path, which: str) -> None:
-    """On the voltage line the terminal voltage is the supply's at any speed; for coupled motors at the motor's shaft."""
+    """On the voltage line the terminal voltage is the supply's at any speed; if coupled at the motor's shaft."""
     found = WHICH[which](make)
     write_physx(found, tmp_path / "envelopes.json")
     content = json.loads((tmp_path / "envelopes.json").read_text())

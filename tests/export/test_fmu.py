@@ -107,7 +107,7 @@ def test_it_is_our_simulation(found, told) -> None:
 
 
 def test_it_follows_the_equations(found, told) -> None:
-    """Rotor, mesh loss by direction, friction on both sides and two thermal nodes, with scipy between steps of inputs."""
+    """Rotor, mesh loss by direction, friction on both sides and two thermal nodes, by scipy between steps of inputs."""
     axis, size = axis_of(found, "j1"), 50.0
     motor, inertia = axis.motor, axis.load_inertia
     rotor = motor.rotor_inertia + axis.gear.inertia
@@ -201,7 +201,8 @@ def test_a_joint_of_an_arm_runs_up(make, tmp_path: Path, which, joint: str) -> N
     )  # fmt: skip
     most = (80.0 * axis.motor.torque_constant * 2.0 + 1.0) / 0.4
     speed = most * (1.0 - np.exp(-0.4 / whole * told["time"]))
-    np.testing.assert_allclose(told["speed"], speed, atol=1e-3 * speed.max())  # steps of 1 ms with inputs held from their start
+    # Steps of 1 ms with inputs held from their start.
+    np.testing.assert_allclose(told["speed"], speed, atol=1e-3 * speed.max())
     with pytest.raises(InputError, match="shares"):
         write_fmu(coupled(make), tmp_path / "y.fmu", joint="j3")
 
@@ -215,7 +216,8 @@ def test_parameters_and_limits(file: Path) -> None:
     np.testing.assert_allclose(run["motor_torque"], 0.15, rtol=1e-3)
     low = {"supply_voltage": 1.0, "motor.resistance": 0.5, "current_command": 9.0}
     run = fmpy.simulate_fmu(str(file), start_values=still | low, **short)
-    np.testing.assert_allclose(run["current"], 0.95 / 0.5, rtol=5e-3)  # at rest the voltage is R I; the winding warms up
+    # At rest the voltage is R I; the winding warms up.
+    np.testing.assert_allclose(run["current"], 0.95 / 0.5, rtol=5e-3)
     np.testing.assert_allclose(run["voltage"], 0.95, rtol=1e-6)
 
 

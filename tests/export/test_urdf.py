@@ -103,7 +103,8 @@ def test_built_in_arms_read_back_as_they_were(name: str, tmp_path: Path) -> None
     found = again(arm, tmp_path)
     assert found.joint_names == arm.joint_names and found.link_names == arm.link_names and found.name == arm.name
     for field in ("home", "screws", "inertias", "tip", "joint_points"):
-        assert getattr(found, field) == pytest.approx(getattr(arm, field), abs=4e-15), field  # rounding of products of n frames
+        # Rounding of products of n frames.
+        assert getattr(found, field) == pytest.approx(getattr(arm, field), abs=4e-15), field
     assert np.array_equal(found.masses, arm.masses)
     for field in ("lower", "upper", "speed_limits"):
         assert np.array_equal(getattr(found, field), getattr(arm, field)), field

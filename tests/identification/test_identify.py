@@ -96,7 +96,8 @@ def explained(found: dt.Identification, measured: dt.MeasuredMotion, guess: dt.A
     share = found.parameters["share"].to_numpy()
     assert share[:9] == pytest.approx(np.ones(9), abs=1e-6)
     assert found.arm.masses[0] == pytest.approx(guess.masses[0], rel=1e-9)
-    assert share.min() > 0.0 and share.max() < 1.0 + 1e-9 and share[66:].max() < 1e-3  # friction is identified at every joint
+    # Friction is identified at every joint.
+    assert share.min() > 0.0 and share.max() < 1.0 + 1e-9 and share[66:].max() < 1e-3
     # Weighted by the residuals of the guess at each joint.
     left = rms(measured.torque - inverse_dynamics(guess, *motion))
     laws = [np.einsum("ti,ij->tij", law, np.eye(6)) for law in (qd, rubbing)]

@@ -106,7 +106,8 @@ def test_a_motion_from_measured_positions(tmp_path: Path) -> None:
         bag.states(["elbow", "shoulder"])
     found = read_motion(bag.path, JOINTS)
     assert found.position == pytest.approx(POSITION, abs=1e-15)
-    assert found.velocity[5:-5] == pytest.approx(SPEED[5:-5], abs=2e-3)  # differentiated from positions, since measured speeds are noisy
+    # Differentiated from positions, since measured speeds are noisy.
+    assert found.velocity[5:-5] == pytest.approx(SPEED[5:-5], abs=2e-3)
 
 
 def test_files_that_are_not_bags_are_errors(tmp_path: Path) -> None:

@@ -128,7 +128,8 @@ def test_cylinder_is_its_integral() -> None:
     points = np.column_stack([0.3 * radius * np.cos(angle), 0.3 * radius * np.sin(angle), 0.9 * z])
     masses = weights * radius  # volume element r dr
     wanted = body_of(points, 2.0 * masses / masses.sum())
-    assert cylinder(2.0, 0.3, 0.9).inertia == pytest.approx(wanted.inertia, rel=1e-5, abs=1e-7)  # 8 nodes over the circumference
+    # 8 nodes over the circumference.
+    assert cylinder(2.0, 0.3, 0.9).inertia == pytest.approx(wanted.inertia, rel=1e-5, abs=1e-7)
 
 
 def test_ellipsoid_is_its_integral() -> None:
