@@ -1,0 +1,282 @@
+"""Figures of single axes by formulas written out here: a few samples each, so that they are quick as plain Python."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier
+from drivetrain.drive.drive import Drive
+from drivetrain.drive.friction import Friction
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.operation import operation
+from drivetrain.study.model import DriveMass, Safety, StiffnessWish, Stop
+
+COPPER, AMBIENT, PEAK = 0.0039, 31.0, 1.3  # 1/K from 25 C, C, safety factor
+WINDING_LIMIT = 125.0
+
+
+def axis(make, motor=None, gear=None, cycle=None, task=None, **changes):
+    """One joint at work over a smooth cycle that begins and ends at rest, in all four quadrants."""
+    if cycle is None:
+        time = np.linspace(0.0, 1.2, 25)
+        rate = 2.0 * math.pi / 1.2
+        speed, acceleration = 3.0 * np.sin(rate * time), 3.0 * rate * np.cos(rate * time)
+        speed[np.abs(speed) < 1e-12] = 0.0
+        torque = 9.0 * np.cos(3.0 * rate * time) + 2.0 * np.sin(rate * time) * (1.0 - np.cos(rate * time))
+        cycle = make.table_cycle(time, torque, speed, acceleration)  # steepest within, not at an end
+    motor, gear = motor or make.motor, gear or make.gear
+    study = make.study(
+        cycle, joints=(make.task(**({"motor_friction": Friction()} | (task or {}))),),
+        catalog=Catalog({"m1": motor}, {"g1": gear}), ambient=AMBIENT, **{"safety": Safety(peak_torque=PEAK)} | changes,
+    )  # fmt: skip
+    work, only = workload(study), study.joints[0]
+    drive = Drive(motor, gear, only.friction, only.motor_friction)
+    return operation(study, 0, work.at(0, {0: drive}).demand(drive), drive)
+
+
+def resistance(motor, temperature):
+    return motor.resistance * (1.0 + COPPER * (temperature - motor.reference_temperature))
+
+
+def constant(motor, temperature):
+    return motor.torque_constant * (1.0 + motor.magnet_coefficient * (temperature - motor.reference_temperature))
+
+
+def rates(op):
+    """Mean of the torque's slopes on both sides of a sample, but for one where the motion turns: there it steps."""
+    time, torque, way = op.demand.time, op.motor_torque, np.sign(op.demand.speed)
+    slopes = [(b - a) / (t - s) for a, b, s, t in zip(torque, torque[1:], time, time[1:], strict=False)]
+    found = []
+    for k in range(len(time)):
+        sides = [slopes[i] for i in (k - 1, k) if 0 <= i < len(slopes) and way[i] == way[i + 1]]
+        found.append(np.mean(sides) if sides else 0.0)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("inductance", [1e-9, 0.02])
+def test_the_largest_voltage(make, inductance):
+    """Cold and as warm as the cycle makes it, with the safety factor on torque and without; rising current counted."""
+    motor = replace(make.motor, inductance=inductance, magnet_coefficient=-0.002)
+    op = axis(make, motor)
+    torque, speed, found = op.motor_torque, op.motor_speed, []
+    for magnets, winding in ((AMBIENT, AMBIENT), (op.figures.magnet_temperature, op.winding_temperature)):
+        k, ohms = constant(motor, magnets), resistance(motor, winding)
+        found += [k * speed + (ohms * torque + inductance * rates(op)) / k * more for more in (1.0, PEAK)]
+    assert op.figures.voltage == pytest.approx(np.abs(found).max(), rel=1e-9)
+
+
+def test_starting_takes_voltage_of_a_hot_winding(make):
+    """Held under a load, then let go against much friction that sticks: what the start takes is the largest voltage."""
+    time, zero = np.array([0.0, 0.5, 1.0, 1.0, 1.1, 1.2]), np.zeros(6)
+    speed = np.array([0.0, 0.0, 0.0, 0.0, 0.01, 0.0])
+    friction = Friction(coulomb=1.0, static=9.0)
+    cycle = make.table_cycle(time, zero + 8.0, speed, np.array([0.0, 0.0, 0.0, 0.1, 0.0, -0.1]))
+    motor = replace(make.motor, magnet_coefficient=-0.002, inductance=1e-9)
+    op = axis(make, motor, cycle=cycle, task={"friction": friction})
+    start = op.figures.motor_torque
+    assert start > 1.5 * np.abs(op.motor_torque[[0, 1]]).max()
+    at_rest = np.flatnonzero(op.demand.speed == 0.0)[:4]
+    hottest = resistance(motor, op.winding_temperature[at_rest]).max()
+    k = constant(motor, op.figures.magnet_temperature)
+    assert op.figures.voltage == pytest.approx(PEAK * hottest * start / k, rel=2e-3)  # which rest sample is hottest
+
+
+@pytest.mark.parametrize("ratio", [50.0, -50.0])
+def test_speeds_of_a_gear_whichever_way_it_turns(make, ratio):
+    op = axis(make, gear=replace(make.gear, ratio=ratio))
+    speed, time = op.demand.speed, op.demand.time
+    mean = np.trapezoid(np.abs(speed), time) / time[-1]
+    assert op.figures.input_speed == pytest.approx(50.0 * np.abs(speed).max(), rel=1e-12)
+    assert op.figures.mean_input_speed == pytest.approx(50.0 * mean, rel=1e-12)
+
+
+def test_what_a_cold_start_asks(make):
+    motor = replace(make.motor, magnet_coefficient=-0.002)
+    gear = make.gear
+    op = axis(make, motor, gear, cold_start=-15.0)
+    cold = constant(motor, -15.0)
+    # A planetary gear has no drag that grows in the cold, so the torque is that of the cycle.
+    assert op.figures.cold_torque == pytest.approx(op.figures.motor_torque, rel=1e-12)
+    assert op.figures.cold_current == pytest.approx(op.figures.cold_torque / cold, rel=1e-12)
+    still = resistance(motor, -15.0) * op.figures.cold_current * PEAK
+    assert op.figures.cold_voltage >= still * (1.0 - 1e-12)
+    slow = axis(
+        make, motor, gear, cold_start=-15.0,
+        cycle=make.table_cycle(np.array([0.0, 1.0, 2.0]), np.full(3, 8.0), np.array([0, 1e-6, 0]), np.zeros(3)),
+    )  # fmt: skip
+    still = resistance(motor, -15.0) * slow.figures.cold_current * PEAK
+    assert slow.figures.cold_voltage == pytest.approx(still, rel=1e-4)  # back-EMF of 50 urad/s
+
+
+def test_a_blocked_output(make):
+    """Energy of the rotor at its highest speed goes into the gear's spring, and the motor pushes on at its current."""
+    motor = replace(make.motor, magnet_coefficient=-0.002)
+    gear, stiff = replace(make.gear, stiffness_1=4e3), 1.3 * 4e3  # as stiff as it may be
+    amplifier = Amplifier(peak_current=12.0, continuous_current=10.0)
+    op = axis(make, motor, gear, task={"amplifier": amplifier, "stop": Stop()})
+    turn = gear.ratio * np.abs(op.demand.speed).max()
+    energy = 0.5 * (motor.rotor_inertia + gear.inertia) * turn**2
+    assert op.figures.coast_torque == pytest.approx(math.sqrt(2.0 * stiff * energy), rel=1e-9)
+    push = (
+        gear.ratio * motor.torque_constant * 12.0
+    )  # magnets as at 25 C, as they are no colder; where k x^2 / 2 = energy + push x
+    x = brentq(lambda x: 0.5 * stiff * x * x - energy - push * x, 0.0, 1.0)
+    assert op.figures.jam_torque == pytest.approx(stiff * x, rel=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [50.0, -50.0])
+def test_a_stop_at_the_current_limit_of_a_lossless_gear(make, ratio):
+    """All torques stay as they are but the motor's: way, and what holds the load, at every sample."""
+    motor = replace(make.motor, magnet_coefficient=-0.002)
+    gear = replace(make.gear, ratio=ratio, efficiency=1.0)
+    time = np.linspace(0.0, 1.2, 25)
+    speed, acceleration, load = 3.0 * np.sin(4.0 * time), 12.0 * np.cos(4.0 * time), 0.3
+    static = 5.0 * np.cos(2.0 * time)
+    cycle = make.table_cycle(time, static + load * acceleration, speed, acceleration)
+    amplifier = Amplifier(peak_current=20.0, continuous_current=10.0)
+    op = axis(make, motor, gear, cycle, {"amplifier": amplifier, "stop": Stop(), "load_inertia": load})
+    assert op.figures.stop_motor_torque == pytest.approx(np.abs(static).max() / 50.0, rel=1e-9)
+    whole = load + 50.0**2 * (motor.rotor_inertia + gear.inertia)
+    way = np.sign(speed)
+    # Static is what the motor gives: a load that it lifts stops by itself. The magnets of the sheet brake least.
+    slowing = (50.0 * motor.torque_constant * 20.0 + way * static) / whole
+    moving = way != 0.0
+    assert op.figures.stop_travel == pytest.approx((0.5 * speed[moving] ** 2 / slowing[moving]).max(), rel=1e-9)
+
+
+def test_friction_that_no_sheet_states(make):
+    """Its torque, current and voltage at a winding at its limit, and the rise that it adds to one just below it."""
+    motor = replace(make.motor, magnet_coefficient=-0.002, no_load_current=None, no_load_speed=None)
+    op = axis(
+        make,
+        motor,
+        task={"motor_friction": None, "stop": Stop()},
+        safety=Safety(peak_torque=PEAK, temperature_margin=5.0),
+    )
+    limit = WINDING_LIMIT - 5.0
+    k, ohms = constant(motor, limit), resistance(motor, limit)
+    found = op.judgement.case.allowance
+    friction = found.torque
+    more = friction / k
+    inner, outer = motor.resistance_winding_housing, motor.resistance_housing_ambient
+    assert friction > 0.0
+    assert found.stop_torque == pytest.approx(2.0 * 50.0 * friction / (2.0 - 1.0 / 0.8), rel=1e-9)
+    # What heats the winding to its limit beside the friction's own loss, and how warm less current leaves it.
+    left = limit - AMBIENT - outer * friction * op.figures.mean_input_speed
+    current = math.sqrt(left / ((inner + outer) * ohms)) - more
+    rise = brentq(lambda x: (inner + outer) * current**2 * resistance(motor, AMBIENT + x) - x, 0.0, 200.0)
+    assert found.temperature == pytest.approx(limit - AMBIENT - rise, rel=1e-9)
+    assert found.winding_temperature == pytest.approx(found.temperature, rel=1e-9)
+    weaker = op.figures.motor_current * 0.002 * found.temperature
+    assert found.current == pytest.approx(more + weaker, rel=1e-9)
+    warmer = motor.resistance * COPPER * found.temperature
+    assert found.resistance == pytest.approx(warmer, rel=1e-9)
+    assert found.voltage == pytest.approx(PEAK * (ohms * more + op.figures.motor_current * warmer), rel=1e-9)
+
+
+def test_inductance_that_no_sheet_states(make):
+    """L di/dt of the steepest torque, with magnets as weak as they become."""
+    motor = replace(make.motor, magnet_coefficient=-0.002, inductance=None)
+    op = axis(make, motor)
+    steepest = np.abs(rates(op)).max()
+    henry = op.judgement.case.motor.inductance_allowance
+    wanted = PEAK * henry * steepest / constant(motor, WINDING_LIMIT)
+    assert henry > 0.0 and op.judgement.case.allowance.voltage == pytest.approx(wanted, rel=1e-9)
+
+
+def test_data_that_the_torque_hangs_on(make):
+    """Without the gear's efficiency, or a rotor inertia, nothing that the motor's torque decides is known."""
+    for motor, gear in (
+        (make.motor, replace(make.gear, efficiency=None)),
+        (replace(make.motor, rotor_inertia=None), make.gear),
+    ):
+        figures = axis(make, motor, gear).figures
+        names = ("motor_torque", "rms_torque", "voltage", "winding_temperature", "phase_temperature", "motor_current")
+        assert all(math.isnan(figures[name]) for name in (*names, "gear_loss", "gear_temperature"))
+
+
+def test_load_inertia_against_the_rotor(make):
+    """A point mass on a beam: m l^2 against the rotor at the gear's output, and the spring that swings it as wished."""
+    arm = make.planar_arm([0.4], [3.0])
+    op = axis(
+        make, cycle=make.sines(1, samples=9), arm=arm, drive_mass=DriveMass.INCLUDED, stiffness=StiffnessWish(7.0)
+    )
+    inertia = 3.0 * 0.4**2 + 1e-4
+    rotor = make.motor.rotor_inertia + make.gear.inertia
+    assert op.figures.inertia_ratio == pytest.approx(inertia / (50.0**2 * rotor), rel=1e-9)
+    assert op.figures.wanted_stiffness == pytest.approx((2.0 * math.pi * 7.0) ** 2 * inertia, rel=1e-9)
+
+
+@pytest.mark.parametrize("times", [1.0 - 1e-6, 1.0 + 1e-6])
+def test_a_limit_that_holds_only_without_what_no_sheet_states(make, times):
+    """The safety factor counts on both: just below their sum nothing is proven, just above it the check is made."""
+    motor, joint = replace(make.motor, no_load_current=None, no_load_speed=None), {"motor_friction": None}
+    op = axis(make, motor, task=joint)
+    asked, more = op.figures.motor_current, op.judgement.case.allowance.current
+    peak = PEAK * (asked + more) * times
+    op = axis(make, motor, task={"amplifier": Amplifier(peak_current=peak, continuous_current=20.0), **joint})
+    used = op.judgement.used["amplifier peak current"]
+    if times < 1.0:
+        assert more > 0.0 and math.isnan(used)
+    else:
+        assert used == pytest.approx(PEAK * asked / peak, rel=1e-9)
+
+
+FRICTIONS = Friction(0.5, 0.8, 0.06, 0.09, static=1.1, stribeck_speed=0.7), Friction(0.002, None, 4e-6, static=0.003)
+
+
+def rubbed(friction, speed):
+    """Against the motion; what sticks more than it slides falls off with the square of the speed."""
+    ahead = speed > 0.0
+    behind = friction.coulomb if friction.coulomb_negative is None else friction.coulomb_negative
+    viscous = friction.viscous if friction.viscous_negative is None else friction.viscous_negative
+    sliding = np.where(ahead, friction.coulomb, behind)
+    more = 0.0
+    if friction.stribeck_speed is not None:
+        more = np.maximum(friction.static - sliding, 0.0) * np.exp(-((speed / friction.stribeck_speed) ** 2))
+    return np.sign(speed) * (sliding + more) + np.where(ahead, friction.viscous, viscous) * speed
+
+
+@pytest.mark.parametrize("ratio", [50.0, -50.0])
+def test_the_torque_of_a_lossy_drive_that_moves(make, ratio):
+    """Friction of the joint before the mesh, that of the shaft behind it; a driven mesh loses 1/eta - 1 of its load."""
+    joint, shaft = FRICTIONS
+    gear, motor = replace(make.gear, ratio=ratio), replace(make.motor, magnet_coefficient=-0.002)
+    op = axis(make, motor, gear, task={"friction": joint, "motor_friction": shaft})
+    demand, moving = op.demand, op.demand.speed != 0.0
+    load, turn = demand.gear_torque + rubbed(joint, demand.speed), ratio * demand.speed
+    mesh = np.where(load * demand.speed > 0.0, load / 0.8, load * (2.0 - 1.0 / 0.8)) / ratio
+    inertia = (motor.rotor_inertia + gear.inertia) * ratio * demand.acceleration
+    wanted = mesh + inertia + rubbed(shaft, turn)
+    np.testing.assert_allclose(op.motor_torque[moving], wanted[moving], rtol=1e-9, atol=1e-12)
+    assert op.figures.joint_torque == pytest.approx(np.abs(load[moving]).max(), rel=1e-9)
+    # Energy drawn: both terms of the voltage times the current, a sample for half of the time to its neighbours.
+    k, ohms = constant(motor, op.figures.magnet_temperature), resistance(motor, op.winding_temperature)
+    power = op.motor_torque * turn + ohms * (op.motor_torque / k) ** 2
+    assert op.figures.energy == pytest.approx(demand.weights @ power, rel=1e-9)
+    assert op.figures.mean_power == pytest.approx(np.trapezoid(power, demand.time) / demand.time[-1], rel=1e-9)
+    # What the supply may get back at most: a lossless mesh and a cold winding.
+    free = demand.gear_torque + rubbed(joint, demand.speed)
+    free = free / ratio + inertia
+    cold = free * turn + resistance(motor, AMBIENT) * (free / constant(motor, AMBIENT)) ** 2
+    assert np.all(op.judgement.power[1][moving] <= cold[moving] + 1e-12)
+    backwards = moving & (cold < power) & (load * demand.speed < 0.0)
+    assert backwards.any()
+
+
+def test_rms_and_mean_of_squares(make):
+    op = axis(make, safety=Safety(rms=1.2))
+    torque, time = op.motor_torque, op.demand.time
+    square = np.trapezoid(torque**2, time) / time[-1]
+    assert op.figures.rms_torque == pytest.approx(math.sqrt(square), rel=1e-12)
+    k = constant(make.motor, op.figures.magnet_temperature)
+    assert op.figures.rms_current == pytest.approx(math.sqrt(square) / k, rel=1e-12)
+    gear, way = np.abs(op.demand.gear_torque), np.abs(op.demand.speed) * op.demand.weights
+    mean = (way @ gear**3 / way.sum()) ** (1.0 / 3.0)  # bearings inside: exponent 3, balls
+    assert op.figures.average_load_torque == pytest.approx(mean, rel=1e-9)
