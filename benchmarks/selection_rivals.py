@@ -11,7 +11,7 @@ import pinocchio as pin
 from inverse_dynamics import along_z
 
 from drivetrain.drive.drive import Drive
-from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.operation import Operation
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.verdicts import checks_of
 from drivetrain.sizing.search.candidates import Candidates
@@ -64,7 +64,7 @@ class Plainly:
             after = {k: drive for k, drive in drives.items() if k >= joint}
             demand = self.offered.work.at(joint, {}).demand(after[joint])
             demand = replace(demand, gear_torque=found[:, joint])
-            checks = checks_of(operation(self.study, joint, demand, drives[joint]))
+            checks = checks_of(Operation(demand, drives[joint], self.study, joint))
             if any(check.verdict is Verdict.FAIL for check in checks):
                 return False
         return True

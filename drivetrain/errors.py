@@ -9,12 +9,14 @@ import difflib
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import Any, TypeVar
 
 # Control characters of terminals, characters that change the direction of text, and lone surrogates.
 _COMMANDS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 _LONGEST = 200  # largest number of characters of a value or a place in a message; ten times that for a sentence
 _T = TypeVar("_T")
+_E = TypeVar("_E", bound=StrEnum)
 LARGEST = 1e60  # largest accepted number in SI: far beyond all machines, and its fifth power is still finite
 
 
@@ -116,6 +118,14 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"known: {shown}"
 
 
+def member_of(kind: type[_E], value: object, place: str, problem: str) -> _E:
+    """The member of an enumeration that has a value; InputError with the nearest value if there is none."""
+    known = [one.value for one in kind]
+    if str(value) not in known:
+        raise InputError(Fault(place, problem, value, nearest(str(value), known)))
+    return kind(str(value))
+
+
 def whole_name(place: str, what: str, short: str, names: Iterable[str], faults: list[Fault]) -> str:
     """The full name for an abbreviation, such as elbow_joint for elbow.
 
@@ -144,13 +154,11 @@ def whole_names(place: str, what: str, wanted: Iterable[str], names: Iterable[st
     return found
 
 
-def by_whole_name(
-    place: str, what: str, given: Mapping[str, _T], names: Iterable[str], faults: list[Fault]
-) -> dict[str, _T]:
-    """A mapping with abbreviated names as keys, with full names instead, as ``whole_name``."""
+def by_joint(place: str, given: Mapping[str, _T], names: Iterable[str], faults: list[Fault]) -> dict[str, _T]:
+    """A mapping with abbreviated names of joints as keys, with full names instead, as ``whole_name``."""
     known, found = list(names), dict[str, _T]()
     for short, value in given.items():
-        name = whole_name(f"{place}.{short}", what, short, known, faults)
+        name = whole_name(f"{place}.{short}", "joint of the study", short, known, faults)
         if name in found:
             faults.append(Fault(f"{place}.{short}", f"stands for {name}, which is given twice"))
         found[name] = value

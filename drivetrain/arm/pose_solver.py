@@ -197,10 +197,10 @@ def _go_on(
             continue
         step, halved = 0.5 * (step if halved else ahead), halved + 1
         if halved > HALVINGS:
-            raise PathLostError(there, _why(arm, path, knots[-1], goal, q[0], rows))
+            raise PathLostError(there, _why(arm, path, goal, q[0], rows))
 
 
-def _why(arm: Arm, path: Callable[[Array], PathSamples], last: float, goal: float, q: Array, rows: slice) -> str:
+def _why(arm: Arm, path: Callable[[Array], PathSamples], goal: float, q: Array, rows: slice) -> str:
     """Whether the path goes on within reach, the joints' ranges left aside."""
     free = replace(arm, lower=np.full(arm.n, -np.inf), upper=np.full(arm.n, np.inf))
     try:

@@ -151,8 +151,6 @@ def select(
     as_json: AsJson = False,
 ) -> bool:
     """Choose drives for every joint from the catalogues that the study allows."""
-    from dataclasses import replace
-
     from drivetrain.study.read import load_study
 
     _, seconds, beside, loaded = inputs(

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 from drivetrain.arrays import Array
 from drivetrain.drive.linear_interval import mean_square
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, member_of
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known
 from drivetrain.units import Capacitance, Current, Duration, Efficiency, Power, Resistance, Voltage
@@ -289,11 +289,7 @@ def line_to_line(phase_value: Values) -> Values:
 
 def _dc_amperes(basis: CurrentBasis | str) -> float:
     """DC-equivalent amperes in one ampere of the basis."""
-    try:
-        return _DC_AMPERES[CurrentBasis(basis)]
-    except ValueError:
-        names = [str(known) for known in CurrentBasis]
-        raise InputError(Fault("current basis", "must be dc, rms or peak", basis, nearest(str(basis), names))) from None
+    return _DC_AMPERES[member_of(CurrentBasis, basis, "current basis", "must be dc, rms or peak")]
 
 
 # How long an amplifier can supply more than its continuous current: i2t with a peak time, or one time constant.

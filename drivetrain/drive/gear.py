@@ -1,4 +1,4 @@
-"""The gear: its sheet in SI, and the losses of its mesh by direction of power; its drag is in ``gear_loss``."""
+"""The gear: its sheet in SI, the losses of its mesh by direction of power, and its drag."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ import pandas as pd
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import CurrentBasis, from_dc, to_dc
-from drivetrain.errors import Fault, Faults, InputError, by_whole_name, nearest, raise_faults
+from drivetrain.errors import Fault, Faults, InputError, by_joint, nearest, raise_faults
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.judge.missing import unknown_torques
 from drivetrain.sizing.results import Evaluation, JointResult
@@ -79,7 +79,7 @@ def current_scales(
     if basis is not None and basis not in bases:
         faults.append(Fault("basis", f"must be {', '.join(bases)}", basis, nearest(basis, bases)))
     given = dict(full_scale) if isinstance(full_scale, Mapping) else dict.fromkeys(evaluation.joints, full_scale)
-    given = by_whole_name("full_scale", "joint of the study", given, evaluation.joints, faults)
+    given = by_joint("full_scale", given, evaluation.joints, faults)
     for name, value in given.items():
         if value is not None and not 0.0 < value < math.inf:
             faults.append(Fault(f"full_scale.{name}", "must be positive", value))

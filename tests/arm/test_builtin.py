@@ -11,7 +11,7 @@ import pytest
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import ROBOTS, builtin_arm, builtin_names
 from drivetrain.arm.coupling import coupled_groups, rotor_turns
-from drivetrain.arm.files.links import read_urdf
+from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.errors import InputError
 from drivetrain.spatial.inertia import triangle_excess
@@ -67,7 +67,7 @@ def test_ur5_corrected_differs_only_in_its_wrists() -> None:
 
 
 def test_panda_is_its_file() -> None:
-    arm, read = builtin_arm("panda"), read_urdf(ROBOTS / "panda.urdf", tip="panda_hand_tcp")
+    arm, read = builtin_arm("panda"), load_arm(ROBOTS / "panda.urdf", tip="panda_hand_tcp")
     assert np.array_equal(arm.inertias, read.inertias)
     assert builtin_arm("panda", tip="panda_link8").tip[2, 3] == pytest.approx(0.333 + 0.316 + 0.384 - 0.107)
 

@@ -10,7 +10,7 @@ import pytest
 
 from drivetrain.arm.builtin import ROBOTS
 from drivetrain.arm.checks import implausible, mean_density
-from drivetrain.arm.files.links import read_urdf
+from drivetrain.arm.files.load import load_arm
 from drivetrain.errors import PhysicsWarning
 from drivetrain.spatial.inertia import RigidBody, cuboid, cylinder, ellipsoid
 from drivetrain.spatial.poses import pose
@@ -31,7 +31,7 @@ def test_the_faulty_wrist_and_its_mended_self() -> None:
 def test_clean_files_do_not_warn(file: str, tip: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        read_urdf(ROBOTS / file, tip=tip)
+        load_arm(ROBOTS / file, tip=tip)
 
 
 @pytest.mark.parametrize("fault", [10.0, 30.0])
@@ -47,7 +47,7 @@ def test_a_fault_in_one_link_of_a_clean_file_is_found_by_name(tmp_path: Path, fa
     path = tmp_path / "ur10.urdf"
     path.write_text(text[:at] + tensor + text[end:])
     with pytest.warns(PhysicsWarning, match="wrist_1_link") as caught:
-        read_urdf(path)
+        load_arm(path)
     assert len(caught) == 1
 
 
@@ -81,7 +81,7 @@ def test_impossible_tensors_are_told_for_a_link_that_is_lumped(tmp_path: Path) -
         <joint name="k" type="fixed"><parent link="arm"/><child link="box"/><origin xyz="1 0 0"/></joint></robot>"""
     )
     with pytest.warns(PhysicsWarning, match="link box") as caught:
-        read_urdf(path)
+        load_arm(path)
     assert len(caught) == 1
 
 

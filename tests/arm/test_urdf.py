@@ -11,7 +11,8 @@ import pytest
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import ROBOTS
-from drivetrain.arm.files.links import read_urdf, read_urdf_drives
+from drivetrain.arm.files.load import load_arm
+from drivetrain.arm.files.model import read_model
 from drivetrain.errors import InputError, PhysicsWarning
 from drivetrain.spatial.poses import exp_pose, inverse_pose
 
@@ -27,7 +28,7 @@ def written(folder: Path, body: str, name: str = "arm.urdf") -> Path:
 
 def faults_of(path: Path, **options: str) -> str:
     with pytest.raises(InputError) as error:
-        read_urdf(path, **options)
+        load_arm(path, **options)
     return str(error.value)
 
 
@@ -60,7 +61,7 @@ def assert_same_as_pinocchio(arm: Arm, path: Path, tip: str, locked: tuple[str, 
 
 
 def test_ur10_agrees_with_pinocchio() -> None:
-    arm = read_urdf(DATA / "ur10.urdf")
+    arm = load_arm(DATA / "ur10.urdf")
     assert_same_as_pinocchio(arm, DATA / "ur10.urdf", "tool0")
     assert arm.speed_limits[0] == 2.16
     assert arm.lower[2] == pytest.approx(-np.pi)
@@ -68,7 +69,7 @@ def test_ur10_agrees_with_pinocchio() -> None:
 
 def test_ur5_agrees_with_pinocchio_and_warns_of_its_wrists() -> None:
     with pytest.warns(PhysicsWarning) as caught:
-        arm = read_urdf(ROBOTS / "ur5.urdf", tip="ee_link")
+        arm = load_arm(ROBOTS / "ur5.urdf", tip="ee_link")
     assert_same_as_pinocchio(arm, ROBOTS / "ur5.urdf", "ee_link")
     named = [str(w.message).split(":")[0] for w in caught]
     assert named == ["link wrist_1_link", "link wrist_2_link", "link wrist_3_link"]
@@ -78,7 +79,7 @@ def test_ur5_agrees_with_pinocchio_and_warns_of_its_wrists() -> None:
 
 def test_panda_agrees_with_pinocchio_and_holds_its_fingers() -> None:
     path = ROBOTS / "panda.urdf"
-    arm = read_urdf(path, tip="panda_hand_tcp")
+    arm = load_arm(path, tip="panda_hand_tcp")
     fingers = ("panda_finger_joint1", "panda_finger_joint2")
     assert_same_as_pinocchio(arm, path, "panda_hand_tcp", fingers)
     assert any(all(finger in note for finger in fingers) for note in arm.notes)
@@ -122,7 +123,7 @@ def random_urdf(rng: np.random.Generator) -> str:
 @pytest.mark.parametrize("seed", range(5))
 def test_made_up_trees_agree_with_pinocchio(tmp_path: Path, seed: int) -> None:
     path = written(tmp_path, random_urdf(np.random.default_rng(seed)))
-    arm = read_urdf(path, tip="tool")
+    arm = load_arm(path, tip="tool")
     assert_same_as_pinocchio(arm, path, "tool", ("hinge",))
     assert arm.link_names == ("a", "b", "c", "tool")
     assert arm.lower.tolist() == [-2, -2, -np.inf, -2]
@@ -131,18 +132,8 @@ def test_made_up_trees_agree_with_pinocchio(tmp_path: Path, seed: int) -> None:
 
 def test_a_tip_within_the_tree_carries_the_rest_held_at_zero(tmp_path: Path) -> None:
     path = written(tmp_path, random_urdf(np.random.default_rng(0)))
-    arm = read_urdf(path, tip="flange")
+    arm = load_arm(path, tip="flange")
     assert_same_as_pinocchio(arm, path, "flange", ("hinge", "j4"))
-
-
-def test_a_root_within_the_tree_is_the_new_base(tmp_path: Path) -> None:
-    path = written(tmp_path, random_urdf(np.random.default_rng(0)))
-    whole, part = read_urdf(path, tip="tool"), read_urdf(path, tip="tool", root="a")
-    assert part.joint_names == ("j2", "j3", "j4")
-    # The base of the part is link a, whose frame is that of joint j1.
-    base_of_part = whole.tip @ inverse_pose(part.tip)
-    assert base_of_part[:3, 3] == pytest.approx(whole.joint_points[0], abs=1e-14)
-    assert base_of_part @ part.home[0] == pytest.approx(whole.home[1], abs=1e-14)
 
 
 TURN = '<axis xyz="0 0 2"/><limit lower="-1" upper="1" velocity="2" effort="3"/>'
@@ -163,11 +154,11 @@ def test_quaternions_agree_with_pinocchio(tmp_path: Path) -> None:
     link = f'<link name="b">{INERTIAL.replace("<inertial>", f"<inertial>{origin}")}</link>'
     joint = f'<joint name="j" type="continuous"><parent link="a"/><child link="b"/>{origin}<axis xyz="0 0 1"/></joint>'
     path.write_text(f'<robot name="r" version="1.1"><link name="a"/>{link}{joint}</robot>')
-    assert_same_as_pinocchio(read_urdf(path), path, "b")
+    assert_same_as_pinocchio(load_arm(path), path, "b")
 
 
 def test_axis_is_made_unit_and_gravity_can_be_chosen(tmp_path: Path) -> None:
-    arm = read_urdf(written(tmp_path, chain()), gravity=[0, 9.81, 0])
+    arm = load_arm(written(tmp_path, chain()), gravity=[0, 9.81, 0])
     assert arm.screws[0].tolist() == [0, 0, 1, 0, 0, 0]
     assert arm.gravity.tolist() == [0, 9.81, 0]
     assert arm.tip[:3, 3].tolist() == [0.3, 0, 0]
@@ -179,7 +170,7 @@ def test_every_ignored_tag_and_attribute_is_told_once_with_its_count(tmp_path: P
         '<link name="cover"><visual/><visual/><collision/></link>'
         '<joint name="clip" type="fixed"><parent link="arm"/><child link="cover"/><calibration rising="0"/></joint>'
     )
-    (note,) = [note for note in read_urdf(written(tmp_path, body)).notes if note.startswith("ignored")]
+    (note,) = [note for note in load_arm(written(tmp_path, body)).notes if note.startswith("ignored")]
     for words in ("<visual> (2)", "<collision> (1)", "<gazebo> (2)", "<material> (1)", "<calibration> (1)",
                   "<limit effort=...> (1)"):  # fmt: skip
         assert words in note
@@ -187,7 +178,7 @@ def test_every_ignored_tag_and_attribute_is_told_once_with_its_count(tmp_path: P
 
 
 def test_what_the_file_leaves_open_is_told(tmp_path: Path) -> None:
-    arm = read_urdf(written(tmp_path, chain(joint="")))
+    arm = load_arm(written(tmp_path, chain(joint="")))
     assert arm.screws[0, :3].tolist() == [1, 0, 0]
     assert arm.upper.tolist() == [np.inf]
     assert any("no <axis>" in note and "no <limit>" in note for note in arm.notes)
@@ -195,7 +186,7 @@ def test_what_the_file_leaves_open_is_told(tmp_path: Path) -> None:
 
 def test_moving_links_without_mass_are_allowed_and_told(tmp_path: Path) -> None:
     body = chain().replace(INERTIAL, "")
-    arm = read_urdf(written(tmp_path, body))
+    arm = load_arm(written(tmp_path, body))
     assert arm.masses.tolist() == [0.0]
     assert any("without mass: arm" in note for note in arm.notes)
 
@@ -205,7 +196,7 @@ def test_mimic_joints_are_told(tmp_path: Path) -> None:
         extra='<link name="c"/><joint name="follow" type="revolute"><parent link="tool0"/><child link="c"/>'
         '<axis xyz="0 0 1"/><limit lower="0" upper="1" velocity="1" effort="1"/><mimic joint="turn"/></joint>'
     )
-    assert any("follow" in note and "mimic turn" in note for note in read_urdf(written(tmp_path, body)).notes)
+    assert any("follow" in note and "mimic turn" in note for note in load_arm(written(tmp_path, body)).notes)
 
 
 def test_of_several_fixed_ends_the_usual_one_is_taken(tmp_path: Path) -> None:
@@ -213,10 +204,10 @@ def test_of_several_fixed_ends_the_usual_one_is_taken(tmp_path: Path) -> None:
         '<link name="camera"/><joint name="m" type="fixed"><parent link="tool0"/><child link="mount"/></joint>'
         '<link name="mount"/><joint name="k" type="fixed"><parent link="arm"/><child link="camera"/></joint>'
     )
-    arm = read_urdf(written(tmp_path, chain(camera)))
+    arm = load_arm(written(tmp_path, chain(camera)))
     assert any("tip: mount" in note for note in arm.notes)  # the farther of the two ends
     camera = '<link name="eye"/><joint name="k" type="fixed"><parent link="arm"/><child link="eye"/></joint>'
-    assert any("tip: tool0" in note for note in read_urdf(written(tmp_path, chain(camera))).notes)
+    assert any("tip: tool0" in note for note in load_arm(written(tmp_path, chain(camera))).notes)
 
 
 def test_several_chains_need_a_choice() -> None:
@@ -277,15 +268,13 @@ def test_an_encoding_that_cannot_be_read_is_a_message(tmp_path: Path, encoding: 
 def test_all_faults_of_a_file_at_once(tmp_path: Path) -> None:
     body = chain(joint="<axis xyz='0 0 0'/>").replace('mass value="2"', 'mass value="two"').replace('iyz="0"', "")
     with pytest.raises(InputError) as error:
-        read_urdf(written(tmp_path, body))
+        load_arm(written(tmp_path, body))
     assert len(error.value.faults) == 3
 
 
 def test_names_given_must_be_in_the_file(tmp_path: Path) -> None:
     path = written(tmp_path, chain())
     assert "did you mean 'tool0'" in faults_of(path, tip="tool1")
-    assert "did you mean 'base'" in faults_of(path, root="bace")
-    assert "no link that arm carries" in faults_of(path, tip="base", root="arm")
 
 
 def test_no_such_file_and_no_robot(tmp_path: Path) -> None:
@@ -309,26 +298,26 @@ def test_all_dialects_of_a_drive(tmp_path: Path) -> None:
     drake = '<drake:rotor_inertia value="1.5e-4"/><drake:gear_ratio value="-120"/>'
     joint = '<axis xyz="0 0 1"/><dynamics damping="0.5" friction="0.25"/>'
     one = written(tmp_path, chain(DRIVES.format(ros1=101, ros2=101, drake=""), joint))
-    drive = read_urdf_drives(one)["turn"]
+    drive = read_model(one).drives["turn"]
     assert (drive.damping, drive.friction, drive.ratio, drive.rotor_inertia) == (0.5, 0.25, 101.0, None)
     two = written(tmp_path, chain(DRIVES.format(ros1=1, ros2=1, drake=drake), joint))
-    assert read_urdf_drives(two)["turn"].ratio == -120.0  # the undeclared prefix is no error either
-    assert read_urdf_drives(two)["turn"].rotor_inertia == 1.5e-4
-    assert any("gear_ratio -120 taken, not the reduction 1" in note for note in read_urdf(two).notes)
+    assert read_model(two).drives["turn"].ratio == -120.0  # the undeclared prefix is no error either
+    assert read_model(two).drives["turn"].rotor_inertia == 1.5e-4
+    assert any("gear_ratio -120 taken, not the reduction 1" in note for note in load_arm(two).notes)
     three = written(tmp_path, chain(joint=joint + drake))
-    assert read_urdf_drives(three)["turn"].ratio == -120.0
+    assert read_model(three).drives["turn"].ratio == -120.0
     four = written(tmp_path, chain())
-    assert read_urdf_drives(four) == {"turn": type(drive)()}
+    assert read_model(four).drives == {"turn": type(drive)()}
 
 
 def test_ros2_reduction_alone_and_pr2_style(tmp_path: Path) -> None:
     ros2 = DRIVES[DRIVES.index("<ros2") :].format(ros2=50)
-    assert read_urdf_drives(written(tmp_path, chain(ros2)))["turn"].ratio == 50.0
+    assert read_model(written(tmp_path, chain(ros2))).drives["turn"].ratio == 50.0
     pr2 = (
         '<transmission type="pr2_mechanism_model/SimpleTransmission" name="t"><actuator name="m"/><joint name="turn"/>'
         "<mechanicalReduction>-3.5</mechanicalReduction></transmission>"
     )
-    assert read_urdf_drives(written(tmp_path, chain(pr2)))["turn"].ratio == -3.5
+    assert read_model(written(tmp_path, chain(pr2))).drives["turn"].ratio == -3.5
 
 
 @pytest.mark.parametrize(
@@ -353,5 +342,5 @@ def test_coupled_transmissions_are_told_not_read(tmp_path: Path) -> None:
         '<joint name="bolt"/><actuator name="m"><mechanicalReduction>9</mechanicalReduction></actuator></transmission>'
     )
     path = written(tmp_path, chain(text))
-    assert read_urdf_drives(path)["turn"].ratio is None
-    assert any("DifferentialTransmission" in note for note in read_urdf(path).notes)
+    assert read_model(path).drives["turn"].ratio is None
+    assert any("DifferentialTransmission" in note for note in load_arm(path).notes)

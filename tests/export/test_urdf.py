@@ -13,8 +13,8 @@ import pytest
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.coupling import belts_over, differential, placed, rotor_turns, with_coupling
-from drivetrain.arm.files.links import read_urdf_drives
 from drivetrain.arm.files.load import load_arm
+from drivetrain.arm.files.model import read_model
 from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arm.rotors import Rotor, RotorLevel
@@ -138,7 +138,7 @@ def test_parallel_rotors_beside_their_joints_are_kept_whole(seed: int, level: Ro
         q, qd, qdd = motion(arm)
         wanted = inverse_dynamics(arm, q, qd, qdd)
         assert inverse_dynamics(found, q, qd, qdd) == pytest.approx(wanted, abs=1e-12 * np.abs(wanted).max())
-        ratios = [drive.ratio for drive in read_urdf_drives(tmp_path / "arm.urdf").values()]
+        ratios = [drive.ratio for drive in read_model(tmp_path / "arm.urdf").drives.values()]
         assert ratios == [t * r.ratio for t, r in zip(turns, arm.rotors, strict=True)]
         return
     # A rotor that turns in the opposite direction has a negative ratio about the joint's axis.
@@ -304,7 +304,7 @@ def test_data_that_an_arm_does_not_hold(tmp_path: Path) -> None:
     arm = random_arm(0, "RRR")
     data = UrdfJointData(effort=[1.0, 2.0, 3.0], damping=[0.1, 0.2, 0.3], friction=[4.0, 5.0, 6.0])
     write_urdf(arm, tmp_path / "arm.urdf", data=data)
-    drives = read_urdf_drives(tmp_path / "arm.urdf")
+    drives = read_model(tmp_path / "arm.urdf").drives
     assert [(d.damping, d.friction) for d in drives.values()] == [(0.1, 4.0), (0.2, 5.0), (0.3, 6.0)]
     assert 'effort="2"' in (tmp_path / "arm.urdf").read_text(encoding="utf-8")
     with pytest.raises(InputError) as error:

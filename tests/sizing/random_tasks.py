@@ -7,6 +7,7 @@ import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -16,14 +17,17 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.counterbalance import Counterbalance
-from drivetrain.drive.drive import Drive
+from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import NO_GEAR
 from drivetrain.drive.stages import Stage, chained, with_stages
 from drivetrain.motion.duty_cycle import build_mix
+from drivetrain.records import as_records
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.demand.series import JointSeries, joint_series, unit_loads_of
+from drivetrain.sizing.judge.cases import paired
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
-from drivetrain.sizing.judge.parts import FilledParts
+from drivetrain.sizing.judge.parts import FilledParts, Parts
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.sizing.search.preconditions import satisfied
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
@@ -314,6 +318,15 @@ def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[J
     """
     at = work.at(joint, drives)
     return at.fixed, joint_series(at.fixed, unit_loads_of(work, joint, [joint]) if at.own_load else None)
+
+
+def pair_cases(parts: Parts, joint: int, demand: JointDemand, chosen: Any = slice(None)) -> Any:
+    """The pairs of a joint as records for the judge, all or some, (P,)."""
+    friction = parts.study.joints[joint].motor_friction
+    shafts = as_records(
+        [shaft_friction(Drive(one, NO_GEAR, motor_friction=friction)) for one in parts.motors], Friction
+    )
+    return paired(parts.study, joint, demand, (parts.motor_rows, shafts), parts.gear_rows, parts.pairs[joint][chosen])
 
 
 def own_amounts(series: JointSeries, amounts: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.operation import Operation
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
@@ -42,7 +42,7 @@ def operations(study):
     work, filled_parts = workload(study), FilledParts(study)
     mounted = {i: filled_parts.drive(task, *PAIRS[task.name]) for i, task in enumerate(study.joints)}
     for joint, drive in mounted.items():
-        yield operation(study, joint, work.at(joint, mounted).demand(drive), drive)
+        yield Operation(work.at(joint, mounted).demand(drive), drive, study, joint)
 
 
 def factor(gear, temperature):
@@ -227,7 +227,7 @@ def periodic_by_ode(study):
 
 def figures_of(study):
     drive = FilledParts(study).drive(study.joints[0], "m1", "g1")
-    return operation(study, 0, workload(study).at(0, {}).fixed, drive).figures
+    return Operation(workload(study).at(0, {}).fixed, drive, study, 0).figures
 
 
 @pytest.mark.parametrize(("load", "ambient"), [(9.0, 25.0), (10.0, 30.0), (9.0, 45.0)])

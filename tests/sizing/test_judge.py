@@ -12,7 +12,7 @@ import random_tasks as TASKS
 from power_balance import power_balance
 from scipy.optimize import brentq
 
-from drivetrain.drive.drive import loss_speed, motor_torque
+from drivetrain.drive.drive import Drive, loss_speed, motor_torque
 from drivetrain.drive.gear import mesh
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.thermal.heat import Mix, mixed_temperature
@@ -22,7 +22,7 @@ from drivetrain.sizing.judge import checks
 from drivetrain.sizing.judge.checks import CHECKS, GEAR, Requirement, table
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.judge import judge_cases
-from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.operation import Operation
 from drivetrain.sizing.judge.parts import parts_of
 from drivetrain.study.parts.verdicts import Verdict
 
@@ -33,10 +33,13 @@ def some_operations(study, seed, count=3):
     """Drives drawn from a study's candidates, at work."""
     rng, work, parts = np.random.default_rng(seed), workload(study), parts_of(study)
     for _ in range(count):
-        rows = [int(rng.integers(len(pairs))) for pairs in parts.pairs]
-        filled_parts = {j: parts.drive(j, row) for j, row in enumerate(rows)}
-        for joint, drive in filled_parts.items():
-            yield operation(study, joint, work.at(joint, filled_parts).demand(drive), drive)
+        rows = [pairs[int(rng.integers(len(pairs)))] for pairs in parts.pairs]
+        drives = {
+            j: Drive(parts.motors[motor], parts.gears[gear], study.joints[j].friction, study.joints[j].motor_friction)
+            for j, (motor, gear) in enumerate(rows)
+        }
+        for joint, drive in drives.items():
+            yield Operation(work.at(joint, drives).demand(drive), drive, study, joint)
 
 
 def gear_heat(op, balance, torque):
@@ -142,7 +145,7 @@ def test_quick_verdicts_are_those_of_all_figures(make, kind):
         work, parts = workload(study), parts_of(study)
         for joint in range(len(study.joints)):
             demand, own = TASKS.own_work(work, joint, {})
-            cases, amounts = parts.cases(joint, demand), TASKS.own_amounts(own, parts.amounts[joint])
+            cases, amounts = TASKS.pair_cases(parts, joint, demand), TASKS.own_amounts(own, parts.amounts[joint])
             count, power = len(cases), np.zeros((0, 2, len(demand.time)))
             answers = []
             for until, quick in ((np.inf, False), (1.0, False), (1.0, True)):
@@ -186,7 +189,7 @@ def test_a_check_is_one_row(make, monkeypatch):
     assert told.source == "largest load of gear g1"
     work, parts = workload(weak), parts_of(weak)
     demand, own = TASKS.own_work(work, 0, {})
-    cases, none = parts.cases(0, demand), np.zeros((0, 2, len(demand.time)))
+    cases, none = TASKS.pair_cases(parts, 0, demand), np.zeros((0, 2, len(demand.time)))
     answer, whole = np.zeros(1), np.zeros((2, 1), dtype=np.int64)
     given = TASKS.own_amounts(own, parts.amounts[0])
     judge_cases(cases, as_numbers(cases), table(), own, given, 1.0, True, none, np.zeros((0, 0)), answer, *whole)

@@ -273,7 +273,7 @@ def used_of(parts, work, joint, drives, pick):
     what keeps each from being proven, -1 where nothing does, (K,)."""
     others = {k: drive for k, drive in drives.items() if k != joint}
     demand, own = TASKS.own_work(work, joint, others)
-    cases = parts.cases(joint, demand, pick)
+    cases = TASKS.pair_cases(parts, joint, demand, pick)
     used, power = np.zeros((len(pick), len(CHECKS))), np.zeros((len(pick), 2, len(demand.time)))
     found, whole = np.zeros(len(pick)), np.zeros((2, len(pick)), dtype=np.int64)
     judge_cases(

@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
 from drivetrain.arm.checks import implausible
-from drivetrain.arm.files.drives import UrdfDrive
-from drivetrain.arm.files.model import MOVABLE, REFUSED, REVOLUTE, UrdfJoint, UrdfModel, read_model
+from drivetrain.arm.files.model import MOVABLE, REFUSED, REVOLUTE, UrdfJoint, UrdfModel
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
 from drivetrain.spatial.inertia import RigidBody, combined
@@ -24,34 +22,19 @@ Children = dict[str, list[UrdfJoint]]
 USUAL_TIP = "tool0"  # what ROS-Industrial calls the flange frame
 
 
-def read_urdf(path: str | Path, *, tip: str | None = None, root: str | None = None, gravity: Any = None) -> Arm:
-    """The arm that a URDF file describes, without rotors.
-
-    Links on fixed joints, and on movable joints off the chain (held at zero), are lumped into the link that carries
-    them. Each joint sits at the origin of its URDF frame. What was ignored or is hard to believe stands in the arm's
-    notes; the latter is also a PhysicsWarning.
-    """
-    arm, doubtful = arm_from_model(read_model(Path(path)), tip=tip, root=root, gravity=gravity)
-    warn_each(doubtful)
-    return arm
-
-
-def read_urdf_drives(path: str | Path) -> dict[str, UrdfDrive]:
-    """Friction, gear ratio and rotor inertia of a URDF file's movable joints, by name; None if missing."""
-    return read_model(Path(path)).drives
-
-
 def warn_each(texts: list[str]) -> None:
     """Warn of each, as if the caller's caller had."""
     for text in texts:
         warnings.warn(text, PhysicsWarning, stacklevel=3)
 
 
-def arm_from_model(
-    model: UrdfModel, *, tip: str | None = None, root: str | None = None, gravity: Any = None
-) -> tuple[Arm, list[str]]:
-    """The arm of a parsed file, and what is hard to believe of it; warns of nothing."""
-    chain = choose_chain(model, root, tip)
+def arm_from_model(model: UrdfModel, *, tip: str | None, gravity: Any) -> tuple[Arm, list[str]]:
+    """The arm of a parsed file without rotors, and its implausible values; gives no warning.
+
+    Links on fixed joints, and on movable joints off the chain (held at zero), are lumped into the link that carries
+    them. Each joint sits at the origin of its frame in the file. What was ignored or is implausible is in the notes.
+    """
+    chain = choose_chain(model, tip)
     doubtful = _doubts(model, chain)
     lumped = [_lump(frame, bodies) for frame, bodies in zip(chain.frames, chain.bodies, strict=True)]
     screws = [_screw(joint.kind, joint.axis, frame) for joint, frame in zip(chain.joints, chain.frames, strict=True)]
@@ -142,12 +125,12 @@ class Chain:
     links: dict[str, tuple[str, Array]]  # as ``Arm.frames``
 
 
-def choose_chain(model: UrdfModel, root: str | None, tip: str | None) -> Chain:
-    """The chain from a root link to a tip link."""
+def choose_chain(model: UrdfModel, tip: str | None) -> Chain:
+    """The chain from the root link to a tip link."""
     children: Children = {name: [] for name in model.links}
     for joint in model.joints.values():
         children[joint.parent].append(joint)
-    base = _root(model, root)
+    base = _root(model)
     paths = _paths(base, children)
     refused = [joint for path in paths.values() for joint in path[-1:] if joint.kind in REFUSED]
     if refused:
@@ -161,16 +144,12 @@ def choose_chain(model: UrdfModel, root: str | None, tip: str | None) -> Chain:
     return _collect(model, base, end, path, children)
 
 
-def _root(model: UrdfModel, wanted: str | None) -> str:
+def _root(model: UrdfModel) -> str:
     """The link that stands still."""
-    if wanted is not None:
-        if wanted not in model.links:
-            raise InputError(Fault("root", "no such link", wanted, nearest(wanted, model.links), model.file))
-        return wanted
     held = {joint.child for joint in model.joints.values()}
     roots = [name for name in model.links if name not in held]
     if len(roots) > 1:
-        raise InputError(Fault("links", "several hang on no joint; choose one as root", roots, file=model.file))
+        raise InputError(Fault("links", "several hang on no joint, so there is no single base", roots, file=model.file))
     return roots[0]
 
 
@@ -215,7 +194,7 @@ def tip_among_several(model: UrdfModel) -> str | None:
     children: Children = {name: [] for name in model.links}
     for joint in model.joints.values():
         children[joint.parent].append(joint)
-    paths = _paths(_root(model, None), children)
+    paths = _paths(_root(model), children)
     moving = {link: [joint.name for joint in path if joint.movable] for link, path in paths.items()}
     longest = max(moving, key=lambda link: len(moving[link]))
     if all(chain == moving[longest][: len(chain)] for chain in moving.values()):

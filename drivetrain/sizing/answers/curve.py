@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from drivetrain.drive.drive import Drive
-from drivetrain.errors import Fault, InputError, nearest, raise_faults
+from drivetrain.errors import Fault, member_of, nearest, raise_faults
 from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair
@@ -463,10 +463,7 @@ def _notes(search: _CurveSearch, step: float, folded: int) -> list[str]:
 
 def varied(vary: Vary | str) -> Vary:
     """The varied quantity by its name; InputError with the nearest name if it is unknown."""
-    known = [one.value for one in Vary]
-    if str(vary) not in known:
-        raise InputError(Fault("vary", "is nothing that can be varied", str(vary), nearest(str(vary), known)))
-    return Vary(str(vary))
+    return member_of(Vary, vary, "vary", "is nothing that can be varied")
 
 
 def check_curve(study: Study, vary: Vary | str, span: tuple[float, float]) -> None:

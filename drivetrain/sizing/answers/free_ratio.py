@@ -18,7 +18,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.matching import GearFamily, fitted_family, ideal_family, ratio_of_least_rms
-from drivetrain.errors import Fault, InputError, by_whole_name, nearest, raise_faults
+from drivetrain.errors import Fault, InputError, by_joint, member_of, nearest, raise_faults
 from drivetrain.sizing.answers.ratio import partners, rms_torque, terms_of
 from drivetrain.sizing.answers.ratio_descent import ArmDesign, Goal, LineSearch, coordinate_descent
 from drivetrain.sizing.demand.demand import workload
@@ -139,16 +139,14 @@ def free_ratios(
 
 
 def goal_of(goal: Goal | str) -> Goal:
-    known = [one.value for one in Goal]
-    if str(goal) not in known:
-        raise InputError(Fault("goal", "is none that ratios can be chosen for", str(goal), nearest(str(goal), known)))
-    return Goal(str(goal))
+    """The goal by its name."""
+    return member_of(Goal, goal, "goal", "is none that ratios can be chosen for")
 
 
 def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: Mapping[str, Pair]) -> ArmDesign:
     names = [task.name for task in study.joints]
     faults: list[Fault] = []
-    wanted = by_whole_name("free", "joint of the study", wanted, names, faults)
+    wanted = by_joint("free", wanted, names, faults)
     if not wanted:
         hint = "give a joint `free_ratio: {ratio: [30, 160]}`"
         faults.append(Fault("joints", "none of them has a free ratio", hint=hint))

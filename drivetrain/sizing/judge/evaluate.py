@@ -10,13 +10,13 @@ import numpy as np
 
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.gear import HOLDING, mesh_of
-from drivetrain.errors import Fault, InputError, by_whole_name, nearest
+from drivetrain.errors import Fault, InputError, by_joint, nearest
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.judge.arm_stops import stop_checks
 from drivetrain.sizing.judge.cases import power_allowance
 from drivetrain.sizing.judge.missing import massless
 from drivetrain.sizing.judge.objectives import criteria, weighted
-from drivetrain.sizing.judge.operation import Operation, operation
+from drivetrain.sizing.judge.operation import Operation
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.stiffness import arm_checks
 from drivetrain.sizing.judge.verdicts import checks_of, placed, supply_checks
@@ -134,7 +134,7 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str,
         problem = "must give (motor key, gear key) by joint name, or one such pair for all joints"
         raise InputError(Fault("drives", problem, drives))
     faults: list[Fault] = []
-    drives = by_whole_name("drives", "joint of the study", drives, names, faults)
+    drives = by_joint("drives", drives, names, faults)
     found: dict[str, Pair] = {}
     for task in study.joints:
         given = next((drives[name] for name in (task.name, *task.sharing) if name in drives), task.drive)
@@ -146,7 +146,7 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str,
         else:
             motor = f"{given[0]}+{task.brakes[0].key}" if len(task.brakes) == 1 else given[0]
             pair = (motor if motor in study.catalog.motors else given[0], "" if given[1] in NO_GEAR else str(given[1]))
-            faults += _unknown_keys(study, task.name, pair)
+            faults += _unknown_keys(study, task, pair)
             found[task.name] = pair
     if faults:
         raise InputError(faults)
@@ -160,7 +160,7 @@ def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, key
     for amplifier in task.amplifiers or (task.amplifier,):
         own = replace(task, amplifier=amplifier)
         one = study if amplifier is task.amplifier else with_joints(study, {joint: own})
-        found.append(joint_result(operation(one, joint, demand, mounted[joint]), task.name, *keys))
+        found.append(joint_result(Operation(demand, mounted[joint], one, joint), task.name, *keys))
         if found[-1].verdict is not Verdict.FAIL:
             return found[-1]
     return min(found, key=lambda one: max(check.utilisation or 0.0 for check in one.checks))
@@ -258,16 +258,15 @@ def shared_checks(study: Study, results: Mapping[str, JointResult], *, quick: bo
     return found
 
 
-def _unknown_keys(study: Study, joint: str, pair: Pair) -> list[Fault]:
-    motor, gear = pair
-    catalog, faults = study.catalog, []
-    brakes = [brake.key for task in study.joints if task.name == joint for brake in task.brakes]
+def _unknown_keys(study: Study, task: JointTask, pair: Pair) -> list[Fault]:
+    (motor, gear), catalog, faults = pair, study.catalog, list[Fault]()
+    brakes = [brake.key for brake in task.brakes]
     if motor not in catalog.motors:
         hint = nearest(motor, catalog.motors)
-        faults.append(Fault(f"drives.{joint}.motor", "is not in the catalogue", motor, hint))
+        faults.append(Fault(f"drives.{task.name}.motor", "is not in the catalogue", motor, hint))
     elif brakes and catalog.motors[motor].brake.key not in brakes:
         hint = f"such as {motor}+{brakes[0]}"
-        faults.append(Fault(f"drives.{joint}.motor", "needs the key of a brake beside its own", motor, hint))
+        faults.append(Fault(f"drives.{task.name}.motor", "needs the key of a brake beside its own", motor, hint))
     if gear and gear not in catalog.gears:
-        faults.append(Fault(f"drives.{joint}.gear", "is not in the catalogue", gear, nearest(gear, catalog.gears)))
+        faults.append(Fault(f"drives.{task.name}.gear", "is not in the catalogue", gear, nearest(gear, catalog.gears)))
     return faults

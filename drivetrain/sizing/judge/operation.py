@@ -235,8 +235,3 @@ class Operation:
             bearing_load=demand.wrench,
             load_inertia=demand.load_inertia,
         )
-
-
-def operation(study: Study, joint: int, demand: JointDemand, drive: Drive) -> Operation:
-    """A drive at a joint of a study."""
-    return Operation(demand, drive, study, joint)

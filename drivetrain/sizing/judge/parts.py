@@ -11,15 +11,13 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.brake import Brake
-from drivetrain.drive.drive import Drive, shaft_friction
-from drivetrain.drive.friction import Friction
+from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import HOLDING, NO_GEAR, Gear
 from drivetrain.drive.motor import Motor, has_friction_data, whole_mass
 from drivetrain.drive.motor_limits import FRICTION_SHARE, with_allowances
-from drivetrain.records import as_records, known
-from drivetrain.sizing.demand.demand import JointDemand
+from drivetrain.records import known
 from drivetrain.sizing.demand.load_basis import PARAMETERS
-from drivetrain.sizing.judge.cases import gear_records, motor_records, paired
+from drivetrain.sizing.judge.cases import gear_records, motor_records
 from drivetrain.study.model import DriveMass, JointTask, MotorAssumption, Study
 from drivetrain.study.parts.mounting import cylinder_inertia
 
@@ -49,25 +47,6 @@ class Parts:
     amounts: tuple[Array, ...]
     mass: tuple[Array, ...]
     price: tuple[Array, ...]
-
-    def keys(self, joint: int, pair: int) -> tuple[str, str]:
-        """The catalogue keys of a pair."""
-        motor, gear = self.pairs[joint][pair]
-        return self.motor_keys[motor], self.gear_keys[gear]
-
-    def drive(self, joint: int, pair: int) -> Drive:
-        """A pair as a drive."""
-        motor, gear = self.pairs[joint][pair]
-        task = self.study.joints[joint]
-        return Drive(self.motors[motor], self.gears[gear], task.friction, task.motor_friction)
-
-    def cases(self, joint: int, demand: JointDemand, chosen: Any = slice(None)) -> Any:
-        """Pairs of a joint as records for the judge, all or some, (P,)."""
-        friction = self.study.joints[joint].motor_friction
-        shafts = as_records(
-            [shaft_friction(Drive(one, NO_GEAR, motor_friction=friction)) for one in self.motors], Friction
-        )
-        return paired(self.study, joint, demand, (self.motor_rows, shafts), self.gear_rows, self.pairs[joint][chosen])
 
 
 def parts_of(study: Study) -> Parts:

@@ -172,7 +172,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     amplifiers = _amplifiers(around, form, place)
     if around.arm is not None:
         _unmarched_faults(around, index, form, place)
-    _check_second_motor(around, index, form, place)
+    _check_second_motor(around, form, place)
     brakes, brake_note = _brakes(around, form, (*place, "brake"))
     if brakes:
         given = () if drive is None else _with_brakes(around, (drive,), brakes)
@@ -239,7 +239,7 @@ def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: 
         ledger.fault((*place, "stop", "ramp"), problem, hint="stop: {ramp: 0.3 s}")
 
 
-def _check_second_motor(around: Surroundings, index: int, form: JointForm, place: Place) -> None:
+def _check_second_motor(around: Surroundings, form: JointForm, place: Place) -> None:
     """What does not go with two motors on the axis of a joint."""
     arm, ledger = around.arm, around.ledger
     if form.motors == 1:

@@ -61,7 +61,7 @@ def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions
     for name, own in form.motions.items():
         place: Place = ("motions", name)
         kind = "" if name == DEFAULT else _kind(own, ledger, place)
-        if not kind or not _belongs(form, kind, ledger, place):
+        if not kind or not _belongs(kind, ledger, place):
             continue
         loads = kind == "table" or "arm" not in ledger.document.data
         motion = _load_table(name, own, ledger) if loads else _motion(name, own, default, arm, ledger, place)
@@ -215,7 +215,7 @@ def _kind(own: MotionForm, ledger: Ledger, place: Place) -> str:
     return "" if stray else kinds[0]
 
 
-def _belongs(form: StudyForm, kind: str, ledger: Ledger, place: Place) -> bool:
+def _belongs(kind: str, ledger: Ledger, place: Place) -> bool:
     """Motions of joints need an arm, load tables can have none; says so where it is not so."""
     has_arm = "arm" in ledger.document.data
     if kind == "table" and has_arm:

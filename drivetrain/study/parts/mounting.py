@@ -197,10 +197,15 @@ def with_sharing(
     found = [one for task in joints for one in ([task] if task.preload is None else _both(task, task.preload))]
     rows = np.repeat(np.arange(len(joints)), [1 if task.preload is None else 2 for task in joints])
     shares = np.array([1.0 if task.preload is None else 0.5 for task in found])
+    cycle = _of_rows(cycle, rows, shares, found)
+    return None if arm is None else with_second_motors(arm, pairs), cycle, tuple(found)
+
+
+def _of_rows(cycle: Cycle, rows: Any, shares: Array, joints: Sequence[JointTask]) -> Cycle:
+    """A cycle whose joints are rows of another one, torques of a load table multiplied by shares."""
     series = {name: getattr(cycle, name)[:, rows] for name in ("position", "velocity", "acceleration")}
     torque = None if cycle.torque is None else cycle.torque[:, rows] * shares
-    cycle = replace(cycle, joint_names=tuple(task.name for task in found), torque=torque, **series)
-    return None if arm is None else with_second_motors(arm, pairs), cycle, tuple(found)
+    return replace(cycle, joint_names=tuple(task.name for task in joints), torque=torque, **series)
 
 
 def _both(task: JointTask, preload: float) -> tuple[JointTask, JointTask]:
@@ -280,9 +285,7 @@ def as_single(study: Study) -> Study:
     rows = [i for i, task in enumerate(study.joints) if task.sharing[1:] != (task.name,)]
     cycle, joints = study.cycle, tuple(_whole(study.joints[i]) for i in rows)
     times = np.array([2.0 if study.joints[i].sharing else 1.0 for i in rows])
-    series = {name: getattr(cycle, name)[:, rows] for name in ("position", "velocity", "acceleration")}
-    torque = None if cycle.torque is None else cycle.torque[:, rows] * times
-    cycle = replace(cycle, joint_names=tuple(task.name for task in joints), torque=torque, **series)
+    cycle = _of_rows(cycle, rows, times, joints)
     arm = None if study.arm is None or study.arm.linkage is None else study.arm.linkage.chains[0]
     return replace(study, arm=arm, cycle=cycle, joints=joints)
 
