@@ -101,11 +101,51 @@ def test_a_convention_must_be_that_of_the_model(tmp_path):
         read_dh_table(path, "modified")
 
 
+ONE_BY_ONE = """deg = pi/180;
+L(1) = Link([0 0.3 0.2 pi/2]);
+L(2) = Link([0.4 0 0.1 -pi/2 1]);
+L(3) = Link('d', 0.1, 'a', 0, 'alpha', 0, 'offset', 10*deg);
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        # Of a joint that turns the toolbox reads no theta, of one that slides no d.
+        ("a.m", ONE_BY_ONE.replace("[0 0.3", "[1 0.3").replace("[0.4 0 ", "[0.4 7 ")),
+        (
+            "a.m",
+            "d = pi/18; r = SerialLink([\n Revolute('d', 0.3, 'a', 0.2, 'alpha', pi/2)\n"
+            " Prismatic('theta', 0.4, 'a', 0.1, 'alpha', -pi/2)\n Revolute('d', 0.1, 'offset', d)\n],'name','a;b');",
+        ),
+        (
+            "a.m",
+            "links = [ Revolute('d', 0.3, 'a', 0.2, 'alpha', pi/2); Link([0.4 0 0.1 -pi/2 1]);\n"
+            "Revolute('d', 0.1, 'offset', pi/18)];",
+        ),
+        (
+            "a.py",
+            "L = [RevoluteDH(0.3, 0.2, pi/2), PrismaticDH(0.4, 0.1, alpha=-pi/2),"
+            " RevoluteDH(0.1, 0, 0, pi/18, flip=False)]",
+        ),
+    ],
+)
+def test_links_as_models_write_them(tmp_path, name, text):
+    (tmp_path / "one.m").write_text(ONE_BY_ONE, encoding="utf-8")
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    same(read_dh_table(tmp_path / name, "classic"), read_dh_table(tmp_path / "one.m", "classic"))
+
+
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
         ("a.m", "L(1) = Link('d', q1, 'a', 0, 'm', 1);", "line 1: is no link with plain numbers: q1"),
         ("a.m", "x = 3;", "holds no joint"),
+        ("a.m", "L(1) = Revolute('d', 1, 'flip', 'a', 2);", "flipped"),
+        ("a.py", "L = [RevoluteDH(d=1, flip=True)]", "flipped"),
+        ("a.py", "L = [DHLink(0.3, 0.2)]", "needs names"),
+        ("a.m", "L(1) = Link([0 1 0 0]');", "not of plain numbers"),
+        ("a.m", "a = SerialLink([Revolute() Revolute()]);\nb = SerialLink([Revolute() Revolute()]);", "another chain"),
         ("a.m", "L(1) = Revolute('d', 1, 'r', [1 2]);", "rx, ry, rz"),
         ("a.py", "L = [RevoluteDH(d=open('x'))]", r"open\('x'\) is not known"),
         ("a.py", "L = [RevoluteDH(", "cannot be read"),

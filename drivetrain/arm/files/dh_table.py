@@ -122,6 +122,9 @@ _FIELD = "m|r|I|qlim|Jm|G|B|Tc|theta|d|a|alpha|sigma|offset|mdh"
 _LOOPED = re.compile(rf"\w\s*[({{]\s*[A-Za-z]\w*\s*[)}}]\s*(\.({_FIELD})\s*=[^=]|=\s*{_CLASS.pattern}\b)")
 """Of MATLAB: a link, or something of one, whose number is a variable."""
 _VECTOR = ("theta", "d", "a", "alpha", "sigma", "offset")  # of Link([...])
+_PLACES = {"Revolute": ("d", "a", "alpha", "offset", "qlim"), "Prismatic": ("theta", "a", "alpha", "offset", "qlim")}
+"""Of arguments without names, in Python."""
+_FLIPPED = "a joint that is flipped is not read: turn its axis round in the table"
 _TENSOR = ("Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Ixz")
 _FUNCTIONS: dict[str, Any] = {
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "sqrt": np.sqrt, "deg2rad": np.deg2rad, "radians": np.deg2rad,
@@ -148,7 +151,7 @@ def _toolbox_links(path: Path, convention: str) -> list[tuple[int, Link]]:
         makes = _CLASS.fullmatch(name)
         try:
             if makes and isinstance(node, ast.Call):
-                found.append((line, _made_link(name, node, names)))
+                found.append((line, _made_link(name, node, names, python=path.suffix.lower() == ".py")))
             elif isinstance(target, tuple):
                 found[target[0] - 1][1][target[1]] = _value(node, names)
             elif target:
@@ -156,6 +159,8 @@ def _toolbox_links(path: Path, convention: str) -> list[tuple[int, Link]]:
         except (ValueError, TypeError, IndexError, KeyError, ArithmeticError) as error:
             if makes or isinstance(target, tuple):
                 faults.add(f"line {line}", f"is no link with plain numbers: {error}")
+    if not found:
+        faults.add("the file", "holds no joint: no Link(...), Revolute(...) or the like is written out")
     modified = {bool(link.get("mdh")) for _, link in found}
     found_convention = DHConvention.MODIFIED if True in modified else DHConvention.CLASSIC
     if found and (len(modified) > 1 or found_convention != convention):
@@ -194,32 +199,68 @@ def _python_steps(text: str) -> Iterator[Step]:
 
 def _matlab_steps(text: str) -> Iterator[Step]:
     lines = [re.sub(r"('[^'\n]*')|%.*", r"\1", line) for line in text.splitlines()]
-    statement, first = "", 1
+    statement, first, lists = "", 1, 0
     for number, line in enumerate(lines, 1):
         first = first if statement else number
         part, more, _ = line.partition("...")
         statement += part + " "
         if more or statement.count("[") > statement.count("]") or statement.count("(") > statement.count(")"):
             continue
-        for one in re.split(r";(?![^\[]*\])", statement):
-            yield from _matlab_step(one, first)
+        for one in _parts(statement):
+            made = list(_made(one))
+            lists += len(made) > 1
+            if lists > 1 and made:
+                raise ValueError(f"line {first} makes links of another chain: leave those of one")
+            yield from _matlab_step(one, made, first)
         statement = ""
 
 
-def _matlab_step(text: str, line: int) -> Iterator[Step]:
+def _parts(text: str) -> Iterator[str]:
+    """What semicolons outside of brackets divide."""
+    depth, part = 0, ""
+    for sign in text:
+        depth += (sign in "([{") - (sign in ")]}")
+        if sign == ";" and depth <= 0:
+            yield part
+            part = ""
+        else:
+            part += sign
+    yield part
+
+
+def _made(text: str) -> Iterator[str]:
+    """The calls in a text that make links, as written."""
+    for start in re.finditer(rf"(?<![\w.'])(?:{_CLASS.pattern})\s*\(", text):
+        depth, end = 1, start.end()
+        while depth and end < len(text):
+            depth += (text[end] == "(") - (text[end] == ")")
+            end += 1
+        yield text[start.start() : end]
+
+
+def _matlab_step(text: str, made: list[str], line: int) -> Iterator[Step]:
     if _LOOPED.search(text):
         raise ValueError(f"line {line} makes links in a loop: write them out")
+    for one in made:  # alone, or several in a bracket, in SerialLink(...) too
+        try:
+            yield line, None, ast.parse(_python_of(one), mode="eval").body
+        except SyntaxError:
+            raise ValueError(f"line {line} makes a link that is not of plain numbers: {one}") from None
+    if made:
+        return
     if not (found := re.fullmatch(r"\s*(\w+)\s*(?:[({](\d+)[)}])?\s*(?:\.(\w+))?\s*=\s*([^=].*)", text)):
         return
     name, index, field, value = found.groups()
-    listed = re.sub(r"\[[^\]]*\]", lambda one: _listed(one[0]), value).replace("^", "**").strip()
     try:
-        node = ast.parse(listed, mode="eval").body
+        node = ast.parse(_python_of(value), mode="eval").body
     except SyntaxError:  # structs, handles, transposes: nothing of a link
         return
-    if isinstance(node, ast.List):  # L = [Link(...) Link(...)]
-        yield from ((line, None, one) for one in node.elts if isinstance(one, ast.Call))
     yield line, (int(index), field) if index and field else None if index else name, node
+
+
+def _python_of(text: str) -> str:
+    """An expression of MATLAB as one of Python."""
+    return re.sub(r"\[[^\]]*\]", lambda one: _listed(one[0]), text).replace("^", "**").strip()
 
 
 def _listed(text: str) -> str:
@@ -249,19 +290,29 @@ def _value(node: ast.AST, names: dict[str, Any]) -> Any:
     raise ValueError(f"{ast.unparse(node)} is not known")
 
 
-def _made_link(name: str, call: ast.Call, names: dict[str, Any]) -> dict[str, Any]:
+def _made_link(name: str, call: ast.Call, names: dict[str, Any], *, python: bool) -> dict[str, Any]:
     """The arguments of a link by name; flags of MATLAB count as names too."""
     found: dict[str, Any] = {}
+    if python and call.args:
+        places = next((places for kind, places in _PLACES.items() if name.startswith(kind)), ())
+        if len(call.args) > len(places):
+            raise ValueError(f"{name} needs names before its numbers")
+        found = {place: _value(one, names) for place, one in zip(places, call.args, strict=False)}
     for keyword in call.keywords:
+        if keyword.arg == "flip" and _value(keyword.value, names):
+            raise ValueError(_FLIPPED)
         if keyword.arg in (*_VECTOR, "m", "r", "I", "qlim", "Jm", "G", "B", "Tc", "mdh"):
             found[keyword.arg] = _value(keyword.value, names)
-    given = [(one.value if isinstance(one, ast.Constant) else None, one) for one in call.args]
+    arguments = () if python else call.args
+    given = [(one.value if isinstance(one, ast.Constant) else None, one) for one in arguments]
     while given:
         word, node = given.pop(0)
         if not isinstance(word, str):
             found |= dict(zip(_VECTOR, np.ravel(_value(node, names)).tolist(), strict=False))
         elif word in ("modified", "standard", "revolute", "prismatic"):
             found |= {"mdh": 1} if word == "modified" else {"sigma": 1} if word == "prismatic" else {}
+        elif word == "flip":
+            raise ValueError(_FLIPPED)
         elif given:
             value = given.pop(0)[1]
             if word in (*_VECTOR, "m", "r", "I", "qlim", "Jm", "G", "B", "Tc"):
@@ -278,6 +329,7 @@ def _cells(link: dict[str, Any]) -> Link:
     own = "m" if slides else "rad"
     units = {"theta": "rad", "d": "m", "a": "m", "alpha": "rad", "offset": own, "m": "kg"}
     cells = {"kind": "prismatic" if slides else "revolute"}
+    link = {**link, "d" if slides else "theta": 0.0}  # of which the toolbox takes the joint's variable alone
     cells |= {name: f"{float(link.get(name, 0.0))!r} {unit}" for name, unit in units.items()}
     tensor = np.ravel(link.get("I", np.zeros(6)))
     if tensor.size == 9:
