@@ -59,16 +59,21 @@ def rates(op):
     return np.array(found)
 
 
-@pytest.mark.parametrize("inductance", [1e-9, 0.02])
-def test_the_largest_voltage(make, inductance):
-    """Cold and as warm as the cycle makes it, with the safety factor on torque and without; rising current counted."""
-    motor = replace(make.motor, inductance=inductance, magnet_coefficient=-0.002)
+@pytest.mark.parametrize(("inductance", "terminal"), [(1e-9, 0.3), (0.02, 0.3), (0.02, 3.0)])
+def test_the_largest_voltage(make, inductance, terminal):
+    """Cold and as warm as the cycle makes it, with the safety factor on torque and without; rising current counted.
+
+    Of much resistance a warm winding needs the most, of little the cold motor, whose magnets are stronger.
+    """
+    motor = replace(make.motor, resistance=terminal, inductance=inductance, magnet_coefficient=-0.002)
     op = axis(make, motor)
     torque, speed, found = op.motor_torque, op.motor_speed, []
     for magnets, winding in ((AMBIENT, AMBIENT), (op.figures.magnet_temperature, op.winding_temperature)):
         k, ohms = constant(motor, magnets), resistance(motor, winding)
         found += [k * speed + (ohms * torque + inductance * rates(op)) / k * more for more in (1.0, PEAK)]
-    assert op.figures.voltage == pytest.approx(np.abs(found).max(), rel=1e-9)
+    largest = np.abs(found).max(axis=1)
+    assert (largest[2:].max() > largest[:2].max()) == (terminal > 1.0)
+    assert op.figures.voltage == pytest.approx(largest.max(), rel=1e-9)
 
 
 def test_starting_takes_voltage_of_a_hot_winding(make):
@@ -114,18 +119,18 @@ def test_what_a_cold_start_asks(make):
     assert slow.figures.cold_voltage == pytest.approx(still, rel=1e-4)  # back-EMF of 50 urad/s
 
 
-def test_a_blocked_output(make):
+@pytest.mark.parametrize("cold", [None, -15.0])
+def test_a_blocked_output(make, cold):
     """Energy of the rotor at its highest speed goes into the gear's spring, and the motor pushes on at its current."""
     motor = replace(make.motor, magnet_coefficient=-0.002)
     gear, stiff = replace(make.gear, stiffness_1=4e3), 1.3 * 4e3  # as stiff as it may be
     amplifier = Amplifier(peak_current=12.0, continuous_current=10.0)
-    op = axis(make, motor, gear, task={"amplifier": amplifier, "stop": Stop()})
+    op = axis(make, motor, gear, task={"amplifier": amplifier, "stop": Stop()}, cold_start=cold)
     turn = gear.ratio * np.abs(op.demand.speed).max()
     energy = 0.5 * (motor.rotor_inertia + gear.inertia) * turn**2
     assert op.figures.coast_torque == pytest.approx(math.sqrt(2.0 * stiff * energy), rel=1e-9)
-    push = (
-        gear.ratio * motor.torque_constant * 12.0
-    )  # magnets as at 25 C, as they are no colder; where k x^2 / 2 = energy + push x
+    # Magnets as strong as in the cold, or as at 25 C where they are no colder; then k x^2 / 2 = energy + push x.
+    push = gear.ratio * (motor.torque_constant if cold is None else constant(motor, cold)) * 12.0
     x = brentq(lambda x: 0.5 * stiff * x * x - energy - push * x, 0.0, 1.0)
     assert op.figures.jam_torque == pytest.approx(stiff * x, rel=1e-9)
 
@@ -280,3 +285,13 @@ def test_rms_and_mean_of_squares(make):
     gear, way = np.abs(op.demand.gear_torque), np.abs(op.demand.speed) * op.demand.weights
     mean = (way @ gear**3 / way.sum()) ** (1.0 / 3.0)  # bearings inside: exponent 3, balls
     assert op.figures.average_load_torque == pytest.approx(mean, rel=1e-9)
+
+
+@pytest.mark.parametrize(("motor", "amplifier"), [(30.0, 40.0), (50.0, 40.0), (None, 40.0), (30.0, None)])
+def test_the_peak_current_is_the_smaller_of_those_known(make, motor, amplifier):
+    op = axis(
+        make, replace(make.motor, peak_current=motor),
+        task={"amplifier": Amplifier(peak_current=amplifier, continuous_current=10.0), "stop": Stop(ramp=0.5)},
+    )  # fmt: skip
+    known = [one for one in (motor, amplifier) if one is not None]
+    assert op.judgement.case.limits.peak_current == min(known)
