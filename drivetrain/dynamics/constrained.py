@@ -34,7 +34,7 @@ from drivetrain.dynamics.mass import (
     mass_factor,
     mass_matrices,
     mass_matrix,
-    no_inertia,
+    no_inertia_error,
     solve_lower,
     solve_upper,
 )
@@ -268,5 +268,5 @@ def least_change(
     force, drift, jacobian = (np.ascontiguousarray(values) for values in (force, drift, jacobian))
     sample, joint = factor.least_change(matrices, jacobian, force, drift, tolerance, motion, multipliers, found)
     if joint >= 0:
-        raise no_inertia(arm, joint, f" at sample {sample}: the mass matrix is singular there")
+        raise no_inertia_error(arm, joint, f" at sample {sample}: the mass matrix is singular there")
     return motion, multipliers, found

@@ -13,7 +13,7 @@ from drivetrain.dynamics.core.derivatives import derivatives_alone, differentiat
 from drivetrain.dynamics.core.packed import Packed, packed
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.mass import CHUNK
-from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, run, spoiled, tip_samples
+from drivetrain.dynamics.samples import NO_TIP, is_one_finite_sample, not_finite_error, run, tip_samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def inverse_dynamics_derivatives(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wre
         ``core/derivatives.py``.
     """
     model = packed(arm)
-    if model.spread is None and alone_within_reach(arm.n, q, qd, qdd):
+    if model.spread is None and is_one_finite_sample(arm.n, q, qd, qdd):
         return one_derivatives(model, q, qd, qdd, tip_samples(model, tip_wrench, 1))
     motion = samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
     found = derivatives(model, motion, tip=tip_samples(model, tip_wrench, len(motion[0])))
@@ -120,7 +120,7 @@ def derivatives(model: Packed, motion: list[Array], *, tip: Array = NO_TIP) -> T
     count, n = wide[0].shape
     result = [np.empty((count, n, n)) for _ in range(3)]
     if differentiate(model.links, model.rotors, model.gravity, *wide, tip, *result) != 0.0:
-        raise spoiled(motion)
+        raise not_finite_error(motion)
     if model.spread is not None:
         result = [model.spread.T @ matrix @ model.spread for matrix in result]
     return TorqueDerivatives(*result)
@@ -150,7 +150,7 @@ def coriolis_matrix(arm: Arm, q: Any, qd: Any) -> Array:
     Reference: Modern Robotics, equations 8.17 to 8.19 and proposition 8.1.
     """
     model = packed(arm)
-    if model.spread is None and alone_within_reach(arm.n, q, qd, rest := np.zeros(arm.n)):
+    if model.spread is None and is_one_finite_sample(arm.n, q, qd, rest := np.zeros(arm.n)):
         return 0.5 * one_derivatives(model, q, qd, rest, NO_TIP).qd
     positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
     result = 0.5 * derivatives(model, [positions, speeds, np.zeros(positions.shape)]).qd

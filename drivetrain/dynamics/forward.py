@@ -22,8 +22,8 @@ from drivetrain.arrays import Array, finite_samples
 from drivetrain.dynamics.core.articulated import articulated_accelerations
 from drivetrain.dynamics.core.factor import solve
 from drivetrain.dynamics.core.packed import packed
-from drivetrain.dynamics.mass import mass_matrices, no_inertia
-from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, run, tip_samples
+from drivetrain.dynamics.mass import mass_matrices, no_inertia_error
+from drivetrain.dynamics.samples import NO_TIP, is_one_finite_sample, run, tip_samples
 from drivetrain.errors import Fault, InputError
 
 UNDEFINED = ": accelerations are not defined there"
@@ -48,7 +48,7 @@ def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     Reference: Modern Robotics, equation 8.81.
     """
     model = packed(arm)
-    if model.chained and alone_within_reach(arm.n, q, qd, tau):
+    if model.chained and is_one_finite_sample(arm.n, q, qd, tau):
         # For one sample the articulated-body recursion takes a third of the time; all else uses the mass matrix.
         found, tip = np.empty(arm.n), tip_samples(model, tip_wrench, 1)
         _, joint = articulated_accelerations(model.arm, q[None], qd[None], tau[None], tip, found[None])
@@ -62,7 +62,7 @@ def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     sample, joint = solve(matrices, accelerations)
     if joint >= 0:
         where = f" at sample {sample}" if np.ndim(q) == 2 else ""
-        raise no_inertia(arm, joint, f"{where}: the mass matrix is singular there, accelerations are not defined")
+        raise no_inertia_error(arm, joint, f"{where}: the mass matrix is singular there, accelerations are not defined")
     return accelerations if np.ndim(q) == 2 else accelerations[0]
 
 
@@ -94,7 +94,7 @@ def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     sample, joint = articulated_accelerations(model.arm, positions, speeds, torques, tip, result)
     if joint >= 0 or not np.isfinite(result).all():
         where = f" at sample {sample}" if np.ndim(q) == 2 else ""
-        raise _too_large(arm, result) if joint < 0 else no_inertia(arm, joint, f"{where}{UNDEFINED}")
+        raise _too_large(arm, result) if joint < 0 else no_inertia_error(arm, joint, f"{where}{UNDEFINED}")
     return result if np.ndim(q) == 2 else result[0]
 
 
@@ -115,7 +115,7 @@ def unchecked_accelerations(arm: Arm) -> Callable[[Array, Array, Array], Array]:
         rows = (q.reshape(1, n), qd.reshape(1, n), tau.reshape(1, n))
         _, joint = articulated_accelerations(model.arm, *rows, NO_TIP, result)
         if joint >= 0 and all(np.isfinite(row).all() for row in rows):
-            raise no_inertia(arm, joint, UNDEFINED)
+            raise no_inertia_error(arm, joint, UNDEFINED)
         return result[0]
 
     return accelerations if model.chained else by_mass_matrix

@@ -20,7 +20,7 @@ from drivetrain.arrays import Array, finite_samples, samples
 from drivetrain.dynamics.closed import closed_loads
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.core.recursion import torque_alone
-from drivetrain.dynamics.samples import TORQUE_ONLY, Outputs, alone, run, tip_samples
+from drivetrain.dynamics.samples import TORQUE_ONLY, Outputs, is_one_sample, run, tip_samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ def inverse_dynamics(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = N
     if arm.linkage is not None:
         return joint_loads(arm, q, qd, qdd, tip_wrench=tip_wrench).torque
     model = packed(arm)
-    if model.spread is None and alone(arm.n, q, qd, qdd):
+    if model.spread is None and is_one_sample(arm.n, q, qd, qdd):
         torque = np.empty(arm.n)
         if torque_alone(model.arm, q, qd, qdd, tip_samples(model, tip_wrench, 1), torque) == 0.0:
             return torque

@@ -76,11 +76,11 @@ def mass_factor(arm: Arm, q: Array) -> Array:
     factors = mass_matrix(arm, q)
     sample, joint = factorise(factors)
     if joint >= 0:
-        raise no_inertia(arm, joint, f" at sample {sample}: the mass matrix is singular there")
+        raise no_inertia_error(arm, joint, f" at sample {sample}: the mass matrix is singular there")
     return factors
 
 
-def no_inertia(arm: Arm, joint: int, where: str) -> InputError:
+def no_inertia_error(arm: Arm, joint: int, where: str) -> InputError:
     """The error for a joint that moves no inertia."""
     hint = "give the links from this joint on mass and inertia, or the joint a rotor"
     return InputError(Fault(f"joint {arm.joint_names[joint]!r}", f"moves no inertia of its own{where}", None, hint))

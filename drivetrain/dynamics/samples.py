@@ -28,7 +28,7 @@ class Outputs(NamedTuple):
 TORQUE_ONLY = Outputs(np.empty((0, 1)), np.empty((0, 1)), np.empty((0, 1, 6)))
 
 
-def alone(n: int, *values: Any) -> bool:
+def is_one_sample(n: int, *values: Any) -> bool:
     """Whether all values are single samples that the one-sample kernels accept without conversion."""
     for value in values:
         if type(value) is not np.ndarray or value.shape != (n,) or value.dtype != FLOAT or not value.flags.carray:
@@ -36,9 +36,9 @@ def alone(n: int, *values: Any) -> bool:
     return True
 
 
-def alone_within_reach(n: int, a: Any, b: Any, c: Any) -> bool:
-    """As ``alone``, and all numbers are finite and not too large."""
-    return alone(n, a, b, c) and squares(a, b, c) <= LARGEST * LARGEST
+def is_one_finite_sample(n: int, a: Any, b: Any, c: Any) -> bool:
+    """As ``is_one_sample``, and all numbers are finite and not too large."""
+    return is_one_sample(n, a, b, c) and squares(a, b, c) <= LARGEST * LARGEST
 
 
 def tip_samples(model: Packed, tip_wrench: Any, count: int) -> Array:
@@ -78,7 +78,7 @@ def run(
     torque = np.empty(wide[0].shape)
     weight = model.gravity if gravity is None else gravity
     if recursion(model.links, model.rotors, weight, *wide, tip, torque, *filled) != 0.0:
-        raise spoiled(motion)
+        raise not_finite_error(motion)
     if model.spread is None:
         return torque
     for output, found in zip(outputs, filled, strict=True):
@@ -86,6 +86,6 @@ def run(
     return np.asarray(torque @ model.spread)
 
 
-def spoiled(motion: Sequence[Array]) -> InputError:
+def not_finite_error(motion: Sequence[Array]) -> InputError:
     """The error for a motion (q, qd, qdd) with numbers that are not finite or too large."""
     return wrong_samples(motion[0].shape[1], dict(zip(("q", "qd", "qdd"), motion, strict=True)))

@@ -141,7 +141,7 @@ def pins(arm: Arm) -> list[tuple[int, int, Array]]:
     return found
 
 
-def seen(frame: Array, point: Array) -> Array:
+def in_frame(frame: Array, point: Array) -> Array:
     """A point of the base frame expressed in another frame, (3,)."""
     return np.asarray(frame[:3, :3].T @ (point - frame[:3, 3]))
 

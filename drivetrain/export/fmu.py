@@ -41,7 +41,7 @@ from drivetrain.whole_files import refusal
 AXIS_FILE = "axis.json"
 AT_JOINT = "position speed acceleration gear_torque load_torque load_inertia start_position start_speed".split()
 SLIDING = {"rad": "m", "rad/s": "m/s", "rad/s^2": "m/s^2", "N m": "N", "kg m^2": "kg"}
-"""Units of what counts at the joint, where it slides."""
+"""Units of quantities at a prismatic joint, by the unit at a revolute one."""
 SCRIPT = """from drivetrain.export.fmu_slave import DriveSlave
 
 # At every start pythonfmu 0.7 gives back one reference to this module's dictionary that it never took.

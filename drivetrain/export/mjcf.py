@@ -13,7 +13,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.errors import Fault, InputError
-from drivetrain.export.drives import Body, DriveData, arm_bodies, coupling_rows, exported, pins, seen
+from drivetrain.export.drives import Body, DriveData, arm_bodies, coupling_rows, exported, in_frame, pins
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf import cleaned, text
 from drivetrain.sizing.results import Evaluation
@@ -118,7 +118,7 @@ def _pins(root: ElementTree.Element, arm: Arm, bodies: Sequence[Body]) -> None:
     """Add the constraints that close the loops, as stiff as MuJoCo's constraints can be with this time step."""
     held = ElementTree.SubElement(root, "equality") if pins(arm) else root
     for one, other, point in pins(arm):
-        where = {"body1": bodies[one].link, "anchor": text(seen(bodies[one].frame, point))}
+        where = {"body1": bodies[one].link, "anchor": text(in_frame(bodies[one].frame, point))}
         if other >= 0:
             where["body2"] = bodies[other].link
         ElementTree.SubElement(held, "connect", {**where, "solref": "0.005 1", "solimp": "0.9999 0.9999 0.001"})
@@ -136,8 +136,8 @@ def _spring(
     spring = ElementTree.SubElement(tendons, "spatial", {"name": f"{body.joint}_{name}", **free})
     for which, end, at in zip(
         ("carrier", "link"), ends,
-        (seen(before, point + balance.lever_carrier * turned),
-         seen(body.frame, point + balance.lever_link * link)), strict=True,
+        (in_frame(before, point + balance.lever_carrier * turned),
+         in_frame(body.frame, point + balance.lever_link * link)), strict=True,
     ):  # fmt: skip
         site = f"{body.joint}_{name}_{which}"
         ElementTree.SubElement(end, "site", name=site, pos=text(at))

@@ -11,7 +11,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.export.drives import Body, DriveData, arm_bodies, exported, joint_limits, pins, seen
+from drivetrain.export.drives import Body, DriveData, arm_bodies, exported, in_frame, joint_limits, pins
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf import cleaned, text
 from drivetrain.sizing.results import Evaluation
@@ -102,7 +102,7 @@ def _pin(model: ElementTree.Element, number: int, ends: Sequence[Body | None], p
     """Add a pin of a closed loop: a frame on each of its two links (None: the base) and the constraint between them."""
     held = ElementTree.Element("drake:ball_constraint")
     for which, vector, body in zip("AB", ("AP", "BQ"), ends, strict=True):
-        link, at = ("base_link", point) if body is None else (body.link, seen(body.frame, point))
+        link, at = ("base_link", point) if body is None else (body.link, in_frame(body.frame, point))
         frame = ElementTree.SubElement(model, "frame", name=f"pin_{number}_{which}", attached_to=link)
         _put(frame, "pose", _place(pose(point=at)))
         _put(held, f"drake:ball_constraint_body_{which}", link)

@@ -102,10 +102,10 @@ def _end_name(arm: Arm, wanted: str | None, usual: str, end: str, faults: Faults
     """The name of the base or tip link, which must differ from those of the moving links."""
     if wanted in arm.link_names:
         faults.add(end, "must not be the name of a moving link", wanted)
-    return wanted or _free(usual, arm.link_names)
+    return wanted or _unused_name(usual, arm.link_names)
 
 
-def _free(name: str, taken: Iterable[str]) -> str:
+def _unused_name(name: str, taken: Iterable[str]) -> str:
     used = set(taken)
     while name in used:
         name += "_"
@@ -165,7 +165,7 @@ def _chain(root: Element, arm: Arm, bodies: WrittenBodies, columns: dict[str, Ar
             ElementTree.SubElement(joint, "dynamics", {name: text(value) for name, value in known.items()})
         add_link(root, arm.link_names[i], bodies.links[i], inverse_pose(frame) @ arm.home[i])
         before = frame
-    flange = add_joint(root, _free(f"{ends[1]}_fixed", arm.joint_names), "fixed", (arm.link_names[-1], ends[1]))
+    flange = add_joint(root, _unused_name(f"{ends[1]}_fixed", arm.joint_names), "fixed", (arm.link_names[-1], ends[1]))
     add_origin(flange, inverse_pose(before) @ arm.tip)
     ElementTree.SubElement(root, "link", name=ends[1])
     _transmissions(root, arm, bodies)

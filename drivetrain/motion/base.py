@@ -35,7 +35,7 @@ class Swing:
     phase: Annotated[float, Quantity("rad")] = 0.0
 
 
-def swinging(swings: Mapping[str, Swing], time: Array) -> Motion:
+def harmonic_motion(swings: Mapping[str, Swing], time: Array) -> Motion:
     """Motion of the base that is harmonic along or about the given ``AXES`` and zero in the others."""
     states = np.zeros((3, len(time), len(AXES)))
     for axis, swing in swings.items():
@@ -48,7 +48,7 @@ def swinging(swings: Mapping[str, Swing], time: Array) -> Motion:
     return Motion("base", BASE_JOINTS, time, *states)
 
 
-def swing_instants(swings: Mapping[str, Swing], duration: float) -> Array:
+def harmonic_instants(swings: Mapping[str, Swing], duration: float) -> Array:
     """Equally spaced instants [s] from 0 to ``duration``, at least ``PIECES`` per period of the fastest swing."""
     shortest = min(swing.period for swing in swings.values())
     return np.linspace(0.0, duration, math.ceil(PIECES * duration / shortest) + 1)
@@ -65,7 +65,7 @@ def base_states(base: Motion, time: Array) -> tuple[Array, Array, Array]:
     return found[0], found[1], found[2]
 
 
-def along(cycle: Cycle, motion: Motion) -> tuple[Cycle, Motion]:
+def with_base_samples(cycle: Cycle, motion: Motion) -> tuple[Cycle, Motion]:
     """The cycle with samples added at the instants of its base's motion, and that motion at all samples of the result.
 
     If the base's motion has two samples at one instant (a step of its acceleration), the first of them is moved earlier

@@ -36,7 +36,7 @@ SAME_NOISE = 0.5  # ratio of the slowest samples' noise to that of all above whi
 MEDIAN_TO_DEVIATION = 1.0 / 0.6745  # ratio of standard deviation to median absolute value of a normal variable
 FEWEST_SAMPLES = 6  # a quintic through fewer is not defined
 DEGREE = 5
-UNLIKELY = 1e200  # a value that the line search can subtract, as it cannot infinity
+UNLIKELY = 1e200  # instead of infinity, with which the line search could not calculate
 LEAST_PENALTY, MOST_PENALTY = -16, 6  # range of log10 of noise variance over variance of third differences
 
 

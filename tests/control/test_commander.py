@@ -24,7 +24,7 @@ from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.dynamics.closed import whole_motion
 from drivetrain.errors import InputError
-from drivetrain.motion.base import Swing, swinging
+from drivetrain.motion.base import Swing, harmonic_motion
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.parts.mounting import with_sharing
 from drivetrain.study.read import load_study
@@ -85,7 +85,7 @@ def built(make, which: str, **changes):
     """A study of the given kind; with two motors the first joint's are preloaded against each other."""
     study = lossy(make, coupled=which == "coupled", **changes)
     if which == "moving base":
-        return replace(study, base=swinging(SWINGS, study.cycle.time))
+        return replace(study, base=harmonic_motion(SWINGS, study.cycle.time))
     if which == "two motors":
         tasks = (replace(study.joints[0], preload=3.0, output_bearing="external"), *study.joints[1:])
         arm, cycle, tasks = with_sharing(study.arm, study.cycle, tasks)

@@ -48,7 +48,7 @@ from drivetrain.dynamics.core.vectors import (
     turned,
     vector,
 )
-from drivetrain.dynamics.samples import alone_within_reach
+from drivetrain.dynamics.samples import is_one_finite_sample
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import kernel
 from drivetrain.spatial.poses import adjoint, inverse_pose
@@ -89,7 +89,7 @@ def closed_form(arm: Arm, q: Any, qd: Any) -> ClosedForm:
 
     Reference: Modern Robotics, equations 8.77 to 8.80 and exercise 8.7.
     """
-    if alone_within_reach(arm.n, q, qd, qd):
+    if is_one_finite_sample(arm.n, q, qd, qd):
         positions, speeds = q[None], qd[None]
     else:
         positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
@@ -133,9 +133,9 @@ def mass_matrix_rate(arm: Arm, q: Any, qd: Any) -> Array:
 
 class _Constants(NamedTuple):
     carriers: np.ndarray  # as in Stacked, (b,)
-    places: (
-        Array  # of the carrier seen from the body: all joints zero, and what sin, 1 - cos and angle add, (b, 4, 3, 4)
-    )
+    # pose of the carrier in the body's frame with all joints at zero, and its coefficients of sin, 1 - cos and angle,
+    # (b, 4, 3, 4)
+    places: Array
     screws: Array  # of the joints in the bodies' frames, (b, 6)
     turns: Array  # factors from joint positions to motions along the screws, (b, n)
     inertias: Array  # about the centre of mass [kg m^2], (b, 3, 3)

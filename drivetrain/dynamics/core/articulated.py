@@ -182,7 +182,7 @@ def _move(link: Any, body: Any, before: Any, q: float, qd: float, tau: float, ca
 def _spin(link: Any, rotor: Any, bodies: Any, spinning: Any, q: float, qd: float) -> None:
     """Add the inertia and bias forces of a rotor with an own record to its carrier and its joint."""
     on, joint, body = rotor.carrier, rotor.joint, bodies[rotor.joint]
-    carrier = bodies[on]  # -1: the base, the last of them
+    carrier = bodies[on]  # -1: the base, the last record
     if rotor.balanced:
         momentum, force = turned(carrier.rotation, (link.px, link.py, link.pz)), (0.0, 0.0, 0.0)
         if on >= 0:

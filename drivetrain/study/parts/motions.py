@@ -15,7 +15,7 @@ from drivetrain.arm.bodies import moving_base
 from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.arrays import Array
 from drivetrain.errors import InputError, nearest
-from drivetrain.motion.base import AXES, Swing, along, swing_instants, swinging
+from drivetrain.motion.base import AXES, Swing, harmonic_instants, harmonic_motion, with_base_samples
 from drivetrain.motion.checks import PLAUSIBLE_ANGLE, limit_notes
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle, Step, build_cycle, build_mix, share_faults
 from drivetrain.motion.motion import LoadTable, Motion, sampled
@@ -113,7 +113,7 @@ def resolve_base(
     if arm is None or cycle is None or len(ledger.faults) > known:
         return None, cycle
     if motion is None:
-        motion = swinging(swings, swing_instants(swings, cycle.duration))
+        motion = harmonic_motion(swings, harmonic_instants(swings, cycle.duration))
     else:
         length = float(motion.time[-1] - motion.time[0])
         if abs(length - cycle.duration) > GAP_ALLOWED * cycle.duration:
@@ -122,12 +122,12 @@ def resolve_base(
         motion = replace(motion, time=(motion.time - motion.time[0]) * (cycle.duration / length))
     if not form.open_cycle:
         _check_return(motion, swings, cycle.duration, ledger)
-    cycle, motion = along(cycle, motion)
+    cycle, motion = with_base_samples(cycle, motion)
     text = ", ".join(f"{axis} by {one.amplitude:.4g} {'m' if axis in 'xyz' else 'rad'} in {one.period:g} s"
                      for axis, one in swings.items())  # fmt: skip
     ledger.note([f"The base of the arm moves as given{f': {text}' if text else ''}; the drives are judged against the "
                  "phase in which it then meets the cycle."])  # fmt: skip
-    return swinging(swings, cycle.time) if swings else motion, cycle
+    return harmonic_motion(swings, cycle.time) if swings else motion, cycle
 
 
 def _check_return(motion: Motion, swings: dict[str, Swing], duration: float, ledger: Ledger) -> None:
