@@ -102,14 +102,15 @@ THINNEST = 0.1  # of the widest half axis: thin plates and rods count as this th
 
 
 def implausible(name: str, body: RigidBody, points: Sequence[Array]) -> list[str]:
-    """What is hard to believe of a link's mass and inertia.
+    """Warnings about an implausible mass or inertia of a link.
 
-    Two tests. No body breaks the triangle inequality of the principal moments. And no link is both much wider than
-    the distances between its joints and its centre of mass, and lighter than foam would be if it were so wide: the
-    usual trace of a radius or unit wrong by a factor of ten, or of a placeholder of 1 kg m^2. Either sign alone has
-    innocent causes (thin links, joints drawn at one point, large covers).
+    There are two tests. The first is the triangle inequality of the principal moments. The second finds links that are
+    much wider than the distances between their joints and their centre of mass, and also lighter than foam of this size.
+    They usually result from a radius or unit that is wrong by a factor of ten, or from a placeholder of 1 kg m^2. Either
+    property alone has harmless causes (thin links, joints drawn at one point, large covers).
 
     Args:
+        name: Name of the link, used in the warnings.
         body: In the link's frame [kg, m, kg m^2].
         points: Origins of the link's own and its children's joints in the link's frame [m], (3,) each.
     """

@@ -36,8 +36,7 @@ class Constraint(ABC):
     """Base class of constraints: frozen dataclasses that compute their rows for given samples.
 
     Each row has a multiplier: a force [N] for a length, a moment [N m] for an angle. ``A^T lambda`` are the joint
-        torques
-    that act on the constraint, equation 8.93.
+    torques that act on the constraint, equation 8.93.
     """
 
     @property
@@ -173,8 +172,7 @@ class ClosingJoint(Enum):
     """Connection of two frames, in the axes of the second one, by the freedom that is left.
 
     WELD: none. HINGE: rotation about the common z axis. SLIDER: translation along it. CYLINDER: both. BALL: any
-        rotation
-    about the common origin. PLANE: translation in the x-y plane and rotation about z.
+    rotation about the common origin. PLANE: translation in the x-y plane and rotation about z.
     """
 
     WELD = (_X, _Y, _Z, *_TILTS, _TURN)

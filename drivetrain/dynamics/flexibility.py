@@ -62,8 +62,7 @@ def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
 def locked_mass(arm: Arm, q: Any) -> Array:
     """The mass matrix with all rotors locked to their stators, (n, n) or (N, n, n).
 
-    Two motors on one axis share its inertia equally: their mean moves the arm, and their difference a negligible
-        inertia.
+    Two motors on one axis share its inertia equally: their mean moves the arm, their difference a negligible inertia.
     """
     positions = np.atleast_2d(np.asarray(q, dtype=np.float64))
     if arm.linkage is not None:
@@ -89,8 +88,7 @@ def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
             a rigid joint, whose rotor follows the link.
 
     Returns:
-        Frequencies [Hz], lowest first, one per elastic joint, (m,) or (N, m), without the rigid-body modes of frequency
-        0.
+        Frequencies [Hz], lowest first, one per elastic joint, (m,) or (N, m), without the rigid-body modes.
 
     Raises:
         InputError: As for ``locked_frequencies``, or a rotor of an elastic joint without inertia.
@@ -113,8 +111,7 @@ def free_mass(arm: Arm, q: Array) -> Array:
     """The mass matrix of joints and of independent rotors, whose angles are referred to the output of their gears.
 
     It is (N, 2 n, 2 n) for positions (N, n), zero in the rows of joints without a rotor. With its blocks
-    ``[[M0, S], [S.T, B]]``, M0 + S C + C.T S.T + C.T B C is the matrix for rotors that follow the joints by a coupling
-    C.
+    ``[[M0, S], [S.T, B]]``, M0 + S C + C.T S.T + C.T B C is the matrix for rotors that follow by a coupling C.
 
     Reference: Modern Robotics, equation 8.111, split into its parts.
     """

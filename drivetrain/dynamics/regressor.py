@@ -71,9 +71,8 @@ def torque_parameters(arm: Arm) -> Array:
         arm: With rotors or without.
 
     Returns:
-        Ten per link, then ten per rotor: mass [kg], first moments [kg m], inertia about the origin xx, xy, yy, xz, yz,
-            zz
-        [kg m^2]. Frame of a link: its origin is the joint's point (``arm.joint_points``), and with all joints at zero
+        Ten per link, then ten per rotor: mass [kg], first moments [kg m], inertia about the origin [kg m^2] xx, xy, yy,
+        xz, yz, zz. Frame of a link: its origin is the joint's point (``arm.joint_points``), and with all joints at zero
         its axes are the base's. Frame of a rotor: its origin is the point of the spin axis nearest to the centre of
         mass, z is along the axis, x and y are the base's rotated by the smallest angle that takes z to the axis.
     """

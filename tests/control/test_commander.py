@@ -250,8 +250,7 @@ def at(array):
 def test_the_c_code_gives_the_same_currents(make, tmp_path: Path, which: str, far: float) -> None:
     """Random consecutive ticks that reach all limits agree to 1e-12 of the largest current.
 
-    This includes targets far beyond any arm's, there without the gears' heat, whose rounding is that of loads of 1e8 N
-    m.
+    This includes targets far beyond any arm's, there without the gears' heat, with its rounding of loads of 1e8 N m.
     """
     tight = Amplifier(peak_current=9.0, continuous_current=3.0, peak_time=0.5)
     study = built(make, which, amplifier=tight, supply=Supply(20.0))

@@ -85,8 +85,7 @@ class SymbolicDynamics:
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def torque_function(self) -> Torques:
-        """A numerical function of q, qd, qdd, (n,) or (N, n) each [rad or m, per s, s^2], that returns torques [N m or
-        N].
+        """A numerical function of q, qd, qdd [rad or m, per s, s^2], (n,) or (N, n) each, to torques [N m or N].
 
         It evaluates M, its rates and g with sympy's ``lambdify`` and the sums of Lagrange's equations numerically.
         """

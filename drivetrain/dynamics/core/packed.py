@@ -2,8 +2,8 @@
 
 A rotor that is balanced and axisymmetric acts on its carrier like a body fixed to it, except for the couple
 ``J ratio (qdd z + w x z qd)``, and needs the motor torque ``J (ratio qdd + z . dw)``, with w and dw of the carrier. So
-its mass and inertia are added to the carrier's, and the rest costs a few operations. Any other rotor is a body of its
-own.
+its mass and inertia are added to the carrier's, and the rest costs a few operations. Any other rotor is a separate
+body.
 
 A rotor that follows several joints (``arm/coupling.py``) follows a substitute joint: a joint at the end of the chain
 that moves no link and has no mass, whose position is the rotor's angle. ``samples.py`` computes its motion and

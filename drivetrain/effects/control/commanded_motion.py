@@ -40,7 +40,7 @@ def _interpolate(command: Any, table: Any, low: int, at: int, t: float, ended: b
         low: Row before t.
         at: Column of the position.
         t: [s].
-        over: Whether the command has ended, so that its last position is held.
+        ended: Whether the command has ended, so that its last position is held.
     """
     span = table[low + 1, 0] - table[low, 0] if low + 1 < len(table) else 0.0
     q = table[low, at]
