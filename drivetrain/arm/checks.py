@@ -105,9 +105,9 @@ def implausible(name: str, body: RigidBody, points: Sequence[Array]) -> list[str
     """Warnings about an implausible mass or inertia of a link.
 
     There are two tests. The first is the triangle inequality of the principal moments. The second finds links that are
-    much wider than the distances between their joints and their centre of mass, and also lighter than foam of this size.
-    They usually result from a radius or unit that is wrong by a factor of ten, or from a placeholder of 1 kg m^2. Either
-    property alone has harmless causes (thin links, joints drawn at one point, large covers).
+    much wider than the distances between their joints and their centre of mass, and also lighter than foam of this
+    size. They usually result from a radius or unit that is wrong by a factor of ten, or from a placeholder of 1 kg
+    m^2. Either property alone has harmless causes (thin links, joints drawn at one point, large covers).
 
     Args:
         name: Name of the link, used in the warnings.
