@@ -148,7 +148,7 @@ def study_scene(
 
 
 def _apart(evaluation: Evaluation) -> str:
-    """The axes whose two motors run each behind its own gear, in words."""
+    """A description of the axes with two separate motors."""
     study, pairs = evaluation.study, motor_pairs(evaluation.study)
     push = {task.name: task.preload for task in study.joints}
     return "".join(

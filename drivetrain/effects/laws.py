@@ -43,6 +43,7 @@ class Whole(NamedTuple):
     table: Any  # of the effect, (rows, columns)
 
 
+# Templates of the compiled functions: call the law LAW for each of ``count`` records of type OWN.
 def _joint_law(t: Any, h: Any, owns: Any, count: Any, run: Any) -> None:
     joints = carray(run[JOINTS_AT], carray(run[WORLD_AT], 1, WORLD)[0].joints, JOINT)
     for own in carray(owns, count, OWN):  # type: ignore[name-defined] # noqa: F821

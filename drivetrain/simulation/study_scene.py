@@ -51,7 +51,7 @@ from drivetrain.study.parts.mounting import TWO_AS_ONE, as_single, loaded_arm, m
 
 
 def refuse_unsimulated(study: Study, drives: Mapping[str, Drive] | None = None) -> None:
-    """Raises InputError for what no engine supports: a moving base, a preload behind screws, half an axis."""
+    """Raise InputError for what no engine supports, such as a moving base or two separate motors of a prismatic joint."""
     refuse_moving_base(study, "a simulation")
     if run_apart(study, drives or {}):
         hint = "without a preload and with equal drives they are simulated as one of twice the size"
@@ -179,7 +179,13 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
 
 
 def _two_apart(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[str, Drive]]:
-    """A study and its drives, with what acts at the joint of an axis with two motors at the first of them."""
+    """The study and its drives for axes with two separate motors.
+
+    What acts at the joint of such an axis (friction, counterbalances) is assigned to its first motor.
+
+    Raises:
+        InputError: A gear without a stiffness, which is needed between the two motors.
+    """
     whole, found, tasks = {task.name: task for task in as_single(study).joints}, dict(drives), list[JointTask]()
     hint = "its data sheet's torsional stiffness, such as 20 kN m/rad; backlash beside it, where there is any"
     raise_faults(
@@ -199,7 +205,7 @@ def _two_apart(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[s
 
 
 def _axis_arm(study: Study, drives: Mapping[str, Drive]) -> Arm:
-    """The axis of a load table as an arm of one link without weight, two motors on it."""
+    """The axis of a load table with two motors, as an arm with one massless link that has the load's inertia."""
     [task], tensor = as_single(study).joints, np.zeros((1, 3, 3))
     tensor[0, 2, 2] = task.load_inertia or 0.0
     link = Arm.from_screws(
@@ -265,6 +271,7 @@ def _carried(study: Study, repetitions: int) -> tuple[Effect, ...]:
 
 
 def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, options: SceneOptions) -> tuple[Effect, ...]:
+    """The effects of one joint: position loop, drive, and the gear's spring; ``inertia`` is that at the joint."""
     constant = torque_constant(drive.motor, drive.motor.reference_temperature)
     loop = PositionLoop(inertia * options.bandwidth**2, 2.0 * inertia * options.bandwidth, constant)
     effects: list[Effect] = [loop, *drive_effects(task, drive, surroundings(study), options)]
@@ -330,6 +337,7 @@ def _drag(drive: Drive, around: Surroundings) -> list[Effect]:
 
 
 def _friction(law: Friction, side: Side) -> list[Effect]:
+    """The effects of a friction law: dry friction, and its part that is smooth in the speed."""
     effects: list[Effect] = []
     if not law.tanh_speed and (law.coulomb or law.coulomb_negative or law.static):
         effects.append(DryFriction(law, side))

@@ -12,6 +12,7 @@ MOST_STAGES = 8
 
 
 def _record(kind: type, names: str) -> list[tuple[str, type]]:
+    """Fields of one type, from their names separated by spaces."""
     return [(name, kind) for name in names.split()]
 
 

@@ -98,6 +98,7 @@ class PositionOwn:
 
 @joint_law(PositionOwn)
 def _position_loop(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Contribute the current of the spring-damper law, and its derivatives."""
     pin, command, motor = joint.pin, command_of(joint, own.coupled), joint.motor
     lag, speed_lag = own.ratio * command.position - motor.position, own.ratio * command.speed - motor.speed
     pin.command += own.stiffness * lag + own.damping * speed_lag
@@ -155,6 +156,7 @@ class CascadeOwn:
 
 @joint_law(CascadeOwn)
 def _cascade(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Contribute the current of the cascade, with its derivatives while it is not limited; fill the integrator rate."""
     pin, gains, motor = joint.pin, own.gains, joint.motor
     command = command_of(joint, gains.coupled)
     error = speed_error(gains, command, motor.position, motor.speed)
@@ -244,11 +246,13 @@ class SampledOwn:
 
 @joint_law(SampledOwn)
 def _output(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Contribute the current of the last sample."""
     joint.pin.command += own.sampled_current
 
 
 @joint_law(SampledOwn)
 def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """One sample of the controller: speed from measured angles, notch filter, cascade, delay."""
     command, measured = command_of(joint, own.gains.coupled), joint.measured_position
     speed = (measured - own.last_measured_position) / own.period
     own.last_measured_position = measured

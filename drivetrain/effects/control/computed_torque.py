@@ -39,6 +39,7 @@ def _required_acceleration(own: Any, command: Any, position: float, speed: float
 
 @scene_law(Own)
 def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
+    """Contribute the current of every motor from the equations of motion, with its derivatives by the joint's error."""
     joints, mass, table = scene.joints, scene.mass, scene.table
     for i in range(len(joints)):
         torque = joints[i].bias_torque
@@ -117,12 +118,14 @@ class SampledOwn:
 
 @scene_law(SampledOwn)
 def _output(t: Any, h: Any, own: Any, scene: Any) -> None:
+    """Contribute the currents of the last sample."""
     for i in range(len(scene.joints)):
         scene.joints[i].pin.command += own.sampled_current[i]
 
 
 @scene_law(SampledOwn)
 def _sample(t: Any, h: Any, own: Any, scene: Any) -> None:
+    """One sample of the controller: speeds from measured angles, torques from the equations of motion, delay."""
     joints, mass, table, waiting = scene.joints, scene.mass, scene.table, own.waiting_current
     for i in range(len(joints)):
         torque = joints[i].bias_torque

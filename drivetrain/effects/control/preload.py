@@ -1,4 +1,4 @@
-"""The preload of two motors on one axis, which push against each other so that the play of their gears is closed."""
+"""Preload of two motors on one axis: they act against each other, so that the backlash of their gears is closed."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from drivetrain.effects.laws import joint_law
 
 @dataclass
 class Own:
-    """What it keeps: the current of the preload [A]."""
+    """Record of the effect: the current of the preload [A]."""
 
     current: float
 
 
 @joint_law(Own)
 def _push(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Contribute the current of the preload to the command."""
     joint.pin.command += own.current
 
 
@@ -28,11 +29,12 @@ def _push(t: Any, h: Any, own: Any, joint: Any) -> None:
 class Preload(Effect):
     """Constant torque with which one of the two motors of an axis pushes against the other.
 
-    The motor's angle counts from where the preload alone winds up its gear, so that its loop does not work against it.
+    The motor's angle is zero where the preload alone winds up its gear, so that the position loop does not act against
+    the preload.
 
     Attributes:
-        motor: Its torque constant is taken.
-        torque: At the gear's output [N m]; of the other motor the opposite.
+        motor: The motor, of which the torque constant is used.
+        torque: Preload at the gear's output [N m]; that of the other motor has the opposite sign.
     """
 
     motor: Motor
@@ -51,5 +53,5 @@ class Preload(Effect):
         return Shape(preload=self.torque)
 
     def current(self, ratio: float) -> float:
-        """Of the preload, losses left out [A], the motor's angle ``ratio`` times the joint's."""
+        """Current of the preload without losses [A], for a ratio of motor angle over joint coordinate."""
         return self.torque / (ratio * float(torque_constant(self.motor, self.motor.reference_temperature)))

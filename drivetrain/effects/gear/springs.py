@@ -32,6 +32,7 @@ class SpringOwn:
 
 @joint_law(SpringOwn)
 def _spring_torque(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Contribute torque, damping and stiffness of the spring; with several pieces they are means over the step."""
     gear = joint.spring
     if h > 0.0 and own.spring.bend_1 < math.inf:
         torque, slope, damping = mean_touch(own.spring, (0.0, 0.0), own.damping, gear.wind_up, gear.speed, h)
@@ -45,6 +46,7 @@ def _spring_torque(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @joint_law(SpringOwn)
 def _account_elastic(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Elastic energy and damping loss of the spring."""
     gear = joint.spring
     _, _, own.energy = answer(own.spring, gear.wind_up)
     own.power = own.damping * gear.speed * gear.speed
@@ -73,6 +75,7 @@ def _flank_torque(own: Any, gear: Any, h: float, damping: float) -> tuple[float,
 
 @joint_law(PlayOwn)
 def _flanks(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Contribute torque, damping and stiffness of the tooth flanks."""
     gear = joint.spring
     torque, slope, damping = _flank_torque(own, gear, h, own.damping)
     gear.torque += torque
@@ -82,6 +85,7 @@ def _flanks(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @joint_law(PlayOwn)
 def _account_flanks(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Torque, elastic energy and damping loss of the tooth flanks."""
     gear = joint.spring
     own.torque, _, _ = _flank_torque(own, gear, h, own.damping)
     elastic, _, _ = _flank_torque(own, gear, h, 0.0)

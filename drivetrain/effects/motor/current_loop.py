@@ -115,6 +115,7 @@ def _advanced(
 
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """At an instant, rates of current and integrator; in a step, mean torque with its derivatives, and mean voltage."""
     pin, motor, heat = joint.pin, joint.motor, joint.heat
     resistance, constant = warm(own.motor, heat)
     inductance, kp, ki, volts = own.inductance, own.proportional, own.integral, pin.limit
@@ -148,6 +149,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Losses, power and magnetic energy; in a step, the final changes of current and integrator."""
     pin, heat, motor, current = joint.pin, joint.heat, joint.motor, own.current
     resistance, constant = warm(own.motor, heat)
     square, pin.power = current * current, pin.voltage * current
@@ -243,12 +245,14 @@ class SampledOwn:
 
 @joint_law(SampledOwn)
 def _output(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Provide the voltage of the last sample."""
     # The supply voltage may have dropped since the sample.
     joint.pin.voltage = min(max(own.sampled_voltage, -joint.pin.limit), joint.pin.limit)
 
 
 @joint_law(SampledOwn)
 def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """One sample of the controller: limits of current and slew rate, PI controller, voltage limit with anti-windup."""
     pin = joint.pin
     demanded = min(max(pin.command, -own.peak), own.peak)
     # Slew rate limit of the amplifier.

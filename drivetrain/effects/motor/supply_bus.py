@@ -25,6 +25,7 @@ class Stiff:
 
 @scene_law(Stiff)
 def _provide_stiff_limit(t: Any, h: Any, own: Any, scene: Any) -> None:
+    """Provide the constant voltage limit of all motors."""
     for j in range(len(scene.joints)):
         scene.joints[j].pin.limit = own.limit
 
@@ -107,6 +108,7 @@ def _bus_after_step(own: Any, drawn: float, h: float) -> tuple[float, float, flo
 
 @scene_law(Own)
 def _provide_limit(t: Any, h: Any, own: Any, scene: Any) -> None:
+    """Provide the voltage limit of all motors: at an instant from the bus voltage, in a step from its trial mean."""
     volts = own.bus_voltage
     if h > 0.0:
         if scene.world.iteration == 0:
@@ -119,6 +121,11 @@ def _provide_limit(t: Any, h: Any, own: Any, scene: Any) -> None:
 
 @scene_law(Own)
 def _account_bus(t: Any, h: Any, own: Any, scene: Any) -> None:
+    """Powers and rate of the bus voltage.
+
+    At an instant they depend on the mode, whose margin is computed too. In a step the mean voltage follows from the
+    power that the drives draw; if it does not agree with the trial voltage, another solution of the step is requested.
+    """
     drawn, volts, world = 0.0, own.bus_voltage, scene.world
     for j in range(len(scene.joints)):
         drawn += scene.joints[j].pin.power
@@ -166,6 +173,7 @@ def _account_bus(t: Any, h: Any, own: Any, scene: Any) -> None:
 
 @scene_law(Own)
 def _accept(t: Any, h: Any, own: Any, scene: Any) -> None:
+    """Set the mode after a fixed step, or (h = 0) make the transition when its margin is zero."""
     drawn, most = own.delivered_power, own.bus_voltage * own.bus_voltage / own.resistance
     if h > 0.0:
         volts, edge = own.bus_voltage + h * own.bus_voltage_rate, REGULATION_BAND * own.voltage

@@ -61,6 +61,7 @@ def _instant_current(own: Any, constant: float, speed: float) -> float:
 
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """At an instant, rate of the current; in a step, mean torque and its damping by the back-emf."""
     pin, heat, motor = joint.pin, joint.heat, joint.motor
     resistance, constant = warm(own.motor, heat)
     if h == 0.0:
@@ -78,6 +79,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Losses, power and magnetic energy; in a step, the final change of the current."""
     pin, heat, speed = joint.pin, joint.heat, joint.motor.speed
     resistance, constant = warm(own.motor, heat)
     mean = _instant_current(own, constant, speed)

@@ -93,12 +93,14 @@ def _housing_loss(own: Any, joint: Any) -> float:
 
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Provide the temperature of a gear that heats the housing."""
     if own.gear_heat > 0.0:
         joint.heat.gear = joint.heat.housing
 
 
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Rates of both temperatures at an instant, and the temperatures to be recorded."""
     heat, modes = joint.heat, own.modes
     if h > 0.0:
         return
@@ -115,6 +117,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @joint_law(Own)
 def _accept(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Sum the losses of a fixed step, and advance the temperatures when their own step is over."""
     heat = joint.heat
     own.winding_temperature_rate = own.housing_temperature_rate = 0.0  # changed below, not by the engine
     own.copper += h * heat.copper_loss

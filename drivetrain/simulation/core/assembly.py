@@ -81,7 +81,7 @@ def _add_coupled(run: Run, h: float, theta: float) -> None:
 def _bounds(run: Run, i: int, m: int) -> bool:
     """Collect the friction bounds of joint i and of its motor, whose coordinate is m; whether any is not zero.
 
-    The joint of a second motor on an axis has none of its own: its link is that of the first.
+    The joint of a second motor on an axis has no bounds of its own, since its link is that of the first motor.
     """
     coordinates, at_joint, j = coordinates_of(run), 0.0, coordinates_of(run)[i].link
     joint, size = joints_of(run)[i], abs(coordinates[i].ratio)

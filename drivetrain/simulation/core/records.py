@@ -64,8 +64,8 @@ class Tried:
 class Coordinate:
     """A coordinate of the mechanics: of a joint (its shaft where motors are coupled) or of a rotor behind a spring."""
 
-    # of a joint: its link's coordinate (of an axis' second motor the first one's), its motor's coordinate, motor angle
-    # over joint coordinate, where behind the gear the motor's angle counts from, whether motors are coupled there
+    # of a joint: coordinate of its link (for the second motor of an axis that of the first), coordinate of its motor,
+    # motor angle over joint coordinate, zero of the motor's angle at the gear's output, whether motors are coupled
     link: int
     motor: int
     ratio: float

@@ -65,9 +65,9 @@ def demanded(plan: Plan, times: Array) -> Demand:
     Raises:
         InputError: Joints without a command, or effects that are a contact.
     """
-    _refuse(plan)
-    passive = planned(replace(plan.scene, effects=_passive(plan)))
-    demands = _demands(passive, times)
+    _refuse_unsupported(plan)
+    passive = planned(replace(plan.scene, effects=_passive_effects(plan)))
+    demands = _signals_along_command(passive, times)
     slides = _directions(passive, demands)
     names, body, n = passive.scene.joints, passive.body, passive.body.n
     driven, acceleration = demands["command_speed"], demands["command_acceleration"]
@@ -76,10 +76,10 @@ def demanded(plan: Plan, times: Array) -> Demand:
     joint = np.where(slides > 0.0, demands["joint_slide_forward"], -demands["joint_slide_backward"]) * np.abs(slides)
     mesh = whole - turned - body.torques_of(demands["joint_torque"]) - demands["shaft_torque"] + joint
     mesh = plan.body.halved(mesh) if plan.body.shared else mesh
-    way = slides * np.sign(body.ratios)
-    shaft = np.where(way > 0.0, demands["motor_slide_forward"], -demands["motor_slide_backward"]) * np.abs(way)
+    turns = slides * np.sign(body.ratios)  # direction in which the motor turns
+    shaft = np.where(turns > 0.0, demands["motor_slide_forward"], -demands["motor_slide_backward"]) * np.abs(turns)
     factor = np.where(mesh * slides > 0.0, 1.0 + demands["mesh_driving"], 1.0 - demands["mesh_driven"])
-    holds = np.array([_holding_of(plan.scene.effects.get(name, ())) for name in names])
+    holds = np.array([_holding_share(plan.scene.effects.get(name, ())) for name in names])
     room = np.where(holds > 0.0, demands["mesh_driving"], np.minimum(demands["mesh_driven"], 1.0))
     factor = np.where(slides == 0.0, 1.0 + holds * room, factor)
     motor = (factor * mesh + turned) / body.ratios + shaft - demands["motor_torque"]
@@ -95,7 +95,7 @@ def demanded(plan: Plan, times: Array) -> Demand:
     return Demand(times, own[0], own[1], own[2], driven, mesh, joint, motor, current, voltage)
 
 
-def _refuse(plan: Plan) -> None:
+def _refuse_unsupported(plan: Plan) -> None:
     """Raise InputError for joints without a command, and for contacts."""
     given = plan.signals.givers
     faults = [
@@ -116,7 +116,7 @@ def _refuse(plan: Plan) -> None:
     raise_faults(faults)
 
 
-def _passive(plan: Plan) -> dict[str, tuple[Effect, ...]]:
+def _passive_effects(plan: Plan) -> dict[str, tuple[Effect, ...]]:
     """The passive mechanical effects by place: without motors, controllers and springs.
 
     An effect with states is replaced by its quasi-static substitute.
@@ -138,7 +138,7 @@ def _mechanical(one: Instance) -> bool:
     return out <= MECHANICAL | COMMANDS | {PAYLOAD} and not electrical and (bool(out) or not one.needs)
 
 
-def _demands(passive: Plan, times: Array) -> dict[str, Array]:
+def _signals_along_command(passive: Plan, times: Array) -> dict[str, Array]:
     """Outputs of the passive effects and of the mechanics along the command, by name.
 
     (N, n) each, commands those of the coordinates; ``mass`` and ``turned`` (the rotors' part of it) are (N, n, n).
@@ -170,11 +170,11 @@ def _coordinate(joint: str, name: str, bound: bool) -> str:
 
 def _directions(passive: Plan, demands: Mapping[str, Array]) -> Array:
     """Direction in which each joint slips: 1, -1, or 0 at rest, (N, n)."""
-    ways = np.zeros_like(demands["command_speed"])
+    directions = np.zeros_like(demands["command_speed"])
     for i in range(passive.body.n):
         speed, acceleration = demands["command_speed"][:, i], demands["command_acceleration"][:, i]
-        ways[:, i] = np.sign(loss_speed(speed, acceleration, resting(speed)))
-    return ways
+        directions[:, i] = np.sign(loss_speed(speed, acceleration, resting(speed)))
+    return directions
 
 
 def motor_of(effects: tuple[Effect, ...]) -> Motor | None:
@@ -183,7 +183,7 @@ def motor_of(effects: tuple[Effect, ...]) -> Motor | None:
     return next((sheet for sheet in sheets if isinstance(sheet, Motor)), None)
 
 
-def _holding_of(effects: tuple[Effect, ...]) -> float:
+def _holding_share(effects: tuple[Effect, ...]) -> float:
     """Which of the motor torques that hold a load at rest is assumed, see ``Gear.holding``."""
     sheets = [getattr(effect, "gear", None) for effect in effects]
     return next((sheet.holding for sheet in sheets if isinstance(sheet, Gear)), 0.0)
@@ -191,7 +191,7 @@ def _holding_of(effects: tuple[Effect, ...]) -> float:
 
 # Step of the finite differences [s], in runs shorter than 1 s the same share of the duration; a shorter one shows the
 # noise of commands that are sampled every millisecond.
-APART = 2e-3
+DIFFERENCE_STEP = 2e-3
 SMOOTH = 0.1  # change of the second derivative with half the step, over its maximum, up to which a command is smooth
 
 
@@ -204,12 +204,12 @@ def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]
     springs = plan.body.springs
     if not springs:
         return demand, ()
-    apart = APART * min(plan.scene.duration, 1.0)
+    step = DIFFERENCE_STEP * min(plan.scene.duration, 1.0)
     # Where a command begins or ends in motion, the differences are taken inside the run; one at rest stays at rest.
-    first, last = (apart if demand.speed[k].any() else 0.0 for k in (0, -1))
+    first, last = (step if demand.speed[k].any() else 0.0 for k in (0, -1))
     time = np.clip(demand.time, first, plan.scene.duration - last)
-    speed, ahead = _twisting(plan, time, apart)
-    _, finer = _twisting(plan, time, 0.5 * apart)
+    speed, ahead = _wind_up_derivatives(plan, time, step)
+    _, finer = _wind_up_derivatives(plan, time, 0.5 * step)
     motor, current, voltage = demand.motor_torque.copy(), demand.current.copy(), demand.voltage.copy()
     events = []
     for i, shape in springs.items():
@@ -230,22 +230,22 @@ def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]
     return replace(demand, motor_torque=motor, current=current, voltage=voltage), tuple(events)
 
 
-def _twisting(plan: Plan, time: Array, apart: float) -> tuple[Array, Array]:
+def _wind_up_derivatives(plan: Plan, time: Array, step: float) -> tuple[Array, Array]:
     """First and second derivative of the wind-ups [rad/s, rad/s^2], by central differences, (N, n) each.
 
     Dry friction at the joint jumps where the motion reverses, so its share of the torque is left out.
     """
-    twists = []
-    for shift in (-apart, 0.0, apart):
+    wind_ups = []
+    for shift in (-step, 0.0, step):
         demands = demanded(plan, time + shift)
-        twist = np.zeros_like(demands.mesh_torque)
+        wind_up = np.zeros_like(demands.mesh_torque)
         for i, shape in plan.body.springs.items():
             if shape.deflection is not None:
                 carried = demands.mesh_torque[:, i] - demands.joint_friction[:, i]
-                twist[:, i] = [shape.deflection(float(load)) for load in carried]
-        twists.append(twist)
-    before, now, after = twists
-    return (after - before) / (2.0 * apart), (after - 2.0 * now + before) / apart**2
+                wind_up[:, i] = [shape.deflection(float(load)) for load in carried]
+        wind_ups.append(wind_up)
+    before, now, after = wind_ups
+    return (after - before) / (2.0 * step), (after - 2.0 * now + before) / step**2
 
 
 @dataclass(frozen=True)
@@ -304,7 +304,7 @@ def _series(plan: Plan, demand: Demand) -> dict[str, Series]:
         if np.isfinite(demand.current[:, i]).all():
             series[f"{name}.current"] = Series("A", demand.current[:, i])
             series[f"{name}.voltage"] = Series("V", demand.voltage[:, i])
-        twist = plan.body.springs[i].deflection if i in plan.body.springs else None
-        if twist is not None:
-            series[f"{name}.deflection"] = Series("rad", np.array([twist(load) for load in demand.mesh_torque[:, i]]))
+        wind_up = plan.body.springs[i].deflection if i in plan.body.springs else None
+        if wind_up is not None:
+            series[f"{name}.deflection"] = Series("rad", np.array([wind_up(load) for load in demand.mesh_torque[:, i]]))
     return series

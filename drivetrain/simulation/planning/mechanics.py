@@ -98,12 +98,12 @@ class Mechanics:
     coupled: Coupled | None = None  # coupled motors; None: each joint has its own motor
     last: int = -1  # index of the link that carries the tip
     loops: ClosedLoops | None = None  # closed loops; None: there are none
-    shared: tuple[tuple[int, int], ...] = ()  # joints of the first and of the second motor of an axis
+    shared: tuple[tuple[int, int], ...] = ()  # axes with two motors: joints of the first and of the second motor
     preloads: tuple[float, ...] = ()  # torque of each gear in addition to half of the load [N m], one per joint
 
     @cached_property
     def loads(self) -> NDArray[np.int64]:
-        """Coordinate of the link that each motor drives, (n,): of a second motor behind a spring that of the first."""
+        """Coordinate of the link that each motor drives, (n,); for a second motor behind a spring that of the first."""
         found = np.arange(self.n)
         for first, second in self.shared:
             found[second] = first if second in self.springs else second
@@ -111,7 +111,7 @@ class Mechanics:
 
     @cached_property
     def zeros(self) -> Array:
-        """Wind-up of each spring under its preload alone [rad], (n,); there the motor's angle is that of the link."""
+        """Wind-up of each spring under its preload alone [rad], (n,), at which the motor's angle counts as zero."""
         found = np.zeros(self.n)
         for i, shape in self.springs.items():
             if shape.deflection is not None and self.preloads[i]:
@@ -119,14 +119,14 @@ class Mechanics:
         return found
 
     def halved(self, torque: Array) -> Array:
-        """Gear torques for torques at the joints, (N, n): of two motors each has half, plus its preload."""
+        """Gear torques for torques at the joints, (N, n): each of two motors has half of the sum, plus its preload."""
         half = np.array(torque)
         for pair in map(list, self.shared):
             half[:, pair] = 0.5 * half[:, pair].sum(axis=1, keepdims=True)
         return half + np.array(self.preloads)
 
     def places_of(self, position: Array) -> Array:
-        """Coordinates for positions of the joints, springs without wind-up, (n,)."""
+        """Positions of the first n coordinates for positions of the joints without wind-up of the springs, (n,)."""
         return np.where(self.loads == np.arange(self.n), self.coordinates_of(position), 0.0)
 
     def coordinates_of(self, motion: Array) -> Array:

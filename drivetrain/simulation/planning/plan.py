@@ -300,7 +300,7 @@ def _check_belts(instances: Sequence[Instance], body: Mechanics) -> None:
 
 
 def _check_second_motors(instances: Sequence[Instance], body: Mechanics, joints: Sequence[str]) -> None:
-    """Raises InputError if an axis with two motors has dry friction at the second joint, or a model of one motor."""
+    """Raise InputError if an axis with two motors has dry friction at the second joint, or a model of one motor."""
     seconds, pairs = {second for _, second in body.shared}, {i for pair in body.shared for i in pair}
     faults = []
     for one in instances:
