@@ -15,7 +15,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.engine import Engine, Outcome, Progress, RunOptions
 from drivetrain.simulation.engines.fixed_step import FixedStep
-from drivetrain.simulation.engines.starting import sinking, start_words
+from drivetrain.simulation.engines.starting import start_description, yielding_joints
 from drivetrain.simulation.passive import limit_events
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.planning.plan import plan as planned
@@ -114,8 +114,8 @@ def _recording(
     events += energy_event(rows[:, 0], left - balance, passed, largest, engine.tolerance)
     if not resumed:
         first = {name: float(rows[0, column]) for name, (column, _) in plan.layout.recorded.items()}
-        about["start"] = start_words(plan, first, given)
-        events += sinking(plan, first)
+        about["start"] = start_description(plan, first, given)
+        events += yielding_joints(plan, first)
     events.sort(key=lambda event: event.time)
     kept = {**outcome.kept, "balance": np.array(balance)}
     return Recording(rows[:, 0], series, outcome.counters, tuple(events), stopped, about, kept)

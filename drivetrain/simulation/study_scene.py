@@ -51,7 +51,7 @@ from drivetrain.study.parts.mounting import TWO_AS_ONE, as_single, loaded_arm, m
 
 
 def refuse_unsimulated(study: Study, drives: Mapping[str, Drive] | None = None) -> None:
-    """Raise InputError for what no engine supports, such as a moving base or two separate motors of a prismatic joint."""
+    """Raise InputError for what no engine supports, such as a moving base or two separate motors of a slide."""
     refuse_moving_base(study, "a simulation")
     if run_apart(study, drives or {}):
         hint = "without a preload and with equal drives they are simulated as one of twice the size"

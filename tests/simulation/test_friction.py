@@ -42,7 +42,7 @@ class Problem:
 
     def solved(self) -> tuple[np.ndarray, np.ndarray, int]:
         found, pairs = self.coordinates.copy(), np.zeros((self.n, self.n), PAIR)
-        found["right"], found["transmitted"], found["relative"] = self.right, self.load, self.speed
+        found["impulse"], found["transmitted"], found["relative"] = self.right, self.load, self.speed
         found["dry"]["mode"], found["dry"]["load_sign"] = np.sign(self.speed), 1
         pairs["matrix"], pairs["transmitted"] = self.matrix, self.carried
         solves = solve_friction(found, pairs, self.h)

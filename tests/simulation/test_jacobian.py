@@ -42,11 +42,11 @@ from drivetrain.effects.motor.winding import Winding
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.core import equations, jacobian
-from drivetrain.simulation.core.jacobian import dependence
+from drivetrain.simulation.core.jacobian import sparsity_pattern
 from drivetrain.simulation.core.records import parts_of
 from drivetrain.simulation.engines import adaptive_step
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
-from drivetrain.simulation.engines.starting import started
+from drivetrain.simulation.engines.starting import initial_memory
 from drivetrain.simulation.planning.plan import Plan, plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
@@ -139,15 +139,15 @@ def shared_scene() -> Scene:
 def ready(scene: Scene, rng: np.random.Generator) -> tuple[Plan, Any, Any, float]:
     """A plan, the memory of its adaptive run, a state at random with friction's modes as they are there, an instant."""
     done = plan(scene)
-    hangs = dependence(done)[: done.memory.moving, : done.memory.moving]
-    numbers = adaptive_step._with_engine_sections(done, started(done), hangs)
+    sparsity = sparsity_pattern(done)[: done.memory.moving, : done.memory.moving]
+    numbers = adaptive_step._with_engine_sections(done, initial_memory(done), sparsity)
     sizes = np.maximum(done.memory.atol[: done.memory.moving] / adaptive_step.REFERENCE_RTOL, 1e-3)
     values = done.memory.view(numbers, "states")["value"][: done.memory.moving]
     state = numbers[values] + 0.3 * sizes * rng.normal(size=done.memory.moving)
     engine = done.memory.view(numbers, "engine")[0]
-    engine["held"] = 0
+    engine["modes_fixed"] = 0
     equations.evaluate_rates(numbers, state, 0.1)
-    engine["held"] = 1
+    engine["modes_fixed"] = 1
     return done, numbers, state, 0.1
 
 
@@ -216,7 +216,7 @@ def test_differences_are_counted() -> None:
     counts = run.counters
     m = done.memory.moving
     assert (len(done.memory.states), m) == (66, 48)
-    groups = len(jacobian.column_groups(dependence(done)[:m, :m], m)[0]) - 1
+    groups = len(jacobian.column_groups(sparsity_pattern(done)[:m, :m], m)[0]) - 1
     # Of 48 states the six motor currents, voltages, twists, and temperatures go together; a rotor that turns is felt by
     # all.
     assert groups <= 22

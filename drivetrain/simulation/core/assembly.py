@@ -14,15 +14,15 @@ from typing import Any
 from drivetrain.dynamics.core.vectors import dot, vector
 from drivetrain.simulation.core.bodies import (
     add_tip,
+    average_tip,
     bodies_of,
-    calm_tip,
     clear_tip,
+    move_tip_to_trial,
     rotors_of,
-    tip_agrees,
-    try_tip,
+    tip_converged,
     turns_of,
 )
-from drivetrain.simulation.core.friction import slide, taken_by_friction
+from drivetrain.simulation.core.friction import friction_torque, sliding_bound
 from drivetrain.simulation.core.records import (
     AT,
     Run,
@@ -37,20 +37,20 @@ from drivetrain.simulation.core.records import (
 
 # Ratio of a diagonal entry of the system matrix, with springs and dampers, to the inertia alone, above which a spring
 # counts as stiff: the step does not resolve its oscillation.
-STIFF_FROM = 1.5
+STIFF_RATIO = 1.5
 
 
 @part
-def show_coupled(run: Run) -> None:
+def fill_coupled_motion(run: Run) -> None:
     """Fill the motion of the connectors of joints with coupled motors, from that of the gears' output shafts."""
     coordinates, joints, turns = coordinates_of(run), joints_of(run), turns_of(run)
     for i in range(len(joints)):
         if coordinates[i].coupled:
             place, speed, joint = 0.0, 0.0, joints[i]
             for k in range(len(joints)):
-                place += turns[i, k] * coordinates[k].place
-                speed += turns[i, k] * coordinates[k].guess
-            joint.shaft.position, joint.shaft.speed = coordinates[i].place, coordinates[i].guess
+                place += turns[i, k] * coordinates[k].mid_position
+                speed += turns[i, k] * coordinates[k].mid_speed
+            joint.shaft.position, joint.shaft.speed = coordinates[i].mid_position, coordinates[i].mid_speed
             joint.load.position, joint.load.speed = place, speed
 
 
@@ -65,11 +65,11 @@ def _add_coupled(run: Run, h: float, theta: float) -> None:
         load = joints[i].load
         soft, torque = load.damping + theta * h * load.stiffness, load.torque
         for k in range(n):
-            torque += soft * turns[i, k] * (coordinates[k].guess - coordinates[k].speed)
+            torque += soft * turns[i, k] * (coordinates[k].mid_speed - coordinates[k].speed)
         for k in range(n):
             if not coordinates[k].coupled:
                 continue
-            coordinates[k].right += h * turns[i, k] * torque
+            coordinates[k].impulse += h * turns[i, k] * torque
             coordinates[k].transmitted -= turns[i, k] * torque
             for j in range(n):
                 entry = theta * soft * turns[i, k] * turns[i, j]
@@ -114,23 +114,23 @@ def _mesh(run: Run, h: float, i: int, soft: float, torque: float) -> None:
     ``soft`` and ``torque`` are damping and torque at the joint. The inertia that acts on the motor side is left out.
     """
     coordinates, pairs = coordinates_of(run), pairs_of(run)
-    coordinates[i].transmitted = coordinates[i].bias - coordinates[i].felt_bias - torque
+    coordinates[i].transmitted = coordinates[i].bias - coordinates[i].rotor_bias - torque
     for k in range(len(coordinates)):
-        pairs[i, k].transmitted = (pairs[i, k].mass - pairs[i, k].felt) / h
+        pairs[i, k].transmitted = (pairs[i, k].mass - pairs[i, k].rotor_mass) / h
     pairs[i, i].transmitted += soft
 
 
 @part
-def _spring(run: Run, h: float, theta: float, spring: Any, i: int, m: int, late: float) -> None:
+def _spring(run: Run, h: float, theta: float, spring: Any, i: int, m: int, rate_change: float) -> None:
     """Add the spring of a flexible joint, between the coordinates of its link i and its rotor m, to the linear system.
 
-    ``late`` is the difference between the spring's rate at which its law was evaluated and that before the step.
+    ``rate_change`` is the difference between the spring's rate at which its law was evaluated and that before the step.
     """
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     slope = spring.damping + theta * h * spring.stiffness
-    torque, stiff = spring.torque - slope * late, theta * slope
-    coordinates[i].right += h * torque
-    coordinates[m].right -= h * torque
+    torque, stiff = spring.torque - slope * rate_change, theta * slope
+    coordinates[i].impulse += h * torque
+    coordinates[m].impulse -= h * torque
     pairs[i, i].matrix += h * stiff
     pairs[m, m].matrix += h * stiff
     pairs[i, m].matrix -= h * stiff
@@ -149,7 +149,7 @@ def assemble(run: Run, h: float, theta: float) -> bool:
     c, engine, dry = len(coordinates), engine_of(run), False
     for i in range(c):
         one = coordinates[i]
-        one.right = -h * coordinates[i].bias
+        one.impulse = -h * coordinates[i].bias
         one.relative = one.speed
         for k in range(c):
             pairs[i, k].matrix = pairs[i, k].mass
@@ -158,58 +158,59 @@ def assemble(run: Run, h: float, theta: float) -> bool:
         one, rotor = coordinates[link], coordinates[m]
         flange = joint.shaft if coordinates[i].coupled else joint.load
         soft = flange.damping + theta * h * flange.stiffness
-        torque = flange.torque + soft * (one.guess - one.speed)
-        one.right += h * torque
+        torque = flange.torque + soft * (one.mid_speed - one.speed)
+        one.impulse += h * torque
         if link == i:
             one.surface = joint.load.surface_speed
             one.relative -= one.surface
         pairs[link, link].matrix += theta * h * soft
         motor = (joint.motor.damping + theta * h * joint.motor.stiffness) * (ratio * ratio)
-        rotor.right += h * (ratio * joint.motor.torque + motor * (coordinates[m].guess - rotor.speed))
+        rotor.impulse += h * (ratio * joint.motor.torque + motor * (coordinates[m].mid_speed - rotor.speed))
         pairs[m, m].matrix += theta * h * motor
         found = _bounds(run, i, m)
         dry = dry or found
         if m == link:
             _mesh(run, h, i, theta * soft, torque)
         else:
-            _spring(run, h, theta, joint.spring, link, m, rotor.trial - one.trial - (rotor.speed - one.speed))
+            rate_change = rotor.trial_speed - one.trial_speed - (rotor.speed - one.speed)
+            _spring(run, h, theta, joint.spring, link, m, rate_change)
     if engine.coupled:
         _add_coupled(run, h, theta)
     if engine.uses_tip:
         add_tip(run, h, theta)
     engine.stiff = 0
     for i in range(c):
-        if pairs[i, i].matrix > STIFF_FROM * pairs[i, i].mass:
+        if pairs[i, i].matrix > STIFF_RATIO * pairs[i, i].mass:
             engine.stiff = 1
     return dry
 
 
-AGREED = 1e-12  # relative error of a spring's torque at which the Newton iteration has converged
-PATIENCE = 6  # Newton iterations before the secant is used
+CONVERGED = 1e-12  # relative error of a spring's torque at which the Newton iteration has converged
+SECANT_AFTER = 6  # Newton iterations before the secant is used
 
 
 @part
-def ask_again(run: Run, t: float, h: float, theta: float) -> None:
+def evaluate_piecewise(run: Run, t: float, h: float, theta: float) -> None:
     """Evaluate the laws of springs and tip contacts again, at the motion that the present solution gives."""
     coordinates, joints = coordinates_of(run), joints_of(run)
     for i in range(len(coordinates)):
         one = coordinates[i]
-        one.trial = one.speed + theta * one.change
+        one.trial_speed = one.speed + theta * one.change
     for i in range(len(joints)):
         link, m = coordinates[i].link, coordinates[i].motor
         if m != link:
             rotor, spring = coordinates[m], joints[i].spring
-            rate = rotor.trial - coordinates[link].trial
+            rate = rotor.trial_speed - coordinates[link].trial_speed
             spring.wind_up, spring.speed = rotor.position + theta * h * rate, rate
             spring.torque = spring.damping = spring.stiffness = 0.0
     if engine_of(run).uses_tip:
-        try_tip(run, theta * h)
+        move_tip_to_trial(run, theta * h)
         clear_tip(world_of(run).tip)
-    call_laws(run, AT.repeats, t, h)
+    call_laws(run, AT.iterated, t, h)
 
 
 @part
-def _chord(rotor: Any, rate: float, torque: float, expected: float) -> float:
+def _secant(rotor: Any, rate: float, torque: float, expected: float) -> float:
     """Update the bracket of a spring's rate, and return the slope of the secant across it; -1 if there is no bracket.
 
     The spring's torque increases with its rate, and the rate that the equations of motion give decreases with the
@@ -225,21 +226,21 @@ def _chord(rotor: Any, rate: float, torque: float, expected: float) -> float:
     else:
         own, other = slow, fast
     again = abs(own.rate) < math.inf
-    own.rate, own.expected, own.off = rate, expected, torque - expected
+    own.rate, own.expected, own.excess = rate, expected, torque - expected
     if not slow.rate < fast.rate:  # the other springs have changed, so the earlier bracket is no longer valid
         other.rate = -math.inf if too_fast else math.inf
     if not abs(other.rate) < math.inf:
         return -1.0
     if again:
-        other.off *= 0.5
-    return max((fast.expected + fast.off - slow.expected - slow.off) / (fast.rate - slow.rate), 0.0)
+        other.excess *= 0.5
+    return max((fast.expected + fast.excess - slow.expected - slow.excess) / (fast.rate - slow.rate), 0.0)
 
 
 @part
-def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
+def newton_converged(run: Run, h: float, theta: float, attempt: int) -> bool:
     """Whether the Newton iteration has converged: torques of springs and forces at the tip agree with the solution.
 
-    From iteration ``PATIENCE`` on, springs get the slope of the secant for the next solution.
+    From iteration ``SECANT_AFTER`` on, springs get the slope of the secant for the next solution.
     """
     coordinates, joints, pairs = coordinates_of(run), joints_of(run), pairs_of(run)
     good = True
@@ -250,25 +251,25 @@ def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
         link, rotor, spring = coordinates[j], coordinates[m], joints[i].spring
         expected = rotor.transmitted + pairs[m, m].transmitted * rotor.change + pairs[m, j].transmitted * link.change
         slope = max(spring.damping + theta * h * spring.stiffness, pairs[m, m].transmitted / theta)
-        size = abs(rotor.trial) + abs(link.trial) + abs(spring.wind_up) / (theta * h)
+        size = abs(rotor.trial_speed) + abs(link.trial_speed) + abs(spring.wind_up) / (theta * h)
         if attempt == 0:
             rotor.slow.rate, rotor.fast.rate = -math.inf, math.inf
-        off = abs(spring.torque - expected)
-        if off <= AGREED * (abs(spring.torque) + abs(expected)) + 2e-15 * slope * size:
+        error = abs(spring.torque - expected)
+        if error <= CONVERGED * (abs(spring.torque) + abs(expected)) + 2e-15 * slope * size:
             continue
         good = False
-        chord = _chord(rotor, spring.speed, spring.torque, expected)
-        if attempt >= PATIENCE and chord >= 0.0:
-            spring.damping, spring.stiffness = chord, 0.0
+        secant = _secant(rotor, spring.speed, spring.torque, expected)
+        if attempt >= SECANT_AFTER and secant >= 0.0:
+            spring.damping, spring.stiffness = secant, 0.0
     if engine_of(run).uses_tip:
-        good = tip_agrees(run, theta * h) and good
-        if attempt >= PATIENCE and attempt % 2:
-            calm_tip(run)
+        good = tip_converged(run, theta * h) and good
+        if attempt >= SECANT_AFTER and attempt % 2:
+            average_tip(run)
     return good
 
 
 @part
-def show_energies(run: Run) -> None:
+def fill_energies(run: Run) -> None:
     """Fill kinetic and potential energy of the mechanics [J]."""
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     c = len(coordinates)
@@ -288,7 +289,7 @@ def show_energies(run: Run) -> None:
                 potential += dot(upwards, vector(bodies[world_of(run).joints + r].first))
     else:
         for i in range(c):
-            potential += coordinates[i].weight * math.sin(coordinates[i].place + coordinates[i].phase)
+            potential += coordinates[i].weight * math.sin(coordinates[i].mid_position + coordinates[i].phase)
     world_of(run).kinetic_energy, world_of(run).potential_energy = kinetic, potential
 
 
@@ -301,8 +302,8 @@ def find_forces(run: Run, h: float, theta: float) -> None:
     coordinates, pairs, joints = coordinates_of(run), pairs_of(run), joints_of(run)
     for i in range(len(coordinates)):
         one = coordinates[i]
-        coordinates[i].guess = one.speed + theta * one.change
-        one.friction = taken_by_friction(coordinates, pairs, i, h) if one.dry.active else 0.0
+        coordinates[i].mid_speed = one.speed + theta * one.change
+        one.friction = friction_torque(coordinates, pairs, i, h) if one.dry.active else 0.0
     for i in range(len(joints)):
         j, m, ratio, joint = coordinates[i].link, coordinates[i].motor, coordinates[i].ratio, joints[i]
         link, rotor = coordinates[j], coordinates[m]
@@ -324,9 +325,9 @@ def find_forces(run: Run, h: float, theta: float) -> None:
             joint.load.acceleration = turned / h
         joint.motor.acceleration = ratio * rotor.change / h
         joint.load.friction, joint.motor.friction = at_joint, at_motor / ratio
-        joint.mesh.torque, joint.mesh.loss, joint.mesh.power = load, mesh, mesh * coordinates[m].guess
-        joint.load.friction_power = at_joint * (link.guess - link.surface)
-        joint.motor.friction_power = at_motor * coordinates[m].guess
+        joint.mesh.torque, joint.mesh.loss, joint.mesh.power = load, mesh, mesh * coordinates[m].mid_speed
+        joint.load.friction_power = at_joint * (link.mid_speed - link.surface)
+        joint.motor.friction_power = at_motor * coordinates[m].mid_speed
 
 
 @part
@@ -338,10 +339,10 @@ def _split(link: Any, rotor: Any, rigid: bool, load: float) -> tuple[float, floa
     """
     dry = rotor.dry
     mode = dry.mode
-    motor = _share(rotor, dry.motor, load) if mode == 0 else mode * slide(dry.motor, mode)
+    motor = _share(rotor, dry.motor, load) if mode == 0 else mode * sliding_bound(dry.motor, mode)
     if not rigid:
         return link.friction, motor
-    joint = _share(rotor, dry.joint, load) if mode == 0 else mode * slide(dry.joint, mode)
+    joint = _share(rotor, dry.joint, load) if mode == 0 else mode * sliding_bound(dry.joint, mode)
     return joint, motor
 
 

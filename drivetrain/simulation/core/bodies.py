@@ -51,7 +51,7 @@ def turns_of(run: Run) -> Any:
 
 
 @part
-def carry(run: Run, t: float) -> None:
+def set_payload(run: Run, t: float) -> None:
     """Set the inertial data of the last link to those with the payload that the tip carries at time t [s]."""
     links, payloads, entry = links_of(run), carray(run[AT.payloads], count_of(run, AT.payloads), PAYLOAD), 0
     for k in range(1, len(payloads)):
@@ -74,27 +74,27 @@ def _move_arm(run: Run, t: float) -> None:
     engine, coordinates, pairs = engine_of(run), coordinates_of(run), pairs_of(run)
     e, c = engine.bodies, len(coordinates)
     places, speeds = numbers_of(run, AT.body_places), numbers_of(run, AT.body_speeds)
-    bias, felt_bias = numbers_of(run, AT.body_bias), numbers_of(run, AT.body_felt_bias)
-    mass, felt = rows_of(run, AT.body_mass, e, e), rows_of(run, AT.body_felt, e, e)
+    bias, rotor_bias = numbers_of(run, AT.body_bias), numbers_of(run, AT.body_rotor_bias)
+    mass, rotor_mass = rows_of(run, AT.body_mass, e, e), rows_of(run, AT.body_rotor_mass, e, e)
     links, spread = links_of(run), rows_of(run, AT.spread, e, c)
-    carry(run, t)
+    set_payload(run, t)
     for r in range(e):
         if engine.coupled:
             places[r] = speeds[r] = 0.0
             for k in range(c):
-                places[r] += spread[r, k] * coordinates[k].place
-                speeds[r] += spread[r, k] * coordinates[k].guess
+                places[r] += spread[r, k] * coordinates[k].mid_position
+                speeds[r] += spread[r, k] * coordinates[k].mid_speed
         else:
-            places[r], speeds[r] = coordinates[r].place, coordinates[r].guess
-    mass_and_bias(links, rotors_of(run), places, speeds, bodies_of(run), mass, felt, bias, felt_bias)
+            places[r], speeds[r] = coordinates[r].mid_position, coordinates[r].mid_speed
+    mass_and_bias(links, rotors_of(run), places, speeds, bodies_of(run), mass, rotor_mass, bias, rotor_bias)
     if engine.coupled:
         clear_bodies(run)
-        add_bodies(run, 0, spread, mass, felt, bias, felt_bias)
+        add_bodies(run, 0, spread, mass, rotor_mass, bias, rotor_bias)
         return
     for i in range(c):
-        coordinates[i].bias, coordinates[i].felt_bias = bias[i], felt_bias[i]
+        coordinates[i].bias, coordinates[i].rotor_bias = bias[i], rotor_bias[i]
         for k in range(c):
-            pairs[i, k].mass, pairs[i, k].felt = mass[i, k], felt[i, k]
+            pairs[i, k].mass, pairs[i, k].rotor_mass = mass[i, k], rotor_mass[i, k]
 
 
 @part
@@ -102,17 +102,17 @@ def clear_bodies(run: Run) -> None:
     """Reset mass matrix and bias torques, to the inertias of the rotors reflected to their shafts."""
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     for i in range(len(coordinates)):
-        coordinates[i].bias = coordinates[i].felt_bias = 0.0
+        coordinates[i].bias = coordinates[i].rotor_bias = 0.0
         for k in range(len(coordinates)):
-            pairs[i, k].mass = pairs[i, k].felt = coordinates[i].own if k == i else 0.0
+            pairs[i, k].mass = pairs[i, k].rotor_mass = coordinates[i].shaft_inertia if k == i else 0.0
 
 
 @part
-def add_bodies(run: Run, first: int, spread: Any, mass: Any, felt: Any, bias: Any, felt_bias: Any) -> None:
+def add_bodies(run: Run, first: int, spread: Any, mass: Any, rotor_mass: Any, bias: Any, rotor_bias: Any) -> None:
     """Add mass matrix and bias torques of bodies whose motion is ``spread`` times that of the coordinates.
 
     With G for ``spread``: G^T M G and G^T b. ``first`` is the row of the first of these bodies. The part that acts on a
-    motor's rotor (``felt``) is the row of the body that the motor turns.
+    motor's rotor (``rotor_mass``) is the row of the body that the motor turns.
     """
     coordinates, pairs = coordinates_of(run), pairs_of(run)
     e, c = spread.shape
@@ -123,16 +123,16 @@ def add_bodies(run: Run, first: int, spread: Any, mass: Any, felt: Any, bias: An
             for j in range(e):
                 between[r, k] += mass[r, j] * spread[j, k]
     for i in range(c):
-        one, row = coordinates[i], coordinates[i].felt - first
+        one, row = coordinates[i], coordinates[i].rotor_row - first
         for r in range(e):
             one.bias += spread[r, i] * bias[r]
             for k in range(c):
                 pairs[i, k].mass += spread[r, i] * between[r, k]
         if 0 <= row < e:
-            one.felt_bias += spread[row, i] * felt_bias[row]
+            one.rotor_bias += spread[row, i] * rotor_bias[row]
             for k in range(c):
                 for j in range(e):
-                    pairs[i, k].felt += spread[row, i] * felt[row, j] * spread[j, k]
+                    pairs[i, k].rotor_mass += spread[row, i] * rotor_mass[row, j] * spread[j, k]
 
 
 @part
@@ -144,14 +144,14 @@ def move_bodies(run: Run, t: float) -> None:
     else:
         for i in range(len(coordinates)):
             one, own = coordinates[i], pairs[i, i]
-            own.mass, own.felt, one.bias = one.inertia, one.rotor, 0.0
+            own.mass, own.rotor_mass, one.bias = one.inertia, one.rotor, 0.0
             if one.weight != 0.0:
-                one.bias = one.weight * math.cos(one.place + one.phase)
-    show_bodies(run)
+                one.bias = one.weight * math.cos(one.mid_position + one.phase)
+    provide_bodies(run)
 
 
 @part
-def show_bodies(run: Run) -> None:
+def provide_bodies(run: Run) -> None:
     """Provide mass matrix and bias torques to the effects, and the motion of the tip if an effect uses it."""
     coordinates, pairs, joints, c = coordinates_of(run), pairs_of(run), joints_of(run), world_of(run).coordinates
     mass = rows_of(run, AT.mass, c, c)
@@ -161,11 +161,11 @@ def show_bodies(run: Run) -> None:
     for i in range(len(joints)):
         joints[i].bias_torque = coordinates[coordinates[i].link].bias
     if engine_of(run).arm and engine_of(run).uses_tip:
-        show_tip(run)
+        fill_tip(run)
 
 
 @part
-def show_tip(run: Run) -> None:
+def fill_tip(run: Run) -> None:
     """Fill position, velocity and angular velocity of the tip, in the base frame."""
     engine, tip, body = engine_of(run), world_of(run).tip, bodies_of(run)[engine_of(run).last]
     place = plus(vector(body.origin), turned(body.rotation, vector(engine.tip_offset)))
@@ -180,16 +180,16 @@ def show_tip(run: Run) -> None:
 
 
 @part
-def softness(tip: Any, step: float, k: int) -> float:
+def effective_damping(tip: Any, step: float, k: int) -> float:
     """Entry k (xx, xy, xz, yy, yz, zz) of the effective damping at the tip, damping + step * stiffness [N s/m]."""
     return tip.damping[k] + step * tip.stiffness[k]
 
 
 @part
-def _resisting(tip: Any, step: float, a: Vector) -> Vector:
+def _damping_force(tip: Any, step: float, a: Vector) -> Vector:
     """Effective damping at the tip times a velocity [N]."""
-    xx, xy, xz = softness(tip, step, 0), softness(tip, step, 1), softness(tip, step, 2)
-    yy, yz, zz = softness(tip, step, 3), softness(tip, step, 4), softness(tip, step, 5)
+    xx, xy, xz = effective_damping(tip, step, 0), effective_damping(tip, step, 1), effective_damping(tip, step, 2)
+    yy, yz, zz = effective_damping(tip, step, 3), effective_damping(tip, step, 4), effective_damping(tip, step, 5)
     return (
         xx * a[0] + xy * a[1] + xz * a[2],
         xy * a[0] + yy * a[1] + yz * a[2],
@@ -198,7 +198,7 @@ def _resisting(tip: Any, step: float, a: Vector) -> Vector:
 
 
 @part
-def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
+def _tip_screw(run: Run, k: int) -> tuple[Vector, Vector]:
     """Column of the tip's Jacobian for coordinate k: angular velocity, and velocity at the base's origin."""
     bodies, engine = bodies_of(run), engine_of(run)
     if engine.direct:
@@ -212,31 +212,31 @@ def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
 
 
 @part
-def _column(run: Run, k: int) -> Vector:
+def _tip_column(run: Run, k: int) -> Vector:
     """Velocity of the tip per unit speed of coordinate k."""
-    turn, slide = _screw(run, k)
+    turn, slide = _tip_screw(run, k)
     return plus(slide, cross(turn, vector(engine_of(run).tip_place)))
 
 
 @part
-def try_tip(run: Run, shift: float) -> None:
+def move_tip_to_trial(run: Run, shift: float) -> None:
     """Move the tip to the trial speeds of the coordinates, and store the force that the solution assumed there."""
     engine, tip, coordinates = engine_of(run), world_of(run).tip, coordinates_of(run)
     before, speed, turning = vector(tip.speed), vector(engine.tip_speed), vector(engine.tip_turning)
     for k in range(world_of(run).joints):
-        more = coordinates[k].trial - coordinates[k].guess
-        speed = plus(speed, times(more, _column(run, k)))
-        turning = plus(turning, times(more, _screw(run, k)[0]))
+        more = coordinates[k].trial_speed - coordinates[k].mid_speed
+        speed = plus(speed, times(more, _tip_column(run, k)))
+        turning = plus(turning, times(more, _tip_screw(run, k)[0]))
     put(tip.speed, speed)
     put(tip.turning, turning)
     put(tip.place, plus(vector(engine.tip_place), times(shift, minus(speed, vector(engine.tip_speed)))))
-    put(engine.tip_expected, minus(vector(tip.force), _resisting(tip, shift, minus(speed, before))))
+    put(engine.tip_expected, minus(vector(tip.force), _damping_force(tip, shift, minus(speed, before))))
     for k in range(6):
         engine.tip_damping[k], engine.tip_stiffness[k] = tip.damping[k], tip.stiffness[k]
 
 
 @part
-def calm_tip(run: Run) -> None:
+def average_tip(run: Run) -> None:
     """Average the tip's damping and stiffness with those of the iteration before: this ends a cycle between pieces."""
     engine, tip = engine_of(run), world_of(run).tip
     for k in range(6):
@@ -245,16 +245,17 @@ def calm_tip(run: Run) -> None:
 
 
 @part
-def tip_agrees(run: Run, shift: float) -> bool:
+def tip_converged(run: Run, shift: float) -> bool:
     """Whether the force at the tip agrees with the force that the solution assumed, apart from rounding."""
-    tip, expected, off, size = world_of(run).tip, engine_of(run).tip_expected, 0.0, 0.0
+    tip, expected, error, size = world_of(run).tip, engine_of(run).tip_expected, 0.0, 0.0
     for r in range(3):
-        off = max(off, abs(tip.force[r] - expected[r]))
+        error = max(error, abs(tip.force[r] - expected[r]))
         size = max(size, abs(tip.force[r]), abs(expected[r]))
-    stiff = max(0.0, softness(tip, shift, 0), softness(tip, shift, 3), softness(tip, shift, 5))
+    xx, yy, zz = effective_damping(tip, shift, 0), effective_damping(tip, shift, 3), effective_damping(tip, shift, 5)
+    stiff = max(0.0, xx, yy, zz)
     far = max(abs(tip.place[0]), abs(tip.place[1]), abs(tip.place[2])) + 1.0
     fast = max(abs(tip.speed[0]), abs(tip.speed[1]), abs(tip.speed[2]))
-    return off <= 1e-12 * size + 2e-15 * stiff * (fast + far / shift)
+    return error <= 1e-12 * size + 2e-15 * stiff * (fast + far / shift)
 
 
 @part
@@ -274,16 +275,16 @@ def add_tip(run: Run, h: float, theta: float) -> None:
     step, moment, force = theta * h, vector(tip.moment), vector(tip.force)
     for k in range(joints):
         one = coordinates[k]
-        soft = _resisting(tip, step, _column(run, k))
-        late = one.trial - one.speed
+        soft = _damping_force(tip, step, _tip_column(run, k))
+        late = one.trial_speed - one.speed
         force = plus(force, times(late, soft))
         for i in range(joints):
-            entry = dot(_column(run, i), soft)
+            entry = dot(_tip_column(run, i), soft)
             pairs[i, k].matrix += step * entry
             if coordinates[i].motor == i:
                 pairs[i, k].transmitted += theta * entry
     for i in range(joints):
-        torque = dot(_column(run, i), force) + dot(_screw(run, i)[0], moment)
-        coordinates[i].right += h * torque
+        torque = dot(_tip_column(run, i), force) + dot(_tip_screw(run, i)[0], moment)
+        coordinates[i].impulse += h * torque
         if coordinates[i].motor == i:
             coordinates[i].transmitted -= torque

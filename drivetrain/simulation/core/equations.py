@@ -21,9 +21,16 @@ from numba import carray, types
 from drivetrain.arrays import Array
 from drivetrain.call_address import call_address
 from drivetrain.jit import callback, kernel
-from drivetrain.simulation.core.assembly import agrees, ask_again, assemble, find_forces, show_coupled, show_energies
+from drivetrain.simulation.core.assembly import (
+    assemble,
+    evaluate_piecewise,
+    fill_coupled_motion,
+    fill_energies,
+    find_forces,
+    newton_converged,
+)
 from drivetrain.simulation.core.bodies import clear_tip, move_bodies
-from drivetrain.simulation.core.friction import several_outcomes, solve_friction
+from drivetrain.simulation.core.friction import ambiguous_modes, solve_friction
 from drivetrain.simulation.core.records import (
     AT,
     EQUATIONS,
@@ -48,43 +55,45 @@ from drivetrain.simulation.core.records import (
 from drivetrain.simulation.planning.mechanics import PAYLOAD
 from drivetrain.solvers.compiled_function import evaluate
 
-MOST = 60  # Newton iterations of a step, at most
-OPEN = -1002  # returned instead of a count: the closed loops cannot be closed in this position
-OPEN_WORDS = "joints that follow in closed loops cannot: the linkage does not reach so far, or stands at a dead centre"
+MOST_ITERATIONS = 60  # Newton iterations of a step, at most
+LOOPS_CANNOT_CLOSE = -1002  # returned instead of a count: the closed loops cannot be closed in this position
+LOOPS_MESSAGE = (
+    "joints that follow in closed loops cannot: the linkage does not reach so far, or stands at a dead centre"
+)
 
 
 @part
-def guess_still(run: Run) -> None:
+def use_current_speeds(run: Run) -> None:
     """Set the guessed speeds to the current ones, for an evaluation at an instant."""
     coordinates = coordinates_of(run)
     for i in range(len(coordinates)):
-        coordinates[i].guess = coordinates[i].speed
+        coordinates[i].mid_speed = coordinates[i].speed
 
 
 @part
-def show_motion(run: Run, shift: float) -> None:
+def fill_motion(run: Run, shift: float) -> None:
     """Fill the motion of the connectors, with positions extrapolated by ``shift`` [s] at the guessed speeds."""
     coordinates, joints = coordinates_of(run), joints_of(run)
     for i in range(len(coordinates)):
-        coordinates[i].trial = coordinates[i].guess
+        coordinates[i].trial_speed = coordinates[i].mid_speed
     for i in range(len(joints)):
         link, m, ratio, joint = coordinates[i].link, coordinates[i].motor, coordinates[i].ratio, joints[i]
-        speed = shaft = coordinates[link].guess
+        speed = shaft = coordinates[link].mid_speed
         place, wind_up = coordinates[link].position + shift * speed, 0.0
-        coordinates[link].place = place
+        coordinates[link].mid_position = place
         if m != link:
-            shaft = coordinates[m].guess
+            shaft = coordinates[m].mid_speed
             wind_up = coordinates[m].position + shift * (shaft - speed)
-            coordinates[m].place = place + wind_up
+            coordinates[m].mid_position = place + wind_up
             joint.spring.wind_up, joint.spring.speed = wind_up, shaft - speed
         joint.load.position, joint.load.speed = place, speed
         joint.motor.position, joint.motor.speed = ratio * (place + wind_up - coordinates[i].zero), ratio * shaft
     if engine_of(run).coupled:
-        show_coupled(run)
+        fill_coupled_motion(run)
 
 
 @part
-def show_states(run: Run, shift: float) -> None:
+def fill_shown_states(run: Run, shift: float) -> None:
     """Copy states of effects to the connectors that show them, extrapolated by ``shift`` [s] with their last rates."""
     numbers = memory_of(run)
     states = states_of(run)
@@ -102,8 +111,8 @@ def _clear(flange: Any) -> None:
 
 
 @part
-def compute(run: Run, t: float, h: float) -> None:
-    """Reset all contributions, and evaluate the laws (``compute``) of all effects, at time t [s] in a step h [s]."""
+def evaluate_effects(run: Run, t: float, h: float) -> None:
+    """Reset all contributions, and call the ``compute`` laws of all effects, at time t [s] in a step h [s]."""
     joints = joints_of(run)
     for i in range(len(joints)):
         joint = joints[i]
@@ -117,7 +126,7 @@ def compute(run: Run, t: float, h: float) -> None:
         pin.command = pin.damping = pin.stiffness = 0.0
     clear_tip(world_of(run).tip)
     call_laws(run, AT.computes, t, h)
-    call_laws(run, AT.repeats, t, h)
+    call_laws(run, AT.iterated, t, h)
 
 
 @part
@@ -127,7 +136,7 @@ def _start_modes(run: Run, h: float, any_dry: bool) -> None:
     Over a step, a moving coordinate slips, and one at rest keeps its mode. At an instant (h = 0) the mode of a moving
     coordinate is fixed; one at rest may stick or start to slip. While the engine holds the modes, all are fixed.
     """
-    coordinates, held = coordinates_of(run), engine_of(run).held != 0
+    coordinates, held = coordinates_of(run), engine_of(run).modes_fixed != 0
     for i in range(len(coordinates)):
         one = coordinates[i]
         moves = one.relative != 0.0
@@ -135,7 +144,7 @@ def _start_modes(run: Run, h: float, any_dry: bool) -> None:
             one.dry.mode = 1 if one.relative > 0.0 else -1
         if not any_dry or not one.dry.active:
             one.dry.mode = 1
-        one.dry.given = 1 if h == 0.0 and (held or moves) else 0
+        one.dry.mode_fixed = 1 if h == 0.0 and (held or moves) else 0
         if h == 0.0:
             one.relative = 0.0
 
@@ -145,21 +154,22 @@ def solve(run: Run, t: float, h: float, theta: float) -> int:
     """Solve for the changes of speed over a step from time t [s]; at an instant (h = 0, theta = 0) for accelerations.
 
     Piecewise laws of springs and tip contacts are iterated with Newton's method until they agree with the solution,
-    with at most ``MOST`` iterations. Where no piece changes within the step, the first solution agrees.
+    with at most ``MOST_ITERATIONS`` iterations. Where no piece changes within the step, the first solution agrees.
 
-    Returns the number of solutions, or a negative code: -1 - i if coordinate i jams, ``NO_SET``, or ``OPEN``.
+    Returns the number of solutions, or a negative code: -1 - i if coordinate i jams, ``NO_MODES_FOUND``, or
+    ``LOOPS_CANNOT_CLOSE``.
     """
     span, middle, total = h if h > 0.0 else 1.0, t + theta * h, 0
     if theta == 1.0:
         # A law that jumps at the end of the step is evaluated just before its jump, however the sum was rounded.
         middle = np.nextafter(np.nextafter(middle, t), t)
-    show_motion(run, theta * h)
+    fill_motion(run, theta * h)
     call_equations(run, engine_of(run).bodies_law, middle, h)
-    if engine_of(run).open:
-        return OPEN
-    show_states(run, theta * h)
-    compute(run, middle, h)
-    for attempt in range(MOST):
+    if engine_of(run).loops_open:
+        return LOOPS_CANNOT_CLOSE
+    fill_shown_states(run, theta * h)
+    evaluate_effects(run, middle, h)
+    for attempt in range(MOST_ITERATIONS):
         any_dry = assemble(run, span, theta)
         if attempt == 0:
             _start_modes(run, h, any_dry)
@@ -168,17 +178,17 @@ def solve(run: Run, t: float, h: float, theta: float) -> int:
         if done < 0:
             return done
         total += done
-        if h == 0.0 or count_of(run, AT.repeats) == 0:
+        if h == 0.0 or count_of(run, AT.iterated) == 0:
             return total
-        ask_again(run, middle, h, theta)
-        if agrees(run, h, theta, attempt):
+        evaluate_piecewise(run, middle, h, theta)
+        if newton_converged(run, h, theta, attempt):
             return total
     engine_of(run).unsettled += 1
     return total
 
 
 @part
-def _show_rates(run: Run) -> None:
+def _fill_rates(run: Run) -> None:
     """Fill the rates of the coordinates' states from the solution at an instant."""
     coordinates = coordinates_of(run)
     for i in range(len(coordinates)):
@@ -205,27 +215,27 @@ def friction(t: Any, h: Any, run: Any) -> None:
     engine_of(run).solved = solve_friction(coordinates_of(run), pairs_of(run), h)
 
 
-def outcomes(t: Any, h: Any, run: Any) -> None:
+def uniqueness(t: Any, h: Any, run: Any) -> None:
     """Find out whether another set of contact modes satisfies the equations as well."""
-    engine_of(run).undecided = several_outcomes(coordinates_of(run), pairs_of(run), h)
+    engine_of(run).ambiguous = ambiguous_modes(coordinates_of(run), pairs_of(run), h)
 
 
 def motion(t: Any, h: Any, run: Any) -> None:
     """Solve for the changes of speed over a step, or (h = 0) for accelerations and rates at an instant."""
     if h == 0.0:
-        guess_still(run)
+        use_current_speeds(run)
     engine_of(run).solved = solve(run, t, h, engine_of(run).theta if h > 0.0 else 0.0)
     if h == 0.0:
-        _show_rates(run)
+        _fill_rates(run)
 
 
 def forces(t: Any, h: Any, run: Any) -> None:
     """Compute the forces of the solution, and the motion in the middle of the step, or (h = 0) the energies."""
     theta = engine_of(run).theta if h > 0.0 else 0.0
     find_forces(run, h if h > 0.0 else 1.0, theta)
-    show_motion(run, theta * h)
+    fill_motion(run, theta * h)
     if h == 0.0:
-        show_energies(run)
+        fill_energies(run)
 
 
 _DOUBLES = types.CPointer(types.float64)
@@ -265,7 +275,7 @@ def solve_at(run: Run, t: float) -> None:
 
 
 @part
-def account_at(run: Run, t: float) -> None:
+def outputs_at(run: Run, t: float) -> None:
     """Compute forces and the outputs of effects at time t [s], after ``solve_at``."""
     call_equations(run, engine_of(run).forces, t, 0.0)
     call_laws(run, AT.accounts, t, 0.0)
@@ -274,10 +284,10 @@ def account_at(run: Run, t: float) -> None:
 @part
 def _energy_at(run: Run, t: float) -> float:
     """Kinetic plus potential energy at time t [s], at the states in the run's memory [J]."""
-    guess_still(run)
-    show_motion(run, 0.0)
+    use_current_speeds(run)
+    fill_motion(run, 0.0)
     call_equations(run, engine_of(run).bodies_law, t, 0.0)
-    show_energies(run)
+    fill_energies(run)
     return world_of(run).kinetic_energy + world_of(run).potential_energy
 
 
@@ -300,7 +310,7 @@ def rates_at(run: Run, t: float) -> None:
     """Compute the rates of all states at time t [s], at the states in the run's memory."""
     solve_at(run, t)
     if engine_of(run).late:
-        account_at(run, t)
+        outputs_at(run, t)
     engine_of(run).rates_calls += 1
 
 
@@ -316,18 +326,18 @@ def take_samples(run: Run, t: float, early: float, share: float) -> None:
         if t < sample.period * sample.taken - early - share * sample.period:
             continue
         if not fresh:
-            guess_still(run)
-            show_motion(run, 0.0)
-            show_states(run, 0.0)
-            compute(run, t, 0.0)
+            use_current_speeds(run)
+            fill_motion(run, 0.0)
+            fill_shown_states(run, 0.0)
+            evaluate_effects(run, t, 0.0)
             fresh = True
         call_law(run, sample, t, 0.0)
         sample.taken += 1
 
 
 @part
-def put_row(run: Run, t: float, row: Any) -> None:
-    """Fill one output row, after ``account_at``: the time, then the recorded numbers of the memory."""
+def fill_row(run: Run, t: float, row: Any) -> None:
+    """Fill one output row, after ``outputs_at``: the time, then the recorded numbers of the memory."""
     memory, columns = memory_of(run), words_of(run, AT.columns)
     row[0] = t
     for k in range(len(columns)):
@@ -346,7 +356,7 @@ def rates(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
 def signals(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """Compute all signals at time t [s], at the states in the run's memory."""
     solve_at(run, t)
-    account_at(run, t)
+    outputs_at(run, t)
 
 
 def evaluate_rates(numbers: Array, states: Array, t: float = 0.0) -> Array:

@@ -12,7 +12,7 @@ exact: stuck coordinates have exactly the speed of their surface.
 
 Where static friction exceeds Coulomb friction, several sets of modes may satisfy the equations: of coordinates that
 reach their bounds at the same time, one that slips may relieve another. The rule here: all that exceed their bounds
-start to slip together, and those that then do not move in that direction stick again. ``several_outcomes`` tests
+start to slip together, and those that then do not move in that direction stick again. ``ambiguous_modes`` tests
 whether another set is a solution as well.
 
 Reference: Murty, Linear Complementarity, Linear and Nonlinear Programming (1988), section 4.1 (least index).
@@ -26,13 +26,13 @@ from drivetrain.simulation.core.records import part
 
 ROUNDING = 1e-12  # share of its bound by which friction may exceed it without breaking loose
 # Acceleration beyond its bound up to which a mesh sticks [rad/s^2 or m/s^2], since without load its bound is zero.
-CALM = 1e-8
-MOST_LOOSE = 8  # coordinates that start to slip together, at most, for which all combinations are tested
-NO_SET = -1001  # return code: no consistent set of contact modes was found
+MESH_REST_MARGIN = 1e-8
+MOST_RELEASED = 8  # coordinates that start to slip together, at most, for which all combinations are tested
+NO_MODES_FOUND = -1001  # return code: no consistent set of contact modes was found
 
 
 @part
-def hold(bounds: Any, direction: int) -> float:
+def static_bound(bounds: Any, direction: int) -> float:
     """Bound of static friction against motion in a direction, at least that of sliding friction [N m]."""
     if direction > 0:
         return max(bounds.hold_forward, bounds.slide_forward)
@@ -40,22 +40,22 @@ def hold(bounds: Any, direction: int) -> float:
 
 
 @part
-def slide(bounds: Any, direction: int) -> float:
+def sliding_bound(bounds: Any, direction: int) -> float:
     """Friction while slipping in a direction [N m]."""
     return bounds.slide_forward if direction > 0 else bounds.slide_backward
 
 
 @part
-def _limit(dry: Any, transmitted: float, direction: int) -> float:
+def _breakaway_torque(dry: Any, transmitted: float, direction: int) -> float:
     """Friction of joint, motor and mesh that must be exceeded to break loose in a direction [N m]."""
-    joint = hold(dry.joint, direction)
+    joint = static_bound(dry.joint, direction)
     load = transmitted + direction * joint
     mesh = dry.driving * load if direction * load > 0.0 else -dry.driven * load
-    return joint + hold(dry.motor, direction) + direction * mesh
+    return joint + static_bound(dry.motor, direction) + direction * mesh
 
 
 @part
-def _fill(coordinates: Any, pairs: Any, h: float) -> int:
+def _reduce_system(coordinates: Any, pairs: Any, h: float) -> int:
     """Fill the reduced system of the slipping coordinates; returns how many there are."""
     c, count = len(coordinates), 0
     for i in range(c):
@@ -63,17 +63,17 @@ def _fill(coordinates: Any, pairs: Any, h: float) -> int:
         if one.dry.mode == 0:
             one.change = -one.relative
         else:
-            coordinates[count].sliding = i
+            coordinates[count].slipping = i
             count += 1
     for a in range(count):
-        i = coordinates[a].sliding
+        i = coordinates[a].slipping
         one = coordinates[i]
-        dry, value, kappa = one.dry, one.right, 0.0
+        dry, value, kappa = one.dry, one.impulse, 0.0
         if dry.active:
             mode = dry.mode
             kappa = dry.driving if mode * dry.load_sign > 0 else -dry.driven
-            joint = mode * slide(dry.joint, mode)
-            value -= h * (joint + mode * slide(dry.motor, mode) + kappa * (one.transmitted + joint))
+            joint = mode * sliding_bound(dry.joint, mode)
+            value -= h * (joint + mode * sliding_bound(dry.motor, mode) + kappa * (one.transmitted + joint))
         filled = 0
         for k in range(c):
             entry = pairs[i, k].matrix
@@ -95,9 +95,9 @@ def _solve(coordinates: Any, pairs: Any, h: float) -> int:
 
     Returns -1, or the coordinate whose pivot is not positive: its mesh jams.
     """
-    count = _fill(coordinates, pairs, h)
+    count = _reduce_system(coordinates, pairs, h)
     for a in range(count):
-        i = coordinates[a].sliding
+        i = coordinates[a].slipping
         if not pairs[a, a].reduced > 0.0:
             return i
         inverse, own = 1.0 / pairs[a, a].reduced, coordinates[i].change
@@ -107,20 +107,20 @@ def _solve(coordinates: Any, pairs: Any, h: float) -> int:
             if factor != 0.0:
                 for k in range(a + 1, count):
                     pairs[b, k].reduced -= factor * pairs[a, k].reduced
-                coordinates[coordinates[b].sliding].change -= factor * own
+                coordinates[coordinates[b].slipping].change -= factor * own
     for a in range(count - 1, -1, -1):
-        one = coordinates[coordinates[a].sliding]
+        one = coordinates[coordinates[a].slipping]
         value = one.change
         for b in range(a + 1, count):
-            value -= pairs[a, b].reduced * coordinates[coordinates[b].sliding].change
+            value -= pairs[a, b].reduced * coordinates[coordinates[b].slipping].change
         one.change = value * pairs[a, a].reduced
     return -1
 
 
 @part
-def taken_by_friction(coordinates: Any, pairs: Any, i: int, h: float) -> float:
+def friction_torque(coordinates: Any, pairs: Any, i: int, h: float) -> float:
     """Friction of coordinate i, as the residual of its equation of motion [N m]."""
-    force = coordinates[i].right
+    force = coordinates[i].impulse
     for k in range(len(coordinates)):
         force -= pairs[i, k].matrix * coordinates[k].change
     return force / h
@@ -129,15 +129,16 @@ def taken_by_friction(coordinates: Any, pairs: Any, i: int, h: float) -> float:
 @part
 def _correct_stuck(coordinates: Any, pairs: Any, h: float, i: int, load: float) -> bool:
     """Change the mode of a stuck coordinate whose friction exceeds its bounds to slip; whether it was changed."""
-    one, force = coordinates[i], taken_by_friction(coordinates, pairs, i, h)
-    dry, forward, backward = one.dry, _limit(one.dry, load, 1), _limit(one.dry, load, -1)
-    slack = ROUNDING * (abs(forward) + abs(backward)) + (CALM * pairs[i, i].mass if dry.driven != 0.0 else 0.0)
+    one, force = coordinates[i], friction_torque(coordinates, pairs, i, h)
+    dry, forward, backward = one.dry, _breakaway_torque(one.dry, load, 1), _breakaway_torque(one.dry, load, -1)
+    mesh_margin = MESH_REST_MARGIN * pairs[i, i].mass if dry.driven != 0.0 else 0.0
+    slack = ROUNDING * (abs(forward) + abs(backward)) + mesh_margin
     one.friction = force
     one.margin = min(forward - force, backward + force)
-    if dry.given or (force <= forward + slack and force >= -backward - slack):
+    if dry.mode_fixed or (force <= forward + slack and force >= -backward - slack):
         return False
     dry.mode = 1 if force > forward + slack else -1
-    dry.load_sign = 1 if load + dry.mode * hold(dry.joint, dry.mode) >= 0.0 else -1
+    dry.load_sign = 1 if load + dry.mode * static_bound(dry.joint, dry.mode) >= 0.0 else -1
     return True
 
 
@@ -149,10 +150,10 @@ def _correct_sliding(one: Any, load: float) -> bool:
     """
     dry = one.dry
     one.margin = (one.relative + one.change) * dry.mode
-    if one.margin < 0.0 and not dry.given:
+    if one.margin < 0.0 and not dry.mode_fixed:
         dry.mode = 0
         return True
-    load += dry.mode * slide(dry.joint, dry.mode)
+    load += dry.mode * sliding_bound(dry.joint, dry.mode)
     if load * dry.load_sign < 0.0:
         dry.load_sign = -dry.load_sign
         return dry.driving != 0.0 or dry.driven != 0.0
@@ -188,7 +189,7 @@ def solve_friction(coordinates: Any, pairs: Any, h: float) -> int:
     """Solve for the changes of speed over a step, or for accelerations (h = 1, relative speeds 0).
 
     Returns the number of solutions of the linear system, or a negative code: -1 - i if the mesh of coordinate i jams,
-    or ``NO_SET``.
+    or ``NO_MODES_FOUND``.
     """
     c = len(coordinates)
     for attempt in range(50 + 20 * c):
@@ -197,27 +198,27 @@ def solve_friction(coordinates: Any, pairs: Any, h: float) -> int:
             return -1 - jammed
         if _correct(coordinates, pairs, h, attempt > 8 + c) == 0:
             return attempt + 1
-    return NO_SET
+    return NO_MODES_FOUND
 
 
 @part
-def keep_modes(coordinates: Any) -> None:
+def save_modes(coordinates: Any) -> None:
     """Save the contact modes, before others are tried."""
     for i in range(len(coordinates)):
         one = coordinates[i]
-        one.found_mode, one.found_sign, one.found_given = one.dry.mode, one.dry.load_sign, one.dry.given
+        one.saved_mode, one.saved_sign, one.saved_fixed = one.dry.mode, one.dry.load_sign, one.dry.mode_fixed
 
 
 @part
-def put_back_modes(coordinates: Any) -> None:
-    """Restore the contact modes saved by ``keep_modes``."""
+def restore_modes(coordinates: Any) -> None:
+    """Restore the contact modes saved by ``save_modes``."""
     for i in range(len(coordinates)):
         one = coordinates[i]
-        one.dry.mode, one.dry.load_sign, one.dry.given = one.found_mode, one.found_sign, one.found_given
+        one.dry.mode, one.dry.load_sign, one.dry.mode_fixed = one.saved_mode, one.saved_sign, one.saved_fixed
 
 
 @part
-def several_outcomes(coordinates: Any, pairs: Any, h: float) -> int:
+def ambiguous_modes(coordinates: Any, pairs: Any, h: float) -> int:
     """Find out whether the contact modes of the solution are unique.
 
     Tests all combinations in which some of the coordinates that have started to slip together stick instead. Returns a
@@ -227,23 +228,23 @@ def several_outcomes(coordinates: Any, pairs: Any, h: float) -> int:
     for i in range(c):
         one = coordinates[i]
         if one.before == 0 and one.dry.mode != 0:
-            coordinates[count].loose = i
+            coordinates[count].released = i
             count += 1
-    if count < 2 or count > MOST_LOOSE:
+    if count < 2 or count > MOST_RELEASED:
         return -1
-    keep_modes(coordinates)
+    save_modes(coordinates)
     for stuck in range(1, 2**count - 1):
         for k in range(count):
-            dry = coordinates[coordinates[k].loose].dry
-            dry.given = 0
+            dry = coordinates[coordinates[k].released].dry
+            dry.mode_fixed = 0
             if stuck >> k & 1:
                 dry.mode = 0
         fits = _solve(coordinates, pairs, h) < 0 and _correct(coordinates, pairs, h, True) == 0
-        put_back_modes(coordinates)
+        restore_modes(coordinates)
         if fits:
             for k in range(count):
                 if stuck >> k & 1:
-                    held = coordinates[k].loose
+                    held = coordinates[k].released
             break
     _solve(coordinates, pairs, h)
     _correct(coordinates, pairs, h, True)

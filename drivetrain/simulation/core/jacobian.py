@@ -41,14 +41,14 @@ from drivetrain.simulation.planning.plan import Plan
 
 TIP = tuple(signal.name for signal in named.TIP_TAKEN)
 # Signals on which a power of the mechanics depends, besides the motion.
-BEHIND_POWERS = {
+POWER_INPUTS = {
     named.MOTOR_FRICTION_POWER.name: (named.MOTOR_SLIDE_FORWARD, named.MOTOR_SLIDE_BACKWARD),
     named.MESH_POWER.name: (named.GEAR_TORQUE, named.MESH_DRIVING, named.MESH_DRIVEN),
 }
 PROBES = 2  # random states at which the dependence of the inertia is tested
 
 
-def dependence(plan: Plan) -> NDArray[np.bool_]:
+def sparsity_pattern(plan: Plan) -> NDArray[np.bool_]:
     """The sparsity pattern of the Jacobian, (rates, states): True where a derivative may differ from zero.
 
     Rows of accelerations hold the pattern of the torques behind them.
@@ -63,7 +63,7 @@ def dependence(plan: Plan) -> NDArray[np.bool_]:
             for name in one.needs:
                 read |= known.get(name, 0)
                 joint, _, kind = name.rpartition(".")
-                for behind in BEHIND_POWERS.get(kind, ()):
+                for behind in POWER_INPUTS.get(kind, ()):
                     read |= known.get(f"{joint}.{behind.name}", 0)
             for name in one.states:
                 read |= 1 << states[name]
@@ -158,7 +158,7 @@ def _inertial(plan: Plan, moving: int) -> int:
     return found & moving
 
 
-MOVE = 1.4901161193847656e-08  # relative perturbation of a state: the square root of the machine precision
+RELATIVE_STEP = 1.4901161193847656e-08  # relative perturbation of a state: the square root of the machine precision
 
 
 @part
@@ -172,7 +172,7 @@ def _rates_at(run: Run, t: float, moved: Any, to: Any) -> None:
 
 
 @part
-def _keep_factors(run: Run, factors: Any, slid: Any) -> int:
+def _save_factors(run: Run, factors: Any, slid: Any) -> int:
     """Save the factors of the mass matrix of the slipping coordinates, and their indices; returns their number."""
     coordinates, pairs, count = coordinates_of(run), pairs_of(run), 0
     for i in range(len(coordinates)):
@@ -223,12 +223,12 @@ def jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
     for k in range(m):
         moved[k] = x[k]
     _rates_at(run, t, moved, found)
-    count = _keep_factors(run, factors, slid)
+    count = _save_factors(run, factors, slid)
     for group in range(len(groups) - 1):
         first, last = groups[group], groups[group + 1]
         for e in range(first, last):
             j = members[e]
-            step = MOVE * max(abs(x[j]), sizes[j])
+            step = RELATIVE_STEP * max(abs(x[j]), sizes[j])
             moved[j] = x[j] + (step if found[j] >= 0.0 else -step)
         _rates_at(run, t, moved, later)
         if last - first == 1:
@@ -260,16 +260,16 @@ def jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
             moved[j] = x[j]
 
 
-def room(sizes: Array, c: int, hangs: Any) -> Mapping[str, Any]:
+def memory_sections(sizes: Array, c: int, sparsity: Any) -> Mapping[str, Any]:
     """The sections of a run's memory that the Jacobian needs, by name.
 
     Args:
         sizes: Magnitude of each state below which the perturbation is no longer reduced, (m,).
         c: Number of coordinates.
-        hangs: The sparsity pattern, (m, m), of ``dependence``.
+        hangs: The sparsity pattern, (m, m), of ``sparsity_pattern``.
     """
     m = len(sizes)
-    groups, members, row_starts, rows = column_groups(hangs, m)
+    groups, members, row_starts, rows = column_groups(sparsity, m)
     return {
         "sizes": sizes, "found": np.zeros(m), "later": np.zeros(m), "moved": np.zeros(m), "factors": np.zeros(c * c),
         "slid": np.zeros(c, dtype=np.int64), "torques": np.zeros(c), "own": np.zeros(c), "groups": groups,

@@ -20,11 +20,11 @@ from drivetrain.dynamics.core.vectors import dot, vector
 from drivetrain.simulation.core.bodies import (
     add_bodies,
     bodies_of,
-    carry,
     clear_bodies,
     links_of,
+    provide_bodies,
     rotors_of,
-    show_bodies,
+    set_payload,
 )
 from drivetrain.simulation.core.records import (
     AT,
@@ -76,7 +76,7 @@ def _follow(run: Run) -> bool:
     for w in range(len(pins.whole)):
         one = pins.whole[w]
         if one.coordinate >= 0:
-            one.wanted, one.speed = coordinates[one.coordinate].place, coordinates[one.coordinate].guess
+            one.wanted, one.speed = coordinates[one.coordinate].mid_position, coordinates[one.coordinate].mid_speed
     return follow(pins, FAR) and move_followers(pins) > 0.0
 
 
@@ -91,7 +91,7 @@ def _spread(run: Run) -> None:
     for r in range(len(places)):
         joint = joint_of[r]
         if joint < 0:  # a rotor behind a spring
-            places[r], speeds[r] = coordinates[-1 - joint].place, coordinates[-1 - joint].guess
+            places[r], speeds[r] = coordinates[-1 - joint].mid_position, coordinates[-1 - joint].mid_speed
         elif whole[joint].coordinate < 0:
             a = whole[joint].follower
             rates[r] = -found[a, m + 1]
@@ -109,16 +109,16 @@ def _add_chain(run: Run, chain: Any, spread: Any) -> float:
     rotors = rotors_of(run)[chain.rotor : chain.rotor + chain.rotors]
     bodies = bodies_of(run)[chain.body : chain.body + chain.joints + chain.rotors + 1]
     places, speeds = numbers_of(run, AT.body_places)[first:last], numbers_of(run, AT.body_speeds)[first:last]
-    bias, felt_bias = numbers_of(run, AT.body_bias)[first:last], numbers_of(run, AT.body_felt_bias)[first:last]
+    bias, rotor_bias = numbers_of(run, AT.body_bias)[first:last], numbers_of(run, AT.body_rotor_bias)[first:last]
     mass = numbers_of(run, AT.body_mass)[entry : entry + size * size].reshape((size, size))
-    felt = numbers_of(run, AT.body_felt)[entry : entry + size * size].reshape((size, size))
+    rotor_mass = numbers_of(run, AT.body_rotor_mass)[entry : entry + size * size].reshape((size, size))
     rates = numbers_of(run, AT.body_rates)[first:last]
-    mass_and_bias(links, rotors, places, speeds, bodies, mass, felt, bias, felt_bias)
+    mass_and_bias(links, rotors, places, speeds, bodies, mass, rotor_mass, bias, rotor_bias)
     for r in range(size):
         for j in range(size):
             bias[r] += mass[r, j] * rates[j]
-            felt_bias[r] += felt[r, j] * rates[j]
-    add_bodies(run, first, spread[first:last], mass, felt, bias, felt_bias)
+            rotor_bias[r] += rotor_mass[r, j] * rates[j]
+    add_bodies(run, first, spread[first:last], mass, rotor_mass, bias, rotor_bias)
     upwards = vector(bodies[len(bodies) - 1].dv)
     energy = dot(upwards, vector(bodies[0].first))
     for r in range(len(rotors)):
@@ -130,14 +130,14 @@ def _add_chain(run: Run, chain: Any, spread: Any) -> float:
 def loop_bodies(t: Any, h: Any, run: Any) -> None:
     """Compute mass matrix and bias torques of an arm with closed loops; the counterpart of ``equations.bodies``."""
     engine, chains = engine_of(run), _chains_of(run)
-    engine.open = 0 if _follow(run) else 1
-    if engine.open:
+    engine.loops_open = 0 if _follow(run) else 1
+    if engine.loops_open:
         return
-    carry(run, t)
+    set_payload(run, t)
     _spread(run)
     spread = rows_of(run, AT.spread, count_of(run, AT.row_joints), world_of(run).coordinates)
     clear_bodies(run)
     engine.potential = 0.0
     for c in range(len(chains)):
         engine.potential += _add_chain(run, chains[c], spread)
-    show_bodies(run)
+    provide_bodies(run)

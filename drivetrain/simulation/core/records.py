@@ -48,16 +48,16 @@ class Dry:
     active: int = 0  # whether the coordinate has dry friction
     mode: int = 0  # contact mode: 1 slips forward, -1 slips backward, 0 sticks
     load_sign: int = 1  # sign of the torque transmitted by the mesh
-    given: int = 0  # whether the mode is fixed
+    mode_fixed: int = 0
 
 
 @dataclass
-class Tried:
+class BracketEnd:
     """One end of the bracket of a spring's rate in the Newton iteration."""
 
     rate: float = 0.0  # rate at which the spring's law was evaluated [rad/s]
     expected: float = 0.0  # torque that the solution assumed there [N m]
-    off: float = 0.0  # torque of the law minus that [N m]
+    excess: float = 0.0  # torque of the law minus that [N m]
 
 
 @dataclass
@@ -78,12 +78,12 @@ class Coordinate:
     rotor: float
     # where motors are coupled or loops closed: row of the body that the motor turns (-1: none), and the inertia of
     # reflected rotors at the shaft [kg m^2 or kg]
-    felt: int
-    own: float
+    rotor_row: int
+    shaft_inertia: float
     dry: Dry
     # bracket of the rate of its spring in the Newton iteration
-    slow: Tried
-    fast: Tried
+    slow: BracketEnd
+    fast: BracketEnd
     # the states [rad or m, and per s]; the position of a rotor behind a spring is the wind-up of the spring
     position: float = 0.0
     speed: float = 0.0
@@ -91,7 +91,7 @@ class Coordinate:
     position_rate: float = 0.0
     speed_rate: float = 0.0
     last: float = 0.0  # acceleration of the last step [rad/s^2]
-    right: float = 0.0  # right-hand side of the linear system: impulse without dry friction [N m s]
+    impulse: float = 0.0  # right-hand side of the linear system: impulse without dry friction [N m s]
     change: float = 0.0  # change of speed over a step [rad/s]; at an instant the acceleration
     relative: float = 0.0  # speed relative to its contact surface [rad/s]
     surface: float = 0.0  # speed of that surface [rad/s]
@@ -99,21 +99,21 @@ class Coordinate:
     friction: float = 0.0  # torque of dry friction [N m]
     margin: float = 0.0  # distance from a change of the contact mode: a torque while it sticks, a speed while it slips
     # position and guessed speed in the middle of a step [rad or m, and per s]
-    place: float = 0.0
-    guess: float = 0.0
-    trial: float = 0.0  # speed in the middle of the step at which piecewise laws were evaluated [rad/s]
+    mid_position: float = 0.0
+    mid_speed: float = 0.0
+    trial_speed: float = 0.0  # speed in the middle of the step at which piecewise laws were evaluated [rad/s]
     # bias torque (at zero acceleration), and the part of it that acts on the motor's rotor [N m or N]
     bias: float = 0.0
-    felt_bias: float = 0.0
-    sliding: int = 0  # entry k of this field is the k-th slipping coordinate
+    rotor_bias: float = 0.0
+    slipping: int = 0  # entry k of this field is the k-th slipping coordinate
     # contact mode before a step or an event, and the direction in which friction last exceeded its bound while stuck
     before: int = 0
-    gave: int = 0
-    loose: int = 0  # entry k of this field is the k-th coordinate that has just started to slip
+    breakaway_direction: int = 0
+    released: int = 0  # entry k of this field is the k-th coordinate that has just started to slip
     # saved contact mode, while others are tried
-    found_mode: int = 0
-    found_sign: int = 1
-    found_given: int = 0
+    saved_mode: int = 0
+    saved_sign: int = 1
+    saved_fixed: int = 0
 
 
 @dataclass
@@ -122,7 +122,7 @@ class Pair:
 
     # mass matrix, and the part of it that acts on the motor's rotor [kg m^2 or kg]
     mass: float = 0.0
-    felt: float = 0.0
+    rotor_mass: float = 0.0
     matrix: float = 0.0  # matrix of the linear system: mass matrix with dampers and springs
     transmitted: float = 0.0  # torque transmitted by the mesh of i per change of speed of k [N m s]
     reduced: float = 0.0  # matrix of the slipping coordinates, then its factors
@@ -159,7 +159,7 @@ class State:
     last: float = 0.0  # rate over the last step
 
 
-UNDECIDED = 2  # in place of a contact mode: the coordinate could as well have stuck
+AMBIGUOUS_MODE = 2  # in place of a contact mode: the coordinate could as well have stuck
 
 
 @dataclass
@@ -202,12 +202,12 @@ SECTIONS = (
     "numbers", "joints", "mass", "engine", "sections",
     # mechanics
     "coordinates", "pairs", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places",
-    "body_speeds", "body_bias", "body_felt_bias", "body_mass", "body_felt", "between",
+    "body_speeds", "body_bias", "body_rotor_bias", "body_mass", "body_rotor_mass", "between",
     # closed loops
     "body_rates", "row_joints", "chains", "whole", "follow", "ends", "screws", "loop_links", "pins", "followed",
     "lower",
     # calls of laws, states, and recorded numbers
-    "computes", "repeats", "accounts", "accepts", "samples", "guards", "states", "powers", "energies", "columns",
+    "computes", "iterated", "accounts", "accepts", "samples", "guards", "states", "powers", "energies", "columns",
     # of the adaptive engine: its log of mode changes, and the memory of its Jacobian
     "log", "sizes", "found", "later", "moved", "factors", "slid", "torques", "own", "groups", "members", "row_starts",
     "rows",
@@ -233,17 +233,17 @@ class Engine:
     forces: int
     bodies_law: int
     friction_law: int
-    outcomes_law: int
+    uniqueness_law: int
     moving: int  # number of states that have rates
-    open: int  # whether the loops could not be closed
+    loops_open: int  # whether the loops could not be closed
     potential: float  # potential energy of an arm with closed loops [J]
     tip_offset: Annotated[Array, 3]  # position of the tip in the last link's frame [m]
     theta: float  # share of the step at which forces are evaluated [-]
-    # number of solutions of the last step; negative: -1 - i if coordinate i jams, NO_SET or OPEN
+    # number of solutions of the last step; negative: -1 - i if coordinate i jams, NO_MODES_FOUND or LOOPS_CANNOT_CLOSE
     solved: int
-    undecided: int  # a coordinate that could as well have stuck (see ``several_outcomes``); -1: none
-    stiff: int  # whether a spring or damper is stiff for the step, see ``assembly.STIFF_FROM``
-    held: int  # whether all contact modes are fixed
+    ambiguous: int  # a coordinate that could as well have stuck (see ``ambiguous_modes``); -1: none
+    stiff: int  # whether a spring or damper is stiff for the step, see ``assembly.STIFF_RATIO``
+    modes_fixed: int  # whether all contact modes are fixed
     unsettled: int  # number of steps in which the Newton iteration did not converge
     rates_calls: int  # number of evaluations of the rates
     late: int  # whether the rate of any state needs the forces, see ``State.late`` of the effects
@@ -354,14 +354,14 @@ def guards_of(run: Run) -> Any:
 @part
 def log_changes(run: Run, t: float, log: Any, logged: int) -> int:
     """Append the contact modes that have changed to the log, as long as it has room; returns their number so far."""
-    coordinates, undecided = coordinates_of(run), engine_of(run).undecided
+    coordinates, ambiguous = coordinates_of(run), engine_of(run).ambiguous
     for i in range(len(coordinates)):
         one = coordinates[i]
         if one.dry.mode != one.before:
             _put_change(log, logged, t, i, one.before, one.dry.mode)
             logged += 1
-    if undecided >= 0:
-        _put_change(log, logged, t, undecided, 0, UNDECIDED)
+    if ambiguous >= 0:
+        _put_change(log, logged, t, ambiguous, 0, AMBIGUOUS_MODE)
         logged += 1
     return logged
 

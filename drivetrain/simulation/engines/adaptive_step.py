@@ -23,19 +23,19 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.core import jacobian
 from drivetrain.simulation.core.equations import (
-    OPEN,
-    OPEN_WORDS,
-    account_at,
+    LOOPS_CANNOT_CLOSE,
+    LOOPS_MESSAGE,
+    fill_row,
+    outputs_at,
     pass_payloads,
-    put_row,
     put_states,
     rates,
     right_side,
     solve_at,
     take_samples,
 )
-from drivetrain.simulation.core.friction import NO_SET
-from drivetrain.simulation.core.jacobian import dependence
+from drivetrain.simulation.core.friction import NO_MODES_FOUND
+from drivetrain.simulation.core.jacobian import sparsity_pattern
 from drivetrain.simulation.core.records import (
     AT,
     MODE_CHANGE,
@@ -58,7 +58,7 @@ from drivetrain.simulation.core.records import (
 )
 from drivetrain.simulation.engines.engine import Engine, Outcome, RunOptions
 from drivetrain.simulation.engines.fixed_step import mode_event, resumed
-from drivetrain.simulation.engines.starting import started
+from drivetrain.simulation.engines.starting import initial_memory
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 from drivetrain.solvers import records as at
@@ -68,7 +68,8 @@ from drivetrain.solvers.solver import Adaptive, Rodas4, Rodas5P, Solver
 
 REST_SPEED = 1e-5  # below this speed a coordinate whose speed changes its sign is at rest [rad/s or m/s]
 SIMULTANEOUS = 1e-9  # distance from its bound, over its friction, up to which a coordinate slips together with another
-# Acceleration beyond its bound up to which a mesh sticks; larger than ``friction.CALM``, up to which one comes to rest.
+# Acceleration beyond its bound up to which a mesh sticks; larger than ``friction.MESH_REST_MARGIN``, so that a mesh
+# that has come to rest does not slip at once.
 MESH_MARGIN = 3e-8  # [rad/s^2 or m/s^2]
 BREAKAWAY_SPEED = 1e-300  # initial speed that marks the direction in which a coordinate starts to slip [rad/s]
 
@@ -92,7 +93,7 @@ def _event_values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     if guarded:
         _solve_at_state(run, t, x)
     if len(guards):
-        account_at(run, t)
+        outputs_at(run, t)
     for k in range(len(guards)):
         result[len(coordinates) + k] = memory[guards[k].value]
     for i in range(len(coordinates)):
@@ -104,7 +105,7 @@ def _event_values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
             result[i] = one.margin + (MESH_MARGIN * pairs_of(run)[i, i].matrix if one.dry.driven != 0.0 else 0.0)
             if one.margin < 0.0:
                 # Direction of breakaway, noted here since the force at the located event itself may be zero.
-                one.gave = 1 if one.friction >= 0.0 else -1
+                one.breakaway_direction = 1 if one.friction >= 0.0 else -1
         else:
             result[i] = one.dry.mode * (x[len(coordinates) + i] - one.surface)
 
@@ -133,22 +134,22 @@ def _handler(t: Any, x: Any, fired: Any, numbers: Any, run: Any) -> None:
             continue
         if one.dry.mode == 0:
             if fired[i] == 0.0:
-                one.gave = 1 if one.friction >= 0.0 else -1
-            x[c + i] = one.surface + one.gave * max(BREAKAWAY_SPEED, 4e-16 * abs(one.surface))
+                one.breakaway_direction = 1 if one.friction >= 0.0 else -1
+            x[c + i] = one.surface + one.breakaway_direction * max(BREAKAWAY_SPEED, 4e-16 * abs(one.surface))
         elif abs(x[c + i] - one.surface) <= REST_SPEED:
             x[c + i] = one.surface
             one.dry.mode = 0  # at rest it sticks, unless that needs more friction than its bound
     guards = guards_of(run)
     if len(guards):
-        account_at(run, t)
+        outputs_at(run, t)
     for k in range(len(guards)):
         if fired[c + k] != 0.0:
             call_law(run, guards[k], t, 0.0)
             _copy_back_states(run, x)
-    engine_of(run).held = 0
+    engine_of(run).modes_fixed = 0
     _solve_at_state(run, t, x)
-    engine_of(run).held = 1
-    call_equations(run, engine_of(run).outcomes_law, t, 1.0)
+    engine_of(run).modes_fixed = 1
+    call_equations(run, engine_of(run).uniqueness_law, t, 1.0)
     log = carray(run[AT.log], count_of(run, AT.log), MODE_CHANGE)
     engine_of(run).logged = log_changes(run, t, log, engine_of(run).logged)
 
@@ -159,7 +160,7 @@ def _account(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     memory, powers, energies = memory_of(run), words_of(run, AT.powers), numbers_of(run, AT.energies)
     _solve_at_state(run, t, x)
     # With h = 0 effects output the powers at this time; with h > 0 they would output means over a fixed step.
-    account_at(run, t)
+    outputs_at(run, t)
     for k in range(len(powers)):
         energies[k] += h * memory[powers[k]]
 
@@ -167,8 +168,8 @@ def _account(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
 def _output_row(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """Fill one output row at time t [s] and state x."""
     _solve_at_state(run, t, x)
-    account_at(run, t)
-    put_row(run, t, result)
+    outputs_at(run, t)
+    fill_row(run, t, result)
 
 
 def _segment_start(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
@@ -216,14 +217,14 @@ class AdaptiveStep(Engine):
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
         """Compute the motion of a plan with adaptive steps."""
         if options.resume is None:
-            numbers, first, kept = started(plan, options.start), 0.0, None
+            numbers, first, kept = initial_memory(plan, options.start), 0.0, None
         else:
             kept, size = options.resume, plan.memory.moving
             sizes = {"run": at.RUN.itemsize // 8, "states": size * (at.STATE.itemsize // 8)}
             numbers = resumed(kept, plan, {**sizes, "jacobian": size * (size + 1)})
             first = float(kept["run"].view(at.RUN)["clock"]["time"][0])
         start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
-        sparsity = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
+        sparsity = sparsity_pattern(plan)[: plan.memory.moving, : plan.memory.moving]
         numbers = _with_engine_sections(plan, numbers, sparsity)
         problem = _problem(plan, numbers)
         times, breaks = _output_times(plan, options, first), _break_times(plan, getattr(self.solver, "rtol", 0.0))
@@ -269,14 +270,14 @@ class _Run:
 def _with_engine_sections(plan: Plan, numbers: Array, sparsity: Any) -> Array:
     """A run's memory with further sections at its end: the log of mode changes and the memory of the Jacobian."""
     sizes = plan.memory.atol[: plan.memory.moving] / REFERENCE_RTOL
-    sections = {"log": np.zeros(MOST_EVENTS, MODE_CHANGE), **jacobian.room(sizes, plan.body.c, sparsity)}
+    sections = {"log": np.zeros(MOST_EVENTS, MODE_CHANGE), **jacobian.memory_sections(sizes, plan.body.c, sparsity)}
     engine, listed = plan.memory.view(numbers, "engine")[0], plan.memory.view(numbers, "sections")
     first = len(numbers)
     for name, values in sections.items():
         listed[SECTIONS.index(name)] = first, values.nbytes // 8, len(values)
         first += values.nbytes // 8
     plan.memory.view(numbers, "world")["size"] = first
-    engine["held"] = 1
+    engine["modes_fixed"] = 1
     return np.concatenate([numbers, *(np.ascontiguousarray(values).view(np.float64) for values in sections.values())])
 
 
@@ -285,8 +286,11 @@ def _problem(plan: Plan, numbers: Array) -> CompiledProblem:
     guarded = tuple(one.title for one in plan.instances if one.ports.guard)
     event_names = (*plan.coordinates, *guarded)
     changes = Events(right_side(_event_values), right_side(_handler), event_names)
-    adders = plan.signals.adders
-    dry = any(adders[name] for name in adders if "_hold_" in name or "_slide_" in name or ".mesh_dri" in name)
+    dry = any(
+        effects
+        for name, effects in plan.signals.contributors.items()
+        if "_hold_" in name or "_slide_" in name or ".mesh_dri" in name
+    )
     width = 1 + len(plan.layout.columns)
     hooks = Hooks(right_side(_account), right_side(_output_row), width, right_side(_segment_start))
     names = tuple(plan.memory.states)[: plan.memory.moving]
@@ -330,10 +334,10 @@ def _break_times(plan: Plan, tolerance: float) -> Array:
 def _stop_event(done: CompiledSolution, plan: Plan, numbers: Array) -> Event:
     """The event that describes why the run ended early."""
     t, solved = done.stopped_at, int(plan.memory.view(numbers, "engine")["solved"][0])
-    if solved == OPEN:
-        return Event(t, "apart", OPEN_WORDS)
+    if solved == LOOPS_CANNOT_CLOSE:
+        return Event(t, "apart", LOOPS_MESSAGE)
     if solved < 0:
-        if solved > NO_SET:
+        if solved > NO_MODES_FOUND:
             problem = "its mesh friction has no solution in this posture"
             return Event(t, "jammed", f"{plan.coordinates[-1 - solved]}: {problem}")
         return Event(t, "endless", "no set of sticking and sliding joints fits")

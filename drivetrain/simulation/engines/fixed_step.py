@@ -21,20 +21,20 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.records import record_type
 from drivetrain.simulation.core.equations import (
-    OPEN,
-    OPEN_WORDS,
-    account_at,
+    LOOPS_CANNOT_CLOSE,
+    LOOPS_MESSAGE,
+    fill_row,
+    outputs_at,
     pass_payloads,
-    put_row,
     solve_at,
     take_samples,
 )
-from drivetrain.simulation.core.friction import keep_modes, put_back_modes
+from drivetrain.simulation.core.friction import restore_modes, save_modes
 from drivetrain.simulation.core.records import (
+    AMBIGUOUS_MODE,
     AT,
     MODE_CHANGE,
     PARTS,
-    UNDECIDED,
     Run,
     call_equations,
     call_laws,
@@ -51,7 +51,7 @@ from drivetrain.simulation.core.records import (
     world_of,
 )
 from drivetrain.simulation.engines.engine import Engine, Outcome, RunOptions
-from drivetrain.simulation.engines.starting import started
+from drivetrain.simulation.engines.starting import initial_memory
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 from drivetrain.solvers.solver import check_positive
@@ -113,11 +113,11 @@ def _record_row(run: Run, t: float, row: Any) -> None:
     Evaluating the forces may change the contact modes of dry friction (stick or slip), so these are saved and restored:
     recording a row must not influence the motion.
     """
-    keep_modes(coordinates_of(run))
+    save_modes(coordinates_of(run))
     solve_at(run, t)
-    account_at(run, t)
-    put_back_modes(coordinates_of(run))
-    put_row(run, t, row)
+    outputs_at(run, t)
+    restore_modes(coordinates_of(run))
+    fill_row(run, t, row)
 
 
 @part
@@ -136,9 +136,9 @@ def _accept_step(run: Run, t: float, h: float, theta: float) -> int:
     for i in range(world_of(run).joints):
         link, m = coordinates[i].link, coordinates[i].motor
         if link == i:
-            coordinates[i].position += h * coordinates[i].guess
+            coordinates[i].position += h * coordinates[i].mid_speed
         if m != link:
-            coordinates[m].position += h * (coordinates[m].guess - coordinates[link].guess)
+            coordinates[m].position += h * (coordinates[m].mid_speed - coordinates[link].mid_speed)
     for i in range(c):
         one = coordinates[i]
         if one.dry.mode == 0:
@@ -193,7 +193,7 @@ def _solve(run: Run, t: float, h: float, theta: float) -> int:
         for i in range(len(coordinates)):
             one = coordinates[i]
             one.dry.mode = one.before
-            one.guess = one.speed + theta * h * one.last
+            one.mid_speed = one.speed + theta * h * one.last
         world.repeat_step, world.step_limit = 0, math.inf
         call_equations(run, engine_of(run).motion, t, h)
         if engine_of(run).solved < 0:
@@ -281,7 +281,7 @@ def _advance(
             solved = _solve(run, t, h, engine.theta)
             if solved < 0:
                 clock.fault_index = -1 - solved
-                return JAMMED if solved > -1000 else NO_CONSISTENT_MODES if solved > OPEN else LOOPS_OPEN
+                return JAMMED if solved > -1000 else NO_CONSISTENT_MODES if solved > LOOPS_CANNOT_CLOSE else LOOPS_OPEN
             clock.solves += solved
             step_limit = world_of(run).step_limit
             if step_limit >= SUBDIVIDE_BELOW * h or h <= 2.0 * SMALLEST_SUBSTEP * clock.step:
@@ -291,7 +291,7 @@ def _advance(
         t_end = clock.grid_end if h > 0.75 * (clock.grid_end - t) else t + h
         clock.steps += 1
         clock.substeps += t_end < clock.grid_end
-        call_equations(run, engine.outcomes_law, t, h)
+        call_equations(run, engine.uniqueness_law, t, h)
         not_finite = _accept_step(run, t, h, engine.theta)
         clock.time = t_end
         clock.events = log_changes(run, t_end, log, clock.events)
@@ -342,7 +342,7 @@ class FixedStep(Engine):
         clocks = np.zeros(1, CLOCK)
         clock: Any = clocks[0]
         if options.resume is None:
-            numbers, clock["step_limit"] = started(plan, options.start), np.inf
+            numbers, clock["step_limit"] = initial_memory(plan, options.start), np.inf
         else:
             numbers = resumed(options.resume, plan, {"clock": clocks.itemsize // 8})
             clocks[:] = np.asarray(options.resume["clock"]).view(CLOCK)
@@ -385,7 +385,7 @@ def _run_in_chunks(plan: Plan, options: RunOptions, numbers: Array, clocks: Any,
     if clock["substeps"]:
         counters["parted"] = int(clock["substeps"])
     unsettled = int(plan.memory.view(numbers, "engine")[0]["unsettled"])
-    if unsettled or len(plan.memory.view(numbers, "repeats")):
+    if unsettled or len(plan.memory.view(numbers, "iterated")):
         counters["unsettled"] = unsettled
     kept = {"numbers": numbers[plan.memory.changing], "clock": clocks.view(np.float64).copy()}
     whole = np.concatenate([*done, rows[:filled]]) if done else rows[:filled]
@@ -408,7 +408,7 @@ def _stop_event(code: int, plan: Plan, clock: Any) -> Event | None:
     if code == JAMMED:
         return Event(t, "jammed", f"{plan.coordinates[fault_index]}: its mesh friction has no solution in this posture")
     if code == LOOPS_OPEN:
-        return Event(t, "apart", OPEN_WORDS)
+        return Event(t, "apart", LOOPS_MESSAGE)
     if code == NO_CONSISTENT_MODES:
         return Event(t, "endless", "no set of sticking and sliding joints fits; try a shorter step")
     return None
@@ -416,7 +416,7 @@ def _stop_event(code: int, plan: Plan, clock: Any) -> Event | None:
 
 def mode_event(plan: Plan, time: float, coordinate: int, before: int, after: int) -> Event:
     """The event for a change of contact mode, or for a change that has another equally valid solution."""
-    if after == UNDECIDED:
+    if after == AMBIGUOUS_MODE:
         name = plan.coordinates[coordinate]
         detail = (
             f"{name} lets go together with others, though it could as well have held while they slide: static friction "

@@ -97,7 +97,7 @@ def demanded(plan: Plan, times: Array) -> Demand:
 
 def _refuse_unsupported(plan: Plan) -> None:
     """Raise InputError for joints without a command, and for contacts."""
-    given = plan.signals.givers
+    given = plan.signals.providers
     faults = [
         Fault(
             joint, "is not commanded, so there is nothing to invert", None, "add a CommandedMotion, or simulate forward"
@@ -106,7 +106,7 @@ def _refuse_unsupported(plan: Plan) -> None:
         if f"{joint}.{named.COMMAND_ACCELERATION.name}" not in given
         and f"{joint}.{named.SHAFT_COMMAND_ACCELERATION.name}" not in given
     ]
-    touching = sorted({who for signal in named.TIP_TAKEN for who in plan.signals.adders.get(signal.name, ())})
+    touching = sorted({who for signal in named.TIP_TAKEN for who in plan.signals.contributors.get(signal.name, ())})
     touching += [
         one.title for one in plan.instances if getattr(one.effect, "contact", False) and one.title not in touching
     ]
@@ -149,8 +149,8 @@ def _signals_along_command(passive: Plan, times: Array) -> dict[str, Array]:
         name: [memory.places.get(_coordinate(joint, name, i in bound), -1) for i, joint in enumerate(joints)]
         for name in (*COMMANDED, "bias_torque", *sorted(MECHANICAL))
     }
-    found["turned_bias"] = memory.places_of("coordinates", "felt_bias")
-    found |= {name: memory.places_of("pairs", field) for name, field in (("mass", "mass"), ("turned", "felt"))}
+    found["turned_bias"] = memory.places_of("coordinates", "rotor_bias")
+    found |= {name: memory.places_of("pairs", field) for name, field in (("mass", "mass"), ("turned", "rotor_mass"))}
     moved = np.concatenate([memory.places_of("coordinates", name) for name in ("position", "speed")])
     commanded = np.array([*found["command_position"], *found["command_speed"]])
     wanted = np.concatenate(list(found.values())).astype(np.int64)

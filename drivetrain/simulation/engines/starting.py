@@ -22,10 +22,10 @@ from drivetrain.simulation.recording import Event
 
 PASSES = 6  # iterations of the equilibrium, at most, since initial states may depend on one another
 NEGLIGIBLE = 1e-6  # relative difference of currents that is not reported
-STILL = 1e-6  # acceleration below which a joint counts as held by friction [rad/s^2 or m/s^2]
+REST_ACCELERATION = 1e-6  # acceleration below which a joint counts as held by friction [rad/s^2 or m/s^2]
 
 
-def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
+def initial_memory(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
     """The memory of a run at its start: all states in equilibrium, except those that are given by name.
 
     Equilibrium is found by fixed-point iteration over the springs, the holding currents and the states of the effects.
@@ -39,7 +39,7 @@ def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
         for _, second in plan.body.shared
         if second not in plan.body.springs
     )
-    held, known = _held(plan), _Known(memory.places, numbers)
+    held, known = _holding_motors(plan), _Known(memory.places, numbers)
     _put_motion(plan, at, *_commanded(plan))
     equations.evaluate_signals(numbers)
     for joint in held:  # at the commanded position, with empty integrators, the command is the feed-forward current
@@ -48,19 +48,19 @@ def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
     _put_motion(plan, at, position, speed)
     for i in plan.body.springs:
         at["speed"][plan.body.motors[i]] = speed[i]
-    begun = [(one, [memory.states[name] for name in one.states]) for one in plan.instances if one.states]
-    bent = {i: shape.deflection for i, shape in plan.body.springs.items() if shape.deflection is not None}
-    for _ in range(PASSES if begun or bent or held else 0):
+    with_states = [(one, [memory.states[name] for name in one.states]) for one in plan.instances if one.states]
+    wind_up_of = {i: shape.deflection for i, shape in plan.body.springs.items() if shape.deflection is not None}
+    for _ in range(PASSES if with_states or wind_up_of or held else 0):
         before = np.append(numbers[states["value"]], at["position"])
         equations.evaluate_signals(numbers)
-        for i, deflection in bent.items():
-            at["position"][plan.body.motors[i]] = deflection(_load(known, plan, i))
+        for i, deflection in wind_up_of.items():
+            at["position"][plan.body.motors[i]] = deflection(_holding_torque(known, plan, i))
         for joint, motor in held.items():
             known.read[f"{joint}.{s.HOLDING_CURRENT}"] = _holding(known, plan, joint, motor)
-        for one, places in begun:
+        for one, places in with_states:
             numbers[states["value"][places]] = one.effect.start(one.place, known)
         if plan.scene.position is None:
-            _put_motion(plan, at, position - _behind(plan, known, at), speed)
+            _put_motion(plan, at, position - _command_lag(plan, known, at), speed)
         if np.array_equal(np.append(numbers[states["value"]], at["position"]), before):
             break
     _put_given(plan, numbers, given or {})
@@ -140,7 +140,7 @@ def _motion(plan: Plan) -> tuple[Array, Array]:
     return position, speed
 
 
-def _held(plan: Plan) -> dict[str, Motor]:
+def _holding_motors(plan: Plan) -> dict[str, Motor]:
     """The motors of the joints that a current can hold, by joint; without coupled motors, which share their loads."""
     found = {}
     for one in plan.instances:
@@ -150,7 +150,7 @@ def _held(plan: Plan) -> dict[str, Motor]:
     return found
 
 
-def _load(known: Mapping[str, float], plan: Plan, i: int) -> float:
+def _holding_torque(known: Mapping[str, float], plan: Plan, i: int) -> float:
     """Torque that the drive of joint i must provide to keep the joint at constant speed [N m or N].
 
     Each of two motors on an axis provides half of it, and its preload.
@@ -164,31 +164,31 @@ def _load(known: Mapping[str, float], plan: Plan, i: int) -> float:
 def _holding(known: Mapping[str, float], plan: Plan, joint: str, motor: Motor) -> float:
     """The motor current that holds this load, given the other torques at the motor's shaft [A]."""
     housing = known.get(f"{joint}.{s.HOUSING_TEMPERATURE.name}", 0.0)
-    warmed = f"{joint}.{s.HOUSING_TEMPERATURE.name}" in plan.signals.givers
+    warmed = f"{joint}.{s.HOUSING_TEMPERATURE.name}" in plan.signals.providers
     constant = float(torque_constant(motor, housing if warmed else motor.reference_temperature))
     flows = known.get(f"{joint}.{s.CURRENT.name}", 0.0)
     others = known.get(f"{joint}.{s.MOTOR_TORQUE.name}", 0.0) - constant * flows
     i = plan.scene.joints.index(joint)
-    return (_load(known, plan, i) / plan.body.ratios[i] - others) / constant
+    return (_holding_torque(known, plan, i) / plan.body.ratios[i] - others) / constant
 
 
-def _behind(plan: Plan, known: Mapping[str, float], at: Any) -> Array:
+def _command_lag(plan: Plan, known: Mapping[str, float], at: Any) -> Array:
     """By how much each joint lags its command in equilibrium [rad or m], (n,).
 
     The wind-up of its spring, and the position error that a loop without an integrator needs to hold the load.
     """
-    behind = np.zeros(plan.body.n)
+    lag = np.zeros(plan.body.n)
     looped = {one.place.joint for one in plan.instances if hasattr(one.effect, "sag")}  # loops on the motor's position
     for i in looped & set(plan.body.springs):
-        behind[i] = at["position"][plan.body.motors[i]] - plan.body.zeros[i]
+        lag[i] = at["position"][plan.body.motors[i]] - plan.body.zeros[i]
     for one in plan.instances:
         sag = getattr(one.effect, "sag", None)
         if sag is not None and one.place.joint >= 0 and not one.place.coupled:
-            behind[one.place.joint] += sag(one.place, known) / one.place.ratio
-    return behind
+            lag[one.place.joint] += sag(one.place, known) / one.place.ratio
+    return lag
 
 
-def start_words(plan: Plan, row: Mapping[str, float], given: Mapping[str, float]) -> str:
+def start_description(plan: Plan, row: Mapping[str, float], given: Mapping[str, float]) -> str:
     """A description of the initial state, for the recording."""
     currents = [(joint, row.get(f"{joint}.{s.CURRENT.name}", 0.0)) for joint in plan.scene.joints]
     holds = ", ".join(f"{joint} {value:.3g} A" for joint, value in currents if abs(value) > 0.0)
@@ -196,13 +196,13 @@ def start_words(plan: Plan, row: Mapping[str, float], given: Mapping[str, float]
     return text + (f"; given: {', '.join(given)}" if given else "")
 
 
-def sinking(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
+def yielding_joints(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
     """Events for joints that yield to their load at the start though no motion is commanded.
 
     Their current is smaller than the holding current, because of a limit for example.
     """
     events = []
-    for joint, motor in _held(plan).items():
+    for joint, motor in _holding_motors(plan).items():
         if f"{joint}.{s.COMMAND_SPEED.name}" not in row:
             continue
         moved = row[f"{joint}.{s.COMMAND_SPEED.name}"] or row[f"{joint}.{s.COMMAND_ACCELERATION.name}"]
@@ -210,7 +210,7 @@ def sinking(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
         i = plan.scene.joints.index(joint)
         ratio = plan.body.ratios[i]
         moves = row.get(f"{joint}.{s.MOTOR_ACCELERATION.name}", ratio * row[f"{joint}.{s.ACCELERATION.name}"]) / ratio
-        gives_way = moves * _load(row, plan, i) < 0.0 and abs(moves) > STILL
+        gives_way = moves * _holding_torque(row, plan, i) < 0.0 and abs(moves) > REST_ACCELERATION
         if not moved and gives_way and abs(holding) > (1.0 + NEGLIGIBLE) * abs(flows):
             detail = f"{joint} gives way though nothing is commanded: {holding:.3g} A would hold it, {flows:.3g} A flow"
             events.append(Event(0.0, "start", detail))

@@ -43,8 +43,8 @@ class Coupled:
     # turn with several joints), (e, c)
     spread: Array
     # row of the body that the motor of each coordinate turns; -1: none, (c,)
-    felt: NDArray[np.int64]
-    own: Array  # inertia of reflected rotors at their shafts [kg m^2 or kg], (c,)
+    rotor_row: NDArray[np.int64]
+    shaft_inertia: Array  # of reflected rotors at their shafts [kg m^2 or kg], (c,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class ClosedLoops:
     joints: NDArray[np.int64]  # joint of the linkage by row; -1 - k for a rotor behind a spring with coordinate k, (e,)
     screws: Array  # screws of the joints by row, (e, 6)
     spread: Array  # matrix from the coordinates to the rows, where it is constant, (e, c)
-    felt: NDArray[np.int64]  # row of the body that the motor of each coordinate turns, (c,)
+    rotor_row: NDArray[np.int64]  # row of the body that the motor of each coordinate turns, (c,)
 
     def put(self, put: Callable[[Any, bool, str], Any]) -> None:
         """Add their sections to a run's memory, by calling ``put`` for each."""
@@ -180,7 +180,7 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
             more.append(Fault(f"effects[{name!r}]", "has a spring but no rotor inertia behind it"))
         shapes.append(shape)
         faults += more
-    faults += _behind_couplings(scene, shapes)
+    faults += _coupled_spring_faults(scene, shapes)
     raise_faults(faults)
     loads = [effect.carried() for effect in scene.effects.get(WHOLE, ()) if isinstance(effect, PayloadChange)]
     if len(loads) > 1 or (loads and not isinstance(scene.body, Arm)):
@@ -200,13 +200,13 @@ def coupling_of(scene: Scene) -> tuple[tuple[float, ...], ...]:
     return () if coupling is None else tuple(tuple(float(one) for one in row) for row in coupling)
 
 
-def _behind_couplings(scene: Scene, shapes: Sequence[Shape]) -> list[Fault]:
+def _coupled_spring_faults(scene: Scene, shapes: Sequence[Shape]) -> list[Fault]:
     """Faults for springs at joints with coupled motors: the distribution of their torques is not modelled."""
-    bound = Place(-1, WHOLE, scene.joints, (), (), 0, coupling_of(scene)).shafts
+    coupled = Place(-1, WHOLE, scene.joints, (), (), 0, coupling_of(scene)).shafts
     hint = "leave the spring out (effects: without springs), or couple no motors to this joint"
     return [
         Fault(f"effects[{scene.joints[i]!r}]", "has a spring or play behind coupled motors", None, hint)
-        for i in bound
+        for i in coupled
         if shapes[i].flexible
     ]
 
@@ -260,11 +260,12 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     """The mechanics of an arm that is an open chain."""
     motors, arm = _motors(shapes), _mounted(arm, shapes, ratios)
     free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
-    bound, model, frames = _coupled(arm, free, ratios), packed(arm, free), link_frames(arm)
+    coupled, model, frames = _coupled(arm, free, ratios), packed(arm, free), link_frames(arm)
     c, links, rotors = arm.n + len(free), model.links.copy(), model.rotors.copy()
-    felt, spread, apart, e = np.arange(c), np.eye(c), np.zeros(c), c
-    if bound is not None:
-        felt, spread, apart, e = bound.felt, bound.spread, bound.own, len(bound.spread)
+    rotor_row, spread, shaft_inertia, e = np.arange(c), np.eye(c), np.zeros(c), c
+    if coupled is not None:
+        rotor_row, spread, e = coupled.rotor_row, coupled.spread, len(coupled.spread)
+        shaft_inertia = coupled.shaft_inertia
         # ``packed`` lists the additional bodies in the order of the joints; here rotors behind springs come first.
         listed = sorted({*followers(arm), *free})
         order = [*range(arm.n), *(arm.n + listed.index(i) for i in (*free, *(i for i in listed if i not in free)))]
@@ -273,21 +274,21 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     for i, (shape, at) in enumerate(zip(shapes, motors, strict=True)):
         if shape.rotor_inertia is not None and not shape.full:
             inertia = shape.rotor_inertia * ratios[i] ** 2
-            if bound is not None and i in bound.shafts:
-                apart[i] = inertia
+            if coupled is not None and i in coupled.shafts:
+                shaft_inertia[i] = inertia
             elif shape.flexible:  # a body of its own that does not move with its carrier
                 links["rotor_inertia"][at] = inertia
                 uncoupled.append(i)
             else:
                 links["rotor_inertia"][at] += inertia
-        feels = felt[at]
-        reflected[i] = apart[at] + (links["rotor_inertia"][feels] * spread[feels, at] ** 2 if feels >= 0 else 0.0)
+        row = rotor_row[at]
+        reflected[i] = shaft_inertia[at] + (links["rotor_inertia"][row] * spread[row, at] ** 2 if row >= 0 else 0.0)
     kept = ~np.isin(rotors["joint"], motors[uncoupled])
     links, rotors = np.concatenate([links[:e], links[e:][kept]]), rotors[kept]
     bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
     return Mechanics(
         arm.n, c, 1, ratios, motors, links, rotors, bodies, np.zeros((4, c)), np.linalg.solve(frames[-1], arm.tip),
-        arm, {i: shapes[i] for i in free}, reflected, tuple(uncoupled), coupled=bound, last=arm.n - 1,
+        arm, {i: shapes[i] for i in free}, reflected, tuple(uncoupled), coupled=coupled, last=arm.n - 1,
     )  # fmt: skip
 
 
@@ -304,12 +305,12 @@ def _coupled(arm: Arm, free: tuple[int, ...], ratios: Array) -> Coupled | None:
         if i not in shafts:
             turns[i], turns[:, i] = np.eye(arm.n)[i], np.eye(arm.n)[i]
     spread[: arm.n, : arm.n] = turns
-    felt = np.arange(c, dtype=np.int64)
-    felt[[i for i in shafts if (arm.coupling[i] != np.eye(arm.n)[i]).any()]] = -1
+    rotor_row = np.arange(c, dtype=np.int64)
+    rotor_row[[i for i in shafts if (arm.coupling[i] != np.eye(arm.n)[i]).any()]] = -1
     for k, i in enumerate(follows):
         spread[c + k, i] = ratios[i]
-        felt[i] = c + k
-    return Coupled(shafts, arm.coupling, np.asarray(turns, dtype=np.float64), spread, felt, np.zeros(c))
+        rotor_row[i] = c + k
+    return Coupled(shafts, arm.coupling, np.asarray(turns, dtype=np.float64), spread, rotor_row, np.zeros(c))
 
 
 def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
@@ -329,15 +330,15 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     whole, follow, ends = linkage_records(arm.linkage)
     links, rotors, bodies, screws = list[Any](), list[Any](), list[Any](), list[Array]()
     chains, joints, first = list[tuple[int, ...]](), list[int](), np.zeros(4, np.int64)  # link, rotor, body, entry
-    felt, at = np.full(c, -1), np.zeros(c, np.int64)  # row and link that the motor of each coordinate turns
+    rotor_row, at = np.full(c, -1), np.zeros(c, np.int64)  # row and link that the motor of each coordinate turns
     for chain, path in zip(chain_arms(arm), loops.paths, strict=True):
         own = {j: int(whole["coordinate"][joint]) for j, joint in enumerate(path) if joint in loops.driven}
         free = [j for j, i in own.items() if motors[i] >= arm.n and chain.rotors[j] is not None]
         model, n, row = packed(chain, tuple(free)), chain.n, len(joints)
-        turned = {i: j for j, i in own.items() if felt[i] < 0 or chain.rotors[j] is not None}
+        turned = {i: j for j, i in own.items() if rotor_row[i] < 0 or chain.rotors[j] is not None}
         turned |= {int(motors[own[j]]): n + k for k, j in enumerate(free)}
         for i, k in turned.items():
-            felt[i], at[i] = row + k, first[0] + k
+            rotor_row[i], at[i] = row + k, first[0] + k
         sizes = np.array([n, n + len(free), len(model.rotors)])
         chains.append((row, *first.tolist(), *sizes.tolist()))
         first += [len(model.links), sizes[2], n + sizes[2] + 1, sizes[1] ** 2]
@@ -356,7 +357,7 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
             every["rotor_inertia"][at[i]] += shape.rotor_inertia * ratios[i] ** 2
     closed = ClosedLoops(
         np.array(chains, r.CHAIN), whole, follow, ends,
-        np.array(joints, np.int64), np.concatenate(screws), spread, felt,
+        np.array(joints, np.int64), np.concatenate(screws), spread, rotor_row,
     )  # fmt: skip
     return Mechanics(
         arm.n, c, 1, ratios, motors, every, np.concatenate(rotors), np.concatenate(bodies), np.zeros((4, c)),

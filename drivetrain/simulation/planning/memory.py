@@ -23,13 +23,13 @@ from drivetrain.simulation.core import equations
 from drivetrain.simulation.core import records as r
 from drivetrain.simulation.core.loops import loop_bodies
 from drivetrain.simulation.planning.mechanics import Mechanics
-from drivetrain.simulation.planning.wiring import Directory, Group, Instance, ranked
+from drivetrain.simulation.planning.wiring import Directory, Group, Instance, in_fixed_order
 
 ENERGIES = (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
 SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, *ENERGIES, named.PAYLOAD_ENERGY)
 # Offset of each signal in the connectors of a joint, and of the scene.
-OF_A_JOINT = {signal.name: int(place_in(JOINT, signal.path) or 0) for signal in named.JOINT_SIGNALS}
-OF_THE_SCENE = {signal.name: int(place_in(WORLD, signal.path) or 0) for signal in SCENE_SIGNALS}
+JOINT_OFFSETS = {signal.name: int(place_in(JOINT, signal.path) or 0) for signal in named.JOINT_SIGNALS}
+SCENE_OFFSETS = {signal.name: int(place_in(WORLD, signal.path) or 0) for signal in SCENE_SIGNALS}
 SPRING = {named.GEAR_TORQUE.name, named.GEAR_DAMPING.name, named.GEAR_STIFFNESS.name}
 INTEGERS: Any = np.int64
 
@@ -113,12 +113,12 @@ def changing_numbers(described: type) -> list[bool]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Placed:
+class _Indices:
     """Indices in the block, by full name."""
 
     signals: dict[str, int]
     states: dict[str, tuple[int, int]]  # of value and rate; -1: no rate
-    owns: dict[int, int]  # of the first number of each effect's record, by id of its instance
+    records_at: dict[int, int]  # of the first number of each effect's record, by id of its instance
 
 
 def lay_out(
@@ -139,10 +139,10 @@ def lay_out(
     block.put(np.array([placed.signals[name] for name in powers], INTEGERS), False, "powers")
     block.put(np.zeros(len(powers)), True, "energies")
     block.put(states, [False, False, False, True], "states")
-    again = _repeated(groups, instances)
+    again = _iterated_effects(groups, instances)
     later = [group for group in again if group.kind.compute]
     once = [group for group in groups if group.kind.compute and group not in again]
-    for name, what, law in (("computes", once, "compute"), ("repeats", later, "compute"),
+    for name, what, law in (("computes", once, "compute"), ("iterated", later, "compute"),
                             ("accounts", [group for group in accounts if group.kind.account], "account"),
                             ("accepts", [group for group in accounts if group.kind.accept], "accept")):  # fmt: skip
         block.put(_calls([(group, 0.0) for group in what], law, placed), False, name)
@@ -155,7 +155,7 @@ def lay_out(
         numbers, placed.signals, {name: k for k, name in enumerate(placed.states)}, powers, atol, memory,
         block.sections, block.kept,
     )  # fmt: skip
-    _fill_heads(made, body, instances)
+    _fill_world_and_engine(made, body, instances)
     for name, value in known.defaults.items():
         numbers[placed.signals[name]] = value
     return made
@@ -163,20 +163,20 @@ def lay_out(
 
 def _put_mechanics(block: _Block, body: Mechanics) -> None:
     """Append the constants and the working memory of the equations of motion."""
-    n, c, bound, loops = body.n, body.c, body.coupled, body.loops
+    n, c, coupled, loops = body.n, body.c, body.coupled, body.loops
     coordinates = np.zeros(c, r.COORDINATE)
     coordinates["link"][:n], coordinates["motor"][:n] = body.loads, body.motors
     coordinates["ratio"][:n], coordinates["zero"][:n] = body.ratios, body.zeros
     for name, row in zip(("inertia", "weight", "phase", "rotor"), body.constant, strict=True):
         coordinates[name] = row
     coordinates["dry"]["load_sign"] = 1
-    spread = np.zeros((0, c)) if bound is None else bound.spread
+    spread = np.zeros((0, c)) if coupled is None else coupled.spread
     if loops is not None:
-        spread, coordinates["felt"] = loops.spread, loops.felt
+        spread, coordinates["rotor_row"] = loops.spread, loops.rotor_row
     size = len(spread) or c
-    if bound is not None:
-        coordinates["coupled"][list(bound.shafts)] = 1
-        coordinates["felt"], coordinates["own"] = bound.felt, bound.own
+    if coupled is not None:
+        coordinates["coupled"][list(coupled.shafts)] = 1
+        coordinates["rotor_row"], coordinates["shaft_inertia"] = coupled.rotor_row, coupled.shaft_inertia
     block.put(coordinates, changing_numbers(r.Coordinate), "coordinates")
     block.put(np.zeros((c, c), r.PAIR), False, "pairs")
     block.put(np.zeros((c, c)), True, "mass")
@@ -184,11 +184,11 @@ def _put_mechanics(block: _Block, body: Mechanics) -> None:
     block.put(body.spinning, False, "rotors")
     block.put(body.bodies, False, "bodies")
     block.put(body.payloads, False, "payloads")
-    block.put(np.zeros((0, n)) if bound is None else bound.turns, False, "turns")
+    block.put(np.zeros((0, n)) if coupled is None else coupled.turns, False, "turns")
     block.put(spread, False, "spread")
-    for name in ("body_places", "body_speeds", "body_bias", "body_felt_bias"):
+    for name in ("body_places", "body_speeds", "body_bias", "body_rotor_bias"):
         block.put(np.zeros(size), False, name)
-    for name in ("body_mass", "body_felt"):
+    for name in ("body_mass", "body_rotor_mass"):
         block.put(np.zeros((size, size)), False, name)
     block.put(np.zeros((size, c)), False, "between")
     if body.loops is not None:
@@ -199,14 +199,14 @@ def _connectors(block: _Block, joints: Sequence[str]) -> dict[str, int]:
     """Indices of the signals of the connectors, by full name."""
     first, size = block.sections["joints"][0], JOINT.itemsize // 8
     places = {
-        f"{joint}.{name}": first + i * size + at for name, at in OF_A_JOINT.items() for i, joint in enumerate(joints)
+        f"{joint}.{name}": first + i * size + at for name, at in JOINT_OFFSETS.items() for i, joint in enumerate(joints)
     }
-    return places | OF_THE_SCENE | {"scene.mass_matrix": block.sections["mass"][0]}
+    return places | SCENE_OFFSETS | {"scene.mass_matrix": block.sections["mass"][0]}
 
 
-def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) -> _Placed:
+def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) -> _Indices:
     """Append the records and tables of all effects."""
-    places, states, owns, tables = _connectors(block, joints), {}, {}, 0
+    places, states, records_at, tables = _connectors(block, joints), {}, {}, 0
     for group in groups:
         described = group.kind.described()
         if described is None:
@@ -223,7 +223,7 @@ def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) 
                 block.put(table, False, f"table {tables}")
         at = block.put(owned, [False] * len(HEAD) + changing_numbers(described))
         for k, one in enumerate(group.instances):
-            own = owns[id(one)] = at + k * dtype.itemsize // 8
+            own = records_at[id(one)] = at + k * dtype.itemsize // 8
             written = (*one.ports.provides, *one.ports.outputs)
             for name, signal in zip((*one.provides, *one.outputs), written, strict=True):
                 if name not in places:
@@ -233,7 +233,7 @@ def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) 
                 value = own + _field(one, dtype, path)
                 states[name] = value, -1 if state.memory else own + _field(one, dtype, f"{path}_rate")
                 places.setdefault(name, value)
-    return _Placed(places, states, owns)
+    return _Indices(places, states, records_at)
 
 
 def _field(one: Instance, dtype: Any, path: str) -> int:
@@ -254,7 +254,7 @@ def _checked(one: Instance) -> Any:
     return own
 
 
-def _put_coordinates(placed: _Placed, block: _Block, body: Mechanics, joints: Sequence[str]) -> None:
+def _put_coordinates(placed: _Indices, block: _Block, body: Mechanics, joints: Sequence[str]) -> None:
     """Put the states of the mechanics (positions, wind-ups, speeds) before those of the effects, memory last."""
     first, size = block.sections["coordinates"][0], r.COORDINATE.itemsize // 8
     shafts = () if body.coupled is None else body.coupled.shafts
@@ -271,10 +271,10 @@ def _put_coordinates(placed: _Placed, block: _Block, body: Mechanics, joints: Se
     placed.states.update(found | moving | memory)
 
 
-def _states(instances: Sequence[Instance], placed: _Placed, body: Mechanics) -> tuple[Array, NDArray[np.bool_], Any]:
+def _states(instances: Sequence[Instance], placed: _Indices, body: Mechanics) -> tuple[Array, NDArray[np.bool_], Any]:
     """Absolute tolerances, which states are memory, and the records of all states; memory comes last."""
     declared = {name: state for one in instances for name, state in zip(one.states, one.ports.states, strict=True)}
-    order = [name for one in ranked(instances) for name in one.states]
+    order = [name for one in in_fixed_order(instances) for name in one.states]
     order = [*(name for name in order if not declared[name].memory), *(name for name in order if declared[name].memory)]
     own = {name: placed.states[name] for name in order}
     kept = {name: at for name, at in placed.states.items() if name not in declared}
@@ -292,13 +292,13 @@ def _states(instances: Sequence[Instance], placed: _Placed, body: Mechanics) -> 
     return atol, memory, records
 
 
-def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Placed) -> Any:
+def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Indices) -> Any:
     """Records CALL of a law; consecutive records of one kind share a call. ``listed`` gives sampling periods [s]."""
     rows: list[list[Any]] = []
     last: Any = None
     for group, period in listed:
         size = own_type(group.kind.described()).itemsize // 8
-        for own in (placed.owns[id(one)] for one in group.instances):
+        for own in (placed.records_at[id(one)] for one in group.instances):
             if rows and last == (group, own - size):
                 rows[-1][2] += 1
             else:
@@ -307,12 +307,12 @@ def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Placed) -> 
     return np.array([tuple(row) for row in rows], r.CALL)
 
 
-def _guards(instances: Sequence[Instance], placed: _Placed) -> Any:
+def _guards(instances: Sequence[Instance], placed: _Indices) -> Any:
     """Records GUARDED of the effects that have a guard."""
     rows = []
     for one in instances:
         if one.ports.guard:
-            dtype, own = own_type(one.effect.described()), placed.owns[id(one)]
+            dtype, own = own_type(one.effect.described()), placed.records_at[id(one)]
             rows.append((own + _field(one, dtype, one.ports.guard), type(one.effect).accept.address, own, 1))  # type: ignore[union-attr]
     return np.array(rows, r.GUARDED)
 
@@ -325,7 +325,7 @@ def _sampled(groups: Sequence[Group]) -> Iterable[tuple[Group, float]]:
                 yield Group(group.kind, tuple(one for one in group.instances if one.effect.period == period)), period
 
 
-def _repeated(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Group]:
+def _iterated_effects(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Group]:
     """The effects that are evaluated in every Newton iteration of a step: springs of gears, and contacts at the tip.
 
     Empty if none of them is piecewise. Since they are evaluated again on their own, they may only contribute to these
@@ -342,7 +342,7 @@ def _repeated(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Gr
 
 
 def _columns(
-    placed: _Placed, effects: Container[str], known: Directory, powers: Sequence[str], block: _Block
+    placed: _Indices, effects: Container[str], known: Directory, powers: Sequence[str], block: _Block
 ) -> list[int]:
     """Indices of the numbers in an output row after the time; states as the connectors show them."""
     energies = block.sections["energies"][0]
@@ -363,18 +363,18 @@ def recorded_signals(places: Mapping[str, int], known: Directory) -> list[str]:
 
     def order(name: str) -> tuple[int, int, str]:
         own = name if name.startswith("scene.") else name.rpartition(".")[2]
-        return rank.get(own) or (3 if name in known.adders else 1, 0, name)
+        return rank.get(own) or (3 if name in known.contributors else 1, 0, name)
 
     wanted = [
         name for name in places
         if name in known.units and name != "scene.mass_matrix"
-        and not (name in known.adders and not known.adders[name])
-        and not (name in known.defaults and name not in known.givers)
+        and not (name in known.contributors and not known.contributors[name])
+        and not (name in known.defaults and name not in known.providers)
     ]  # fmt: skip
     return sorted(wanted, key=order)
 
 
-def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) -> None:
+def _fill_world_and_engine(made: Memory, body: Mechanics, instances: Sequence[Instance]) -> None:
     """Fill the records WORLD and ENGINE, and the list of sections."""
     numbers, sections = made.numbers, made.sections
     world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
@@ -389,7 +389,7 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     engine["late"] = any(state.late for one in instances for state in one.ports.states)
     bodies = equations.bodies if body.loops is None else loop_bodies
     laws = {"motion": equations.motion, "forces": equations.forces, "bodies_law": bodies}
-    for name, law in (laws | {"friction_law": equations.friction, "outcomes_law": equations.outcomes}).items():
+    for name, law in (laws | {"friction_law": equations.friction, "uniqueness_law": equations.uniqueness}).items():
         engine[name] = equations.equation(law).address
     engine["tip_offset"] = body.tip[:3, 3]
     listed, tables = made.view(numbers, "sections"), [name for name in sections if name.startswith("table ")]

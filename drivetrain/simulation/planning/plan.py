@@ -32,9 +32,9 @@ from drivetrain.simulation.planning.wiring import (
     Group,
     Instance,
     directory,
+    in_fixed_order,
     instance,
     ordered,
-    ranked,
     unit_at,
 )
 from drivetrain.simulation.scene import WHOLE, Scene
@@ -85,7 +85,7 @@ def energy_of(power: str) -> str:
 
 
 MASSLESS = 1e-14  # share of a joint's inertia below which the inertia with all other joints free is a rounding error
-SMALLEST = 1e-60  # smallest inertia [kg m^2 or kg]
+SMALLEST_INERTIA = 1e-60  # smallest inertia [kg m^2 or kg]
 MOST_SAMPLES = 1e9  # of one effect in a run
 
 
@@ -146,7 +146,7 @@ class Plan:
             f"{len(self.memory.states)} states, {len(self.instances)} effects in {len(self.groups)} calls, "
             f"{self.scene.duration:g} s",
             *_table("States", _state_rows(self.memory.states, self.units)),
-            *_table("Order", ((f"{k}. {one.kind.__name__}", _where(one)) for k, one in enumerate(self.groups, 1))),
+            *_table("Order", ((f"{k}. {one.kind.__name__}", _places_of(one)) for k, one in enumerate(self.groups, 1))),
             *_table("Signals", _signal_rows(self.signals)),
             *_table("Time scales", _scale_rows(self.time_scales)),
             *_table("Left out", ((text, "") for text in self.left_out)),
@@ -173,7 +173,7 @@ def plan(scene: Scene) -> Plan:
     whole = Place(-1, WHOLE, scene.joints, ratios, scene.turning, body.c, coupling_of(scene))
     places = {WHOLE: whole} | {name: replace(whole, joint=i, name=name) for i, name in enumerate(scene.joints)}
     found = [instance(effect, places[name]) for name, effects in scene.effects.items() for effect in effects]
-    instances = ranked(found)
+    instances = in_fixed_order(found)
     _check_shafts(instances)
     _check_meshes_alone(instances)
     _check_belts(instances, body)
@@ -227,7 +227,7 @@ def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Arra
         at["position"][: body.n] = body.places_of(scene.position)
     equations.evaluate_signals(numbers)
     pairs = memory.view(numbers, "pairs").reshape(body.c, body.c)
-    return pairs["mass"], np.diagonal(pairs["felt"])
+    return pairs["mass"], np.diagonal(pairs["rotor_mass"])
 
 
 def coordinate_names(body: Mechanics, scene: Scene) -> list[str]:
@@ -244,7 +244,7 @@ def check_inertias(body: Mechanics, whole: Array, scene: Scene) -> None:
     names = coordinate_names(body, scene)
     # Elimination from the last joint to the first: the inertia of each joint while those after it are free.
     for i in range(c - 1, -1, -1):
-        if not left[i, i] > max(MASSLESS * whole[i, i], SMALLEST):
+        if not left[i, i] > max(MASSLESS * whole[i, i], SMALLEST_INERTIA):
             problem = f"moves no inertia ({max(left[i, i], 0.0):.3g} kg m^2 or kg)"
             hint = "give its link a mass, or the joint a rotor (FullRotor, ReflectedRotor)"
             raise InputError(Fault(f"scene.{names[i]}", problem, None, hint))
@@ -362,7 +362,7 @@ def _left_out(scene: Scene, instances: Sequence[Instance]) -> tuple[str, ...]:
     return (*missing, *scene.notes)
 
 
-def _where(group: Group) -> str:
+def _places_of(group: Group) -> str:
     """The places of a group's effects."""
     return ", ".join(dict.fromkeys(one.place.name for one in group.instances))
 
@@ -384,7 +384,7 @@ def _signal_rows(known: Directory) -> list[tuple[str, str]]:
     """Printed rows of the signals with the effects that set them; equal ones of several joints share a row."""
     rows: dict[tuple[str, str], list[str]] = {}
     for name, unit in known.units.items():
-        who, place = _who(name, known), name.rpartition(".")[0]
+        who, place = _source_of(name, known), name.rpartition(".")[0]
         if who:
             said = who.replace(f" of {place}", "")
             rows.setdefault((f"{name.rpartition('.')[2]} [{_printed(unit)}]", said), []).append(place)
@@ -397,12 +397,12 @@ def _joined(places: Sequence[str]) -> str:
     return places[0] if len(places) == 1 else f"({', '.join(places)})" if len(places) < 4 else f"({len(places)} joints)"
 
 
-def _who(name: str, known: Directory) -> str:
+def _source_of(name: str, known: Directory) -> str:
     """What sets a signal, in words; empty for signals of the mechanics, and for sums without contributions."""
-    adders = known.adders.get(name)
-    if adders is not None:
-        return "sum of " + ", ".join(adders) if adders else ""
-    who = known.givers.get(name)
+    contributors = known.contributors.get(name)
+    if contributors is not None:
+        return "sum of " + ", ".join(contributors) if contributors else ""
+    who = known.providers.get(name)
     if who is None:
         return f"{known.defaults[name]:g}, as nothing gives it"
     return "" if who == MECHANICS else who

@@ -44,8 +44,8 @@ class Directory:
     """All signals of a scene by full name, with the effects that set them."""
 
     units: dict[str, str] = field(default_factory=dict)  # unit of each signal
-    givers: dict[str, str] = field(default_factory=dict)  # the effect that provides it, or ``motion and forces``
-    adders: dict[str, list[str]] = field(default_factory=dict)  # the effects that contribute to it
+    providers: dict[str, str] = field(default_factory=dict)  # the effect that provides it, or ``motion and forces``
+    contributors: dict[str, list[str]] = field(default_factory=dict)  # the effects that contribute to it
     defaults: dict[str, float] = field(default_factory=dict)  # values of needed signals that no effect provides
     powers: dict[str, Role] = field(default_factory=dict)  # role of each power [W]
     stores: list[str] = field(default_factory=list)  # names of the stored energies [J]
@@ -74,7 +74,7 @@ def instance(effect: Effect, place: Place) -> Instance:
     return Instance(effect, place, ports, states, names(ports.needs), *written)
 
 
-def ranked(instances: Iterable[Instance]) -> list[Instance]:
+def in_fixed_order(instances: Iterable[Instance]) -> list[Instance]:
     """Effects in an order that does not depend on that of their declaration: by kind, joint, then parameters."""
 
     def rank(one: Instance) -> tuple[str, int]:
@@ -85,12 +85,12 @@ def ranked(instances: Iterable[Instance]) -> list[Instance]:
 
 
 # Unit at a prismatic joint for each unit at a revolute joint.
-SLIDING = {"rad": "m", "rad/s": "m/s", "rad/s^2": "m/s^2", "N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m"}
+PRISMATIC_UNITS = {"rad": "m", "rad/s": "m/s", "rad/s^2": "m/s^2", "N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m"}
 
 
 def unit_at(unit: str, turning: bool) -> str:
     """The SI unit of a joint's quantity, at a revolute (``turning``) or a prismatic joint."""
-    return unit if turning else SLIDING.get(unit, unit)
+    return unit if turning else PRISMATIC_UNITS.get(unit, unit)
 
 
 # Signals at the motor's shaft, which rotates at prismatic joints too.
@@ -119,26 +119,26 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
             name = f"{joint}.{signal.name}"
             known.units[name] = signal.unit if own else unit_at(signal.unit, place.turning[index])
             if taken:
-                known.adders[name] = []
+                known.contributors[name] = []
             else:
-                known.givers[name] = MECHANICS
+                known.providers[name] = MECHANICS
         if index in place.shafts:
             for signal in (*named.SHAFT_GIVEN, *named.SHAFT_TAKEN):
                 known.units[f"{joint}.{signal.name}"] = signal.unit
-            known.givers |= {f"{joint}.{signal.name}": MECHANICS for signal in named.SHAFT_GIVEN}
-            known.adders |= {f"{joint}.{signal.name}": [] for signal in named.SHAFT_TAKEN}
+            known.providers |= {f"{joint}.{signal.name}": MECHANICS for signal in named.SHAFT_GIVEN}
+            known.contributors |= {f"{joint}.{signal.name}": [] for signal in named.SHAFT_TAKEN}
         for power in (named.JOINT_FRICTION_POWER, named.MOTOR_FRICTION_POWER, named.MESH_POWER):
             known.powers[f"{joint}.{power.name}"] = Role.LOSS
-    known.units["scene.mass_matrix"], known.givers["scene.mass_matrix"] = "kg m^2", MECHANICS
+    known.units["scene.mass_matrix"], known.providers["scene.mass_matrix"] = "kg m^2", MECHANICS
     for signal in (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY, *named.TIP_GIVEN):
-        known.units[signal.name], known.givers[signal.name] = signal.unit, MECHANICS
+        known.units[signal.name], known.providers[signal.name] = signal.unit, MECHANICS
     for signal in named.TIP_TAKEN:
-        known.units[signal.name], known.adders[signal.name] = signal.unit, []
+        known.units[signal.name], known.contributors[signal.name] = signal.unit, []
     for one in instances:
-        _enter(one, known, faults)
+        _add_signals(one, known, faults)
     for one in instances:
         for signal, name in zip(one.ports.needs, one.needs, strict=True):
-            if name in known.givers or name in known.adders:
+            if name in known.providers or name in known.contributors:
                 continue
             if signal.default is None:
                 hint = nearest(name, list(known.units)) or f"add an effect that gives {name}"
@@ -151,7 +151,7 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
     return known
 
 
-def _enter(one: Instance, known: Directory, faults: list[Fault]) -> None:
+def _add_signals(one: Instance, known: Directory, faults: list[Fault]) -> None:
     """Add the signals that an effect sets to the directory."""
     slides = one.place.joint >= 0 and not one.place.turning[one.place.joint]
     set_there = [
@@ -160,22 +160,22 @@ def _enter(one: Instance, known: Directory, faults: list[Fault]) -> None:
         *zip(((s.name, s.unit) for s in one.ports.outputs), one.outputs, strict=True),
     ]
     for (_, unit), name in set_there:
-        if name in known.givers or name in known.adders:
-            who = known.givers.get(name) or ", ".join(known.adders[name]) or MECHANICS
+        if name in known.providers or name in known.contributors:
+            who = known.providers.get(name) or ", ".join(known.contributors[name]) or MECHANICS
             faults.append(Fault(one.title, f"sets {name}, which {who} sets already"))
             continue
         joint, _, what = name.rpartition(".")
         if what.startswith("command_") and joint in one.place.joints:
             unit = unit_at(unit, one.place.turning[one.place.joints.index(joint)])
-        known.units[name], known.givers[name] = unit, one.title
+        known.units[name], known.providers[name] = unit, one.title
     for signal, name in zip(one.ports.contributes, one.contributes, strict=True):
-        if name in known.givers:
-            faults.append(Fault(one.title, f"adds to {name}, which {known.givers[name]} alone sets"))
+        if name in known.providers:
+            faults.append(Fault(one.title, f"adds to {name}, which {known.providers[name]} alone sets"))
             continue
         own = known.units.setdefault(name, signal.unit)
         if own != signal.unit and not (slides and own == unit_at(signal.unit, False)):
             faults.append(Fault(one.title, f"adds to {name} in {signal.unit}; it is in {own}"))
-        known.adders.setdefault(name, []).append(one.title)
+        known.contributors.setdefault(name, []).append(one.title)
     for signal, name in zip(one.ports.outputs, one.outputs, strict=True):
         if signal.role is Role.STORE:
             known.stores.append(name)
