@@ -14,7 +14,7 @@ from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.friction import Friction
 from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.operation import Operation
 from drivetrain.study.model import DriveMass, Safety, StiffnessWish, Stop
 
 COPPER, AMBIENT, PEAK = 0.0039, 31.0, 1.3  # 1/K from 25 C, C, safety factor
@@ -37,7 +37,7 @@ def axis(make, motor=None, gear=None, cycle=None, task=None, **changes):
     )  # fmt: skip
     work, only = workload(study), study.joints[0]
     drive = Drive(motor, gear, only.friction, only.motor_friction)
-    return operation(study, 0, work.at(0, {0: drive}).demand(drive), drive)
+    return Operation(work.at(0, {0: drive}).demand(drive), drive, study, 0)
 
 
 def resistance(motor, temperature):
@@ -111,8 +111,9 @@ def test_what_a_cold_start_asks(make):
     assert op.figures.cold_current == pytest.approx(op.figures.cold_torque / cold, rel=1e-12)
     still = resistance(motor, -15.0) * op.figures.cold_current * PEAK
     assert op.figures.cold_voltage >= still * (1.0 - 1e-12)
+    sticking = Friction(coulomb=1.0, static=4.0)
     slow = axis(
-        make, motor, gear, cold_start=-15.0,
+        make, motor, gear, cold_start=-15.0, task={"friction": sticking},
         cycle=make.table_cycle(np.array([0.0, 1.0, 2.0]), np.full(3, 8.0), np.array([0, 1e-6, 0]), np.zeros(3)),
     )  # fmt: skip
     still = resistance(motor, -15.0) * slow.figures.cold_current * PEAK
@@ -295,3 +296,30 @@ def test_the_peak_current_is_the_smaller_of_those_known(make, motor, amplifier):
     )  # fmt: skip
     known = [one for one in (motor, amplifier) if one is not None]
     assert op.judgement.case.limits.peak_current == min(known)
+
+
+def test_losses_and_temperatures_of_a_slow_winding(make):
+    """Means over the cycle, as a winding of hours does not follow it; a planetary gear loses in its mesh alone."""
+    motor = replace(make.motor, magnet_coefficient=-0.002, winding_time_constant=2e4, housing_time_constant=8e5)
+    shaft = FRICTIONS[1]
+    op = axis(make, motor, task={"motor_friction": shaft, "gear_heat": 0.6})
+    demand, duration = op.demand, op.demand.time[-1]
+    load, turn = demand.gear_torque, 50.0 * demand.speed
+    mesh = np.where(load * demand.speed > 0.0, load * (1.0 / 0.8 - 1.0), load * (1.0 - 1.0 / 0.8)) * demand.speed
+    lost = np.trapezoid(mesh, demand.time) / duration
+    assert op.figures.gear_loss == pytest.approx(lost, rel=1e-9)
+    friction = np.trapezoid(rubbed(shaft, turn) * turn, demand.time) / duration
+    torque, step = op.motor_torque, np.diff(demand.time)
+    # The current runs straight between samples.
+    square = step @ (torque[:-1] ** 2 + torque[:-1] * torque[1:] + torque[1:] ** 2) / 3.0 / duration
+    inner, outer = motor.resistance_winding_housing, motor.resistance_housing_ambient
+
+    def housing(winding, magnets):
+        copper = square * resistance(motor, winding) / constant(motor, magnets) ** 2
+        return copper, AMBIENT + outer * (copper + friction + 0.6 * lost)
+
+    magnets = op.figures.magnet_temperature
+    copper, warm = housing(op.figures.winding_temperature, magnets)
+    assert op.figures.housing_temperature == pytest.approx(warm, abs=1e-2)
+    assert op.figures.winding_temperature == pytest.approx(warm + inner * copper, abs=1e-2)  # ripple: 1.2 s of 2e4 s
+    assert op.figures.winding_temperature > AMBIENT + 5.0
