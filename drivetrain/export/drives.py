@@ -45,8 +45,8 @@ class DriveData:
     volts: float
     current: float
     torque: float
-    # limits at the shaft: effort [N m or N] by current, motor torque and the gear's repeated peak torque; speed [rad/s
-    # or m/s] by voltage and the largest speeds of motor and gear
+    # limits at the shaft: effort [N m or N] by current, motor torque, the gear's repeated peak torque and its stages;
+    # speed [rad/s or m/s] by voltage and the largest speeds of motor, gear and stages
     effort: float
     speed: float
     continuous: float  # continuous limit of effort [N m or N]; NaN if unknown
@@ -175,7 +175,7 @@ def _drive(study: Study, task: JointTask, joint: JointResult) -> DriveData:
     current = min((one for one in (amplifier.peak_current, motor.peak_current) if one is not None), default=math.inf)
     most = math.inf if motor.peak_torque is None else motor.peak_torque
     torque = min(constant * current, most)
-    peak = gear.repeated_peak_torque or gear.continuous_torque or math.inf
+    peak = min(gear.repeated_peak_torque or gear.continuous_torque or math.inf, gear.stage_torque or math.inf)
     fastest = min(volts / constant, motor.max_speed or math.inf, gear.max_input_speed or math.inf)
     rms = next((one.available for one in joint.checks if one.name == "motor RMS current"), None)
     turning = size * float(np.abs(joint.series.speed).mean())
@@ -191,7 +191,8 @@ def _drive(study: Study, task: JointTask, joint: JointResult) -> DriveData:
     return DriveData(
         task.name, gear.ratio / travel, drive_inertia(joint.drive), constant,
         resistance, motor.resistance, motor.inductance or 0.0, volts, current, most,
-        effort=min(torque * size / max(mesh.driving, 1.0), peak) / travel, speed=fastest / size * travel,
+        effort=min(torque * size / max(mesh.driving, 1.0), peak) / travel,
+        speed=min(fastest / size, gear.stage_speed or math.inf) * travel,
         continuous=math.nan if rms is None else rms * constant * size / travel,
         coulomb=(_coulomb(outside) + size * (_coulomb(shaft) + drag)) / travel,
         viscous=(_viscous(outside) + size**2 * _viscous(shaft)) / travel**2, thermal=thermal,

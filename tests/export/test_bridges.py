@@ -25,11 +25,13 @@ from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.geared import at_level
 from drivetrain.arm.kinematics import link_poses, tip_pose
 from drivetrain.arm.rotors import RotorLevel
+from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.counterbalance import Counterbalance, counterbalance_torque
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.friction import FRICTIONLESS, Friction
 from drivetrain.drive.gear import Gear
+from drivetrain.drive.stages import Stage, chained, with_stages
 from drivetrain.dynamics.closed import whole_motion
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
@@ -514,6 +516,21 @@ def test_ros2_limits_and_interfaces(make, tmp_path: Path) -> None:
     limits = yaml.safe_load((tmp_path / "joint_limits.yaml").read_text())["joint_limits"]
     warm = limited.joints["j1"].series.motor_torque[5] / limited.joints["j1"].series.current[5]
     assert limits["j1"]["max_effort"] == pytest.approx(min(warm * 30.0 * 50.0 * 0.8, 40.0), rel=1e-9)
+
+
+def test_exported_limits_are_those_of_stages_too(make, tmp_path: Path) -> None:
+    """A belt of ratio 2 behind the gear bears 5 N m at the joint and 12 rad/s before it, 6 at the joint."""
+    belt = chained([Stage("belt", efficiency=0.95, ratio=2.0, torque_limit=5.0, speed_limit=12.0)])
+    gear = replace(with_stages(make.gear, belt), key="g1")
+    study = make.study(make.sines(1), arm=make.planar_arm([0.3], [1.5]))
+    found = evaluate(replace(study, catalog=Catalog(study.catalog.motors, {"g1": gear})))
+    assert found.joints["j1"].drive.gear.ratio == 100.0
+    write_ros2(found, tmp_path / "joint_limits.yaml")
+    limits = yaml.safe_load((tmp_path / "joint_limits.yaml").read_text())["joint_limits"]["j1"]
+    write_physx(found, tmp_path / "envelopes.json")
+    envelope = json.loads((tmp_path / "envelopes.json").read_text())["joints"]["j1"]
+    assert (limits["max_effort"], limits["max_velocity"]) == pytest.approx((5.0, 6.0))
+    assert (envelope["max_effort"], envelope["velocity_limit"]) == pytest.approx((5.0, 6.0))
 
 
 @pytest.mark.parametrize("which", WHICH)
