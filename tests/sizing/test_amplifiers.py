@@ -60,6 +60,16 @@ def test_a_drive_takes_the_first_amplifier_that_holds(make):
     assert HIGHEST not in checks_of(evaluate(make.study(dull.cycle, arm=dull.arm)))
 
 
+def test_where_a_drive_fails_by_itself_the_amplifier_told_is_still_one_that_bears_it(make):
+    some = (amplifier("short", 90.0, 3.0), amplifier("strong", 90.0, 90.0))
+    study = one_joint(make, some)
+    assert checks_of(evaluate(study))["amplifier peak current"].required > 3.0
+    weak = replace(make.gear, key="g1", repeated_peak_torque=0.01, momentary_torque=0.01)
+    found = evaluate(replace(study, catalog=Catalog(study.catalog.motors, {"g1": weak})))
+    assert found.verdict is Verdict.FAIL and found.joints["j1"].amplifier.key == "strong"
+    assert checks_of(found)["amplifier peak current"].verdict is Verdict.PASS
+
+
 def test_currents_of_a_row_are_told_in_its_ampere_too(tmp_path):
     table = tmp_path / "amplifiers.csv"
     table.write_text("key,current_basis,continuous_current [A],peak_current [A]\nA,rms,5,10\n", encoding="utf-8")
