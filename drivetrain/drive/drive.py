@@ -91,6 +91,11 @@ def drive_inertia(drive: Drive) -> float:
     return (drive.motor.rotor_inertia or 0.0) + (drive.gear.inertia or 0.0)
 
 
+def unstaged_inertia(drive: Drive) -> float:
+    """The same without the stages behind the gear, which the gear's ratio reduces as it does the load's inertia."""
+    return drive_inertia(drive) - (0.0 if drive.gear.inertia is None else drive.gear.stage_inertia)
+
+
 WITH_SIZE = {
     "rotor_inertia", "mass", "no_load_current", "coulomb_friction", "viscous_friction", "nominal_current",
     "nominal_torque", "stall_torque", "stall_current", "peak_current", "peak_torque", "price", "friction_allowance",

@@ -50,12 +50,16 @@ def scaled_gear(gear: Gear, ratio: float) -> Gear:
     Limits of output torque and of input speed, efficiency, input inertia, mass and stiffness stay. The no-load running
     torque at the input keeps its share of the rated torque, so it falls as the ratio grows, and so the split of the
     printed loss into running torque and mesh stays the same at every ratio. A drag over speed and temperature hardly
-    depends on the ratio and stays; what starts the gear falls with its power STARTING (catalogs/SOURCES.md).
+    depends on the ratio and stays; what starts the gear falls with its power STARTING (catalogs/SOURCES.md). Stages
+    behind the gear stay as they are, so that their inertia at its input falls with the square of the ratio.
     """
     running, starting, share = gear.no_load_torque, gear.starting_torque, abs(gear.ratio) / ratio
+    stages = gear.stage_inertia * share**2
     return replace(
         gear,
         ratio=math.copysign(ratio, gear.ratio),
+        inertia=None if gear.inertia is None else gear.inertia - gear.stage_inertia + stages,
+        stage_inertia=stages,
         no_load_torque=None if running is None else running * share,
         starting_torque=None if starting is None else starting * share**STARTING,
     )
@@ -65,7 +69,9 @@ def scaled_gear(gear: Gear, ratio: float) -> Gear:
 class TorqueTerms:
     """Motor torque of a motion as it depends on the ratio G: ``inverse / G + constant + linear * G``, each (N,)."""
 
-    inverse: Array  # load, joint friction, mesh loss by direction of power, and a printed no-load running torque [N m]
+    # load, joint friction, mesh loss by direction of power, acceleration of stages behind the gear, and a printed
+    # no-load running torque [N m]
+    inverse: Array
     # what the ratio does not change: carrier's acceleration, the motor's Coulomb friction, and the gear's drag over
     # speed, taken at the template's ratio [N m]
     constant: Array

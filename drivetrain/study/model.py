@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -179,6 +180,8 @@ class JointTask:
             them allows.
         brakes: One of which must hold the joint; empty: it needs none. Motor keys name theirs: ``MOTOR+BRAKE``.
         counterbalances: Torques on the link behind the joint that its angle alone decides; their masses are the arm's.
+        staged: Keys of the catalogue's gears with the joint's stages behind them, by the gear's own key ("" the direct
+            drive); empty: it has no stages.
         preload: Of two motors on one axis, what it gives beside half of the load, and the other takes away [N m]; None:
             it has its axis alone.
         sharing: Names of the two motors, this one among them; empty: it has its axis alone.
@@ -206,6 +209,7 @@ class JointTask:
     amplifiers: tuple[Amplifier, ...] = ()
     counterbalances: tuple[Counterbalance, ...] = ()
     amplifier_heat: float = 0.0
+    staged: Mapping[str, str] = field(default_factory=dict)
     preload: float | None = None
     sharing: tuple[str, ...] = ()
 

@@ -155,7 +155,7 @@ class Drive:
         self.kt, self.ohms, self.travel = motor["torque_constant"], motor["resistance"], SCREW["lead"] if screw else 1.0
         self.ratio, self.shaft = gear.get("ratio", 1.0), motor["rotor_inertia"] + brake.get("inertia", 0.0)
         rod = math.pi / 32.0 * 7850.0 * SCREW["length"] * SCREW["root_diameter"] ** 4 if screw else 0.0
-        self.inertia = self.shaft + gear.get("inertia", 0.0) + rod
+        self.inertia, self.rod = self.shaft + gear.get("inertia", 0.0) + rod, rod
         eta = SCREW["efficiency"] if screw else gear["mesh_efficiency"]
         self.driving, self.driven = (1.0 + share) / eta, (1.0 - share) * (2.0 - 1.0 / eta)
         self.onward = self.driving if screw else 1.0 + share
@@ -288,7 +288,8 @@ def worked_out(path):
             row["holding brake torque"] = hold * FACTORS["brake"], grip
             turning = (one.inertia + inertia / one.ratio**2) * (one.ratio * fastest) ** 2 / 2.0
             row["holding brake energy"] = turning * grip / (grip - hold), 26.0 * grip
-        row["inertia ratio"] = inertia / (one.ratio**2 * one.inertia), FACTORS["inertia_ratio"]
+        moved = inertia / one.ratio**2 + one.rod  # the screw is load
+        row["inertia ratio"] = moved / (one.inertia - one.rod), FACTORS["inertia_ratio"]
         # Heat: one node, at 40 C and more a gear drags no less; magnets and winding by their mean.
         coil, hot = one.brake.get("power", 0.0), one.constant(110.0)
         lost = np.where(load * speed > 0.0, one.driving - 1.0, one.driven - 1.0) * load * speed

@@ -26,7 +26,8 @@ page.setup(function () {
       const at = warm ? warm.value : "hot", hot = joint.resistances.hot, resistance = joint.resistances[at] ?? hot;
       const most = { peak: 0, peak0: 0, voltage: 0, voltage0: 0 };
       for (let i = 0; i < n; i++) {
-        torque[i] = (own.torque[i] - own.rotor[i]) * s + own.rotor[i] + joint.spin[i] * (1 / s - 1);
+        const rotor = r.rotor * own.rotor[i];
+        torque[i] = (own.torque[i] - rotor) * s + rotor + joint.spin[i] * (1 / s - 1);
         speed[i] = own.speed[i] * s ** -1;
         current[i] = own.current[i] + (torque[i] - own.torque[i]) / r.constant;
         voltage[i] = own.voltage[i] + r.back_emf * (speed[i] - own.speed[i]) + hot * (current[i] - own.current[i]) + (resistance - hot) * current[i];

@@ -12,7 +12,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.files.shapes import Triangles, box, link_shapes
 from drivetrain.arm.kinematics import link_poses
 from drivetrain.arrays import Array
-from drivetrain.drive.drive import drive_inertia
+from drivetrain.drive.drive import drive_inertia, unstaged_inertia
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import continuous_current, continuous_region, operating_region
@@ -179,20 +179,22 @@ def _ratio(
     """What the motor's torque is made of, by what a ratio G does to it: load ~ 1/G, the own spin ~ G, the rest stays.
 
     Motor torque at G of a drive judged at G0 is a G0/G + b + c (G/G0 - 1): a is all but the rotor, b the rotor's term,
-    c = J G0 acceleration. ``moments`` are the mean products of a, b and c, of which the RMS at any G is made.
+    c = J G0 acceleration. ``moments`` are the mean products of a, b and c, of which the RMS at any G is made. Stages
+    behind the gear belong to the load: ``rotor`` is the rotor's share of the inertia and torque at the gear's input.
     """
     series, drive = joint.series, joint.drive
+    inertia = unstaged_inertia(drive)
+    rotor = inertia / drive_inertia(drive) if inertia > 0.0 else 1.0
     weights = sample_weights(series.time) if len(study.cycle.parts) == 1 else study.cycle.weights
-    spin = drive_inertia(drive) * abs(drive.gear.ratio) * series.acceleration
-    spin = spin * np.sign(drive.gear.ratio)
-    parts = convert(np.stack([series.motor_torque - series.rotor_torque, series.rotor_torque, spin]), "N m",
-                    units["torque"])  # fmt: skip
+    spin, own = inertia * drive.gear.ratio * series.acceleration, rotor * series.rotor_torque
+    parts = convert(np.stack([series.motor_torque - own, own, spin]), "N m", units["torque"])
     moments = (parts * weights) @ parts.T / max(float(weights.sum()), 1e-12)
     back_emf = constant / float(convert(1.0, "N m", units["torque"])) / float(convert(1.0, "rad/s", units["speed"]))
     return {
         "own": abs(drive.gear.ratio),
         "direct": drive.gear.kind == "ideal",
         "spin": rounded(parts[2][kept]),
+        "rotor": rotor,
         "moments": moments.ravel().tolist(),
         "constant": constant,
         "back_emf": back_emf,

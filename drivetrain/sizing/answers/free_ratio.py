@@ -28,6 +28,7 @@ from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.vary import worst_of
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import FreeRatio, Study
+from drivetrain.study.parts.candidates import gears_at
 from drivetrain.study.parts.verdicts import Verdict, verdict_of
 
 SHOWN_GEARS = 12  # gears of the catalogue that are compared with the continuous gear
@@ -150,6 +151,10 @@ def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: M
     if not wanted:
         hint = "give a joint `free_ratio: {ratio: [30, 160]}`"
         faults.append(Fault("joints", "none of them has a free ratio", hint=hint))
+    for task in study.joints:
+        for beside, there in (("stages", task.staged), ("two motors", task.sharing)):
+            if there and task.name in wanted:
+                faults.append(Fault(f"joints.{task.name}.free_ratio", f"is not computed with {beside}"))
     raise_faults(faults)
     pairs = _pairs(study, wanted, drives)
     filled_parts, motors, families = FilledParts(study), dict[int, str](), dict[int, GearFamily]()
@@ -175,7 +180,8 @@ def _pairs(study: Study, wanted: Mapping[str, FreeRatio], drives: Mapping[str, P
     for task in study.joints:
         pair = drives.get(task.name, task.drive)
         if pair is not None:
-            pairs[task.name] = (pair[0], pair[1] or "")
+            gear = pair[1] or ""
+            pairs[task.name] = (pair[0], task.staged.get(gear, gear))
     named = {name for name, free in wanted.items() if free.motor}
     open_joints = [task.name for task in study.joints if task.name not in pairs and task.name not in named]
     if open_joints:
@@ -191,7 +197,7 @@ def _pairs(study: Study, wanted: Mapping[str, FreeRatio], drives: Mapping[str, P
 def _family(study: Study, free: FreeRatio) -> GearFamily:
     if free.series is None:
         return ideal_family(free.low, free.high)
-    rows = [row for row in study.catalog.gears.values() if row.series == free.series]
+    rows = [row for row in study.catalog.gears.values() if row.series == free.series and not row.staged]
     if not rows:
         known = {row.series for row in study.catalog.gears.values() if row.series}
         hint = nearest(free.series, known)
@@ -250,7 +256,7 @@ def _partners(design: ArmDesign, joint: int) -> Sequence[str]:
     """Gears that may replace the continuous gear: those of its series, else those that go with the motor."""
     rows, family, motor = design.study.catalog.gears, design.families[joint], design.motors[joint]
     paired = [gear for one, gear in design.study.joints[joint].pairs if one == motor and gear]
-    among = paired or (list(rows) if family.laws else [])
+    among = paired or (gears_at(design.study.joints[joint], design.study.catalog) if family.laws else [])
     series = [key for key in among if rows[key].series == family.name]
     return series or partners(design.study, design.study.joints[joint], motor)
 

@@ -13,8 +13,8 @@ from scipy.optimize import minimize_scalar
 
 from drivetrain.arm.coupling import shaft_motion
 from drivetrain.arrays import Array
-from drivetrain.drive.drive import Drive, drive_inertia
-from drivetrain.drive.gear import mesh_loss_coefficient
+from drivetrain.drive.drive import Drive, unstaged_inertia
+from drivetrain.drive.gear import mesh_loss_coefficient, stage_load
 from drivetrain.drive.matching import (
     LoadMatch,
     RatioRange,
@@ -33,6 +33,7 @@ from drivetrain.sizing.judge.vary import Number, Setup, edges, named_drives, rat
 from drivetrain.sizing.results import JointResult
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import JointTask, Study
+from drivetrain.study.parts.candidates import gears_at
 from drivetrain.study.parts.verdicts import Check, Verdict, lacking
 
 GRID = 81  # ratios of the sweep
@@ -341,12 +342,13 @@ def _closed_forms(setup: Setup, joint: int) -> ClosedForms:
     demand, drive, rated = setup.demand(joint), setup.drives[joint], _rated_torque(setup, joint)
     if not setup.joint(joint).torque_known:
         return ClosedForms(None, math.nan, math.nan, None, None)
-    terms, inertia, matching, match = terms_of(setup, joint), drive_inertia(drive), None, None
+    terms, matching, match = terms_of(setup, joint), None, None
+    inertia, stages = unstaged_inertia(drive), float(stage_load(drive.gear))
     if demand.load_inertia is not None and inertia > 0.0 and demand.mean(demand.load_inertia) > 0.0:
-        matching = inertia_matching_ratio(demand.mean(demand.load_inertia), inertia)
+        matching = inertia_matching_ratio(demand.mean(demand.load_inertia) + stages, inertia)
     if rated is not None and inertia > 0.0:
         efficiency = 1.0 / (1.0 + mesh_loss_coefficient(drive.gear))
-        load = demand.load_torque
+        load = demand.load_torque + stages * demand.acceleration
         match = load_match(rated, inertia, load, demand.acceleration, demand.weights, efficiency=efficiency)
     return ClosedForms(
         matching, ratio_of_least_rms(terms), ratio_of_least_peak(terms),
@@ -361,7 +363,8 @@ def _catalogue_gears(
     (motor, gear), gears = keys, setup.study.catalog.gears
     allowed = [key for key in partners(setup.study, setup.study.joints[joint], motor) if key in gears]
     if gear and not allowed:
-        allowed = [key for key, row in gears.items() if row.kind == gears[gear].kind]
+        known = gears_at(setup.study.joints[joint], setup.study.catalog)
+        allowed = [key for key in known if gears[key].kind == gears[gear].kind]
     return tuple(
         replace(one, inside=any(window.low <= abs(one.ratio) <= window.high for window in windows))
         for one, _ in islice(near_gears(setup, joint, motor, allowed, best), NEAR_GEARS)
@@ -384,7 +387,8 @@ def near_gears(
 
 def partners(study: Study, task: JointTask, motor: str) -> list[str]:
     """Keys of the gears that are compatible with a motor: from the study's pairs, else from published pairs."""
-    return [gear for one, gear in task.pairs if one == motor and gear] or sorted(study.catalog.pairs.get(motor, ()))
+    published = (task.staged.get(gear, gear) for gear in study.catalog.pairs.get(motor, ()))
+    return [gear for one, gear in task.pairs if one == motor and gear] or sorted(published)
 
 
 def _reaction(number: Number, joint: int, windows: tuple[RatioWindow, ...]) -> dict[str, float]:

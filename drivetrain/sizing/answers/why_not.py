@@ -215,7 +215,8 @@ def _named(study: Study, joint: str | None, motor: str | None, gear: str | None)
     key = motor if motor in study.catalog.motors or motor is None else _key("motor", motor, bare, faults)
     wheel = "" if gear in NO_GEAR and gear is not None else gear
     if wheel:
-        wheel = _key("gear", wheel, study.catalog.gears, faults)
+        known = {key: row for key, row in study.catalog.gears.items() if not row.staged}
+        wheel = wheel if wheel in study.catalog.gears else _key("gear", wheel, known, faults)
     raise_faults(faults)
     return joint, key, wheel
 
@@ -263,7 +264,8 @@ def _answer(question: _Question, joint: int, cost: bool) -> PairAnswer:
 
 def _pairs(question: _Question, task: JointTask) -> tuple[Pair, ...]:
     """The pairs in question at a joint: those the study allows, else those the catalogue allows."""
-    motor, gear, catalog = question.motor, question.gear, question.study.catalog
+    motor, catalog = question.motor, question.study.catalog
+    gear = None if question.gear is None else task.staged.get(question.gear, question.gear)
     braked = [key for brake in task.brakes if (key := f"{motor}+{brake.key}") in catalog.motors]
     named = braked or (
         [] if motor is None else [motor]
@@ -275,11 +277,15 @@ def _pairs(question: _Question, task: JointTask) -> tuple[Pair, ...]:
         return tuple(pair for pair in pairs if (motor is None or pair[0] in named) and gear in (None, pair[1]))
 
     allowed = meant(task.pairs if task.drive is None else (*task.pairs, task.drive))
-    if allowed or gear == "":
+    if allowed or question.gear == "":
         return allowed
+    own = {staged: key for key, staged in task.staged.items()}  # pairs are published of gears alone
     motors = sorted({pair[0] for pair in task.pairs}) if motor is None else named
-    gears = sorted({pair[1] for pair in task.pairs if pair[1]}) if gear is None else [gear]
-    return tuple(compatible_pairs(catalog, motors or None, gears or None))
+    gears = (
+        sorted({own.get(pair[1], pair[1]) for pair in task.pairs if pair[1]}) if gear is None else [own.get(gear, gear)]
+    )
+    found = compatible_pairs(catalog, motors or None, gears or None)
+    return tuple((motor, task.staged.get(gear, gear)) for motor, gear in found)
 
 
 def _tried(question: _Question, joint: int, pair: Pair) -> _Tried:

@@ -145,7 +145,8 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str,
             faults.append(Fault(f"drives.{task.name}", "must be a motor key and a gear key", given))
         else:
             motor = f"{given[0]}+{task.brakes[0].key}" if len(task.brakes) == 1 else given[0]
-            pair = (motor if motor in study.catalog.motors else given[0], "" if given[1] in NO_GEAR else str(given[1]))
+            gear = "" if given[1] in NO_GEAR else str(given[1])
+            pair = (motor if motor in study.catalog.motors else given[0], task.staged.get(gear, gear))
             faults += _unknown_keys(study, task, pair)
             found[task.name] = pair
     if faults:
@@ -154,7 +155,10 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str,
 
 
 def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, keys: Pair) -> JointResult:
-    """One joint's drive with the first amplifier that fits, or else with the least overloaded one."""
+    """One joint's drive with the first amplifier that fits, or else with the least overloaded one.
+
+    Of amplifiers with the same worst check, which then is not theirs, the next worst decides.
+    """
     study, demand, found = work.study, work.at(joint, mounted).demand(mounted[joint]), []
     task = study.joints[joint]
     for amplifier in task.amplifiers or (task.amplifier,):
@@ -163,7 +167,7 @@ def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, key
         found.append(joint_result(Operation(demand, mounted[joint], one, joint), task.name, *keys))
         if found[-1].verdict is not Verdict.FAIL:
             return found[-1]
-    return min(found, key=lambda one: max(check.utilisation or 0.0 for check in one.checks))
+    return min(found, key=lambda one: sorted((check.utilisation or 0.0 for check in one.checks), reverse=True))
 
 
 def with_chosen(study: Study, results: Mapping[str, JointResult]) -> Study:

@@ -564,7 +564,8 @@ def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
         figures.bearing_life = bearing_life(gear.bearing_dynamic_rating, fw, mean, speed)
     rotor = case.motor.rotor_inertia + known_or(gear.inertia, 0.0)
     most = inertia if len(load.inertia) > 0 else np.nan
-    figures.inertia_ratio = most / (gear.ratio * gear.ratio * rotor)
+    own = case.motor.rotor_inertia + known_or(gear.inertia - gear.stage_inertia, 0.0)  # stages are load
+    figures.inertia_ratio = (most + stage_load(gear)) / (gear.ratio * gear.ratio * own)
     figures.wanted_stiffness = case.setting.resonance * case.setting.resonance * most
     figures.holding_torque = holding_torque(static if len(load.static) > 0 else np.nan, gear.ratio)
     turning, strength = rotor + most / (gear.ratio * gear.ratio), case.motor.brake.static_torque

@@ -412,7 +412,8 @@ def inertia_ratio(op: Any, row: Any) -> Words:
     if op.drive.motor.rotor_inertia is None:
         return Words("", "rotor inertia is not in the catalogue row", silent=True)
     largest = op.number(row.required)
-    least = largest * float(inertia.min()) / float(np.abs(inertia).max())
+    stages = float(stage_load(op.drive.gear))
+    least = largest * (float(inertia.min()) + stages) / (float(np.abs(inertia).max()) + stages)
     span = f"{least:.3g} to {largest:.3g} over the motion"
     return (
         Words("", f"{span}; for information") if op.safety.inertia_ratio is None else Words("the study's limit", span)

@@ -177,6 +177,13 @@ def limits_in_words(wanted: object, unit: str) -> str:
     return " or ".join(map(str, wanted)) if isinstance(wanted, tuple) else _shown(wanted, unit)
 
 
+def gears_at(task: JointTask, catalog: Catalog) -> list[str]:
+    """Keys of all gears of the catalogue as they stand at a joint: with its stages behind them, if it has any."""
+    if task.staged:
+        return [key for own, key in task.staged.items() if own]
+    return [key for key, row in catalog.gears.items() if not row.staged]
+
+
 def excluded_by(task: JointTask, catalog: Catalog, motor: str | None, gear: str | None) -> tuple[str, ...]:
     """By which rules of the study a part or a pair may not drive a joint.
 
@@ -187,6 +194,7 @@ def excluded_by(task: JointTask, catalog: Catalog, motor: str | None, gear: str 
     if task.rules is None:
         return () if task.pairs else (f"the study gives {task.name} its drive and considers no other",)
     words: list[str] = []
+    gear = next((own for own, key in task.staged.items() if key == gear), gear)  # the rules are for gears alone
     if motor is not None:
         words += _broken("motor", motor, catalog.motors[motor], task.rules.motors, MOTOR_COLUMNS)
     if gear == "" and task.rules.gears != DIRECT_DRIVE:

@@ -47,6 +47,7 @@ class Surroundings:
     found: list[tuple[CandidatesForm, Found]] = field(default_factory=list)
     # motors with a brake, by key: those that joints may be driven by
     braked: dict[str, Motor] = field(default_factory=dict)
+    chains: dict[Chain, dict[str, str]] = field(default_factory=dict)  # keys of all gears before stages, by their own
     staged: dict[str, Gear] = field(default_factory=dict)  # gears with stages behind them, likewise
 
 
@@ -180,9 +181,10 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         pairs = given if left_open else _with_brakes(around, pairs, brakes)
         drive, passed_over = None if left_open or not given else given[0], (*passed_over, *brake_note)
     chain = _chain(form, ledger, (*place, "stages"))
-    if chain is not None:
-        pairs = _with_stages(around, name, pairs, chain)
-        drive = None if drive is None else _with_stages(around, name, (drive,), chain)[0]
+    staged = {} if chain is None else _with_stages(around, name, chain)
+    if staged:
+        pairs = tuple((motor, staged[gear]) for motor, gear in pairs)
+        drive = None if drive is None else (drive[0], staged[drive[1]])
     if motor_friction is not None and motor_friction.load_share:
         ledger.fault(
             (*place, "motor_friction", "load_share"), "goes with the joint's friction: the gear has efficiencies"
@@ -204,6 +206,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         stop=resolve_stop(around, form, place),
         gear_heat=around.form.gear_heat if form.gear_heat is None else form.gear_heat,
         amplifier_heat=form.amplifier_heat,
+        staged=staged,
         coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
         rules=form.candidates,
         free_ratio=resolve_free_ratio(form.free_ratio, around.catalog, ledger, (*place, "free_ratio")),
@@ -308,15 +311,16 @@ def _chain(form: JointForm, ledger: Ledger, place: Place) -> Chain | None:
     return None
 
 
-def _with_stages(around: Surroundings, name: str, pairs: Sequence[Pair], chain: Chain) -> tuple[Pair, ...]:
-    """Every pair with the stages behind its gear; the key distinguishes them from another joint's."""
-    keys = {}
-    for gear in dict.fromkeys(gear for _, gear in pairs):
-        row = with_stages(around.catalog.gears[gear] if gear else NO_GEAR, chain)
-        if around.staged.get(row.key, row) != row:
-            row = replace(row, key=f"{row.key}@{name}")
-        around.staged[row.key], keys[gear] = row, row.key
-    return tuple((motor, keys[gear]) for motor, gear in pairs)
+def _with_stages(around: Surroundings, name: str, chain: Chain) -> dict[str, str]:
+    """Keys of all gears with the stages behind them, by their own; they distinguish them from another joint's."""
+    if chain not in around.chains:
+        keys = around.chains[chain] = {}
+        for gear, own in {"": NO_GEAR, **around.catalog.gears}.items():
+            row = with_stages(own, chain)
+            if row.key in around.staged:
+                row = replace(row, key=f"{row.key}@{name}")
+            around.staged[row.key], keys[gear] = row, row.key
+    return around.chains[chain]
 
 
 def check_gas_springs(joints: Sequence[JointTask], cycle: Cycle | None, ledger: Ledger) -> None:
