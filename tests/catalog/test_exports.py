@@ -127,9 +127,10 @@ def test_every_fault_at_once(tmp_path):
     )
     with pytest.raises(InputError) as error:
         import_export(path, tmp_path / "out", ExportMap(), basis="dc")
-    told = str(error.value)
-    assert re.search("row 2, Torque constant.*must be a number", told) and "row 3, Weight" in told and "no unit" in told
-    assert "row 2, Terminal resistance" in told and not (tmp_path / "out").exists()
+    message = str(error.value)
+    assert re.search("row 2, Torque constant.*must be a number", message)
+    assert "row 3, Weight" in message and "no unit" in message
+    assert "row 2, Terminal resistance" in message and not (tmp_path / "out").exists()
     with pytest.raises(InputError, match="no such heading"):
         import_export(path, tmp_path / "out", ExportMap(columns={"key": "Part nr"}))
     with pytest.raises(InputError, match="no column"):

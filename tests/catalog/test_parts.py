@@ -57,9 +57,9 @@ def test_an_amplifier_without_its_convention_is_refused_with_the_reason(tmp_path
     folder = table(tmp_path, "amplifiers.csv", AMPLIFIERS + "A,,5,10,3,10,50\nB,amplitude,5,10,3,10,50\n")
     with pytest.raises(InputError) as refused:
         read_catalog(folder)
-    told = str(refused.value)
-    assert "row 2" in told and "41 %" in told and "not guessed" in told
-    assert "row 3" in told and "dc, rms, peak" in told
+    message = str(refused.value)
+    assert "row 2" in message and "41 %" in message and "not guessed" in message
+    assert "row 3" in message and "dc, rms, peak" in message
     assert [fault.row for fault in lint(folder) if fault.column == "current_basis"] == [2, 3]
 
 

@@ -85,10 +85,10 @@ def test_a_motor_without_its_convention_is_refused(tmp_path: Path, basis: str, w
     row = f"M1,,brushless,no,{basis},{winding},1,,0.05,,,,,,"
     with pytest.raises(InputError) as refused:
         read_catalog(folder(tmp_path / "own", [row], [], []))
-    told = str(refused.value)
-    assert "row 2" in told and "motors.csv" in told
-    assert ("current_basis" in told) == (basis != "dc")
-    assert ("winding_basis" in told) == (winding == "")
+    message = str(refused.value)
+    assert "row 2" in message and "motors.csv" in message
+    assert ("current_basis" in message) == (basis != "dc")
+    assert ("winding_basis" in message) == (winding == "")
 
 
 def test_faults_of_all_files_come_at_once(tmp_path: Path) -> None:

@@ -133,8 +133,8 @@ def test_a_bad_cell_or_header_is_a_fault_with_its_place(tmp_path: Path, header: 
     assert problem in fault.problem
     assert fault.header == header
     assert fault.line in (1, 2)
-    told = str(read.fault(fault))
-    assert f"row {fault.line}" in told and header in told and "table.csv" in told
+    message = str(read.fault(fault))
+    assert f"row {fault.line}" in message and header in message and "table.csv" in message
 
 
 def test_rows_are_counted_as_an_editor_counts_lines(tmp_path: Path) -> None:

@@ -61,8 +61,8 @@ def test_catalogue_is_that_of_the_tables(folder):
         rows, others = getattr(found, table), getattr(wanted, table)
         assert list(rows) == list(others)
         for key, row in others.items():
-            told = {name: value for name, value in vars(row).items() if name != "source"}
-            assert told.items() <= vars(rows[key]).items()
+            stated = {name: value for name, value in vars(row).items() if name != "source"}
+            assert stated.items() <= vars(rows[key]).items()
     assert found.pairs == wanted.pairs
 
 

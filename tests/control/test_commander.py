@@ -304,16 +304,16 @@ def test_closed_loops_in_c_are_the_same(tmp_path: Path, which: str) -> None:
         targets[1] *= rng.choice([1.0, 0.003, 0.0])
         targets[3] = targets[3] + targets[0] if k % 4 == 0 else targets[0]
         before, kept, cooler = state.copy(), places["place"].copy(), commander.winding_temperature.copy()
-        told = there.arm_step(at(state), *(at(row) for row in (*targets, current)))
+        result = there.arm_step(at(state), *(at(row) for row in (*targets, current)))
         try:
             ours = commander(*targets)
         except InputError as error:
-            assert "linkage does not come" in str(error) and told == 2
+            assert "linkage does not come" in str(error) and result == 2
             np.testing.assert_array_equal(state, before)
             np.testing.assert_array_equal(places["place"], kept)
             refused += 1
             continue
-        assert told == 0
+        assert result == 0
         worst, largest = max(worst, np.abs(ours - current).max()), max(largest, np.abs(current).max())
         # The rise within one tick is compared, since rounding differences add up over all ticks; temperatures have 16
         # digits.
@@ -351,8 +351,8 @@ def test_ideal_drives_move_the_linkage_as_pinocchio_does() -> None:
 def test_the_motion_of_a_moving_base_is_required(make) -> None:
     moving, still = (Commander(evaluate(built(make, which))) for which in ("moving base", "lossy"))
     rest = np.zeros((3, 3))
-    for wrong, told in ((None, "moves: its motion"), (np.zeros(6), "shape"), (np.full((3, 6), np.nan), "finite")):
-        with pytest.raises(InputError, match=told):
+    for wrong, problem in ((None, "moves: its motion"), (np.zeros(6), "shape"), (np.full((3, 6), np.nan), "finite")):
+        with pytest.raises(InputError, match=problem):
             moving(*rest, base=wrong)
     with pytest.raises(InputError, match="stands still"):
         still(*rest, base=np.zeros((3, 6)))
@@ -390,7 +390,7 @@ def test_invalid_arguments_of_a_tick_are_errors(make, wrong) -> None:
 def test_invalid_commanders_are_errors(make) -> None:
     found = evaluate(lossy(make))
     time = np.linspace(0.0, 1.0, 11)
-    for wrong, told in (
+    for wrong, problem in (
         (lambda: Commander(make.study(make.table_cycle(time, time, time, time))), "arm"),
         (lambda: Commander(found, rate=0.0), "rate"),
         (lambda: Commander(found, bandwidth=-1.0), "bandwidth"),
@@ -406,7 +406,7 @@ def test_invalid_commanders_are_errors(make) -> None:
         ),
         (lambda: Commander(replace(lossy(make), joints=(make.task(drive=None), *lossy(make).joints[1:]))), "no drive"),
     ):
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=problem):
             wrong()
 
 

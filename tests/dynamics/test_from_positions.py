@@ -62,10 +62,10 @@ def test_deviation_is_that_of_the_errors(bits: int) -> None:
     found = torque_from_positions(ARM, TIME, read, resolution=step(bits))
     inner = slice(200, 1800)
     actual = rms((found.torque - inverse_dynamics(ARM, q, qd, qdd))[inner])
-    told = rms(found.deviation[inner])
+    stated = rms(found.deviation[inner])
     # A wave is smoother than the spline's model of random third differences, so deviations are up to three times too
     # large.
-    assert ((actual / told > 0.3) & (actual / told < 1.2)).all()
+    assert ((actual / stated > 0.3) & (actual / stated < 1.2)).all()
     again = torque_from_positions(ARM, TIME, read, resolution=step(bits))
     np.testing.assert_array_equal(found.deviation, again.deviation)
 

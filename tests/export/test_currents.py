@@ -191,7 +191,7 @@ def make_one(make):
 
 
 @pytest.mark.parametrize(
-    ("scale", "options", "told"),
+    ("scale", "options", "problem"),
     [
         ("cia401", {}, "cia402"),
         ("cia402", {"basis": "dc"}, "rms, peak, torque"),
@@ -200,8 +200,8 @@ def make_one(make):
         ("counts", {"full_scale": -3.0}, "positive"),
     ],
 )
-def test_invalid_scales_are_errors(make_one, scale, options, told) -> None:
-    with pytest.raises(InputError, match=told):
+def test_invalid_scales_are_errors(make_one, scale, options, problem) -> None:
+    with pytest.raises(InputError, match=problem):
         current_scales(make_one, scale, **options)
 
 

@@ -61,7 +61,7 @@ def given(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.fixture(scope="module")
-def told(file: Path):
+def recorded(file: Path):
     t = np.arange(0.0, END + 0.5 * STEP, STEP)
     inputs = np.array(
         list(zip(t, *given(t), strict=True)),
@@ -89,7 +89,7 @@ def test_the_file_follows_the_standard(file: Path, found) -> None:
     assert float(described["load_inertia"].start) == pytest.approx(mass, rel=1e-3)  # the rotor of the second drive
 
 
-def test_it_is_our_simulation(found, told) -> None:
+def test_it_is_our_simulation(found, recorded) -> None:
     """A scene built in this test, with the inputs as step functions, in a single run."""
     task, drive = found.study.joints[0], found.joints["j1"].drive
     axis = axis_of(found, "j1")
@@ -103,10 +103,10 @@ def test_it_is_our_simulation(found, told) -> None:
     scene = joint_scene(Inertia(axis.load_inertia), effects, END, position=axis.position, speed=0.5)
     run = simulate(scene, solver=FixedStep(1e-3), interval=STEP)
     for ours in ("position", "speed", "winding_temperature", "housing_temperature"):
-        np.testing.assert_allclose(told[ours], run[f"joint.{ours}"], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(recorded[ours], run[f"joint.{ours}"], rtol=1e-9, atol=1e-9)
 
 
-def test_it_follows_the_equations(found, told) -> None:
+def test_it_follows_the_equations(found, recorded) -> None:
     """Rotor, mesh loss by direction, friction on both sides and two thermal nodes, by scipy between steps of inputs."""
     axis, size = axis_of(found, "j1"), 50.0
     motor, inertia = axis.motor, axis.load_inertia
@@ -141,7 +141,7 @@ def test_it_follows_the_equations(found, told) -> None:
     for i, name in enumerate(("position", "speed", "winding_temperature", "housing_temperature")):
         spread = np.ptp(theirs[:, i])
         # Measured 5e-4: reversals and changes of the mesh's direction occur within fixed steps of 1 ms.
-        np.testing.assert_allclose(told[name], theirs[:, i], atol=1e-3 * spread)
+        np.testing.assert_allclose(recorded[name], theirs[:, i], atol=1e-3 * spread)
     assert np.ptp(np.sign(theirs[5:, 1])) == 2.0 and np.ptp(theirs[:, 2]) > 1.0
 
 
@@ -172,7 +172,7 @@ def test_an_elastic_gear(found, tmp_path: Path) -> None:
     drawn, outside = 20.0 * np.sin(12.0 * t), 4.0 * np.cos(7.0 * t)
     inputs = np.array(list(zip(t, drawn, outside, strict=True)),
                       dtype=[("time", float), ("current_command", float), ("load_torque", float)])  # fmt: skip
-    told = fmpy.simulate_fmu(
+    recorded = fmpy.simulate_fmu(
         str(tmp_path / "x.fmu"), stop_time=0.6, output_interval=STEP, input=inputs,
         start_values={"start_speed": 0.5, "motor.magnet_coefficient": 0.0},
     )  # fmt: skip
@@ -183,8 +183,8 @@ def test_an_elastic_gear(found, tmp_path: Path) -> None:
         state = run.y[:, -1]
     theirs = np.array(rows)
     # Measured 5e-6 and 2e-3: the rotor oscillates at 45 Hz, which steps of 0.2 ms damp slightly.
-    np.testing.assert_allclose(told["position"], theirs[:, 0], atol=2e-5 * np.ptp(theirs[:, 0]))
-    np.testing.assert_allclose(told["motor_speed"] / size, theirs[:, 3], atol=4e-3 * np.ptp(theirs[:, 3]))
+    np.testing.assert_allclose(recorded["position"], theirs[:, 0], atol=2e-5 * np.ptp(theirs[:, 0]))
+    np.testing.assert_allclose(recorded["motor_speed"] / size, theirs[:, 3], atol=4e-3 * np.ptp(theirs[:, 3]))
     assert np.ptp(theirs[:, 2]) > 4.0 * half
 
 
@@ -195,14 +195,14 @@ def test_a_joint_of_an_arm_runs_up(make, tmp_path: Path, which, joint: str) -> N
     write_fmu(found, tmp_path / "x.fmu", joint=joint)
     axis = axis_of(found, joint)
     whole = axis.load_inertia + 80.0**2 * (axis.motor.rotor_inertia + 1e-6)
-    told = fmpy.simulate_fmu(
+    recorded = fmpy.simulate_fmu(
         str(tmp_path / "x.fmu"), stop_time=0.3, output_interval=0.05,
         start_values={"current_command": 2.0, "load_torque": 1.0, "motor.magnet_coefficient": 0.0, "start_speed": 0.0},
     )  # fmt: skip
     most = (80.0 * axis.motor.torque_constant * 2.0 + 1.0) / 0.4
-    speed = most * (1.0 - np.exp(-0.4 / whole * told["time"]))
+    speed = most * (1.0 - np.exp(-0.4 / whole * recorded["time"]))
     # Steps of 1 ms with inputs held from their start.
-    np.testing.assert_allclose(told["speed"], speed, atol=1e-3 * speed.max())
+    np.testing.assert_allclose(recorded["speed"], speed, atol=1e-3 * speed.max())
     with pytest.raises(InputError, match="shares"):
         write_fmu(coupled(make), tmp_path / "y.fmu", joint="j3")
 

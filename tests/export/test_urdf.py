@@ -238,10 +238,10 @@ def test_rotors_that_urdf_cannot_hold_are_refused_all_at_once() -> None:
     bare = random_arm(3)
     with pytest.raises(InputError) as error:
         urdf_text(with_rotors(bare, awkward_rotors(bare)))
-    told = str(error.value)
+    message = str(error.value)
     assert len(error.value.faults) == 5
     for word in ("not parallel", "not balanced", "by the base", "by link_6", "at_level"):
-        assert word in told
+        assert word in message
 
 
 @pytest.mark.parametrize("level", [RotorLevel.REFLECTED, RotorLevel.NONE])

@@ -55,11 +55,11 @@ class Bag:
         """Measured joint states, with the joints in an order different from the arm's."""
         order = [JOINTS.index(name) for name in names]
         kind = "sensor_msgs/msg/JointState"
-        told = []
+        messages = []
         for t, q, v, e in zip(TIME, POSITION, SPEED, EFFORT, strict=True):
             values = {"position": q[order], "velocity": v[order], "effort": e[order]}
-            told.append(self.made(kind, header=self.header(start + t), name=names, **values))
-        self.put("/joint_states", kind, told)
+            messages.append(self.made(kind, header=self.header(start + t), name=names, **values))
+        self.put("/joint_states", kind, messages)
 
     def trajectory(self, names: list[str]) -> None:
         """A commanded trajectory."""
@@ -72,8 +72,8 @@ class Bag:
                 point, positions=q[order], velocities=v[order], accelerations=none, effort=none, time_from_start=since
             ))  # fmt: skip
         kind = "trajectory_msgs/msg/JointTrajectory"
-        told = self.made(kind, header=self.header(0.0), joint_names=names, points=points)
-        self.put("/command", kind, [told])
+        command = self.made(kind, header=self.header(0.0), joint_names=names, points=points)
+        self.put("/command", kind, [command])
 
 
 @pytest.mark.parametrize("kind", KINDS)

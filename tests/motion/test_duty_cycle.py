@@ -123,7 +123,7 @@ def test_all_wrong_steps_are_reported():
                 Step(still, payload="x"),
             ]
         )
-    said = "\n".join(str(fault) for fault in caught.value.faults)
+    messages = "\n".join(str(fault) for fault in caught.value.faults)
     for words in (
         "mixes",
         "[0] (go): repetitions",
@@ -133,7 +133,7 @@ def test_all_wrong_steps_are_reported():
         "[4] (other): has other joints",
         "[5] (press): a load table",
     ):
-        assert words in said
+        assert words in messages
     with pytest.raises(InputError, match="at least one motion"):
         build_cycle([Step(dwell=1.0)])
 

@@ -41,11 +41,11 @@ def message(velocities: bool = True, order: tuple[int, ...] = (0, 1)) -> dict:
 @pytest.mark.parametrize("wrapped", ["topic", "goal", "second"])
 def test_trajectories_of_ros(tmp_path: Path, velocities: bool, wrapped: str) -> None:
     """The trajectory has its joints in another order, is wrapped in a goal, or follows another YAML document."""
-    path, told = tmp_path / "move.yaml", message(velocities, (1, 0))
+    path, document = tmp_path / "move.yaml", message(velocities, (1, 0))
     texts = {
-        "topic": yaml.safe_dump(told) + "---\n",
-        "goal": yaml.safe_dump({"goal": {"trajectory": told}}),
-        "second": "note: none\n---\n" + yaml.safe_dump(told),
+        "topic": yaml.safe_dump(document) + "---\n",
+        "goal": yaml.safe_dump({"goal": {"trajectory": document}}),
+        "second": "note: none\n---\n" + yaml.safe_dump(document),
     }
     path.write_text(texts[wrapped])
     found, same = read_motion(path, JOINTS), read_motion(as_csv(velocities), JOINTS)
@@ -72,7 +72,7 @@ def test_a_slide_is_in_metres(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "problem"),
     [
         (lambda m: m.pop("points"), "JointTrajectory"),
         (lambda m: m.update(points=m["points"][:1]), "two or more"),
@@ -85,11 +85,11 @@ def test_a_slide_is_in_metres(tmp_path: Path) -> None:
         (lambda m: m["points"][7].update(velocities=[]), r"points\[7\].velocities"),
     ],
 )
-def test_invalid_trajectories_are_errors(tmp_path: Path, change, told: str) -> None:
+def test_invalid_trajectories_are_errors(tmp_path: Path, change, problem: str) -> None:
     path, spoiled = tmp_path / "move.yaml", message()
     change(spoiled)
     path.write_text(yaml.safe_dump(spoiled))
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=problem):
         read_motion(path, JOINTS)
 
 
@@ -104,7 +104,7 @@ def test_yaml_without_a_trajectory_is_an_error(tmp_path: Path, text: str) -> Non
 
 
 @pytest.mark.parametrize(
-    ("held", "told"),
+    ("held", "problem"),
     [
         ({"q": Q}, "time"),
         ({"t": TIME}, "variable q"),
@@ -114,9 +114,9 @@ def test_yaml_without_a_trajectory_is_an_error(tmp_path: Path, text: str) -> Non
         ({"t": [0.0], "q": Q[:1]}, "two"),
     ],
 )
-def test_invalid_mat_files_are_errors(tmp_path: Path, held: dict, told: str) -> None:
+def test_invalid_mat_files_are_errors(tmp_path: Path, held: dict, problem: str) -> None:
     savemat(tmp_path / "move.mat", held)
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=problem):
         read_motion(tmp_path / "move.mat", JOINTS)
 
 

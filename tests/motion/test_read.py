@@ -150,7 +150,7 @@ def test_every_fault_of_cells_and_headers_at_once(tmp_path):
     edited(path, 4, 0, "n/a")
     edited(path, 9, 3, "nan")
     edited(path, 12, 3, "")
-    said = "\n".join(faults_of(path))
+    problem = "\n".join(faults_of(path))
     for words in (
         "row 4, column time [s]: must be a finite number (found 'n/a')",
         "row 9, column current [A]: must be a finite number (found 'nan')",
@@ -160,9 +160,9 @@ def test_every_fault_of_cells_and_headers_at_once(tmp_path):
         "column qd_shoulder: needs a unit in its header, such as qd_shoulder [rad/s] or qd_shoulder [m/s]",
         "the position of joint elbow is missing: no column q_elbow [rad]; did you mean 'q_elbwo'",
     ):
-        assert words in said
-    assert str(path) in said
-    assert said.count("\n") == 6
+        assert words in problem
+    assert str(path) in problem
+    assert problem.count("\n") == 6
 
 
 def test_unknown_columns_are_noted(tmp_path):
@@ -183,24 +183,24 @@ def test_a_column_of_text_is_reported_briefly(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "problem"),
     [("", "at least two rows"), ("time [s],q_a [rad]\n0,1\n", "at least two rows")],
 )
-def test_files_without_data_are_errors(tmp_path, text, said):
+def test_files_without_data_are_errors(tmp_path, text, problem):
     path = tmp_path / "m.csv"
     path.write_text(text, encoding="utf-8")
-    assert said in faults_of(path)[0]
+    assert problem in faults_of(path)[0]
     assert "cannot be read" in faults_of(tmp_path / "none.csv")[0]
 
 
 def test_doubled_and_missing_columns(tmp_path):
-    said = "\n".join(faults_of(write(tmp_path, ["q1 [rad]", "q_shoulder [rad]", "q2 [rad]"], [TIME, WAVES])))
-    assert "no column time [s]" in said
-    assert "column q_shoulder [rad]: a second position of shoulder" in said
-    said = "\n".join(faults_of(write(tmp_path, ["time [s]", "q1 [rad]", "q1 [rad]"], [TIME, WAVES])))
-    assert "row 1: two columns have this header" in said
-    said = "\n".join(faults_of(write(tmp_path, ["time [s]", "t [ms]", "q1 [rad]"], [TIME, WAVES]), ["a"]))
-    assert "column t [ms]: a second time" in said
+    problem = "\n".join(faults_of(write(tmp_path, ["q1 [rad]", "q_shoulder [rad]", "q2 [rad]"], [TIME, WAVES])))
+    assert "no column time [s]" in problem
+    assert "column q_shoulder [rad]: a second position of shoulder" in problem
+    problem = "\n".join(faults_of(write(tmp_path, ["time [s]", "q1 [rad]", "q1 [rad]"], [TIME, WAVES])))
+    assert "row 1: two columns have this header" in problem
+    problem = "\n".join(faults_of(write(tmp_path, ["time [s]", "t [ms]", "q1 [rad]"], [TIME, WAVES]), ["a"]))
+    assert "column t [ms]: a second time" in problem
 
 
 def test_time_that_decreases_or_repeats_is_a_fault(tmp_path):
@@ -223,20 +223,20 @@ def test_uneven_sampling_is_noted_and_a_gap_gives_a_warning(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "problem"),
     [
         (lambda q: np.where(TIME > 1.0, q + 0.5, q), "position jumps by 0.4"),
         (lambda q: np.where(np.arange(len(q)) == 60, q + 0.5, q), "position has a spike"),
         (lambda q: np.where(TIME > 1.0, q - 2 * math.pi, q), "unwrap"),
     ],
 )
-def test_steps_spikes_and_wraps(tmp_path, change, said):
+def test_steps_spikes_and_wraps(tmp_path, change, problem):
     waves = np.stack([WAVES[:, 0], change(WAVES[:, 1])], axis=1)
     faults = faults_of(write(tmp_path, HEADER, [TIME, waves]))
     assert len(faults) == 1
-    assert said in faults[0]
+    assert problem in faults[0]
     assert "column q_elbow [rad]" in faults[0]
-    assert f"row {62 if 'spike' in said else 103}," in faults[0]
+    assert f"row {62 if 'spike' in problem else 103}," in faults[0]
 
 
 def test_a_jump_is_reported_in_the_unit_of_its_column(tmp_path):
@@ -377,7 +377,7 @@ def test_a_load_table_of_two_joints_with_accelerations(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "problem"),
     [
         ("1,2,60", "1,2,30", r"row 4, column speed \[rpm\]: speed steps at one instant: an impulse \(found 30"),
         ("speed [rpm]", "speed [Hz]", "rpm, rad/s or deg/s"),
@@ -391,8 +391,8 @@ def test_a_load_table_of_two_joints_with_accelerations(tmp_path):
         ("3.5,-8,0", "3.0000000000000004,-8,60", "at least 1e-12 s"),
     ],
 )
-def test_faults_of_load_tables(tmp_path, old, new, said):
-    with pytest.raises(InputError, match=said):
+def test_faults_of_load_tables(tmp_path, old, new, problem):
+    with pytest.raises(InputError, match=problem):
         read_load_table(table_file(tmp_path, TABLE.replace(old, new)))
 
 

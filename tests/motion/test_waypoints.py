@@ -106,7 +106,7 @@ def test_a_too_short_duration_reports_the_minimum():
 
 
 @pytest.mark.parametrize(
-    ("options", "count", "said"),
+    ("options", "count", "problem"),
     [
         ({}, 2, "needs a duration, or limits"),
         ({"limits": MotionLimits(1.0)}, 2, "acceleration limit or a duration"),
@@ -117,10 +117,10 @@ def test_a_too_short_duration_reports_the_minimum():
         ({"durations": [1.0, 1.0, math.nan]}, 1, "finite"),
     ],
 )
-def test_every_fault_is_reported(options, count, said):
+def test_every_fault_is_reported(options, count, problem):
     faults = faults_of(**options)
     assert len(faults) == count
-    assert all(said in fault for fault in faults)
+    assert all(problem in fault for fault in faults)
 
 
 def test_no_motion_at_all():

@@ -193,9 +193,9 @@ def test_bad_numbers_are_refused() -> None:
     ],
 )
 def test_impossible_bodies_are_refused(make, complaint):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         make()
-    assert re.search(complaint, str(told.value), re.S), str(told.value)
+    assert re.search(complaint, str(caught.value), re.S), str(caught.value)
 
 
 def test_adding_and_subtracting_a_body_leaves_no_asymmetry():
