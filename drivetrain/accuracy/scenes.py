@@ -139,7 +139,7 @@ def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Sce
     study = evaluation.study
     settings = study.simulation if options is None else options
     built = scene_of(
-        study, {name: joint.drive for name, joint in evaluation.joints.items()},
+        study, evaluation.mounted,
         options=SceneOptions(
             bandwidth=settings.bandwidth, feed_forward=False, heat=False, springs=True, damping=settings.damping,
             repetitions=settings.repetitions,

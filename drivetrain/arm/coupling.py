@@ -91,6 +91,11 @@ def shaft_turns(arm: Arm) -> Array:
     return np.eye(arm.n) if arm.coupling is None else arm.coupling
 
 
+def joint_turns(arm: Arm) -> Array:
+    """C^-1, turns of the joints for a turn of each shaft, (n, n)."""
+    return np.eye(arm.n) if arm.coupling is None else np.asarray(np.linalg.inv(arm.coupling))
+
+
 def shaft_motion(arm: Arm, motion: Array) -> Array:
     """What the shafts behind the gears do in a motion of the joints."""
     return motion if arm.coupling is None else np.asarray(motion @ arm.coupling.T)

@@ -10,6 +10,7 @@ import numpy as np
 from drivetrain.arm.checks import TOLERANCE, checked_inertia, checked_pose, checked_screw
 from drivetrain.arrays import Array, axes_of, frozen_array, read_only
 from drivetrain.errors import Fault, Faults, InputError
+from drivetrain.spatial.inertia import RigidBody
 
 
 class RotorLevel(StrEnum):
@@ -80,6 +81,12 @@ class MountedRotor(Rotor):
         # with_rotors makes these from what Rotor has checked; to check again would cost more than to mount.
         for array in (self.inertia, self.home, self.screw):
             read_only(array)
+
+    @property
+    def body(self) -> RigidBody:
+        """The rotor as a body in the base frame, all joints at zero."""
+        turn = self.home[:3, :3]
+        return RigidBody(self.mass, self.home[:3, 3], turn @ self.inertia @ turn.T)
 
     @property
     def axial_inertia(self) -> float:

@@ -26,7 +26,7 @@ from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.dynamics.core.recursion import LINKS_ALONE
 from drivetrain.effects.motor.winding_heat import WindingHeat
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.motion.base import BASE_JOINTS
 from drivetrain.records import as_records, record_type
@@ -34,7 +34,7 @@ from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import unknown_torques
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, every_drive
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.parts.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm, payload_index
 
 FADE = 10.0  # [K] below the winding's limit, over which the current is reduced: covers errors of sensors and models
 SLOW = 0.01  # share of a joint's largest speed in the cycle below which friction is reduced
@@ -153,7 +153,7 @@ class Commander:
         self.rate: float = float(rate)
         """Frequency of the calls [Hz]."""
         self.study = given.study
-        self._drives = {name: joint.drive for name, joint in given.joints.items()}
+        self._drives = given.mounted
         described = [
             _axis(given.study, task, given.joints[task.name], step, float(bandwidth)) for task in given.study.joints
         ]
@@ -180,10 +180,7 @@ class Commander:
         Raises:
             InputError: An unknown name.
         """
-        names = [one.name for one in self.study.payloads]
-        if payload is not None and payload not in names:
-            raise InputError(Fault("payload", "is none of the study's", payload, nearest(payload, names)))
-        arm = loaded_arm(self.study, self._drives, -1 if payload is None else names.index(payload))
+        arm = loaded_arm(self.study, self._drives, payload_index(self.study, payload))
         self.payload: str | None = payload
         places = self.memory[WHOLE_AT]["place"] if self.memory else self._start
         carried = 0 if self.study.base is None else len(BASE_JOINTS)

@@ -18,14 +18,14 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import complete, drag_torque, mesh_of
 from drivetrain.drive.motor import copper_coefficient, torque_constant, winding_resistance
 from drivetrain.drive.thermal.thermal_network import thermal_network
-from drivetrain.errors import Fault, Faults, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.export.losses import refuse_unsupported
 from drivetrain.records import as_record
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.spatial.inertia import RigidBody, combined
 from drivetrain.spatial.poses import inverse_pose, pose
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.parts.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm, payload_index
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,11 +68,7 @@ def exported(evaluation: Evaluation, format_name: str, payload: str | None = Non
     study = evaluation.study
     if study.arm is None:
         raise InputError(Fault("arm", "is needed: a load table has nothing to export", hint="give the study an arm"))
-    names = [one.name for one in study.payloads]
-    if payload is not None and payload not in names:
-        raise InputError(Fault("payload", "is none of the study's", payload, nearest(payload, names)))
-    drives = {name: joint.drive for name, joint in evaluation.joints.items()}
-    arm = loaded_arm(study, drives, -1 if payload is None else names.index(payload))
+    arm = loaded_arm(study, evaluation.mounted, payload_index(study, payload))
     refuse_unsupported(arm, format_name)
     data = [_drive(study, task, evaluation.joints[task.name]) for task in study.joints]
     return at_level(arm, RotorLevel.REFLECTED), data
@@ -116,8 +112,7 @@ def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
         parts = [RigidBody(chain.masses[at], home[:3, 3], home[:3, :3] @ chain.inertias[at] @ home[:3, :3].T)]
         for rotor in arm.rotors:
             if rotor is not None and rotor.carrier == body:
-                turn = rotor.home[:3, :3]
-                parts.append(RigidBody(rotor.mass, rotor.home[:3, 3], turn @ rotor.inertia @ turn.T))
+                parts.append(rotor.body)
         frame = pose(home[:3, :3], chain.joint_points[at])
         own = [row for row, joint in enumerate(driven) if joint == body]
         drives = tuple(own + [second[row] for row in own if row in second])

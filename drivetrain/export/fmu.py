@@ -202,7 +202,7 @@ def _load_inertia(study: Study, evaluation: Evaluation, index: int) -> float:
             place = f"joints.{task.name}.load_inertia"
             raise InputError(Fault(place, "is needed for an FMU of a load table", hint=hint))
         return float(task.load_inertia)
-    arm = loaded_arm(study, {name: one.drive for name, one in evaluation.joints.items()}, -1)
+    arm = loaded_arm(study, evaluation.mounted, -1)
     drive = evaluation.joints[task.name].drive
     ratio = drive.gear.ratio / (task.travel_per_turn or 1.0)
     rest = np.zeros(arm.n)

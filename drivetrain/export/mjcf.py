@@ -15,7 +15,7 @@ from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.errors import Fault, InputError
 from drivetrain.export.drives import Body, DriveData, arm_bodies, coupling_rows, exported, in_frame, pins
 from drivetrain.export.losses import lost
-from drivetrain.export.urdf import cleaned, text
+from drivetrain.export.urdf import cleaned, comments, text
 from drivetrain.sizing.results import Evaluation
 from drivetrain.spatial.poses import inverse_pose
 from drivetrain.spatial.rotations import frame_along
@@ -60,8 +60,7 @@ def mjcf_text(
     """MJCF text of an arm, its drives and the counterbalances of its joints."""
     bodies = arm_bodies(arm, "MJCF")
     root = ElementTree.Element("mujoco", model=arm.name)
-    for line in (f"written by drivetrain {__version__}", *notes):
-        root.append(ElementTree.Comment(f" {line.replace('--', '- -')} "))
+    root.extend(comments([f"written by drivetrain {__version__}", *notes]))
     exact = {"balanceinertia": "false", "boundmass": "0", "boundinertia": "0"}
     ElementTree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "false", **exact})
     ElementTree.SubElement(root, "option", gravity=text(arm.gravity), integrator="implicitfast")

@@ -13,7 +13,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.export.drives import Body, DriveData, arm_bodies, exported, in_frame, joint_limits, pins
 from drivetrain.export.losses import lost
-from drivetrain.export.urdf import cleaned, text
+from drivetrain.export.urdf import cleaned, comments, text
 from drivetrain.sizing.results import Evaluation
 from drivetrain.spatial.poses import inverse_pose, pose
 from drivetrain.spatial.rotations import rpy_from_rotation
@@ -52,8 +52,7 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
     joints = {body.joint for body in bodies}  # in SDF no link may have the name of a joint
     bodies = [replace(one, link=f"{one.link}_link") if one.link in joints else one for one in bodies]
     root = ElementTree.Element("sdf", {"version": "1.9", "xmlns:drake": "http://drake.mit.edu"})
-    for line in (f"written by drivetrain {__version__}", *notes):
-        root.append(ElementTree.Comment(f" {line.replace('--', '- -')} "))
+    root.extend(comments([f"written by drivetrain {__version__}", *notes]))
     model = ElementTree.SubElement(root, "model", name=arm.name)
     _put(ElementTree.SubElement(model, "link", name="base_link"), "pose", "0 0 0 0 0 0")
     fixed = ElementTree.SubElement(model, "joint", name="base_fixed", type="fixed")

@@ -88,8 +88,7 @@ def _written(arm: Arm, data: UrdfJointData, base: str | None, tip: str | None) -
         faults.add("tip", "must have another name than the base", tip)
     bodies = faults.attempt(written_bodies, arm)
     faults.raise_any()
-    if bodies is None:  # unreachable: its faults have been raised
-        return "", ()
+    assert bodies is not None
     notes = (*bodies.notes, *_notes(arm))
     root = ElementTree.Element("robot", {"name": arm.name, "xmlns:drake": "http://drake.mit.edu"})
     root.extend(_comments(arm, notes))
@@ -135,6 +134,11 @@ def _comments(arm: Arm, notes: Iterable[str]) -> list[Any]:
     if any(rotor is not None for rotor in arm.rotors) and arm.level is not RotorLevel.NONE:
         lines.append("the inertia of a rotor about its axis stands in its own tag and not in a link")
     lines += [f"note: {note}" for note in arm.notes]
+    return comments(lines)
+
+
+def comments(lines: Iterable[str]) -> list[Any]:
+    """XML comments, one a line."""
     return [ElementTree.Comment(f" {line.replace('--', '- -').rstrip('-')} ") for line in lines]
 
 

@@ -177,8 +177,7 @@ def _move_into_links(
     Returns:
         Whether anything was added.
     """
-    turn = rotor.home[:3, :3]
-    body = RigidBody(rotor.mass, rotor.home[:3, 3], turn @ rotor.inertia @ turn.T)
+    body = rotor.body
     moved = bool(rotor.carrier >= 0 and rotor.mass)
     parts = [(rotor.carrier, body)]
     if tag is not None and tag.inertia is not None:

@@ -308,7 +308,10 @@ def end_of(study: Study) -> End:
 # The best sets of drives of a selection, side by side: what each is worth and where it differs from the first
 
 
-HEADINGS = {"mass": "mass [kg]", "price": "price", "energy": "energy a cycle [J]", "weighted": "weighted objective"}
+CRITERIA = {
+    "mass": "mass [kg]", "price": "price", "energy": "energy a cycle [J]", "utilisation": "highest utilisation",
+}  # fmt: skip
+HEADINGS = {**CRITERIA, "weighted": "weighted objective"}
 
 WORDS = {
     "mass": "less mass", "price": "a lower price", "energy": "less energy a cycle", "weighted": "a smaller objective",

@@ -9,12 +9,10 @@ from drivetrain.study.parts.mounting import run_apart, two_as_one
 
 def judged_to_run(evaluation: Evaluation) -> Evaluation:
     """An evaluation as it is simulated: two motors of an axis as one, where one of twice the size stands for both."""
-    drives = {name: joint.drive for name, joint in evaluation.joints.items()}
-    return evaluation if run_apart(evaluation.study, drives) else judged_as_one(evaluation)
+    return evaluation if run_apart(evaluation.study, evaluation.mounted) else judged_as_one(evaluation)
 
 
 def judged_as_one(evaluation: Evaluation) -> Evaluation:
     """An evaluation with the two motors of an axis replaced by one of twice the size, with the same verdicts."""
-    drives = {name: joint.drive for name, joint in evaluation.joints.items()}
-    study, drives = two_as_one(evaluation.study, drives)
+    study, drives = two_as_one(evaluation.study, evaluation.mounted)
     return evaluation if study is evaluation.study else evaluate_drives(study, drives)

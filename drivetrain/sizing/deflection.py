@@ -10,7 +10,6 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.kinematics import link_poses, tip_pose
 from drivetrain.arrays import Array
-from drivetrain.drive.drive import Drive
 from drivetrain.drive.spring import tangent_stiffness
 from drivetrain.dynamics.flexibility import (
     NO_BEAMS,
@@ -131,7 +130,7 @@ def tip_deflection(evaluation: Evaluation, *, beams: Mapping[int, Beam] = NO_BEA
     cycle = study.cycle
     results = tuple(evaluation.joints.values())
     torque = np.column_stack([joint.series.gear_torque for joint in results])
-    twist, play = joint_twists(study, _drives(evaluation), torque), joint_plays(study, _drives(evaluation), torque)
+    twist, play = joint_twists(study, evaluation.mounted, torque), joint_plays(study, evaluation.mounted, torque)
     jacobian = tip_levers(study)
     return TipDeflection(
         time=cycle.time,
@@ -142,8 +141,8 @@ def tip_deflection(evaluation: Evaluation, *, beams: Mapping[int, Beam] = NO_BEA
         links=_link_deflection(evaluation, beams),
         backlash=-0.5 * (play * np.sign(torque))[:, :, None] * jacobian,
         lost_motion=lost_motion(play[:, :, None] * jacobian),
-        rigid=lacking_joints(_drives(evaluation), "stiffness_1"),
-        unknown_play=lacking_joints(_drives(evaluation), "backlash"),
+        rigid=lacking_joints(evaluation.mounted, "stiffness_1"),
+        unknown_play=lacking_joints(evaluation.mounted, "backlash"),
     )
 
 
@@ -167,10 +166,10 @@ def vibration(evaluation: Evaluation) -> Vibration:
     stiffness = joint_stiffness(evaluation)
     sprung = int(np.isfinite(stiffness).all(axis=0).sum())
     locked, free = np.empty((2, len(cycle.time), sprung))
-    for arm, chosen in loaded_arms(evaluation.study, _drives(evaluation)):
+    for arm, chosen in loaded_arms(evaluation.study, evaluation.mounted):
         locked[chosen] = locked_frequencies(arm, cycle.position[chosen], stiffness[chosen])
         free[chosen] = free_frequencies(arm, cycle.position[chosen], stiffness[chosen])
-    return Vibration(cycle.time, stiffness, locked, free, lacking_joints(_drives(evaluation), "stiffness_1"))
+    return Vibration(cycle.time, stiffness, locked, free, lacking_joints(evaluation.mounted, "stiffness_1"))
 
 
 def joint_stiffness(evaluation: Evaluation) -> Array:
@@ -181,10 +180,6 @@ def joint_stiffness(evaluation: Evaluation) -> Array:
         unknown = np.full(len(joint.series.time), np.inf)
         columns.append(unknown if slope is None else slope / (task.travel_per_turn or 1.0) ** 2)
     return np.column_stack(columns)
-
-
-def _drives(evaluation: Evaluation) -> dict[str, Drive]:
-    return {name: joint.drive for name, joint in evaluation.joints.items()}
 
 
 def _arm(evaluation: Evaluation) -> Arm:
@@ -201,9 +196,8 @@ def _link_deflection(evaluation: Evaluation, beams: Mapping[int, Beam]) -> Array
     found = np.zeros((*cycle.position.shape, 3))
     if not beams:
         return found
-    drives = {name: joint.drive for name, joint in evaluation.joints.items()}
-    empty = loaded_arm(evaluation.study, drives, -1)
-    for arm, chosen in loaded_arms(evaluation.study, _drives(evaluation)):
+    empty = loaded_arm(evaluation.study, evaluation.mounted, -1)
+    for arm, chosen in loaded_arms(evaluation.study, evaluation.mounted):
         motion = (cycle.position[chosen], cycle.velocity[chosen], cycle.acceleration[chosen])
         passed = _base_wrenches(arm, motion)
         # What the tip carries leaves the last link at its end; it is not part of that link's own load.

@@ -154,6 +154,11 @@ class Evaluation:
         return {name: (joint.motor, joint.gear) for name, joint in self.joints.items()}
 
     @property
+    def mounted(self) -> dict[str, Drive]:
+        """The drives by joint name, with the study's assumptions filled in."""
+        return {name: joint.drive for name, joint in self.joints.items()}
+
+    @property
     def verdict(self) -> Verdict:
         """Of all joints' checks and those of all together, see ``verdict_of``."""
         return verdict_of(check for _, check in placed_checks(self))

@@ -6,7 +6,7 @@ import math
 
 from drivetrain.report.pages.sheet import Section, SheetTable
 from drivetrain.report.quantities import DASH, number
-from drivetrain.report.words import HEADINGS, WORDS, equals_sentence, objective_tail, set_rows
+from drivetrain.report.words import CRITERIA, HEADINGS, WORDS, equals_sentence, objective_tail, set_rows
 from drivetrain.sizing.results import Selection
 
 WORK = {
@@ -54,12 +54,12 @@ def _sets(selection: Selection) -> tuple[SheetTable, ...]:
     columns = {"set": [str(row.rank) for row in found]}
     if selection.study.objective == "weighted":
         columns[HEADINGS["weighted"]] = [row.objective for row in found]
-    columns["mass [kg]"] = [row.mass for row in found]
+    columns[CRITERIA["mass"]] = [row.mass for row in found]
     if any(row.price != DASH for row in found):
         columns[f"price [{currency}]" if currency else "price"] = [row.price for row in found]
     columns |= {
-        "energy a cycle [J]": [row.energy for row in found],
-        "highest utilisation": [row.utilisation for row in found],
+        CRITERIA["energy"]: [row.energy for row in found],
+        CRITERIA["utilisation"]: [row.utilisation for row in found],
         "differs from the first at": ["; ".join(row.changes) for row in found],
     }
     headings, rows = tuple(columns), tuple(zip(*columns.values(), strict=True))

@@ -12,7 +12,7 @@ from drivetrain.report.charts.chart import JOINT_COLOURS, Chart, captioned
 from drivetrain.report.json_text import drives_data, job_data, json_text
 from drivetrain.report.pages.sheet import Chip, Extra, Section, SheetTable, sheet
 from drivetrain.report.quantities import DASH, number, percent, printed_unit
-from drivetrain.report.words import HEADINGS, objective_tail
+from drivetrain.report.words import CRITERIA, HEADINGS, objective_tail
 from drivetrain.sizing.answers.curve import CurvePiece, OptimumCurve
 from drivetrain.sizing.answers.trade_offs import TradeOffsFound
 from drivetrain.sizing.judge.evaluate import Pair
@@ -22,9 +22,6 @@ from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.study.model import Study, pair_name
 
 MOST_LISTED = 40  # lines on the terminal
-CRITERIA = {
-    "mass": "mass [kg]", "price": "price", "energy": "energy a cycle [J]", "utilisation": "highest utilisation",
-}  # fmt: skip
 EQUAL = 1e-9  # sums in another order
 
 

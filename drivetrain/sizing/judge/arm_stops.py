@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import joint_turns
 from drivetrain.arrays import Array
 from drivetrain.drive.brake import LEAST_ENERGY
 from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
@@ -160,7 +161,7 @@ def march(
 
 def _driven(study: Study, arm: Arm, drives: Mapping[str, Drive]) -> _Driven:
     every, travels = [drives[task.name] for task in study.joints], joint_travels(study)
-    shafts = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
+    shafts = joint_turns(arm)
     gears = tuple(as_record(complete(one.gear)) for one in every)
     meshes = tuple(mesh_of(one) for one in gears)
     cold, ratio = study.cold_start, np.array([one.gear.ratio for one in every])

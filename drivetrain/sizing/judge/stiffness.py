@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from drivetrain.arm.arm import Arm, refuse_loops
+from drivetrain.arm.coupling import joint_turns
 from drivetrain.arm.kinematics import tip_jacobian
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
@@ -83,7 +84,7 @@ def tip_levers(study: Study) -> Array:
     refuse_loops(arm, shared=True, closed=True)
     q = study.cycle.position
     chain, position = main_chain(arm, q)
-    shafts = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
+    shafts = joint_turns(arm)
     if arm.linkage is not None:
         shafts = (
             whole_motion(arm.linkage, q, 0.0 * q, 0.0 * q).turns[:, list(arm.linkage.loops.paths[0])]
@@ -142,7 +143,7 @@ def soft_springs(study: Study, stiffness: Array) -> Array:
 def shaft_inertia(study: Study, drives: Mapping[str, Drive], sample: int) -> Array:
     """The inertia that the springs of all joints carry at a sample, rotors held by their motors, (n, n)."""
     arm = loaded_arm(study, drives, int(study.cycle.payload[sample]))
-    shafts = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
+    shafts = joint_turns(arm)
     return np.asarray(shafts.T @ locked_mass(arm, study.cycle.position[sample]) @ shafts)
 
 

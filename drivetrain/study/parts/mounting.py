@@ -19,7 +19,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.drive import Drive, drive_inertia, times_as_large
 from drivetrain.drive.motor import whole_mass
-from drivetrain.errors import Fault, InputError, raise_faults
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.model import DriveMass, JointTask, Mount, Study
 
@@ -46,6 +46,14 @@ def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) ->
                 inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
                 arm = with_body(arm, link, mass, mount_point(arm, joint, task.mount), inertia)
     return carrying(study, with_rotors(arm, rotors), payload_index)
+
+
+def payload_index(study: Study, name: str | None) -> int:
+    """Index of a payload of the study by its name; -1 for none (None). InputError if the study has none of the name."""
+    names = [one.name for one in study.payloads]
+    if name is not None and name not in names:
+        raise InputError(Fault("payload", "is none of the study's", name, nearest(name, names)))
+    return -1 if name is None else names.index(name)
 
 
 @lru_cache(maxsize=8)
