@@ -20,7 +20,7 @@ from drivetrain.records import as_record, known
 from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS
 from drivetrain.sizing.judge.objectives import amplifier_price
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.model import JointTask, Study
+from drivetrain.study.model import JointTask, Study, pair_name
 from drivetrain.study.parts.mounting import drive_mass, mass_counts
 from drivetrain.study.parts.verdicts import lacking
 
@@ -145,7 +145,9 @@ def unknown_torques(results: Mapping[str, JointResult]) -> list[Fault]:
     """Joints whose current cannot be computed for lack of data."""
     return [
         Fault(
-            f"joints.{name}", f"lacks {torque_lacks(one.drive)}, on which its torque rests", f"{one.motor} + {one.gear}"
+            f"joints.{name}",
+            f"lacks {torque_lacks(one.drive)}, on which its torque rests",
+            pair_name(one.motor, one.gear),
         )
         for name, one in results.items()
         if not one.torque_known
