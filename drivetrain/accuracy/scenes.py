@@ -57,20 +57,20 @@ LABELS = {
 # Effects whose quasi-static substitute includes a partner effect, which is then left out as well.
 PARTNERS = {"SampledCurrentLoop": "Winding"}
 # Time constant of a thermal node of unknown capacity, in cycles: it stays at its mean, as in ``thermal/heat.py``.
-AT_REST_IN = 1e4
+SLOW_CYCLES = 1e4
 
 
 def choices(scene: Scene) -> tuple[Choice, ...]:
     """The effects of a scene that may be left out, each at its joint."""
     body = scene.body
     loops = () if not isinstance(body, Arm) or body.linkage is None else body.linkage.loops.shared
-    parted = {scene.joints[i] for pair in loops for i in pair}  # axes with two motors: their springs stay
+    two_motor_joints = {scene.joints[i] for pair in loops for i in pair}  # axes with two motors: their springs stay
     found = [
         Choice(type(effect).__name__, joint)
         for joint, effects in scene.effects.items()
         for effect in effects
         if type(effect).__name__ in LABELS and effect.quasi_static() != effect
-        and not (joint in parted and isinstance(effect, GearSpring))
+        and not (joint in two_motor_joints and isinstance(effect, GearSpring))
     ]  # fmt: skip
     if isinstance(body, Arm) and body.level is RotorLevel.FULL and any(rotor is not None for rotor in body.rotors):
         found.append(Choice("FullRotor", WHOLE))
@@ -85,11 +85,11 @@ def without(scene: Scene, dropped: Collection[Choice]) -> Scene:
         body = at_level(body, RotorLevel.REFLECTED)
     effects = {joint: remaining(joint, own, gone) for joint, own in scene.effects.items()}
     ratios = dict(zip(scene.joints, ratios_of(scene), strict=True))
-    less = replace(scene, body=body, effects=effects)
-    for joint, now in zip(scene.joints, ratios_of(less), strict=True):
+    reduced = replace(scene, body=body, effects=effects)
+    for joint, now in zip(scene.joints, ratios_of(reduced), strict=True):
         if now != ratios[joint]:  # the effect that defined the ratio was left out, but the gear is still there
             effects[joint] = (*effects[joint], ReflectedRotor(0.0, ratios[joint]))
-    return fed_forward(replace(less, effects=effects))
+    return fed_forward(replace(reduced, effects=effects))
 
 
 def fed_forward(scene: Scene) -> Scene:
@@ -97,12 +97,12 @@ def fed_forward(scene: Scene) -> Scene:
     if any(isinstance(effect, GivenCurrent) for effects in scene.effects.values() for effect in effects):
         return scene
     try:
-        return with_feed_forward(_settled(scene))
+        return with_feed_forward(_at_equilibrium(scene))
     except InputError:
         return scene
 
 
-def _settled(scene: Scene) -> Scene:
+def _at_equilibrium(scene: Scene) -> Scene:
     """The scene with initial positions for which the motors, not the links, are at the start of their command.
 
     The links are displaced by the wind-up of the springs under the initial load.
@@ -114,8 +114,8 @@ def _settled(scene: Scene) -> Scene:
     position = demand.position[0].copy()
     for joint, shape in ready.body.springs.items():
         if shape.deflection is not None and ready.body.loads[joint] == joint:
-            twist = shape.deflection(float(demand.mesh_torque[0, joint]))
-            position[joint] -= twist - ready.body.zeros[joint]
+            wind_up = shape.deflection(float(demand.mesh_torque[0, joint]))
+            position[joint] -= wind_up - ready.body.zeros[joint]
     return replace(scene, position=position, speed=demand.speed[0])
 
 
@@ -123,14 +123,14 @@ def remaining(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice])
     """The effects of a joint without those left out, each replaced by its quasi-static substitute if it has one."""
     kept: list[Effect] = []
     for effect in effects:
-        stays: Effect | None = effect
+        left: Effect | None = effect
         kind = ""
-        while stays is not None and type(stays).__name__ != kind and Choice(type(stays).__name__, joint) in gone:
-            kind, stays = type(stays).__name__, stays.quasi_static()
+        while left is not None and type(left).__name__ != kind and Choice(type(left).__name__, joint) in gone:
+            kind, left = type(left).__name__, left.quasi_static()
         if any(Choice(owner, joint) in gone for owner, one in PARTNERS.items() if one == type(effect).__name__):
-            stays = None
-        if stays is not None:
-            kept.append(stays)
+            left = None
+        if left is not None:
+            kept.append(left)
     return tuple(kept)
 
 
@@ -150,8 +150,8 @@ def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Sce
         joint = evaluation.joints[task.name]
         stated = task.sharing[0] if task.sharing else task.name  # what the study says of both motors of an axis
         control, teeth = settings.control.get(stated), settings.cogging.get(stated)
-        own = [one for effect in effects[task.name] for one in _electrical(effect, joint.drive, settings, control)]
-        own = [one for effect in own for one in _sampled(effect, ratios[task.name], control)]
+        own = [one for effect in effects[task.name] for one in _current_loop(effect, joint.drive, settings, control)]
+        own = [one for effect in own for one in _sampled_cascade(effect, ratios[task.name], control)]
         motors = 2.0 if TWO_AS_ONE in joint.drive.assumptions else 1.0
         own += [Cogging((motors * teeth.amplitude,), (teeth.periods,))] if teeth is not None else []
         effects[task.name] = (*own, *_heat(study, task, joint))
@@ -174,7 +174,7 @@ def wanted_scene(full: Scene, names: Iterable[str], added: Iterable[AddedEffect]
     return without(full, gone)
 
 
-def _electrical(effect: Effect, drive: Drive, options: Simulation, control: Control | None) -> tuple[Effect, ...]:
+def _current_loop(effect: Effect, drive: Drive, options: Simulation, control: Control | None) -> tuple[Effect, ...]:
     """Replace a motor without inductance by a current loop, if the data sheet gives the inductance.
 
     The loop is sampled where the study states the rate of the amplifier.
@@ -188,7 +188,7 @@ def _electrical(effect: Effect, drive: Drive, options: Simulation, control: Cont
     return Winding(drive.motor), loop
 
 
-def _sampled(effect: Effect, ratio: float, control: Control | None) -> tuple[Effect, ...]:
+def _sampled_cascade(effect: Effect, ratio: float, control: Control | None) -> tuple[Effect, ...]:
     """Replace the position loop by a sampled cascade with the same gains and an encoder, where the study states one.
 
     Stiffness K and damping D at the joint correspond to a position gain K / D and a speed gain D / (ratio^2 kt) at the
@@ -208,13 +208,13 @@ def _heat(study: Study, task: JointTask, joint: JointResult) -> tuple[Effect, ..
     network = thermal_network(joint.drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
     if network is None or winding is None or housing is None or not np.isfinite(winding).all():
         return ()
-    slow, start = _slow_where_unknown(network, study.cycle.duration), (float(winding[0]), float(housing[0]))
+    slow, start = _with_slow_nodes(network, study.cycle.duration), (float(winding[0]), float(housing[0]))
     return (WindingHeat(slow, *start, gear_heat=task.gear_heat),)
 
 
-def _slow_where_unknown(network: ThermalNetwork, period: float) -> ThermalNetwork:
+def _with_slow_nodes(network: ThermalNetwork, period: float) -> ThermalNetwork:
     """The network with capacities for nodes that have none, so large that they stay constant within a cycle."""
-    longest = AT_REST_IN * period
+    longest = SLOW_CYCLES * period
     inner = network.resistance_winding_housing or network.resistance_housing_ambient
     return replace(
         network,

@@ -130,7 +130,7 @@ def study_scene(
     evaluation: Evaluation, settings: Simulation, *, progress: Callable[[int, int, str], None] | None = None
 ) -> StudyScene:
     """The scene of evaluated drives on the study's cycle, with the effects that ``settings`` selects."""
-    full, apart = full_scene(evaluation, settings), _apart(evaluation)
+    full, pairs = full_scene(evaluation, settings), _pairs_text(evaluation)
     if settings.effects == ("auto",):
         found = choose_effects(
             full, basis_of(full, evaluation), tolerance=settings.tolerance, tip_tolerance=settings.tip_tolerance,
@@ -139,15 +139,15 @@ def study_scene(
         gone = ", ".join(f"{one.label} of {one.choice.joint}" for one in found.dropped) or "nothing"
         proof = "" if found.proof is None else f" ({'proven' if found.proof.proven else 'not proven'})"
         return StudyScene(
-            full, found.scene, f"effects: auto within {100.0 * settings.tolerance:g} % left out {gone}{proof}{apart}"
+            full, found.scene, f"effects: auto within {100.0 * settings.tolerance:g} % left out {gone}{proof}{pairs}"
         )
     if settings.effects == ("all",):
-        return StudyScene(full, without(full, ()), f"all effects that the data sheets have values for{apart}")
+        return StudyScene(full, without(full, ()), f"all effects that the data sheets have values for{pairs}")
     left = [name for name in KNOWN_EFFECTS if name not in settings.effects]
-    return StudyScene(full, wanted_scene(full, settings.effects, settings.add), f"without {', '.join(left)}{apart}")
+    return StudyScene(full, wanted_scene(full, settings.effects, settings.add), f"without {', '.join(left)}{pairs}")
 
 
-def _apart(evaluation: Evaluation) -> str:
+def _pairs_text(evaluation: Evaluation) -> str:
     """A description of the axes with two separate motors."""
     study, pairs = evaluation.study, motor_pairs(evaluation.study)
     push = {task.name: task.preload for task in study.joints}

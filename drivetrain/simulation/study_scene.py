@@ -134,9 +134,9 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
             amplifiers to choose from, two motors apart whose gears have no stiffness.
     """
     refuse_unsimulated(study, drives)
-    study, drives = _two_apart(study, drives) if run_apart(study, drives) else two_as_one(study, drives)
+    study, drives = _with_separate_motors(study, drives) if run_apart(study, drives) else two_as_one(study, drives)
     faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
-    faults += _apart(study.cycle)
+    faults += _mix_faults(study.cycle)
     hint = "evaluate and select choose: take the study of what they find"
     for task in study.joints:
         if task.amplifiers:
@@ -147,7 +147,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
     body: Arm | Inertia
     if study.arm is None and pairs:
         body = _axis_arm(study, drives)
-        moved = _moved(body, start)
+        moved = _moved_inertias(body, start)
     elif study.arm is None:
         task, drive = study.joints[0], drives[study.joints[0].name]
         body = Inertia(float(task.load_inertia or 0.0), name=task.name)
@@ -156,7 +156,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
         moved = [body.inertia + rotor.ratio**2 * rotor.inertia]
     else:
         body = loaded_arm(study, drives, -1)
-        moved = _moved(body, start)
+        moved = _moved_inertias(body, start)
     effects: dict[str, tuple[Effect, ...]] = {
         task.name: _joint(study, task, drives[task.name], moved[i], options) for i, task in enumerate(study.joints)
     }
@@ -165,7 +165,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
         load = axis_motion(as_single(study), options.repetitions)[1]
         effects |= {name: (*effects[name], load), WHOLE: (CommandedMotion(motion),)}
     else:
-        effects[WHOLE] = (CommandedMotion(study.cycle, options.repetitions), *_carried(study, options.repetitions))
+        effects[WHOLE] = (CommandedMotion(study.cycle, options.repetitions), *_payloads(study, options.repetitions))
     if isinstance(body, Inertia):
         effects[body.name] = (*effects[body.name], rotor)
     for added in study.simulation.add:
@@ -173,12 +173,12 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
         effects[where] = (*effects[where], added.built(drives.get(where)))
     duration = study.cycle.duration * options.repetitions
     scene = Scene(
-        body, effects, duration, start, study.cycle.velocity[0], study.name, _left_out(study, drives, options)
+        body, effects, duration, start, study.cycle.velocity[0], study.name, _plan_notes(study, drives, options)
     )
     return with_feed_forward(scene) if options.feed_forward else scene
 
 
-def _two_apart(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[str, Drive]]:
+def _with_separate_motors(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[str, Drive]]:
     """The study and its drives for axes with two separate motors.
 
     What acts at the joint of such an axis (friction, counterbalances) is assigned to its first motor.
@@ -218,7 +218,7 @@ def _axis_arm(study: Study, drives: Mapping[str, Drive]) -> Arm:
     )
 
 
-def _moved(arm: Arm, position: Array) -> list[float]:
+def _moved_inertias(arm: Arm, position: Array) -> list[float]:
     """Inertia that each motor moves, referred to its joint, or to the gear's output shaft where motors are coupled."""
     if arm.linkage is not None:
         moved = np.diag(plan(Scene(arm, {}, 1.0, position)).inertia)
@@ -230,19 +230,19 @@ def _moved(arm: Arm, position: Array) -> list[float]:
     return [float(one) for one in np.diag(mass)]
 
 
-def _left_out(study: Study, drives: Mapping[str, Drive], options: SceneOptions) -> tuple[str, ...]:
+def _plan_notes(study: Study, drives: Mapping[str, Drive], options: SceneOptions) -> tuple[str, ...]:
     """Notes for the reader of the plan on what the scene does not contain."""
     bound = [task.name for task in study.joints if task.coupled and drives[task.name].gear.stiffness_1 is not None]
-    parted = {drives[name].gear.key: drives[name].gear for pair in motor_pairs(study) for name in pair}
-    told = "play of gear {}, which its data sheet does not give"
-    notes = [told.format(key) for key, gear in parted.items() if gear.backlash is None]
+    separate_gears = {drives[name].gear.key: drives[name].gear for pair in motor_pairs(study) for name in pair}
+    note = "play of gear {}, which its data sheet does not give"
+    notes = [note.format(key) for key, gear in separate_gears.items() if gear.backlash is None]
     notes += [f"what is apart in {name}: {TWO_AS_ONE}" for name, one in drives.items() if TWO_AS_ONE in one.assumptions]
     if bound and options.springs:
         notes.append(f"springs in the gears of {', '.join(bound)}: their motors are coupled")
     return tuple(notes)
 
 
-def _apart(cycle: Cycle) -> list[Fault]:
+def _mix_faults(cycle: Cycle) -> list[Fault]:
     """Faults for parts of a mix that do not begin where the part before them ends, so that one run is impossible."""
     faults = []
     for k, part in enumerate(cycle.parts):
@@ -256,7 +256,7 @@ def _apart(cycle: Cycle) -> list[Fault]:
     return faults
 
 
-def _carried(study: Study, repetitions: int) -> tuple[Effect, ...]:
+def _payloads(study: Study, repetitions: int) -> tuple[Effect, ...]:
     """The payload changes over all repetitions of the cycle; empty if the tip never carries a payload."""
     payload, time = study.cycle.payload, study.cycle.time
     if (payload < 0).all():

@@ -266,7 +266,7 @@ def memory_sections(sizes: Array, c: int, sparsity: Any) -> Mapping[str, Any]:
     Args:
         sizes: Magnitude of each state below which the perturbation is no longer reduced, (m,).
         c: Number of coordinates.
-        hangs: The sparsity pattern, (m, m), of ``sparsity_pattern``.
+        sparsity: The sparsity pattern, (m, m), of ``sparsity_pattern``.
     """
     m = len(sizes)
     groups, members, row_starts, rows = column_groups(sparsity, m)
