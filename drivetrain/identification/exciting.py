@@ -77,7 +77,7 @@ def _limits(arm: Arm) -> tuple[Array, Array, Array]:
     if not (turning | known).all():
         name = arm.joint_names[int(np.argmin(turning | known))]
         raise InputError(Fault(f"joint {name}", "slides: it needs limits of position [m] and speed [m/s]"))
-    low = np.where(np.isfinite(arm.lower), arm.lower, -UNLIMITED["position"])
+    low = np.where(np.isfinite(arm.lower), arm.lower, np.minimum(-UNLIMITED["position"], arm.upper - 1.0))
     high = np.where(np.isfinite(arm.upper), arm.upper, np.maximum(UNLIMITED["position"], low + 1.0))
     return low, high, np.where(np.isfinite(arm.speed_limits), arm.speed_limits, UNLIMITED["speed"])
 

@@ -61,7 +61,7 @@ class Identification:
             and prior), ``share`` (remaining share of the prior's uncertainty: near 1 if the recording has no
             information about the parameter).
         base: DataFrame of the combinations that torques can distinguish: ``value``, ``deviation`` (standard deviation
-            from the data alone) and ``combination`` as text.
+            from the data, and the pull of the prior) and ``combination`` as text.
         errors: DataFrame by joint, on held-out data: RMS torque ``measured``, RMS error of the model ``given`` and
             ``identified`` [N m or N], ``correlation``.
         contributions: DataFrame of RMS torque [N m or N] by joint and cause (links, rotors, each friction,
@@ -190,7 +190,8 @@ def identify(
     if whole is not None:
         joints = tuple(replace(task, friction=f) for task, f in zip(whole.joints, new_friction, strict=True))
         whole = replace(whole, arm=new_arm, joints=joints)
-    base, combined, covariance, condition = _base_table(columns, weighted, found, left)
+    pull = _pull(hessian, moment, problem)
+    base, combined, covariance, condition = _base_table(columns, weighted, found, left, pull)
     notes = (
         *recording.notes,
         f"prior held at {weights.bodies:g} for bodies and {weights.friction:g} for friction, by cross-validation",
@@ -198,7 +199,8 @@ def identify(
         f"condition of their regressor {condition:.3g}",
     )
     return Identification(
-        new_arm, new_friction, whole, _parameter_table(columns, found, hessian, problem, combined, covariance), base,
+        new_arm, new_friction, whole,
+        _parameter_table(columns, found, hessian, problem, combined, covariance, pull), base,
         _error_table(problem, spread, measured, arm), _contributions(columns, found, measured, model, known, arm),
         condition,
         _torque_constants(recording, prior), time, measured, given + columns.matrix @ change, notes,
@@ -429,9 +431,9 @@ def _covariance(regressor: Array, left: Array) -> Array:
 
 
 def _base_table(
-    columns: _Columns, weighted: Array, found: Array, left: Array
+    columns: _Columns, weighted: Array, found: Array, left: Array, pull: Array
 ) -> tuple[pd.DataFrame, Array, Array, float]:
-    """Table of the base parameters with standard deviations from the data alone.
+    """Table of the base parameters with standard deviations from the data and the pull of the prior.
 
     Also returns their factors on all parameters, (r, p), their covariance, (r, r), and the condition number of their
     regressor.
@@ -450,7 +452,7 @@ def _base_table(
     table = pd.DataFrame(
         {
             "value": base.combined @ found,
-            "deviation": np.sqrt(np.diag(covariance)),
+            "deviation": np.hypot(np.sqrt(np.diag(covariance)), base.combined @ pull),
             "combination": [text.replace("+ -", "- ") for text in words],
         },
         index=[columns.names[i] for i in base.leading],
@@ -458,19 +460,34 @@ def _base_table(
     return table, base.combined, covariance, float(values[0] / values[-1])
 
 
+def _prior_weights(hessian: Array, problem: Problem) -> Array:
+    """What the prior adds to the diagonal of the normal equations, (p,)."""
+    return np.asarray(np.diag(hessian) - np.sum([np.diag(fold.gram) for fold in problem.folds], axis=0))
+
+
+def _pull(hessian: Array, moment: Array, problem: Problem) -> Array:
+    """How far the prior has drawn the parameters towards itself, (p,).
+
+    Of a true difference d* from the prior, ``H^-1 (H - W) d*`` is found on average, with the prior's weights W in the
+    normal equations H; to first order ``H^-1 W d`` is missing from what is found, d.
+    """
+    drawn = _prior_weights(hessian, problem) * np.linalg.solve(hessian, moment)
+    return np.asarray(np.linalg.solve(hessian, drawn) / problem.scale)
+
+
 def _parameter_table(
-    columns: _Columns, found: Array, hessian: Array, problem: Problem, combined: Array, covariance: Array
+    columns: _Columns, found: Array, hessian: Array, problem: Problem, combined: Array, covariance: Array, pull: Array
 ) -> pd.DataFrame:
     """Table of all parameters: prior and identified values, standard deviation, and the prior's share of it."""
     import pandas as pd
 
-    gram = np.sum([fold.gram for fold in problem.folds], axis=0)
-    before = np.diag(hessian) - np.diag(gram)  # weights of the prior
+    before = _prior_weights(hessian, problem)
     size = np.sqrt(np.diag(covariance))
     scaled = combined / problem.scale / size[:, None]
     information = scaled.T @ np.linalg.solve(covariance / np.outer(size, size), scaled)
     after = np.diag(np.linalg.inv(information + np.diag(before)))
-    values = {"prior": columns.prior, "identified": found, "deviation": np.sqrt(after) / problem.scale}
+    deviation = np.hypot(np.sqrt(after) / problem.scale, pull)
+    values = {"prior": columns.prior, "identified": found, "deviation": deviation}
     return pd.DataFrame({**values, "share": np.sqrt(after * before)}, index=columns.names)
 
 

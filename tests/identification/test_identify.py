@@ -125,6 +125,27 @@ def test_base_parameters_are_within_their_deviations() -> None:
     assert np.mean(np.array(missed) < 3.0) > 0.9
 
 
+@pytest.mark.parametrize("seed", [1, 4, 5])
+def test_deviations_count_the_pull_of_the_prior(seed: int) -> None:
+    """Cross-validation holds friction at its prior, zero, by so much that this pull is larger than the noise."""
+    rng = np.random.default_rng(seed)
+    arm = replace(dt.load_arm("planar-2r"), lower=np.full(2, -0.8), upper=np.full(2, 0.9), speed_limits=np.full(2, 2.0))
+    arm, guess = (dt.with_rotors(arm, [dt.Rotor(100.0, inertia)] * 2) for inertia in (3e-4, 2e-4))
+    motion = dt.exciting_motion(arm, duration=4.0, rate=200.0, candidates=2, seed=seed)
+    moved = motion.position, motion.velocity, motion.acceleration
+    viscous, coulomb = rng.uniform(0.0, 3.0, (2, 2))
+    sliding = np.tanh(motion.velocity / (0.01 * np.abs(motion.velocity).max(axis=0)))
+    torque = inverse_dynamics(arm, *moved) + viscous * motion.velocity + coulomb * sliding
+    torque += 0.01 * rms(torque) * rng.normal(size=torque.shape)
+    factor = rng.uniform(0.8, 1.2, 2)
+    guess = replace(guess, masses=arm.masses * factor, inertias=arm.inertias * factor[:, None, None])
+    found = dt.identify(guess, dt.MeasuredMotion("test", arm.joint_names, motion.time, *moved, torque=torque))
+    friction = found.parameters.iloc[-4:]
+    missed = np.abs(friction["identified"] - np.concatenate([viscous, coulomb])) / friction["deviation"]
+    assert missed.max() < 3.0
+    assert (found.base.loc[friction.index, "deviation"] > 0.9 * friction["deviation"]).all()
+
+
 def terms(text: str) -> list[tuple[float, str]]:
     """Factors and names of a combination, from its text."""
     words = text.replace("- ", "+ -").split(" + ")
@@ -244,6 +265,12 @@ def test_exciting_motion_keeps_the_limits() -> None:
     shares = [(top - bottom) / (arm.upper - arm.lower), np.abs(motion.velocity).max(axis=0) / arm.speed_limits]
     shares.append(np.abs(motion.acceleration).max(axis=0) / 10.0)
     assert np.max(shares, axis=0) == pytest.approx(np.full(arm.n, 0.9), rel=1e-12)
+
+
+def test_an_exciting_motion_below_a_limit_that_stands_far_down() -> None:
+    arm = replace(dt.load_arm("planar-2r"), lower=np.full(2, -np.inf), upper=np.array([-4.0, np.inf]))
+    motion = dt.exciting_motion(arm, duration=2.0, candidates=1)
+    assert motion.position[:, 0].max() < -4.0
 
 
 def test_a_measured_robot_on_unseen_data() -> None:
