@@ -52,7 +52,17 @@ def shown(room: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     def names() -> list[str]:
         return sorted(homes(room))
 
+    sys.modules[room].__class__ = _Room
     return load, names
+
+
+class _Room(types.ModuleType):
+    """A subpackage: where a command of the same name is meant, a call says which functions there are."""
+
+    def __call__(self, *_: Any, **__: Any) -> Any:
+        place = self.__name__.replace("drivetrain", "dt", 1)
+        hint = f"call one of its functions: {', '.join(homes(self.__name__))}"
+        raise InputError(Fault(place, "is a module, not a function", hint=hint))
 
 
 def guarded(found: Any, room: str) -> Any:

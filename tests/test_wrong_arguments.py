@@ -73,6 +73,13 @@ def test_arguments_of_classes_are_named() -> None:
         dt.Motor("m", resistence=1.0)  # type: ignore[call-arg]
 
 
+def test_a_room_that_is_called_names_its_functions() -> None:
+    with pytest.raises(dt.InputError, match=r"^dt.accuracy: is a module, not a function; call one of .*simulate"):
+        dt.accuracy("study.yaml")  # type: ignore[operator]
+    with pytest.raises(dt.InputError, match="write_mjcf"):
+        dt.export()  # type: ignore[operator]
+
+
 def test_the_message_names_the_argument_and_what_it_may_be() -> None:
     with pytest.raises(dt.InputError, match=r"inverse_dynamics\(arm=\): must be of kind Arm \(found 'str'\)"):
         dt.inverse_dynamics("ur5", [0.0], [0.0], [0.0])  # type: ignore[arg-type]

@@ -113,7 +113,7 @@ def effects_cost(
     whole, bare, *each = seconds([(ready, engine) for ready in plans], rounds)
     costs = [EffectCost(*row[:4], whole / duration, row[4]) for row, duration in zip(rows, each, strict=True)]
     ordered = tuple(sorted(costs, key=lambda row: -row.time))
-    return EffectCosts(base, whole, repr(engine), recording.counters, ordered, bare / whole)
+    return EffectCosts(base, whole, str(engine), recording.counters, ordered, bare / whole)
 
 
 def solver_cost(

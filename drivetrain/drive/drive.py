@@ -104,7 +104,7 @@ WITH_SIZE = {
     "stiffness_1", "stiffness_2", "stiffness_3", "torque_1", "torque_2", "stage_inertia", "stage_torque", "coulomb",
     "coulomb_negative", "viscous", "viscous_negative", "static", "static_torque", "power", "current",
     "energy_per_stop", "energy_per_hour", "continuous_current", "standby_power", "stiffness",
-    "gas_force", "torque",
+    "gas_force", "torque", "stage_mass",
 }  # fmt: skip
 """Of what two motors, gears, brakes, amplifiers, frictions or counterbalances side by side have twice of one's."""
 AGAINST_SIZE = {

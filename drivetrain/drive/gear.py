@@ -105,6 +105,7 @@ class Gear:
         load_friction: Of the joint that it turns, friction over load (``Friction.load_share``).
         stage_driving, stage_driven: Torque at the gear over that behind stages, lossless, by the direction of power.
         stage_inertia: Of stages, at the input, to be added where ``inertia`` is unknown [kg m^2].
+        stage_mass: Of stages, part of ``mass`` [kg].
         stage_torque, stage_speed: Limits of the stages at the joint [N m], [rad/s]; None: unknown.
         stage_words: What limits these.
         staged: 1 where stages stand behind it, else 0 (``drive/stages.py``).
@@ -169,6 +170,7 @@ class Gear:
     stage_driving: float = 1.0
     stage_driven: float = 1.0
     stage_inertia: float = 0.0
+    stage_mass: float = 0.0
     stage_torque: float | None = None
     stage_speed: float | None = None
     stage_words: tuple[str, str] = ("", "")

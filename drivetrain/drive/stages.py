@@ -316,7 +316,7 @@ def with_stages(gear: Gear, chain: Chain) -> Gear:
     changed = {**torques, **stiff, **times(1.0 / chain.ratio, "backlash")}
     return replace(  # type: ignore[arg-type]
         gear, key=f"{gear.key}+{chain.name}", source=words, stage_driving=chain.driving, stage_driven=chain.driven,
-        stage_inertia=inertia, inertia=None if known is None else known + inertia, stage_torque=chain.torque,
-        stage_speed=chain.speed,
+        stage_inertia=inertia, stage_mass=chain.mass, inertia=None if known is None else known + inertia,
+        stage_torque=chain.torque, stage_speed=chain.speed,
         stage_words=(chain.torque_words, chain.speed_words), staged=1.0, price=price, mass=mass, **changed,
     )  # fmt: skip

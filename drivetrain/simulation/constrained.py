@@ -169,7 +169,7 @@ def simulate_constrained(
         "arm": arm.name,
         "rotors": str(arm.level),
         "constraints": ", ".join(type(one).__name__ for one in several),
-        "solver": repr(solver),
+        "solver": str(solver),
         "stabilisation": repr(stabilisation),
         "duration": f"{duration:g} s",
     }

@@ -66,7 +66,7 @@ def simulate_passive(
     state = np.concatenate([start, [0.0]])
     law = checked_law(arm, torque, start)
     solution = up_to_divergence(integrate(solver, rates, state, times, breakpoints=breakpoints))
-    about = {"arm": arm.name, "rotors": str(arm.level), "solver": repr(solver), "duration": f"{duration:g} s"}
+    about = {"arm": arm.name, "rotors": str(arm.level), "solver": str(solver), "duration": f"{duration:g} s"}
     return record(arm, solution, law, about)
 
 

@@ -101,7 +101,7 @@ def _recording(
     plan: Plan, engine: Engine, outcome: Outcome, resumed: Mapping[str, Any], given: Mapping[str, float]
 ) -> Recording:
     """The recording of an engine's result, with energy balance, warnings and the data to resume."""
-    about = {"scene": plan.scene.name, "solver": repr(engine), "duration": f"{plan.scene.duration:g} s"}
+    about = {"scene": plan.scene.name, "solver": str(engine), "duration": f"{plan.scene.duration:g} s"}
     if outcome.times is not None:
         return Recording(outcome.times, outcome.series, outcome.counters, outcome.events, outcome.stopped_by, about)
     rows, stopped = _finite_rows(plan, outcome)

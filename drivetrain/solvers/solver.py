@@ -56,6 +56,9 @@ class FixedStep(Solver):
     def __post_init__(self) -> None:
         check_positive(f"{type(self).__name__}.step", self.step, "s")
 
+    def __str__(self) -> str:
+        return f"{type(self).__name__}({self.step:g} s)"
+
     def advance(self, rates: Any, t: float, y: Array, first: Array, h: float) -> Array:
         """The state at t + h, (m,), from the state y at t and its rates ``first``; h and t in s."""
         raise NotImplementedError

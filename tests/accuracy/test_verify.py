@@ -76,7 +76,7 @@ def test_a_step_that_does_not_resolve_is_told(tmp_path: Path) -> None:
         swinging(), solver=FixedStep(5e-2), interval=0.02, verify=True
     )  # ten steps a period of the current
     (detail,) = warnings(run, "verify")
-    assert "peak_current changes by" in detail and "FixedStep(step=0.025)" in detail
+    assert "peak_current changes by" in detail and "FixedStep(0.025 s)" in detail
     fine = dt.simulate(swinging(), solver=FixedStep(5e-4), interval=0.02, verify=True)
     assert fine.verified and not warnings(fine, "verify")
     assert load_recording(run.save(tmp_path / "run.npz")).verified == run.verified

@@ -24,7 +24,7 @@ def recording() -> Recording:
         {"steps": 7, "rates": 28},
         (Event(0.25, "limit", "elbow passes its upper limit"),),
         Event(1.0, "diverged", "elbow.speed: no number"),
-        {"arm": "planar", "solver": "Euler(step=0.1)"},
+        {"arm": "planar", "solver": "Euler(0.1 s)"},
     )
 
 

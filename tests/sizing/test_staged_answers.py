@@ -100,3 +100,18 @@ def test_the_slider_of_a_page_leaves_the_stages_as_they_are() -> None:
     shown = told["ratio"]["constant"] / 0.06  # a newton metre in the page's unit
     engine = shown * four.joints["joint_1"].series.motor_torque[kept_samples(two)]
     assert page == pytest.approx(engine, abs=3e-4 * np.abs(engine).max())  # figures of the page have four digits
+
+
+def test_the_mass_of_stages_is_none_of_the_gears_input() -> None:
+    silent = {key: value for key, value in GEAR.items() if key != "inertia"}
+    shown = {}
+    for mass in (0.0, 30.0):
+        stage = {"type": "belt", "ratio": 1.0, "efficiency": 1.0, "inertia": SCREW, "mass": mass, "torque_limit": 90.0}
+        found = dt.study(
+            arm="planar-2r-bare", drive_mass="added", motion=([0.0, 1.0, 2.0], np.zeros((3, 2))), supply=48.0,
+            motors={"M": MOTOR}, gears={"G": {**silent, "ratio": 50.0, "efficiency": 0.8}}, drives=("M", "G"),
+            joints={"default": {"stages": [stage]}},
+        )  # fmt: skip
+        shown[mass] = dt.evaluate(found).joints["joint_1"].drive.gear
+    assert shown[30.0].mass == GEAR["mass"] + 30.0
+    assert shown[30.0].inertia == pytest.approx(shown[0.0].inertia, rel=1e-12)

@@ -331,6 +331,9 @@ class FixedStep(Engine):
     def __post_init__(self) -> None:
         check_positive("FixedStep.step", self.step, "s")
 
+    def __str__(self) -> str:
+        return f"FixedStep({self.step:g} s)"
+
     def finer(self, period: float = math.inf) -> FixedStep:
         return FixedStep(0.5 * min(self.step, period))
 

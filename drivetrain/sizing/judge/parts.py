@@ -249,8 +249,9 @@ def _input_inertia(gear: Gear) -> float | None:
     """A conservative estimate of a missing input inertia; None if it is given or nothing is known."""
     if gear.inertia is not None or gear.mass is None or gear.kind not in INPUT_INERTIA_SHARE:
         return None
-    squared = (gear.mass / _ROUND_DENSITY) ** (2.0 / 3.0) if gear.diameter is None else gear.diameter**2
-    return INPUT_INERTIA_SHARE[gear.kind] * gear.mass * squared / 8.0
+    mass = gear.mass - gear.stage_mass
+    squared = (mass / _ROUND_DENSITY) ** (2.0 / 3.0) if gear.diameter is None else gear.diameter**2
+    return INPUT_INERTIA_SHARE[gear.kind] * mass * squared / 8.0
 
 
 def _words(text: str, source: str) -> str:
