@@ -47,13 +47,6 @@ def with_coupling(arm: Arm, coupling: Any) -> Arm:
     return coupled
 
 
-def refused_coupling(arm: Arm) -> Fault:
-    """What a simulation says of coupled motors in an arm with closed loops."""
-    names = [arm.joint_names[i] for group in coupled_groups(arm) for i in group]
-    known = "evaluations, selections, currents and commanders know them"
-    return Fault("coupling", "of an arm with closed loops is not simulated", names, known)
-
-
 def checked_coupling(coupling: Any, n: int) -> Array | None:
     """A coupling that can be inverted, read-only, (n, n); None when it is the identity."""
     matrix = checked_array(coupling, (n, n), "coupling").copy()

@@ -11,7 +11,6 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.closures import with_second_motors
-from drivetrain.arm.coupling import refused_coupling
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arrays import Array
@@ -62,8 +61,6 @@ def refuse_unsimulated(study: Study, drives: Mapping[str, Drive] | None = None) 
         )  # fmt: skip
     study = as_single(study)
     if study.arm is not None:
-        if study.arm.linkage is not None and study.arm.coupling is not None:
-            raise InputError(refused_coupling(study.arm))
         return
     faults = Faults(study.path or "")
     if len(study.joints) > 1:

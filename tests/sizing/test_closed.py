@@ -15,7 +15,6 @@ import yaml
 from crank_arm import DIFFERENTIAL, crank, two_links
 from random_tasks import feasible_sets
 
-from drivetrain.accuracy.study_run import simulate
 from drivetrain.dynamics.closed import whole_motion
 from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.errors import InputError
@@ -213,9 +212,3 @@ def test_what_a_study_with_closures_must_state():
     assert "must be external" in told
     with pytest.raises(InputError, match=r"coupling: .*no chain of the linkages has together.*'lower', 'crank'"):
         load_study(document(coupling=[{"joints": ["lower", "crank"], "type": "differential"}]))
-
-
-def test_coupled_motors_of_an_arm_with_loops_are_not_simulated():
-    study = two_links(closures=crank(0.0), coupling=[DIFFERENTIAL])
-    with pytest.raises(InputError, match="not simulated"):
-        simulate(study)

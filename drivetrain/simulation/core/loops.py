@@ -25,6 +25,7 @@ from drivetrain.simulation.core.bodies import (
     provide_bodies,
     rotors_of,
     set_payload,
+    turns_of,
 )
 from drivetrain.simulation.core.records import (
     AT,
@@ -75,7 +76,14 @@ def _follow(run: Run) -> bool:
     coordinates, pins = coordinates_of(run), _pins_of(run)
     for w in range(len(pins.whole)):
         one = pins.whole[w]
-        if one.coordinate >= 0:
+        if one.coordinate < 0:
+            continue
+        if engine_of(run).coupled:
+            one.wanted = one.speed = 0.0
+            for k in range(world_of(run).joints):
+                one.wanted += turns_of(run)[one.coordinate, k] * coordinates[k].mid_position
+                one.speed += turns_of(run)[one.coordinate, k] * coordinates[k].mid_speed
+        else:
             one.wanted, one.speed = coordinates[one.coordinate].mid_position, coordinates[one.coordinate].mid_speed
     return follow(pins, FAR) and move_followers(pins) > 0.0
 
@@ -87,17 +95,24 @@ def _spread(run: Run) -> None:
     found = rows_of(run, AT.followed, count_of(run, AT.follow), len(whole) + 2)
     joint_of, rates = words_of(run, AT.row_joints), numbers_of(run, AT.body_rates)
     places, speeds = numbers_of(run, AT.body_places), numbers_of(run, AT.body_speeds)
-    spread, m = rows_of(run, AT.spread, len(places), len(coordinates)), len(whole)
+    spread, m, n = rows_of(run, AT.spread, len(places), len(coordinates)), len(whole), world_of(run).joints
     for r in range(len(places)):
         joint = joint_of[r]
-        if joint < 0:  # a rotor behind a spring
-            places[r], speeds[r] = coordinates[-1 - joint].mid_position, coordinates[-1 - joint].mid_speed
+        if joint < 0:  # a rotor behind a spring, or one that several joints turn
+            turned, factor = coordinates[-1 - joint], spread[r, -1 - joint]
+            places[r], speeds[r] = factor * turned.mid_position, factor * turned.mid_speed
         elif whole[joint].coordinate < 0:
             a = whole[joint].follower
             rates[r] = -found[a, m + 1]
+            for k in range(n):
+                spread[r, k] = 0.0
             for w in range(m):
-                if whole[w].coordinate >= 0:
-                    spread[r, whole[w].coordinate] = -found[a, w]
+                driver = whole[w].coordinate
+                if driver >= 0 and engine_of(run).coupled:
+                    for k in range(n):
+                        spread[r, k] -= found[a, w] * turns_of(run)[driver, k]
+                elif driver >= 0:
+                    spread[r, driver] = -found[a, w]
 
 
 @part

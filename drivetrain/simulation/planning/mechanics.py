@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.coupling import coupled_groups, refused_coupling
+from drivetrain.arm.coupling import coupled_groups
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arrays import Array
@@ -296,27 +296,36 @@ def _coupled(arm: Arm, free: tuple[int, ...], ratios: Array) -> Coupled | None:
     """The coordinates of an arm with coupled motors; None if each motor drives its own joint only."""
     if arm.coupling is None:
         return None
-    shafts = tuple(i for group in coupled_groups(arm) for i in group)
+    shafts, turns = _shafts(arm)
     follows = [i for i in followers(arm) if i in shafts]
     c = arm.n + len(free)
-    turns, spread = np.linalg.inv(arm.coupling), np.eye(c + len(follows), c)
-    # Rows and columns of joints that are not coupled are made exact, free of rounding errors.
-    for i in range(arm.n):
-        if i not in shafts:
-            turns[i], turns[:, i] = np.eye(arm.n)[i], np.eye(arm.n)[i]
+    spread = np.eye(c + len(follows), c)
     spread[: arm.n, : arm.n] = turns
     rotor_row = np.arange(c, dtype=np.int64)
     rotor_row[[i for i in shafts if (arm.coupling[i] != np.eye(arm.n)[i]).any()]] = -1
     for k, i in enumerate(follows):
         spread[c + k, i] = ratios[i]
         rotor_row[i] = c + k
-    return Coupled(shafts, arm.coupling, np.asarray(turns, dtype=np.float64), spread, rotor_row, np.zeros(c))
+    return Coupled(shafts, arm.coupling, turns, spread, rotor_row, np.zeros(c))
+
+
+def _shafts(arm: Arm) -> tuple[tuple[int, ...], Array]:
+    """Joints whose motors are coupled, and the turns of the joints per turn of each shaft, (n, n)."""
+    if arm.coupling is None:
+        return (), np.eye(arm.n)
+    shafts, turns = tuple(i for group in coupled_groups(arm) for i in group), np.linalg.inv(arm.coupling)
+    # Rows and columns of joints that are not coupled are made exact, free of rounding errors.
+    for i in range(arm.n):
+        if i not in shafts:
+            turns[i], turns[:, i] = np.eye(arm.n)[i], np.eye(arm.n)[i]
+    return shafts, np.asarray(turns, dtype=np.float64)
 
 
 def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
-    """The mechanics of an arm with closed loops: its chains one after another; coordinates are the driven joints."""
-    if arm.coupling is not None:
-        raise InputError(refused_coupling(arm))
+    """The mechanics of an arm with closed loops: its chains one after another; coordinates are the driven joints.
+
+    If motors are coupled, the coordinates are their shafts.
+    """
     raise_faults(
         Fault(f"effects[{name!r}]", "has a spring before a rotor that is reflected", None, "let it be a FullRotor")
         for name, shape in zip(arm.joint_names, shapes, strict=True)
@@ -331,30 +340,37 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     links, rotors, bodies, screws = list[Any](), list[Any](), list[Any](), list[Array]()
     chains, joints, first = list[tuple[int, ...]](), list[int](), np.zeros(4, np.int64)  # link, rotor, body, entry
     rotor_row, at = np.full(c, -1), np.zeros(c, np.int64)  # row and link that the motor of each coordinate turns
+    shafts, turns = _shafts(arm)
+    apart = {i for i in shafts if arm.coupling is not None and (arm.coupling[i] != np.eye(arm.n)[i]).any()}
     for chain, path in zip(chain_arms(arm), loops.paths, strict=True):
         own = {j: int(whole["coordinate"][joint]) for j, joint in enumerate(path) if joint in loops.driven}
         free = [j for j, i in own.items() if motors[i] >= arm.n and chain.rotors[j] is not None]
         model, n, row = packed(chain, tuple(free)), chain.n, len(joints)
-        turned = {i: j for j, i in own.items() if rotor_row[i] < 0 or chain.rotors[j] is not None}
-        turned |= {int(motors[own[j]]): n + k for k, j in enumerate(free)}
+        turned = {i: j for j, i in own.items() if i not in apart and (rotor_row[i] < 0 or chain.rotors[j] is not None)}
+        behind = [int(motors[own[j]]) for j in sorted({*followers(chain), *free})]  # coordinates of rotors' rows
+        turned |= {i: n + k for k, i in enumerate(behind)}
         for i, k in turned.items():
             rotor_row[i], at[i] = row + k, first[0] + k
-        sizes = np.array([n, n + len(free), len(model.rotors)])
+        sizes = np.array([n, n + len(behind), len(model.rotors)])
         chains.append((row, *first.tolist(), *sizes.tolist()))
         first += [len(model.links), sizes[2], n + sizes[2] + 1, sizes[1] ** 2]
-        joints += [*path, *(-1 - int(motors[own[j]]) for j in free)]
-        screws += [chain.screws, np.zeros((len(free), 6))]
+        joints += [*path, *(-1 - i for i in behind)]
+        screws += [chain.screws, np.zeros((len(behind), 6))]
         links.append(model.links.copy())
         rotors.append(model.rotors)
         bodies.append(moving_bodies(n, int(sizes[2]), link_frames(chain)[0], arm.gravity))
-    spread, every = np.zeros((len(joints), c)), np.concatenate(links)
+    spread, every, lone = np.zeros((len(joints), c)), np.concatenate(links), np.zeros(c)
     for row, joint in enumerate(joints):
         driver = -1 - joint if joint < 0 else whole["coordinate"][joint]
-        if driver >= 0:
-            spread[row, driver] = 1.0
+        if joint < 0:  # of a rotor: its own angle if several joints turn it, behind a spring that of its joint
+            spread[row, driver] = ratios[driver] if driver in apart else 1.0
+        elif driver >= 0:
+            spread[row, : arm.n] = turns[driver]
     for i, shape in enumerate(shapes):
         if shape.rotor_inertia is not None and not shape.full:
-            every["rotor_inertia"][at[i]] += shape.rotor_inertia * ratios[i] ** 2
+            inertia = lone if i in shafts else every["rotor_inertia"]
+            inertia[i if i in shafts else at[i]] += shape.rotor_inertia * ratios[i] ** 2
+    turning = np.where(rotor_row >= 0, every["rotor_inertia"][at] * spread[rotor_row, np.arange(c)] ** 2, 0.0) + lone
     closed = ClosedLoops(
         np.array(chains, r.CHAIN), whole, follow, ends,
         np.array(joints, np.int64), np.concatenate(screws), spread, rotor_row,
@@ -362,7 +378,8 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     return Mechanics(
         arm.n, c, 1, ratios, motors, every, np.concatenate(rotors), np.concatenate(bodies), np.zeros((4, c)),
         np.linalg.solve(link_frames(arm.linkage.chains[0])[-1], arm.tip), arm,
-        {i: shape for i, shape in enumerate(shapes) if shape.flexible}, every["rotor_inertia"][at[motors]],
+        {i: shape for i, shape in enumerate(shapes) if shape.flexible}, turning[motors],
+        coupled=None if arm.coupling is None else Coupled(shafts, arm.coupling, turns, spread, rotor_row, lone),
         last=arm.linkage.chains[0].n - 1, loops=closed,
     )  # fmt: skip
 
