@@ -55,8 +55,8 @@ class ConstrainedMotion:
         multipliers: Of the rows, of least norm if rows are redundant [N for lengths, N m for angles], (N, k).
         rank: Number of independent rows [-], (N,); k - rank are redundant, n - rank degrees of freedom remain.
         condition: Largest over smallest singular value that was kept [-], (N,).
-        missed: Largest acceleration that the rows require and no motion can provide [m/s^2 or 1/s^2], (N,); more than
-            rounding only if rows contradict each other.
+        missed: Acceleration that the rows require and no motion can provide [m/s^2 or 1/s^2], (N,): the largest over
+            orthonormal combinations of rows that move no joint; more than rounding only if rows contradict each other.
         error: Position error of the rows [m or -], (N, k).
         speed_error: Speed error of the rows, ``A qd`` [m/s or 1/s], (N, k).
     """
