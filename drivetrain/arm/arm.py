@@ -321,7 +321,7 @@ def refuse_loops(arm: Arm, *, shared: bool = False, closed: bool = False) -> Non
         if shared:
             return
         problem = "has two motors on one axis, which is not computed here"
-        known = "evaluations, selections, currents, commanders and exports to mjcf and c know such arms"
+        known = "evaluations, selections, currents, commanders, simulations and exports to mjcf and c know such arms"
         raise InputError(Fault("arm", problem, arm.name, known))
     if arm.linkage is not None and not closed:
         known = "inverse dynamics, evaluations, simulations, commanders and all exports but URDF know such arms"
