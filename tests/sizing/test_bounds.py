@@ -164,7 +164,7 @@ TIGHT = {
     "load_torque": 0.99, "average_load_torque": 0.99, "momentary_torque": 0.97, "stop_motor_torque": 0.95,
     "tilting_moment": 0.97, "radial_load": 0.95, "bearing_static_load": 0.97, "holding_torque": 0.99,
     "winding_temperature": 0.7, "phase_temperature": 0.6, "motor_current": 0.99, "rms_current": 0.99, "voltage": 0.89,
-    "energy": 0.95, "wanted_stiffness": 0.99,
+    "energy": 0.95, "required_stiffness": 0.99,
 }  # fmt: skip
 
 

@@ -216,7 +216,7 @@ def test_load_inertia_against_the_rotor(make):
     inertia = 3.0 * 0.4**2 + 1e-4
     rotor = make.motor.rotor_inertia + make.gear.inertia
     assert op.figures.inertia_ratio == pytest.approx(inertia / (50.0**2 * rotor), rel=1e-9)
-    assert op.figures.wanted_stiffness == pytest.approx((2.0 * math.pi * 7.0) ** 2 * inertia, rel=1e-9)
+    assert op.figures.required_stiffness == pytest.approx((2.0 * math.pi * 7.0) ** 2 * inertia, rel=1e-9)
 
 
 @pytest.mark.parametrize("times", [1.0 - 1e-6, 1.0 + 1e-6])

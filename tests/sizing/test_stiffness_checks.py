@@ -220,7 +220,7 @@ def test_bounds_of_what_a_gear_must_be(make):
             chosen = {j: int(rng.choice(picked[j])) for j in range(2)}
             numbers = offered.parameters_of(chosen)
             cases = offered.judge(joint, np.array([chosen[joint]]), numbers, until=np.inf, quick=False).cases
-            wanted = cases["figures"]["wanted_stiffness"][0]
+            wanted = cases["figures"]["required_stiffness"][0]
             assert (16.0 * math.pi) ** 2 * bound <= wanted * (1.0 + 1e-9)
             seen += (16.0 * math.pi) ** 2 * bound > 0.5 * wanted
     assert seen > 10

@@ -1,1 +1,1 @@
-"""One drive at one joint held against every limit."""
+"""Evaluates the drives of a study: required values, limits, utilisations and verdicts."""

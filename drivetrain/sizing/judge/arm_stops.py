@@ -1,5 +1,5 @@
-"""Stops of all joints at once: the rigid arm is integrated from states of the cycle while motors or brakes slow it
-down.
+"""Stops of all joints at once: the rigid arm is integrated from states of the cycle while motors or brakes decelerate
+it.
 
 For every drive P = f T + R: T = A s'' + b is the gear's output torque, R = B s'' + r accelerates the rotor, P is the
 braking torque, all at the gear's output; s is its angle; f is 1/eta or eta_back, depending on the direction of power
@@ -49,27 +49,30 @@ from drivetrain.sizing.judge.words import amperes
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, Verdict
 
-STEP, GROWTH = 0.01, 0.2  # s, and of the time since the start; a step ends where a joint rests or a brake bites
-NEAR = 5e-4  # s before a joint's rest; to there half of the way at once, as its torque may still change
-LONGEST, FASTEST = 5.0, 300.0  # s and rad/s, beyond which a stop is said to have no end
-INSTANT = 1e-12  # s: rounding of sums of steps
-HALVINGS = 9  # of the share of currents that spares all gears
-ROUNDS = 8  # in which the directions of power through the meshes are found
-SLIPPING = 1e-9  # rad/s: of a joint that is about to
-OVER = 1.0 + 1e-9  # of a limit, by which a torque is beyond it whatever the rounding
+# longest step [s], and its share of the time since the start; a step ends where a joint comes to rest or a brake
+# engages
+STEP, GROWTH = 0.01, 0.2
+# time to a joint's rest below which a step ends there [s]; above, a step covers half of it, as the torque may change
+NEAR = 5e-4
+LONGEST, FASTEST = 5.0, 300.0  # time [s] and speed [rad/s] above which a stop is reported as endless
+INSTANT = 1e-12  # rounding of sums of steps [s]
+HALVINGS = 9  # bisection steps for the share of the stop currents at which no gear is overloaded
+ROUNDS = 8  # iterations for the directions of power through the meshes
+SLIPPING = 1e-9  # speed of a joint that is about to slip [rad/s]
+OVER = 1.0 + 1e-9  # factor on a limit, so that rounding alone never exceeds it
 
 
 @dataclass(frozen=True, eq=False)
 class Braking:
     """How the n joints of an arm are braked."""
 
-    torque: Array  # at the motors' shafts [N m], (n,); 0: nothing brakes
-    delay: Array  # from the start until it comes [s], (n,)
-    ramp: Array  # time in which the speed falls to 0 on a straight line instead [s], (n,); NaN: as the torque allows
+    torque: Array  # braking torque at the motors' shafts [N m], (n,); 0 where nothing brakes
+    delay: Array  # time from the start of the stop until the torque acts [s], (n,)
+    ramp: Array  # time in which the speed falls linearly to 0 [s], (n,); NaN where the torque decelerates the joint
 
     @property
     def ends(self) -> Any:
-        """Which joints come to rest, (n,)."""
+        """Which joints are braked, by a torque or along a ramp, (n,)."""
         return (self.torque > 0.0) | np.isfinite(self.ramp)
 
 
@@ -77,36 +80,36 @@ class Braking:
 class Stops:
     """Results of stops from S states of the cycle for n joints."""
 
-    first: Indices  # sample from which each starts, (S,)
-    torque: Array  # largest at the gears' outputs, the swing of their springs included [N m], (S, n)
-    travel: Array  # way of the gears' outputs [rad], (S, n); infinite of what does not come to rest though it is braked
-    energy: Array  # that each brake turns into heat [J], (S, n); the same
-    duration: Array  # until all that is braked rests [s], (S,); infinite where that has no end
+    first: Indices  # sample at which each stop starts, (S,)
+    torque: Array  # largest torque at the gears' outputs, oscillation of their springs included [N m], (S, n)
+    travel: Array  # travel of the gears' outputs [rad], (S, n); infinite for a braked joint that does not come to rest
+    energy: Array  # heat in each brake [J], (S, n); infinite for a braked joint that does not come to rest
+    duration: Array  # time until all braked joints rest [s], (S,); infinite if they never do
 
 
 @dataclass(frozen=True, eq=False)
 class _Driven:
     """An arm with one payload and its drives, in terms of the gear output angles s; n joints."""
 
-    study: Study  # whose counterbalances act on the joints
-    arm: Arm  # with rotors
-    turns: Array  # what a radian of each gear's output does to each joint [rad or m], (n, n)
-    travels: Array  # of each joint a radian of its gear's output [rad or m], (n,)
-    ratio: Array  # (n,)
-    rotor: Array  # inertia at the output [kg m^2], (n,)
-    # records, one a joint
+    study: Study  # its counterbalances act on the joints
+    arm: Arm  # with payload, drives and rotors
+    turns: Array  # motion of each joint per radian of each gear's output [rad or m], (n, n)
+    travels: Array  # travel of each joint per radian of its own gear's output [rad or m], (n,)
+    ratio: Array  # gear ratios, (n,)
+    rotor: Array  # rotor inertia reflected to the gear's output [kg m^2], (n,)
+    # Records, one per joint.
     gears: tuple[Any, ...]
     meshes: tuple[Any, ...]
     shafts: tuple[Any, ...]
-    springs: Array  # as they swing, in the order of ``StiffSpring``, (n, 5)
-    stiffest: tuple[float, ...]  # slope of each spring at most [N m/rad], NaN where it is unknown
-    drag: tuple[float, ...]  # factor of each gear's drag, by its temperature
-    # factors of the meshes, (n,)
+    springs: Array  # gear springs for the oscillation, in the order of ``StiffSpring``, (n, 5)
+    stiffest: tuple[float, ...]  # largest slope of each spring [N m/rad], NaN if unknown
+    drag: tuple[float, ...]  # temperature factor of each gear's drag
+    # Torque factors of the meshes for power from motor to load and from load to motor, (n,).
     driving: Array
     driven: Array
-    onward: Array  # what stages and load friction make of a torque at the joint, (n,)
-    stages: Array  # inertia of the stages, (n,) [kg m^2]
-    rises: tuple[float, ...]  # time in which each braking torque comes [s]
+    onward: Array  # factor by which stages and load-dependent friction increase the gear torque, (n,)
+    stages: Array  # inertia of the stages at the gear's output, (n,) [kg m^2]
+    rises: tuple[float, ...]  # rise time of each braking torque [s]
 
     def torques(self, q: Array, speed: Array, acceleration: Array) -> tuple[Array, Array]:
         """Gear output torques, and the torques that accelerate the rotors [N m], (S, n) each."""
@@ -115,7 +118,7 @@ class _Driven:
         return gear - counterbalance_torques(self.study, q), found.motor * self.ratio - gear
 
     def equations(self, q: Array, speed: Array) -> tuple[Array, Array, Array, Array]:
-        """A, b, B and r, (S, n, n) and (S, n)."""
+        """A, b, B and r of the equations in the module's docstring, (S, n, n) and (S, n)."""
         count, n = speed.shape
         units = np.tile(np.concatenate([np.zeros((1, n)), np.eye(n)]), (count, 1))
         every = self.torques(np.repeat(q, n + 1, axis=0), np.repeat(speed, n + 1, axis=0), units)
@@ -124,13 +127,17 @@ class _Driven:
         return first, gear[:, 0], second, rotor[:, 0]
 
     def push(self, speed: Array, limit: Array, free: Any) -> Array:
-        """What slows the rotors, at the output [N m], (S, n); free: states that lose nothing, (S, 1)."""
+        """Torque that decelerates the rotors, at the gear output [N m], (S, n); ``free``: states without losses, (S,
+        1).
+        """
         parts = zip(self.meshes, self.shafts, self.drag, limit.T, speed.T, strict=True)
         lossy = np.column_stack([braking_push(*laws, 0.0, most, now, 0.0) for *laws, most, now in parts])
         return np.where(free, -np.sign(speed) * np.abs(self.ratio) * limit, lossy)
 
     def swings(self, inertia: Array) -> Array:
-        """By what share of a step each spring swings beyond it, (S, n), over the inertia of the load [kg m^2]."""
+        """Overshoot of each spring as a share of a torque step, (S, n); ``inertia``: of the load at the gear output [kg
+        m^2], (S, n).
+        """
         shares = np.ones(inertia.shape)
         for k, rise in enumerate(self.rises):
             if rise > 0.0:
@@ -138,7 +145,7 @@ class _Driven:
         return shares
 
     def most(self, inertia: Array, speed: Array, static: Array, torque: Array) -> Array:
-        """Most that each spring bears, (S, n)."""
+        """Upper bound of each spring's torque from the kinetic energy of the load [N m], (S, n)."""
         parts = zip(self.stiffest, inertia.T, speed.T, static.T, torque.T, strict=True)
         return np.column_stack([struck(*series) + 0.0 * series[1] for series in parts])
 
@@ -146,7 +153,9 @@ class _Driven:
 def march(
     study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices, enough: Array | None = None
 ) -> tuple[Stops, Stops]:
-    """Stops of an arm from some samples of its cycle; each is followed until a gear torque exceeds ``enough``, (n,)."""
+    """Stops of an arm from some samples of its cycle, with losses and without; integration ends when a gear torque [N
+    m] of the former exceeds ``enough``, (n,).
+    """
     twice = np.concatenate([first, first])
     torque, travel, energy = np.zeros((3, len(twice), len(study.joints)))
     found = Stops(twice, torque, travel, energy, np.full(len(twice), math.inf))
@@ -180,28 +189,32 @@ def _driven(study: Study, arm: Arm, drives: Mapping[str, Drive]) -> _Driven:
 def _march(
     driven: _Driven, study: Study, braking: Braking, found: Stops, rows: Indices, free: Any, enough: Array | None
 ) -> None:
-    """Fill some rows of what is found: those of one payload; free: which lose nothing, (S, 1)."""
+    """Fill the ``rows`` of ``found`` that belong to one payload; ``free``: rows without losses, (S, 1)."""
     cycle, back = study.cycle, np.linalg.inv(driven.turns).T
     start = found.first[rows]
     q, speed, time = cycle.position[start], cycle.velocity[start] @ back, np.zeros(len(rows))
     before, _ = driven.torques(q, speed, cycle.acceleration[start] @ back)
-    slowing, ramped, swings = -speed / braking.ramp, np.isfinite(braking.ramp), None
+    slowing, ramped, overshoots = -speed / braking.ramp, np.isfinite(braking.ramp), None
     while len(rows):
         bitten = time[:, None] >= braking.delay - INSTANT
         limit = braking.torque * bitten
         first, constant, rotor, rest = driven.equations(q, speed)
-        way, acceleration, torque = _slowed(driven, (first, constant, rotor, rest), speed, limit, slowing, ramped, free)
+        sign, acceleration, torque = _slowed(
+            driven, (first, constant, rotor, rest), speed, limit, slowing, ramped, free
+        )
         own = np.diagonal(first, axis1=1, axis2=2)
-        swings = driven.swings(own) if swings is None else swings
-        swung = np.abs(_swung(driven.springs, before, torque, swings))
-        locks = np.where(free, 1.0, driven.driven) * own + driven.rotor <= 0.0  # as ``braked`` has it
+        overshoots = driven.swings(own) if overshoots is None else overshoots
+        swung = np.abs(_swung(driven.springs, before, torque, overshoots))
+        # the same condition as in ``drive.stops.braked``
+        locks = np.where(free, 1.0, driven.driven) * own + driven.rotor <= 0.0
         most = driven.most(own, speed, torque - own * acceleration, before)
         swung = np.where(locks & (speed != 0.0), np.inf, np.minimum(swung, most))
         borne = np.where(ramped, np.abs(torque), swung) + driven.stages * np.abs(acceleration)
         found.torque[rows] = np.maximum(found.torque[rows], driven.onward * borne)
-        if enough is not None and ((found.torque[rows] > enough) & ~free).any():  # torques count where there is loss
+        # only the stops with losses decide on torque
+        if enough is not None and ((found.torque[rows] > enough) & ~free).any():
             return
-        moving = ((way != 0.0) & braking.ends).any(axis=1) | (~bitten & braking.ends).any(axis=1)
+        moving = ((sign != 0.0) & braking.ends).any(axis=1) | (~bitten & braking.ends).any(axis=1)
         found.duration[rows[~moving]] = time[~moving]
         with np.errstate(divide="ignore", invalid="ignore"):
             own_end = np.where((acceleration * speed < 0.0) & ~ramped, -speed / acceleration, np.inf)
@@ -211,7 +224,8 @@ def _march(
         ends = np.concatenate([np.where(own_end <= NEAR, own_end, 0.5 * own_end), ramp_end, bite], axis=1)
         step = np.minimum(ends.min(axis=1), np.maximum(STEP, GROWTH * time))[:, None]
         after = np.where(rests <= step + INSTANT, 0.0, speed + acceleration * step)
-        after = np.where(np.abs(after) < SLIPPING, 0.0, after)  # two that jolt each other loose for ever come to rest
+        # ends a limit cycle in which two joints keep breaking each other loose
+        after = np.where(np.abs(after) < SLIPPING, 0.0, after)
         moved = 0.5 * (speed + after) * step
         found.travel[rows] += np.abs(moved)
         found.energy[rows] += limit * np.abs(driven.ratio * moved)
@@ -220,14 +234,14 @@ def _march(
         endless, kept = lost[:, None] & (speed != 0.0) & braking.ends, moving & ~lost
         found.travel[rows] += np.where(endless, np.inf, 0.0)
         found.energy[rows] += np.where(endless, np.inf, 0.0)
-        rows, q, speed, time, before, slowing, swings, free = (
-            part[kept] for part in (rows, q, speed, time, before, slowing, swings, free)
+        rows, q, speed, time, before, slowing, overshoots, free = (
+            part[kept] for part in (rows, q, speed, time, before, slowing, overshoots, free)
         )
 
 
 @kernel
 def _swung(springs: Array, before: Array, torque: Array, shares: Array) -> Array:
-    """To what steps of torque swing the springs, (S, n)."""
+    """Peak torque of each spring's oscillation after a step of torque [N m], (S, n)."""
     found = np.empty(torque.shape)
     for k in range(len(springs)):
         first, second, third, lower, upper = springs[k]
@@ -241,33 +255,34 @@ def _slowed(
     driven: _Driven, equations: tuple[Array, ...], speed: Array, limit: Array, slowing: Array, ramped: Any,
     free: Any,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
-    """How the joints go on: their directions, 0 for those that are held; accelerations; torques at the outputs.
+    """Directions of motion of the joints, 0 for those held at rest; accelerations; torques at the gear outputs.
 
     A joint at rest slips where motor or brake and the friction of its mesh do not hold it.
     """
     first, constant, rotor, rest = equations
-    way, given, unit = np.sign(speed), np.where(ramped & (speed != 0.0), slowing, 0.0), np.eye(len(driven.ratio))
+    signs, given, unit = np.sign(speed), np.where(ramped & (speed != 0.0), slowing, 0.0), np.eye(len(driven.ratio))
     up, down = (np.where(free, 1.0, factor) for factor in (driven.driving, driven.driven))
     ahead, back = (driven.push(np.where(speed != 0.0, speed, slip), limit, free) for slip in (SLIPPING, -SLIPPING))
     driving = np.zeros(speed.shape, dtype=bool)
     for _ in range(ROUNDS):
-        factor, fixed = np.where(driving, up, down), ramped | (way == 0.0)
-        braked = np.where(way < 0.0, back, ahead)
+        factor, fixed = np.where(driving, up, down), ramped | (signs == 0.0)
+        braked = np.where(signs < 0.0, back, ahead)
         matrix = np.where(fixed[..., None], unit, factor[..., None] * first + rotor)
-        wanted = np.where(fixed, given, braked - factor * constant - rest)
-        acceleration = np.linalg.solve(matrix, wanted[..., None])
+        right_side = np.where(fixed, given, braked - factor * constant - rest)
+        acceleration = np.linalg.solve(matrix, right_side[..., None])
         torque, turning = constant + (first @ acceleration)[..., 0], rest + (rotor @ acceleration)[..., 0]
         acceleration, one, other = acceleration[..., 0], down * torque + turning, up * torque + turning
-        held = np.clip(0.0, np.minimum(one, other), np.maximum(one, other))  # the least that holds, the mesh helping
+        # least holding torque, with the help of the mesh friction
+        held = np.clip(0.0, np.minimum(one, other), np.maximum(one, other))
         strength = np.abs(np.where(held > 0.0, back, ahead))
-        slips, now = (way == 0.0) & ~ramped & (np.abs(held) > strength), torque * way > 0.0
+        slips, now = (signs == 0.0) & ~ramped & (np.abs(held) > strength), torque * signs > 0.0
         if not slips.any() and (now == driving)[~fixed].all():
             break
-        way, driving = np.where(slips, -np.sign(held), way), now
-    return way, np.where((speed == 0.0) & (acceleration * way < 0.0), 0.0, acceleration), torque
+        signs, driving = np.where(slips, -np.sign(held), signs), now
+    return signs, np.where((speed == 0.0) & (acceleration * signs < 0.0), 0.0, acceleration), torque
 
 
-# What stops of all joints at once ask of a set of drives, held against what its gears and brakes bear.
+# Checks of stops of all joints at once against the limits of gears and brakes.
 
 
 AT_CURRENT, POWER_OFF, BRAKE_HEAT = STOP_CHECKS
@@ -340,18 +355,18 @@ def _checks_of(
     first = stop_starts(study.cycle, np.arange(len(study.cycle.time)) if heat else moving)
     if not lack:
         try:
-            enough = np.array(_stood_in(limits, least)) * (OVER / factor) if quick else None
+            enough = np.array(_with_assumed(limits, least)) * (OVER / factor) if quick else None
             worst, longest = march(study, drives, braking, first, enough)
-        except InputError as error:  # a linkage that does not reach so far
+        except InputError as error:  # the stop leaves the reach of a linkage
             lack = f"a stop cannot be followed: {error.faults[0]}"
     if lack:
         for one in (row, BRAKE_HEAT) if heat else (row,):
             yield Check(one.name, None, None, one.unit, None, Verdict.NOT_CHECKED, remark=lack)
         return
     ways = _ways(study, longest)
-    if not heat and not quick and (used := worst.torque * factor / np.array(_stood_in(limits, least))).max() > 1.0:
-        joint, bears = int(np.argmax(used.max(axis=0))), np.array(_stood_in(limits, least)) * (OVER / factor)
-        ways += _safe_current(study, drives, braking, first, bears, joint)
+    if not heat and not quick and (used := worst.torque * factor / np.array(_with_assumed(limits, least))).max() > 1.0:
+        joint, allowed = int(np.argmax(used.max(axis=0))), np.array(_with_assumed(limits, least)) * (OVER / factor)
+        ways += _safe_current(study, drives, braking, first, allowed, joint)
     yield _check(study, row, factor, worst.torque, limits, least, first, ways)
     if heat:
         limits = [one.motor.brake.energy_per_stop if one.motor.brake.key else math.inf for one in every]
@@ -363,13 +378,13 @@ def _check(
     study: Study, row: Requirement, factor: float, torques: Array, limits: list[float | None], least: list[float],
     first: Indices, ways: str,
 ) -> Check:  # fmt: skip
-    """Required values of n joints over S states against the limit of each; the result is the joint nearest to its
-    limit.
+    """Required values of n joints over S states against the limit of each; the result is the check of the joint with
+    the highest utilisation.
 
     If a data sheet gives no limit, an assumed one is used; what exceeds that is NOT CHECKED.
     """
     names, most = [task.name for task in study.joints], torques.max(axis=0)
-    assumed, allowed = np.array([one is None for one in limits]), _stood_in(limits, least)
+    assumed, allowed = np.array([one is None for one in limits]), _with_assumed(limits, least)
     used = np.array([utilisation(factor * one, limit) for one, limit in zip(most, allowed, strict=True)])
     fails = (used > 1.0) & ~assumed
     joint = int(np.argmax(np.where(fails.any() & assumed, -1.0, np.nan_to_num(used, nan=math.inf))))
@@ -390,16 +405,16 @@ def _check(
 
 
 def _safe_current(
-    study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices, bears: Array, joint: int
+    study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices, limits: Array, joint: int
 ) -> str:
     """The largest share of all stop currents at which no gear is overloaded, in words."""
     low, high, holds = 0.0, 1.0, False
     for _ in range(HALVINGS):
         share = 0.5 * (low + high)
         try:
-            worst, longest = march(study, drives, replace(braking, torque=share * braking.torque), first, bears)
-            safe = bool((worst.torque <= bears).all())
-        except InputError:  # a linkage that goes on further than it reaches
+            worst, longest = march(study, drives, replace(braking, torque=share * braking.torque), first, limits)
+            safe = bool((worst.torque <= limits).all())
+        except InputError:  # the stop leaves the reach of a linkage
             safe = False
         if safe:
             low, holds = share, bool(np.isfinite(longest.duration).all())
@@ -409,25 +424,25 @@ def _safe_current(
         return "; no current keeps every gear safe, so let stops follow a ramp (stop: {ramp: ...})"
     task = study.joints[joint]
     current = low * braking.torque[joint] / _constant(study, drives[task.name])
-    told = f"; up to {math.floor(1000.0 * low) / 10.0:g} % of all stop currents keep every gear safe"
-    told += f", {amperes(task.amplifier, current)} at {task.name}" if current > 0.0 else ""
+    text = f"; up to {math.floor(1000.0 * low) / 10.0:g} % of all stop currents keep every gear safe"
+    text += f", {amperes(task.amplifier, current)} at {task.name}" if current > 0.0 else ""
     if holds:
-        return told
-    return f"{told}, and do not stop the arm from some states: let stops follow a ramp (stop: {{ramp: ...}})"
+        return text
+    return f"{text}, and do not stop the arm from some states: let stops follow a ramp (stop: {{ramp: ...}})"
 
 
-def _stood_in(limits: list[float | None], least: list[float]) -> list[float]:
+def _with_assumed(limits: list[float | None], least: list[float]) -> list[float]:
     return [less if one is None else one for one, less in zip(limits, least, strict=True)]
 
 
 def _ways(study: Study, stops: Stops) -> str:
     """Duration of stops and travel of the joints, in words."""
-    longest, most = float(stops.duration.max()), stops.travel.max(axis=0) * joint_travels(study)
+    longest, largest = float(stops.duration.max()), stops.travel.max(axis=0) * joint_travels(study)
     time = f"at rest in at most {longest:.3g} s" if math.isfinite(longest) else "from some states it never rests"
     ways = [
         f"{task.name} {math.degrees(way):.3g} deg"
         if task.travel_per_turn is None
         else f"{task.name} {1e3 * way:.3g} mm"
-        for task, way in zip(study.joints, most, strict=True)
+        for task, way in zip(study.joints, largest, strict=True)
     ]
     return f"{time}; travel at most {', '.join(ways)}"

@@ -1,4 +1,4 @@
-"""One motor and one gear at one joint as a record: all numbers that a check may refer to."""
+"""One motor-gear pair at one joint as a record. Its fields are all numbers that the table of checks can refer to."""
 
 from __future__ import annotations
 
@@ -24,39 +24,45 @@ from drivetrain.study.model import JointTask, Safety, Study
 
 @dataclass(frozen=True)
 class Setting:
-    """What one joint asks whatever drives it, beside its series.
+    """Parameters of a joint's task that do not depend on the drive (the time series are in ``series.JointSeries``).
 
     Attributes:
         ambient: Air temperature [C].
-        volts: That reach the terminals [V].
-        mounting: Thermal resistance from housing to ambient that replaces the sheet's [K/W]; NaN: the sheet's.
-        fastest, mean_speed: Of the gear's output [rad/s].
+        volts: Voltage available at the motor terminals [V].
+        mounting: Thermal resistance from housing to ambient that replaces the data sheet's [K/W]; NaN: the data sheet's
+            is used.
+        fastest, mean_speed: Largest and mean speed of the gear's output [rad/s].
         bearing: 1 where the joint rests on its gear's own output bearing, else 0.
-        moves: 1 where the joint moves at all, else 0.
-        duration: Of the cycle [s].
-        stop_current: With which the motor brakes in a stop [A]; NaN: not known.
-        stop_ramp: Time in which the speeds fall to 0 in a stop [s]; NaN: as that current allows.
-        stop_rise: Time in which that current comes [s].
-        rides: 1 where the stator turns with the link that its joint moves, else 0.
-        ramped, jam: 1 where stops follow a ramp, and where the gear must bear a jam, else 0.
-        stops: In the service life; NaN: not stated.
-        counted: 1 where they are stated, else 0.
-        gear_temperature: At which the gear's drag is taken, but for its own heat [C].
-        settles: 1 where the gear's heat is that of a gear as warm as its housing, 0: of that temperature.
-        gear_heat, amplifier_heat: Share of the gear's and of the amplifier's loss that warms the motor's housing.
-        cold_start: Of gear and motor when the machine starts cold [C].
-        cold: 1 where the study asks for a cold start, else 0.
+        moves: 1 where the joint moves during the cycle, else 0.
+        duration: Duration of the cycle [s].
+        stop_current: Current with which the motor brakes in a stop [A]; NaN if unknown.
+        stop_ramp: Time in which the speeds fall to 0 in a stop [s]; NaN where the stop runs at ``stop_current``
+            instead.
+        stop_rise: Rise time of the braking current [s].
+        rides: 1 where the stator is mounted on the link that its joint moves, else 0.
+        ramped, jam: 1 where stops follow a ramp, and where a blocked output is checked, else 0.
+        stops: Number of stops in the service life; NaN if not stated.
+        counted: 1 where ``stops`` is stated, else 0.
+        gear_temperature: Temperature at which the gear's drag torque is evaluated [C]; for its heat see ``settles``.
+        settles: 1 where the gear's loss is evaluated at the housing temperature, 0 where it is evaluated at
+            ``gear_temperature``.
+        gear_heat, amplifier_heat: Share of the gear's and of the amplifier's loss that heats the motor's housing.
+        cold_start: Temperature of gear and motor at a cold start [C]; NaN if none is checked.
+        cold: 1 where the study requires a cold start, else 0.
         brake: 1 where a brake must hold the joint, else 0.
-        resonance: Lowest natural frequency that the arm must have [rad/s]; 0: none is wished.
-        stiffness_share: Of a gear's printed stiffness that counts.
+        resonance: Required lowest natural frequency of the arm [rad/s]; 0 if none is required.
+        stiffness_share: Share of a gear's stiffness on the data sheet that is used, which is 1 minus the manufacturing
+            scatter.
         supply: Voltage of the supply [V].
-        listed: 1 where the amplifier is one of the catalogue, or the study states the supply that it bears, else 0.
-        overload: 1 where the amplifier has a continuous current and one above it, else 0.
-        whole: 1, all of its overload; NaN where it does not say how long it bears that.
-        stated_friction: 1 where the study states the friction of the motor, else 0.
-        life, bearing_life: 1 where the study wishes one of a joint that moves, and it rests on its gear, else 0.
-        ratio_limit: 1 where the study states a largest inertia ratio, and tells the load's inertia, else 0.
-        stands_still: 1 where the joint is at rest for two samples in a row or never moves, else 0.
+        listed: 1 where the amplifier's permitted supply voltage is known, from the catalogue or from the study, else 0.
+        overload: 1 where the amplifier has a peak current above its continuous current, else 0.
+        overload_limit: Limit of the amplifier's overload utilisation: 1, or NaN where the permitted duration of the
+            peak current is unknown.
+        stated_friction: 1 where the study states the motor's friction, else 0.
+        life, bearing_life: 1 where the study requires a service life and the joint moves, else 0; for the bearing the
+            joint must also rest on the gear's output bearing.
+        ratio_limit: 1 where the study limits the inertia ratio and the inertia of the load is known, else 0.
+        stands_still: 1 where the joint is at rest for two consecutive samples or never moves, else 0.
     """
 
     ambient: float = 0.0
@@ -86,7 +92,7 @@ class Setting:
     supply: float = 0.0
     listed: float = 0.0
     overload: float = 0.0
-    whole: float = UNKNOWN
+    overload_limit: float = UNKNOWN
     amplifier_heat: float = 0.0
     stated_friction: float = 0.0
     life: float = 0.0
@@ -97,15 +103,15 @@ class Setting:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the parts where a data sheet can state them in more than one way; NaN if unknown.
+    """Limits of motor, gear and amplifier that a data sheet can state in more than one way; NaN if unknown.
 
     Attributes:
-        repeated_peak_torque, average_torque: Of the gear [N m].
-        short_time_torque: Of the motor [N m].
-        peak_current: The smaller of the motor's and the amplifier's [A].
-        continuous_current: Of the motor at this ambient temperature and mounting [A].
-        winding_temperature: [C].
-        stiffness: Of the gear at small torque, less the manufacturing scatter [N m/rad].
+        repeated_peak_torque, average_torque: Of the gear, at its output [N m].
+        short_time_torque: Of the motor, at its shaft [N m].
+        peak_current: Smaller one of the motor's and the amplifier's peak current [A].
+        continuous_current: Continuous current of the motor at the ambient temperature and mounting of the study [A].
+        winding_temperature: Largest permitted winding temperature, less the margin of the study [C].
+        stiffness: Stiffness of the gear at small torque, less the manufacturing scatter [N m/rad].
     """
 
     repeated_peak_torque: float = UNKNOWN
@@ -119,135 +125,140 @@ class Limits:
 
 @dataclass(frozen=True)
 class AssumedLimits:
-    """Conservative limits that are used if a data sheet gives none; NaN if none can be derived."""
+    """Conservative limits that are used where a data sheet gives none; NaN if none can be derived."""
 
-    # of the gear [N m], [rad/s]
+    # Torque at the gear's output [N m], speeds at its input [rad/s].
     momentary_torque: float = UNKNOWN
     input_speed: float = UNKNOWN
     mean_input_speed: float = UNKNOWN
-    motor_speed: float = UNKNOWN  # [rad/s]
-    brake_energy: float = UNKNOWN  # of a stop [J]
+    motor_speed: float = UNKNOWN  # of the rotor [rad/s]
+    brake_energy: float = UNKNOWN  # heat that the brake can absorb in one stop [J]
 
 
 @dataclass(frozen=True)
 class Allowance:
-    """What friction, inductance and heating that the data sheet does not specify may demand in addition; 0 if it
-    specifies them.
+    """Upper bounds of what friction, inductance and heating that the data sheet does not specify may require in
+    addition; 0 where it specifies them.
     """
 
-    # of the motor [N m], [A], [V], [K]
+    # At the motor: torque [N m], current [A], terminal voltage [V], winding temperature rise [K].
     torque: float = 0.0
     current: float = 0.0
     voltage: float = 0.0
     temperature: float = 0.0
-    # in a long hold [A], [K]
+    # Continuous current [A] and winding temperature [K], including a long hold at rest.
     rms_current: float = 0.0
     winding_temperature: float = 0.0
-    resistance: float = 0.0  # of a winding whose temperature no sheet tells [ohm]
-    stop_torque: float = 0.0  # of the gear in a stop at the current limit [N m]
-    overload: float = 0.0  # of the amplifier, share
+    resistance: float = 0.0  # increase of the winding resistance by the additional temperature rise [ohm]
+    stop_torque: float = 0.0  # at the gear's output, in a stop at the current limit [N m]
+    overload: float = 0.0  # additional utilisation of the amplifier's overload
 
 
 @dataclass(frozen=True)
 class Figures:
-    """Computed values of one motor and one gear at one joint; NaN if the data sheets do not suffice."""
+    """Computed values of one motor-gear pair at one joint; NaN if the data sheets do not suffice."""
 
-    # of the gear, and so of the motor [rad/s]
+    # Largest and mean speed at the gear's input, which is the rotor's speed [rad/s].
     input_speed: float = UNKNOWN
     mean_input_speed: float = UNKNOWN
-    joint_torque: float = UNKNOWN  # at the joint, friction included, before stages and what grows with load [N m]
-    # at the gear's output [N m]; the average of a joint that never moves is the largest that it holds
+    # largest torque at the joint, its friction included, load-dependent losses and stages excluded [N m]
+    joint_torque: float = UNKNOWN
+    # At the gear's output: largest torque, and average torque; of a joint that never moves the average is the largest
+    # holding torque [N m].
     load_torque: float = UNKNOWN
     average_load_torque: float = UNKNOWN
-    stop_torque: float = UNKNOWN  # largest of the gear in a stop [N m]
-    momentary_torque: float = UNKNOWN  # the larger of both largest [N m]
-    stop_travel: float = UNKNOWN  # longest way of the gear's output in a stop [rad]
-    stop_current: float = UNKNOWN  # largest that a stop asks: on a ramp, else to hold the load [A]
-    stop_motor_torque: float = UNKNOWN  # the same as torque [N m]
-    permitted_peaks: float = UNKNOWN  # how many such stops the gear bears in its life
-    # of the gear where its output is held fast, the motor off and pushing on [N m]
+    stop_torque: float = UNKNOWN  # largest torque at the gear's output in a stop [N m]
+    momentary_torque: float = UNKNOWN  # larger one of load_torque and stop_torque [N m]
+    stop_travel: float = UNKNOWN  # longest travel of the gear's output in a stop [rad]
+    stop_current: float = UNKNOWN  # largest current that a stop requires: on a ramp, or else to hold the load [A]
+    stop_motor_torque: float = UNKNOWN  # motor torque of stop_current [N m]
+    permitted_peaks: float = UNKNOWN  # permitted number of such stops in the life of the gear
+    # Gear torque when the output is blocked at its largest speed: motor off, motor driving on [N m].
     coast_torque: float = UNKNOWN
     jam_torque: float = UNKNOWN
-    gear_life: float = UNKNOWN  # L10 [s]
-    # on the output bearing [N m], [N]
+    gear_life: float = UNKNOWN  # L10 life of the gear [s]
+    # Largest tilting moment [N m] and forces [N] on the output bearing.
     tilting_moment: float = UNKNOWN
     axial_load: float = UNKNOWN
     radial_load: float = UNKNOWN
-    bearing_static_load: float = UNKNOWN  # that stands for the largest of each [N]
-    bearing_life: float = UNKNOWN  # L10 of the output bearing [s]
-    inertia_ratio: float = UNKNOWN  # load over rotor, at its largest
-    # of the gear; with less the arm swings slower than wished, whatever its other gears [N m/rad]
-    wanted_stiffness: float = UNKNOWN
-    motor_torque: float = UNKNOWN  # largest electromagnetic, starting from rest included [N m]
-    # of the motor, and as one of its phases may feel it, ``series.phase_ratio`` [N m]
+    bearing_static_load: float = UNKNOWN  # equivalent static load of the largest moment and forces [N]
+    bearing_life: float = UNKNOWN  # L10 life of the output bearing [s]
+    inertia_ratio: float = UNKNOWN  # largest inertia of the load over that of the rotor
+    # Smallest stiffness of this gear [N m/rad] for which the arm can have the required natural frequency. With less,
+    # even rigid gears at all other joints do not suffice.
+    required_stiffness: float = UNKNOWN
+    motor_torque: float = UNKNOWN  # largest electromagnetic torque, starting from rest included [N m]
+    # RMS torque of the motor, and that of its most loaded phase (``series.phase_ratio``) [N m].
     rms_torque: float = UNKNOWN
     phase_torque: float = UNKNOWN
-    # mean of the magnets, largest of the winding [C]
+    # Mean temperature of the magnets, largest temperature of the winding [C].
     magnet_temperature: float = UNKNOWN
     winding_temperature: float = UNKNOWN
-    phase_temperature: float = UNKNOWN  # largest of the phase that carries most at rest [C]
-    # part in which the winding is hottest, and when, from its start [s]
+    phase_temperature: float = UNKNOWN  # largest temperature of the phase that carries most current at rest [C]
+    # Part of a mix in which the winding is hottest, and the time since the start of that part [s].
     hottest_part: float = 0.0
     hottest_time: float = UNKNOWN
     heat_converged: float = 1.0  # 1 where magnet and housing temperature could be matched
-    # [A]; the second of a joint that never moves that of one phase
+    # Peak, RMS, and RMS of the most loaded phase [A]. For a joint that never moves, rms_current equals phase_current.
     motor_current: float = UNKNOWN
     rms_current: float = UNKNOWN
     phase_current: float = UNKNOWN
-    voltage: float = UNKNOWN  # largest at the terminals [V]
-    # the same of a cold start [N m], [A], [V]
+    voltage: float = UNKNOWN  # largest terminal voltage [V]
+    # Largest torque [N m], current [A] and terminal voltage [V] of a cold start.
     cold_torque: float = UNKNOWN
     cold_current: float = UNKNOWN
     cold_voltage: float = UNKNOWN
-    gear_loss: float = UNKNOWN  # mean power that the gear makes into heat, as warm as it settles [W]
-    housing_temperature: float = UNKNOWN  # mean, or of the one node that a sheet knows [C]
-    gear_temperature: float = UNKNOWN  # the same where the gear shares that housing, or the study's [C]
-    # electrical, over a cycle [J], [W]
+    gear_loss: float = UNKNOWN  # mean loss of the gear at its settled temperature [W]
+    housing_temperature: float = UNKNOWN  # mean housing temperature, or that of a single-node thermal network [C]
+    # housing temperature where the gear heats that housing, else the one that the study states [C]
+    gear_temperature: float = UNKNOWN
+    # Electrical energy drawn over a cycle [J] and mean electrical power [W].
     energy: float = UNKNOWN
     mean_power: float = UNKNOWN
-    # at the motor's shaft, that holds the worst position still without help of the mesh [N m]
+    # Torque at the motor's shaft that holds the load in the worst position without help of the mesh friction [N m].
     holding_torque: float = UNKNOWN
-    stopping_energy: float = UNKNOWN  # that the brake turns into heat in a stop from the largest speed [J]
-    overload: float = UNKNOWN  # share of what the amplifier bears above its continuous current
+    stopping_energy: float = UNKNOWN  # heat in the brake after a stop from the largest speed [J]
+    overload: float = UNKNOWN  # utilisation of the amplifier's overload above its continuous current
 
 
 @dataclass(frozen=True)
 class Case:
-    """One motor and one gear at one joint."""
+    """A motor-gear pair at a joint with its task, limits and computed values."""
 
-    # sheets with the study's assumptions filled in
+    # Data sheets with the study's assumptions filled in.
     motor: Motor
     gear: Gear
-    # friction at the motor's shaft and at the gear's output
+    # Friction at the motor's shaft and at the gear's output.
     shaft: Friction
     joint: Friction
-    # of the joint
+    # Amplifier of the joint; safety factors and task.
     amplifier: Amplifier
     safety: Safety
     setting: Setting
-    # filled by the judge
+    # Set by the kernel in ``judge``.
     limits: Limits = Limits()
     figures: Figures = Figures()
     allowance: Allowance = Allowance()
     assumed_limits: AssumedLimits = AssumedLimits()
     direct: float = 0.0  # 1 for a drive without a gear, else 0
-    # for checks without an origin or a factor
+    # Constants for checks without an origin or a safety factor.
     zero: float = 0.0
     one: float = 1.0
 
 
 CASE = record_type(Case)
 DAY = 86400.0  # s
-NOBODY = Drive(Motor("", 1.0, 1.0), Gear("", 1.0, kind="ideal", efficiency=1.0))  # weighs nothing and turns nothing
+# a drive without mass and with negligible inertia
+NO_DRIVE = Drive(Motor("", 1.0, 1.0), Gear("", 1.0, kind="ideal", efficiency=1.0))
 
 
 def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
-    """The parameters of a joint's task."""
+    """The parameters of a joint's task that do not depend on the drive."""
     duration, stop, on_gear = float(demand.weights.sum()), task.stop, rests_on_gear(task, demand)
     life, stops = study.safety.life is not None and demand.moves, None
     if stop.stops_per_day is not None and stop.service_life is not None:
         stops = stop.stops_per_day * stop.service_life / DAY
-    overload, whole = overload_limits(task.amplifier)
+    overload, overload_limit = overload_limits(task.amplifier)
     return Setting(
         ambient=study.ambient,
         volts=available_voltage(task.amplifier, study.supply.voltage),
@@ -276,7 +287,7 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         supply=study.supply.voltage,
         listed=float(rates_supply(task.amplifier)),
         overload=overload,
-        whole=whole,
+        overload_limit=overload_limit,
         amplifier_heat=task.amplifier_heat,
         stated_friction=float(task.motor_friction is not None),
         life=float(life),
@@ -293,14 +304,14 @@ def rides(task: JointTask) -> bool:
 
 @law
 def stop_temperature(case: Any) -> Any:
-    """Gear temperature in a stop [C]: the lowest, because drag then brakes the rotor most."""
+    """Gear temperature in a stop [C]: the lowest of the study, at which drag brakes the rotor most."""
     setting = case.setting
     return min(setting.gear_temperature, setting.cold_start) if setting.cold != 0.0 else setting.gear_temperature
 
 
 @law
 def stop_constant(case: Any) -> Any:
-    """Torque constant of a motor that stops, or runs into a jam [N m/A]: its magnets are strongest in the cold."""
+    """Torque constant in a stop or jam [N m/A]: the largest, of magnets at the lowest temperature of the study."""
     setting = case.setting
     coldest = min(setting.ambient, setting.cold_start) if setting.cold != 0.0 else setting.ambient
     return strongest_constant(case.motor, coldest)
@@ -327,13 +338,16 @@ def put_amplifier(cases: Any, amplifier: Amplifier, task: JointTask) -> None:
     setting = cases["setting"]
     cases["amplifier"] = as_record(with_peak_time(amplifier))
     setting["volts"] = available_voltage(amplifier, 1.0) * setting["supply"]
-    setting["listed"], (setting["overload"], setting["whole"]) = rates_supply(amplifier), overload_limits(amplifier)
+    setting["listed"], (setting["overload"], setting["overload_limit"]) = (
+        rates_supply(amplifier),
+        overload_limits(amplifier),
+    )
     limit = stop_current(task.stop.current, amplifier)
     setting["stop_current"] = np.nan if limit is None else limit
 
 
 def rests_on_gear(task: JointTask, demand: JointDemand) -> bool:
-    """Whether the gear's output bearing carries the joint, as far as its loads are known."""
+    """Whether the gear's output bearing carries the joint's loads and these are known."""
     return demand.wrench is not None and task.output_bearing == "gear"
 
 
@@ -360,8 +374,8 @@ def paired(study: Study, joint: int, demand: JointDemand, motors: tuple[Any, Any
     """Cases of motor-gear pairs at one joint, (P,)."""
     task = study.joints[joint]
     plain = Case(
-        NOBODY.motor,
-        NOBODY.gear,
+        NO_DRIVE.motor,
+        NO_DRIVE.gear,
         Friction(),
         task.friction,
         with_peak_time(task.amplifier),

@@ -34,7 +34,8 @@ class Requirement:
         name, unit: As shown to the user.
         required, limit: Fields of the case; if one of them is NaN the check cannot be made. In stage SUPPLY they are a
             sum over all joints (``verdicts.supply_figures``) and a field of the study's supply; in stage ARM a figure
-            (``stiffness.FIGURES``) and a field of the study's wishes; stage STOP is evaluated by ``arm_stops``.
+            (``stiffness.FIGURES``) and a field of the study's stiffness requirements; stage STOP is evaluated by
+            ``arm_stops``.
         stage: The first stage after which the check can be made.
         sheet: Name of the limit on a data sheet or in the study.
         factor: Field with the safety factor on the required value.
@@ -170,8 +171,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "0.67 (Fr + 2 M/dp + Fa)",
     ),
     Requirement(
-        "gear stiffness", "N m/rad", "figures.wanted_stiffness", "limits.stiffness", GEAR, "stiffness", essential=True,
-        applies="setting.resonance", optional=True, instant="load_inertia", words=words.stiffness,
+        "gear stiffness", "N m/rad", "figures.required_stiffness", "limits.stiffness", GEAR, "stiffness",
+        essential=True, applies="setting.resonance", optional=True, instant="load_inertia", words=words.stiffness,
         formula="(2 pi f)^2 x largest load inertia; for the joint alone, the arm may require more",
     ),
     Requirement(
@@ -295,7 +296,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         allowance="allowance.current", formula="RMS torque / kt(magnets), times sqrt(2) at rest",
     ),
     Requirement(
-        "amplifier overload (I2t)", "1", "figures.overload", "setting.whole", HEAT, "overload capacity",
+        "amplifier overload (I2t)", "1", "figures.overload", "setting.overload_limit", HEAT, "overload capacity",
         applies="setting.overload", optional=True, assumed_limit="one",
         assumption="1 s at the peak current, as with 3.5 s of time constant at twice the continuous one",
         words=words.overload, allowance="allowance.overload",

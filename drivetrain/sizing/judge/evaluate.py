@@ -1,4 +1,4 @@
-"""Evaluates given drives: from the tip to the base, because each drive loads the joints before it."""
+"""Evaluates given drives, from the tip to the base, because each drive loads the joints before it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ HELD = {
     "lossless": "the motor torque that holds without help of the mesh's friction",
     "most": "the largest motor torque at which the mesh's friction still holds",
 }
-NO_GEAR = ("", "none", None)  # what may stand for the gear of a direct drive
+NO_GEAR = ("", "none", None)  # accepted as the gear key of a direct drive
 
 
 def evaluate(study: Study, drives: Mapping[str, Given] | Given | None = None) -> Evaluation:
@@ -92,9 +92,7 @@ def evaluate_drives(study: Study, drives: Mapping[str, Drive]) -> Evaluation:
 
 
 def holding_figures(evaluation: Evaluation) -> dict[str, dict[str, tuple[float | None, float | None]]]:
-    """What holding at rest requires of the motor with least, lossless and most help of the mesh friction; whole sets
-    only.
-    """
+    """Motor torques at rest with least, lossless and most help of the mesh friction [N m]; for whole sets only."""
     found: dict[str, dict[str, tuple[float | None, float | None]]] = {}
     whole = len(evaluation.joints) == len(evaluation.study.joints)
     held = [name for name, joint in evaluation.joints.items() if whole and _holds(joint)]
@@ -113,7 +111,7 @@ def holding_figures(evaluation: Evaluation) -> dict[str, dict[str, tuple[float |
 
 
 def _holds(joint: JointResult) -> bool:
-    """Whether a geared drive rests under a load above rounding."""
+    """Whether a geared drive holds a load at rest that exceeds rounding."""
     torque, at_rest = np.abs(joint.series.gear_torque), resting(joint.series.speed)
     return bool(joint.gear and np.max(torque[at_rest], initial=0.0) > 1e-6 * np.max(torque, initial=0.0))
 
@@ -155,9 +153,9 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str,
 
 
 def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, keys: Pair) -> JointResult:
-    """One joint's drive with the first amplifier that fits, or else with the least overloaded one.
+    """Result of one joint's drive with the first amplifier that fits, or else with the one of lowest utilisation.
 
-    Of amplifiers with the same worst check, which then is not theirs, the next worst decides.
+    Among amplifiers with the same worst check, which then is not one of the amplifier, the next worst check decides.
     """
     study, demand, found = work.study, work.at(joint, mounted).demand(mounted[joint]), []
     task = study.joints[joint]
@@ -198,7 +196,7 @@ def joint_result(op: Operation, name: str, motor: str, gear: str) -> JointResult
 
 
 def _remarks(op: Operation) -> list[str]:
-    """Remarks that belong to no single check."""
+    """Remarks on the drive as a whole."""
     demand = op.demand
     remarks = []
     if op.task.coupled:
@@ -242,8 +240,8 @@ def _shared(op: Operation) -> str:
 
 
 def shared_checks(study: Study, results: Mapping[str, JointResult], *, quick: bool = False) -> tuple[Check, ...]:
-    """The checks of all joints together. With ``quick`` a stop of the whole arm that fails is followed only to its
-    first violation.
+    """The checks of all joints together. With ``quick``, stops of the whole arm are integrated only until their first
+    violation.
     """
     study, lacking = with_chosen(study, results), [name for name, one in results.items() if not one.torque_known]
     every = [result.series for result in results.values()]

@@ -91,7 +91,7 @@ from drivetrain.sizing.judge.cases import stop_constant, stop_temperature
 from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.vector import larger, smaller
 
-NOTHING = np.int64(-1)  # numpy's, as for the stages: each plain number or truth value is compiled anew
+NOTHING = np.int64(-1)  # numpy's integer, because numba compiles a kernel again for each plain Python integer or bool
 NO, YES = np.int64(0) != 0, np.int64(1) != 0
 
 
@@ -121,7 +121,7 @@ def judge_cases(
         used[left] = shares
 
 
-@kernel(fastmath=FAST)  # as the laws below: numba compiles a law anew for callers with other options
+@kernel(fastmath=FAST)  # as the laws below: numba compiles a law again for callers with other options
 def judge_all(
     cases: Any, numbers: Any, checks: Any, series: Any, amounts: Any, until: float, quick: bool, screen: bool,
     power: Any, used: Any, found: Any, binding: Any, lacking: Any,
@@ -131,7 +131,7 @@ def judge_all(
     """
     motion, traces, torque = series.motion, series.traces, series.load.torque
     inertia, stop = series.load.inertia, series.load.stop
-    traces.powers.exponent[0] = np.nan  # the buffers may have served another motion
+    traces.powers.exponent[0] = np.nan  # the buffers may hold the powers of another motion
     for i in range(len(cases)):
         case, row = cases[i], numbers[i]
         figures, ambient, unknown = case.figures, case.setting.ambient, unknown_torque(case)
@@ -166,7 +166,7 @@ def judge_all(
             continue
         if found[i] <= until:
             volts = voltage_at(case, motion, traces, ambient)
-            if quick and case.motor.magnet_coefficient <= 0.0:  # warm, it needs no less current
+            if quick and case.motor.magnet_coefficient <= 0.0:  # the warm motor needs no less current
                 set_currents(case, torque_constant(case.motor, ambient))
                 figures.winding_temperature, figures.phase_temperature, figures.voltage = np.nan, np.nan, volts
                 found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
@@ -224,7 +224,7 @@ def set_stop(case: Any, motion: Any, torque: Any, inertia: Any, stop: Any, stops
     figures.stop_torque = np.nan
     if setting.ramped != 0.0:
         figures.stop_travel = 0.5 * setting.fastest * setting.stop_ramp
-    if len(stop) > 0:  # all joints on a ramp: one that stands still bears what the others do
+    if len(stop) > 0:  # all joints on a ramp: a joint at rest carries the loads of the others
         figures.stop_torque, figures.stop_motor_torque = ramped_stop(case, stop, stops)
     elif setting.moves == 0.0:
         figures.stop_torque, figures.stop_motor_torque, figures.stop_travel = 0.0, unknown_torque(case), 0.0
@@ -239,7 +239,7 @@ def set_stop(case: Any, motion: Any, torque: Any, inertia: Any, stop: Any, stops
         figures.momentary_torque = np.nan
     figures.permitted_peaks = permitted_peaks(gear.momentary_waves, gear.ratio, figures.stop_travel)
     if momentary and figures.stop_torque * factor <= case.limits.repeated_peak_torque:
-        figures.permitted_peaks = np.inf  # no more than in every cycle
+        figures.permitted_peaks = np.inf  # a stop loads the gear no more than the normal cycle
 
 
 @law
@@ -310,17 +310,17 @@ def set_allowance(case: Any) -> None:
         grows = 2.0 * max(spring.slope_3 / spring.slope_1, 1.0)
         allowance.stop_torque = grows * abs(case.gear.ratio) * friction / driven if driven > 0.0 else np.nan
     nodes = thermal_nodes(motor, setting.mounting)
-    room, path = limit - ambient, nodes.inner + nodes.outer
-    left = max(room - nodes.outer * friction * figures.mean_input_speed, 0.0)
+    permitted_rise, path = limit - ambient, nodes.inner + nodes.outer
+    left = max(permitted_rise - nodes.outer * friction * figures.mean_input_speed, 0.0)
     current = max(math.sqrt(left / (path * ohms)) - allowance.current, 0.0)
-    cold, slope = winding_resistance(motor, ambient), (ohms - winding_resistance(motor, ambient)) / room
+    cold, slope = winding_resistance(motor, ambient), (ohms - winding_resistance(motor, ambient)) / permitted_rise
     heat = path * current * current
-    allowance.temperature = known_or(room - heat * cold / (1.0 - heat * slope), 0.0)
+    allowance.temperature = known_or(permitted_rise - heat * cold / (1.0 - heat * slope), 0.0)
 
 
 @law
 def add_thermal_allowance(case: Any, motion: Any, traces: Any) -> None:
-    """Add what the additional heating asks: weaker magnets, higher resistance; and the largest L di/dt of an
+    """Add the allowance for additional heating (weaker magnets, higher resistance) and for the largest L di/dt of an
     unspecified inductance.
     """
     motor, allowance, figures = case.motor, case.allowance, case.figures
@@ -350,7 +350,8 @@ def add_thermal_allowance(case: Any, motion: Any, traces: Any) -> None:
 
 @law
 def heating_allowance(case: Any, motion: Any, traces: Any) -> Any:
-    """The margin that the RMS current must keep from its limit if the winding temperature cannot be computed [A].
+    """Margin between the RMS current and its limit that is required where the winding temperature cannot be computed
+    [A].
 
     Three effects heat such a winding beyond what the RMS limit covers. (1) A winding with a short time constant follows
     the current: at rest by all of the loss of one phase, in motion by its assumed share of the thermal path. (2) The
@@ -359,7 +360,7 @@ def heating_allowance(case: Any, motion: Any, traces: Any) -> Any:
     ambient air above the data sheet's reduces the assumed one. Infinite if the winding cannot be kept below its limit.
     """
     losses, figures, setting, edges = traces.losses, case.figures, case.setting, motion.periods.edges
-    rms, most, told = figures.rms_current, figures.rms_current**2, case.limits.winding_temperature
+    rms, largest_square, stated_limit = figures.rms_current, figures.rms_current**2, case.limits.winding_temperature
     square, heat = 1.0 / torque_constant(case.motor, figures.magnet_temperature) ** 2, 0.0
     rate = 1.0 / least_winding_time(case.motor)
     drag = drag_factor(mesh_of(case.gear), setting.gear_temperature)
@@ -370,15 +371,17 @@ def heating_allowance(case: Any, motion: Any, traces: Any) -> Any:
         gear = traces.mesh_loss[t] + drag * traces.drag_loss[t]
         heat += motion.weight[t] * (traces.friction_loss[t] + setting.gear_heat * gear) / setting.duration
     for part in range(len(edges) - 1):
-        most = max(most, settled(motion.periods, part, rate, losses.held, losses.integrals[0]))
-    limit = known_or(told, LEAST_LIMIT)
-    most *= (torque_constant(case.motor, figures.magnet_temperature) / torque_constant(case.motor, WARMEST)) ** 2
-    room, copper = limit - setting.ambient, winding_resistance(case.motor, limit) * most
-    left = room - known_or(setting.mounting, poorest_path(case.motor)) * heat
+        largest_square = max(largest_square, settled(motion.periods, part, rate, losses.held, losses.integrals[0]))
+    limit = known_or(stated_limit, LEAST_LIMIT)
+    largest_square *= (
+        torque_constant(case.motor, figures.magnet_temperature) / torque_constant(case.motor, WARMEST)
+    ) ** 2
+    permitted_rise, copper = limit - setting.ambient, winding_resistance(case.motor, limit) * largest_square
+    left = permitted_rise - known_or(setting.mounting, poorest_path(case.motor)) * heat
     if left <= 0.0 or (known(setting.mounting) and setting.mounting * copper > left):
         return np.inf
-    at_rated = room if known(told) else max(room, limit - SHEET_AMBIENT)
-    return max(math.sqrt(most * at_rated / left) - rms, 0.0)
+    at_rated = permitted_rise if known(stated_limit) else max(permitted_rise, limit - SHEET_AMBIENT)
+    return max(math.sqrt(largest_square * at_rated / left) - rms, 0.0)
 
 
 @law(fastmath=FAST)
@@ -393,8 +396,8 @@ def set_currents(case: Any, constant: Any) -> None:
 
 @law
 def overload_of(case: Any, motion: Any, traces: Any, grown: Any) -> Any:
-    """Share of the amplifier's I2t overload that is used at ``grown`` times the current: the maximum over the parts of
-    a mix, each repeated without end.
+    """Utilisation of the amplifier's I2t overload at ``grown`` times the current: the maximum over the parts of a mix,
+    each repeated endlessly.
     """
     torque, edges, largest = traces.torque[1:-1], motion.periods.edges, 0.0
     scale = grown * case.safety.rms / abs(torque_constant(case.motor, case.figures.magnet_temperature))
@@ -422,7 +425,7 @@ def worst(case: Any, row: Any, checks: Any, stage: Any, used: Any, binding: Any,
 
 @law(fastmath=FAST)
 def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
-    """Index of the first check because of which a drive cannot be proven feasible, else -1.
+    """Index of the first check that prevents a proof that the drive is feasible, else -1.
 
     These are essential checks that cannot be made for lack of data and, once all figures are computed (``final``),
     checks that are satisfied only without the allowance for unspecified data.
@@ -457,23 +460,23 @@ def utilisation_of(case: Any, row: Any, check: Any) -> Any:
     if not applies(case, row, check):
         return np.nan
     required, limit = row[check.required] * row[check.factor] - row[check.origin], row[check.limit]
-    stands_in = math.isnan(limit) and known(row[check.assumed_limit])
-    available = (row[check.assumed_limit] if stands_in else limit) - row[check.origin]
-    if check.rise != 0 and available <= 0.0:  # nothing may be as warm as the air
+    assumed = math.isnan(limit) and known(row[check.assumed_limit])
+    available = (row[check.assumed_limit] if assumed else limit) - row[check.origin]
+    if check.rise != 0 and available <= 0.0:  # at or above the limit by the ambient temperature alone
         return np.inf if known(required) else np.nan
     used = utilisation(required, available)
-    if stands_in and used > 1.0 and required < np.inf:
+    if assumed and used > 1.0 and required < np.inf:
         return np.nan
     return np.nan if in_doubt(used, row[check.allowance] * row[check.factor], available) else used
 
 
 @law
-def in_doubt(used: Any, more: Any, room: Any) -> Any:
+def in_doubt(used: Any, more: Any, available: Any) -> Any:
     """Whether a check is satisfied, but not with the allowance added; an allowance of NaN is unbounded.
 
-    ``room``: limit minus origin.
+    ``available``: limit minus origin.
     """
-    return used <= 1.0 and more != 0.0 and not (room > 0.0 and used + more / room <= 1.0)
+    return used <= 1.0 and more != 0.0 and not (available > 0.0 and used + more / available <= 1.0)
 
 
 @law(fastmath=FAST)
@@ -490,7 +493,7 @@ def utilisation(required: Any, available: Any) -> Any:
     return 0.0 if required <= 0.0 else np.inf
 
 
-# Loops over samples, one figure or one series each
+# Laws that loop over samples.
 
 
 @law(fastmath=FAST)
@@ -500,7 +503,7 @@ def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
     """
     add_rows(load.inertia, added.inertia, amounts, total.inertia)
     add_rows(load.static, added.static, amounts, total.static)
-    for component in (0, 1, 3, 4, 5):  # a bearing does not feel the moment along its axis
+    for component in (0, 1, 3, 4, 5):  # the moment along its axis does not load the bearing
         start, out = load.wrench[component], total.wrench[component]
         for k in range(len(amounts)):
             add_row(start if k == 0 else out, added.wrench[k][component], amounts[k], out)
@@ -557,18 +560,18 @@ def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
     figures.bearing_static_load = static_load(
         gear.bearing_pitch_diameter, figures.tilting_moment, figures.radial_load, figures.axial_load
     )
-    wanted = known(gear.bearing_dynamic_rating + figures.bearing_static_load)
-    if wanted and (known(case.safety.life) or not quick):
+    needed = known(gear.bearing_dynamic_rating + figures.bearing_static_load)
+    if needed and (known(case.safety.life) or not quick):
         mean = mean_bearing_load(gear.bearing_pitch_diameter, arm, wrench, motion)
         fw, speed = case.safety.bearing_load_factor, case.setting.mean_speed
         figures.bearing_life = bearing_life(gear.bearing_dynamic_rating, fw, mean, speed)
     rotor = case.motor.rotor_inertia + known_or(gear.inertia, 0.0)
-    most = inertia if len(load.inertia) > 0 else np.nan
-    own = case.motor.rotor_inertia + known_or(gear.inertia - gear.stage_inertia, 0.0)  # stages are load
-    figures.inertia_ratio = (most + stage_load(gear)) / (gear.ratio * gear.ratio * own)
-    figures.wanted_stiffness = case.setting.resonance * case.setting.resonance * most
+    largest_inertia = inertia if len(load.inertia) > 0 else np.nan
+    own = case.motor.rotor_inertia + known_or(gear.inertia - gear.stage_inertia, 0.0)  # the stages belong to the load
+    figures.inertia_ratio = (largest_inertia + stage_load(gear)) / (gear.ratio * gear.ratio * own)
+    figures.required_stiffness = case.setting.resonance * case.setting.resonance * largest_inertia
     figures.holding_torque = holding_torque(static if len(load.static) > 0 else np.nan, gear.ratio)
-    turning, strength = rotor + most / (gear.ratio * gear.ratio), case.motor.brake.static_torque
+    turning, strength = rotor + largest_inertia / (gear.ratio * gear.ratio), case.motor.brake.static_torque
     figures.stopping_energy = stopping_energy(strength, figures.holding_torque, turning, figures.input_speed)
 
 
@@ -580,18 +583,18 @@ def mean_bearing_load(diameter: Any, arm: Any, wrench: Any, motion: Any) -> Any:
         fx, fy = wrench[3, t], wrench[4, t]
         moment = math.sqrt(moment_square(arm, wrench[0, t], wrench[1, t], fx, fy))
         load = equivalent_load(diameter, moment, math.sqrt(fx * fx + fy * fy), abs(wrench[5, t]))
-        way = motion.weight[t] * abs(motion.speed[t])
-        worn += way * wear(load, ROLLER_EXPONENT)
-        travel += way
+        travelled = motion.weight[t] * abs(motion.speed[t])
+        worn += travelled * wear(load, ROLLER_EXPONENT)
+        travel += travelled
     return (worn / travel) ** (1.0 / ROLLER_EXPONENT) if travel > 0.0 else 0.0
 
 
 @law(fastmath=FAST)
 def ramped_stop(case: Any, stop: Any, stops: Any) -> Any:
-    """Largest torque of the gear and of the motor in stops on a ramp.
+    """Largest gear and motor torque [N m] in stops on a ramp.
 
-    While the motor brakes, losses would help it and are left out; where it has to drive on against a weight it
-    overcomes all of them.
+    Losses would help a braking motor and are left out there; a motor that drives on against a weight overcomes all of
+    them.
     """
     mesh, joint, shaft = mesh_of(case.gear), friction_curve(case.joint), friction_curve(case.shaft)
     ratio, load, motor, unknown = case.gear.ratio, 0.0, 0.0, unknown_torque(case)
@@ -602,12 +605,12 @@ def ramped_stop(case: Any, stop: Any, stops: Any) -> Any:
     for t in range(len(stop)):
         speed = stops.speed[t]
         rotor = rotor_torque(inertia, ratio, stops.acceleration[t], stops.carrier_acceleration[t])
-        rubbed = stop[t] + sliding_friction(joint, speed) + stops.joint_excess[t]
-        rubs = sliding_friction(shaft, ratio * speed) + stops.shaft_excess[t] + stops.drag[t]
+        lossy = stop[t] + sliding_friction(joint, speed) + stops.joint_excess[t]
+        shaft_torque = sliding_friction(shaft, ratio * speed) + stops.shaft_excess[t] + stops.drag[t]
         taken = abs(stop[t] + stage_load(case.gear) * stops.acceleration[t])
-        load = larger(load, larger(larger(abs(stop[t]), taken), abs(rubbed)))
+        load = larger(load, larger(larger(abs(stop[t]), taken), abs(lossy)))
         motor = larger(
-            motor, larger(abs(stop[t] / ratio + rotor), abs(mesh_torque(mesh, rubbed, speed) + rotor + rubs))
+            motor, larger(abs(stop[t] / ratio + rotor), abs(mesh_torque(mesh, lossy, speed) + rotor + shaft_torque))
         )
     return load, motor + unknown
 
@@ -632,17 +635,17 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
         speed, load = motion.loss_speed[t], load_inertia[t] + own
         static = torque[t] - load * motion.acceleration[t]
         holding = max(holding, abs(static / ratio))
-        way, trace[t] = direction(speed), 0.0
-        if way == 0.0:
+        sign, trace[t] = direction(speed), 0.0
+        if sign == 0.0:
             continue
         carrier = motion.carrier_acceleration[t] - rides * motion.acceleration[t]
         push = braking_push(mesh, shaft, factor, inertia, limit, speed, carrier)
-        found = braked(mesh.driving, mesh.driven, rotor, push, static, load, way)
+        found = braked(mesh.driving, mesh.driven, rotor, push, static, load, sign)
         share = overshoot(case.gear.stiffness_1, load, rotor, case.setting.stop_rise)
         trace[t] = stop_swing(spring, stiff, share, found, static, torque[t], load, motion.speed[t])
         trace[t] += stage_load(case.gear) * abs(found.acceleration)
         free = braking_push(mesh, shaft, 0.0, inertia, weaker, speed, carrier)
-        slowing = -way * braked(1.0, 1.0, rotor, free, static, load, way).acceleration
+        slowing = -sign * braked(1.0, 1.0, rotor, free, static, load, sign).acceleration
         largest = max(largest, trace[t])
         longest = max(longest, 0.5 * speed * speed / slowing) if slowing > 0.0 else np.inf
     return largest, holding, longest
@@ -663,8 +666,8 @@ class Mechanical(NamedTuple):
 
 @law(fastmath=FAST)
 def excess_series(curve: Any, ratio: Any, speed: Any, excess: Any) -> None:
-    """Friction above the straight lines of Coulomb and viscous friction (Stribeck, tanh), for a shaft ``ratio`` times
-    as fast as the output [N m].
+    """Friction torque above the sum of Coulomb and viscous friction (Stribeck, tanh) [N m], for a shaft that turns
+    ``ratio`` times as fast as the output.
 
     It has a loop of its own because an exponential keeps a whole loop from being vectorised; most drives have none.
     """
@@ -702,7 +705,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
     excess_series(joint, 1.0, motion.loss_speed, traces.loss_excess)
     excess_series(shaft, mesh.ratio, motion.loss_speed, traces.shaft_excess)
     drag_series(mesh, gear_temperature, motion.loss_speed, traces.powers, traces.drag)
-    largest_load, most, largest, square, phase = 0.0, 0.0, 0.0, 0.0, 0.0
+    largest_load, largest_joint, largest, square, phase = 0.0, 0.0, 0.0, 0.0, 0.0
     more, own = onward(case.gear) - 1.0, stage_load(case.gear)
     for t in range(len(torque)):
         speed = motion.loss_speed[t]
@@ -715,8 +718,8 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
             + traces.drag[t]
         )  # fmt: skip
         driven = gear_load(more, own, load, motion.speed[t], motion.acceleration[t])
-        most, largest_load, largest = (
-            larger(most, abs(load)),
+        largest_joint, largest_load, largest = (
+            larger(largest_joint, abs(load)),
             larger(largest_load, driven),
             larger(largest, abs(torque[t])),
         )
@@ -728,33 +731,36 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
     for first, last in motion.rests:
         rest = slice(first, last)
         resting_load, start = at_rest(moves, mesh, inertia, joint, shaft, motion, rest, gear_torque[rest], traces)
-        most, largest_load = larger(most, resting_load), larger(largest_load, resting_load * (1.0 + more * moves))
+        largest_joint, largest_load = (
+            larger(largest_joint, resting_load),
+            larger(largest_load, resting_load * (1.0 + more * moves)),
+        )
         largest = larger(largest, start)
     average = average_load(traces.load, motion, more, own, case.gear.life_exponent, largest_load)
-    return Mechanical(largest_load, average, largest, square, phase, most)
+    return Mechanical(largest_load, average, largest, square, phase, largest_joint)
 
 
 @law(fastmath=FAST)
 def gear_load(more: Any, own: Any, load: Any, speed: Any, acceleration: Any) -> Any:
-    """Magnitude of the gear's output torque for a joint load [N m]: stages behind the gear lose some of it (``more``)
-    and need torque to accelerate (``own``), which never counts as relief.
+    """Magnitude of the gear's output torque for a joint load [N m]: stages behind the gear increase it by the share
+    ``more`` in losses and need ``own * acceleration``, which never counts as relief.
     """
     driven = load * (1.0 + more * (load * speed > 0.0))
     return larger(abs(driven), abs(driven + own * acceleration))
 
 
 @law(fastmath=FAST)
-def average_load(load: Any, motion: Any, more: Any, own: Any, exponent: Any, held: Any) -> Any:
+def average_load(load: Any, motion: Any, more: Any, own: Any, exponent: Any, largest_at_rest: Any) -> Any:
     """(sum |n| |T|^e t / sum |n| t)^(1/e), or the largest static load if nothing turns. Its own loop needs no power
     function for e = 3.
     """
     worn, travel = 0.0, 0.0
     for t in range(len(load)):
         speed = motion.speed[t]
-        way = motion.weight[t] * abs(speed)
-        worn += way * wear(gear_load(more, own, load[t], speed, motion.acceleration[t]), exponent)
-        travel += way
-    return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else held
+        travelled = motion.weight[t] * abs(speed)
+        worn += travelled * wear(gear_load(more, own, load[t], speed, motion.acceleration[t]), exponent)
+        travel += travelled
+    return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else largest_at_rest
 
 
 @law(fastmath=FAST)
@@ -762,12 +768,16 @@ def at_rest(
     moves: Any, mesh: Any, inertia: Any, joint: Any, shaft: Any, motion: Any, rest: Any, gear_torque: Any, traces: Any
 ) -> Any:
     """Largest load and motor torque during one stretch of standstill, including breakaway if the joint ever moves."""
-    acceleration, carrier, way = motion.acceleration[rest], motion.carrier_acceleration[rest], motion.next_speed[rest]
+    acceleration, carrier, upcoming_speed = (
+        motion.acceleration[rest],
+        motion.carrier_acceleration[rest],
+        motion.next_speed[rest],
+    )
     torque, load, starting = traces.torque[1:-1][rest], traces.load[rest], traces.starting[rest]
     largest_load, largest = 0.0, 0.0
     for t in range(len(gear_torque)):
         rotor = rotor_torque(inertia, mesh.ratio, acceleration[t], carrier[t])
-        start = starting_torque(mesh, shaft, joint, gear_torque[t], way[t]) + rotor
+        start = starting_torque(mesh, shaft, joint, gear_torque[t], upcoming_speed[t]) + rotor
         starting[t] = larger(abs(torque[t]), abs(start) * moves)
         loose = breakaway_friction(joint, load[t]) * moves
         largest_load, largest = larger(largest_load, abs(load[t] + loose)), larger(largest, starting[t])
@@ -822,10 +832,11 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
             if quickest > case.limits.winding_temperature:
                 state = periodic_heat(fast, copper, periods, losses, parts, ambient)
                 quickest = hottest_phase(fast, copper, periods, losses, state, ambient)
-                heat = periodic_heat(nodes, copper, periods, losses, parts, ambient)  # whose temperatures stay
+                # restores the temperatures at the samples
+                heat = periodic_heat(nodes, copper, periods, losses, parts, ambient)
             case.allowance.winding_temperature = max(quickest - least, 0.0)
         figures.housing_temperature = heat.housing
-        if share > 0.0:  # which a stated temperature, that of the drag, makes no cooler
+        if share > 0.0:  # a stated temperature, that of the drag, never lowers the housing's
             warmth = heat.housing if heat.peak < np.inf else np.inf
             figures.gear_temperature = max(warmth, known_or(stated, warmth))
         if heat.peak < np.inf:
@@ -836,7 +847,9 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
 
 @law(fastmath=FAST)
 def set_held(motion: Any, traces: Any) -> None:
-    """Mean square torque that one phase carries above its share, from each sample to the next."""
+    """Mean square torque of the most loaded phase in excess of that of the whole winding [N^2 m^2], from each sample to
+    the next.
+    """
     held, torque, phase, extra = traces.losses.held, traces.torque[1:-1], motion.phase_ratio, traces.losses.integrals[0]
     for t in range(len(torque)):
         extra[t] = (phase[t] * phase[t] - 1.0) * torque[t] * torque[t]
@@ -848,7 +861,7 @@ def set_held(motion: Any, traces: Any) -> None:
 @law(fastmath=FAST)
 def shaft_losses(case: Any, motion: Any, traces: Any) -> None:
     """Losses by place [W]: in the motor housing (shaft friction, brake coil, amplifier if mounted there), in mesh and
-    seals, and of the drag at 20 C.
+    seals, and the drag loss at the reference temperature.
 
     The amplifier's current is computed with magnets as hot as the winding may be, which is conservative.
     """
@@ -926,8 +939,8 @@ def voltage_at(case: Any, motion: Any, traces: Any, cold: Any) -> Any:
         speed = ratio * motion.speed[t]
         current, rise = torque[t] * inverse, rate * inverse
         volts = winding_voltage(constant, ohms, inductance, speed, current, rise)
-        spare = winding_voltage(constant, ohms, inductance, speed, more * current, more * rise)
-        largest = larger(largest, larger(abs(volts), abs(spare)))
+        with_factor = winding_voltage(constant, ohms, inductance, speed, more * current, more * rise)
+        largest = larger(largest, larger(abs(volts), abs(with_factor)))
     return largest
 
 
@@ -966,9 +979,9 @@ def electrical(case: Any, motion: Any, traces: Any, power: Any) -> Any:
         rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
         speed, current, hot = ratio * motion.speed[t], torque[t] * inverse, ohms + slope * traces.losses.winding_at[t]
         volts = winding_voltage(constant, hot, inductance, speed, current, rate * inverse)
-        spare = winding_voltage(constant, hot, inductance, speed, more * current, more * (rate * inverse))
+        with_factor = winding_voltage(constant, hot, inductance, speed, more * current, more * (rate * inverse))
         drawn = winding_voltage(constant, hot, 0.0, speed, current, 0.0) * current + coil
-        largest = larger(largest, larger(abs(volts), abs(spare)))
+        largest = larger(largest, larger(abs(volts), abs(with_factor)))
         taken = drawn + conduction_loss(switches, current)
         energy += motion.weight[t] * taken
         free = traces.load[t] / ratio

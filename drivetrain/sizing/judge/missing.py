@@ -31,7 +31,7 @@ BEARING = {
     row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.applies == "setting.bearing" and row.essential
 }
 LIMITS = {
-    row.name: row.limit.replace("setting.whole", "amplifier.peak_time").replace("motor.brake.", "brake.")
+    row.name: row.limit.replace("setting.overload_limit", "amplifier.peak_time").replace("motor.brake.", "brake.")
     for row in CHECKS if row.assumed_limit
 }  # fmt: skip
 LIVES = {
@@ -48,14 +48,15 @@ CONTINUOUS = ("nominal_current", "nominal_torque", "max_winding_temperature with
 HEATED = (RMS, "winding temperature", "phase temperature at rest")
 WEAKENED = {
     row.name for row in CHECKS if row.allowance in ("allowance.current", "allowance.overload")
-}  # by warm magnets
-CONTINUOUS_OVER_TIME = ("winding_time_constant", "max_winding_temperature")  # beside resistances
+}  # checks that weaker magnets of a warm motor affect
+# needed in addition to the thermal resistances
+CONTINUOUS_OVER_TIME = ("winding_time_constant", "max_winding_temperature")
 _ROW = re.compile(r"\S+\.csv row \d+")
 
 
 @dataclass(frozen=True)
 class Gap:
-    """A number that a data sheet lacks.
+    """A value that a data sheet lacks and a check needs.
 
     Attributes:
         joint: Joint of the drive.
@@ -82,12 +83,12 @@ class Gap:
 
     @property
     def place(self) -> str:
-        """Joint, part and row in words."""
+        """Joint, part and row as text."""
         return f"{self.joint}: {' '.join(filter(None, (self.part, self.key)))} ({self.row})"
 
 
 def gap_lines(found: Iterable[Gap]) -> tuple[str, ...]:
-    """Gaps in words; gaps with the same columns are listed together."""
+    """Gaps as text; gaps with the same columns are listed together."""
     alike: dict[tuple[tuple[str, ...], tuple[str, ...]], list[Gap]] = {}
     for gap in found:
         alike.setdefault((gap.columns, gap.checks), []).append(gap)
@@ -132,7 +133,7 @@ def lacking_joints(drives: Mapping[str, Drive], field: str) -> tuple[str, ...]:
 
 
 def torque_lacks(drive: Drive) -> str:
-    """What the data sheets of a drive lack to compute the motor torque, in words; empty if nothing."""
+    """Missing data sheet values that the motor torque depends on, as text; empty if there are none."""
     geared = drive.gear.kind != "ideal"
     lacks = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
     lacks += [f"the gear's {_loss_columns(drive.gear)[0]}"] if geared and not _loss_known(drive.gear) else []
@@ -169,21 +170,21 @@ def _loss_columns(gear: Gear) -> tuple[str, ...]:
 
 
 def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
-    """Missing data of a set, in words."""
+    """Missing data of a set, as text."""
     found = gap_lines(gaps(evaluation))
     hint = "No change of the task makes up for missing data: complete the catalogue rows, or state assumptions."
     return (*found, hint) if found else ()
 
 
 def massless(study: Study, results: Mapping[str, JointResult]) -> tuple[str, ...]:
-    """Joints with drives of unknown mass that load the arm."""
+    """Joints whose drives load the arm and have an unknown mass."""
     joints = {task.name: joint for joint, task in enumerate(study.joints)}
     unknown = [name for name, result in results.items() if drive_mass(result.drive) is None]
     return tuple(name for name in unknown if mass_counts(study, joints[name]))
 
 
 def row_of(study: Study, part: Motor | Gear | Brake | Amplifier) -> str:
-    """Where a data sheet is stored: file and row, or place in the study."""
+    """Where a data sheet is stored: file and row, or entry of the study."""
     if not part.key:
         return f"{Path(study.path).name}: {_kind(part)}" if study.path else "of the study"
     row = _ROW.match(part.source)

@@ -14,11 +14,13 @@ from drivetrain.study.parts.selection import SelectionOptions
 from drivetrain.study.parts.verdicts import Check
 
 TERMS = ("mass", "price", "energy")
-"""What an objective may be made of; a set's ``utilisation`` is told beside them."""
+"""Terms of an objective; the largest ``utilisation`` of a set is reported in addition."""
 
 
 def drive_price(drive: Drive, amplifier: Amplifier) -> float | None:
-    """Price of motor with its brake, gear and amplifier; none of a direct drive's gear."""
+    """Price of motor with brake, gear and amplifier, in the catalogue's currency; the gear of a direct drive costs
+    nothing. None if one is unknown.
+    """
     gear, own = 0.0 if drive.gear.key == "" else drive.gear.price, amplifier_price(amplifier)
     return None if drive.motor.price is None or gear is None or own is None else drive.motor.price + gear + own
 
@@ -33,7 +35,7 @@ def criteria(study: Study, joints: Mapping[str, JointResult], shared: Iterable[C
     results = joints.values()
     checks = [check for result in results for check in result.checks] + list(shared)
     used = [check.utilisation for check in checks if check.utilisation is not None]
-    without = [None] * (len(study.joints) - len(results))  # joints that have no drive at all
+    without = [None] * (len(study.joints) - len(results))  # joints without a drive
     return {
         "mass": _sum([*(drive_mass(result.drive) for result in results), *without]),
         "price": _sum([*(drive_price(result.drive, result.amplifier) for result in results), *without]),
@@ -43,7 +45,7 @@ def criteria(study: Study, joints: Mapping[str, JointResult], shared: Iterable[C
 
 
 def weighted(wanted: SelectionOptions, found: Mapping[str, float]) -> float:
-    """The objective: the weighted sum of the criteria that count."""
+    """The objective: the weighted sum of the criteria ``found``, with the weights of the selection's options."""
     return math.fsum(weight * found[name] for name, weight in wanted.weights)
 
 

@@ -30,41 +30,41 @@ PLACES = columns(CASE)
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """The records that the kernel leaves."""
+    """The records that the kernel fills."""
 
     case: Any  # record with figures and limits (``cases.Case``)
-    used: dict[str, float]  # utilisation by the check's name, NaN where it is not checked
-    power: Array  # electrical, and the least [W], (2, N)
-    series: Any  # ``JointSeries`` with its traces; None of a drive that was simulated
+    used: dict[str, float]  # utilisation by name of the check; NaN where the check is not made
+    power: Array  # electrical power and its lower bound [W], (2, N)
+    series: Any  # ``series.JointSeries`` with its traces; None for a drive that was simulated
 
 
 @dataclass(frozen=True, eq=False)
 class Operation:
     """One drive at one joint over the repeated cycle."""
 
-    demand: JointDemand  # what the joint asks
-    drive: Drive  # what answers
-    study: Study  # in which it stands
-    joint: int  # its index
+    demand: JointDemand  # requirements of the joint
+    drive: Drive  # motor and gear
+    study: Study  # the study that the joint belongs to
+    joint: int  # index of the joint
 
     @property
     def task(self) -> JointTask:
-        """Of the joint: amplifier, mounting, mount."""
+        """The task of the joint: amplifier, mounting, mount, stops."""
         return self.study.joints[self.joint]
 
     @property
     def supply(self) -> Supply:
-        """Behind the amplifier."""
+        """The supply behind the amplifier."""
         return self.study.supply
 
     @property
     def safety(self) -> Safety:
-        """Factors and reserves."""
+        """Safety factors and reserves of the study."""
         return self.study.safety
 
     @property
     def direct(self) -> bool:
-        """Whether there is no gear."""
+        """Whether the drive has no gear."""
         return self.drive.gear.direct
 
     @cached_property
@@ -74,7 +74,9 @@ class Operation:
 
     @cached_property
     def judgement(self) -> Judgement:
-        """All figures; of a lossless drive without inertia where data is missing (those checks are then not made)."""
+        """Figures, utilisations and series of the drive. Where data is missing, figures are those of a lossless drive
+        without inertia, and the checks that depend on it are not made.
+        """
         cases = cases_of(self.study, self.joint, self.demand, [self.drive])
         series = joint_series(self.demand, screening=False)
         used, power = np.zeros((1, len(CHECKS))), np.zeros((1, 2, len(self.demand.time)))
@@ -121,8 +123,8 @@ class Operation:
 
     @cached_property
     def momentary_torque(self) -> Array:
-        """Gear torque for the momentary limit [N m], (N,): the larger of the cycle's and of a stop that begins
-        there.
+        """Gear torque for the momentary limit [N m], (N,): the larger one of the cycle's torque and that of a stop
+        starting at the sample.
         """
         worst = np.maximum(np.abs(self.demand.loosening_torque), self.judgement.series.traces.stop)
         np.maximum.at(worst, self.demand.stop.first, self.demand.stop_torque)
@@ -135,7 +137,7 @@ class Operation:
 
     @cached_property
     def tilting_moment(self) -> Array | None:
-        """Moment about the centre of the output bearing on its worse side [N m], (N,); None if the loads are
+        """Moment about the centre of the output bearing, at the more loaded side [N m], (N,); None if the loads are
         unknown.
         """
         if self.demand.wrench is None:
@@ -145,7 +147,7 @@ class Operation:
 
     @cached_property
     def runaway(self) -> bool:
-        """Whether no steady temperature exists."""
+        """Whether the losses grow faster with temperature than the cooling, so that no steady temperature exists."""
         return self.network is not None and bool(np.isinf(self.judgement.series.traces.losses.housing_at[0]))
 
     @cached_property
@@ -170,7 +172,9 @@ class Operation:
 
     @property
     def winding_temperature(self) -> Array:
-        """Winding temperature for the resistance [C], (N,): computed, else the winding's limit, else ambient."""
+        """Winding temperature at which the resistance is evaluated [C], (N,): the computed one, else the winding's
+        limit, else the ambient temperature.
+        """
         return self.judgement.series.traces.losses.winding_at[: len(self.demand.time)]
 
     @cached_property
@@ -180,7 +184,7 @@ class Operation:
 
     @cached_property
     def largest_voltage(self) -> Array:
-        """Voltage for the check of the supply [V], (N,): the largest of warm, cold and starting from rest."""
+        """Voltage for the supply voltage check [V], (N,): the largest of warm motor, cold motor and start from rest."""
         air, more, magnets = self.study.ambient, torque_factor(self.safety), float(self.figures.magnet_temperature)
         start = winding_resistance(self.drive.motor, self.winding_temperature) * more * self.peak_torque / self.constant
         largest = np.where(self.demand.at_rest, np.abs(start), 0.0)
@@ -190,11 +194,14 @@ class Operation:
         return largest
 
     def _voltage(self, magnets: float, winding: Array | float, more: float = 1.0) -> Array:
-        """Terminal voltage with magnets and winding at given temperatures and a factor on the torque."""
+        """Terminal voltage [V], (N,), with magnets and winding at given temperatures [C]; ``more``: factor on the
+        torque.
+        """
         motion = self.judgement.series.motion
         current = more * self.judgement.series.traces.torque / torque_constant(self.drive.motor, magnets)
         steps = np.diff(current)
-        rate = motion.rate_after * steps[1:] - motion.rate_before * steps[:-1]  # no digits lost where steps are tiny
+        # differences first: this loses no digits where the steps are tiny
+        rate = motion.rate_after * steps[1:] - motion.rate_before * steps[:-1]
         return terminal_voltage(self.drive.motor, self.motor_speed, current[1:-1], rate, winding, magnets)
 
     def instant(self, series: str) -> float | None:
@@ -204,7 +211,7 @@ class Operation:
         time = self.demand.time
         if series == "winding":
             if self.network is None or self.network.winding_capacity is None:
-                return None  # its mean, of no instant
+                return None  # a mean temperature belongs to no instant
             first = self.demand.cycle.parts[int(self.figures.hottest_part)].start
             return float(time[first]) + (float(self.figures.hottest_time) if len(time) > 1 else 0.0)
         values = getattr(self, series, None) if hasattr(self, series) else getattr(self.demand, series, None)

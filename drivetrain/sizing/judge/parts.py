@@ -58,7 +58,7 @@ def parts_of(study: Study) -> Parts:
     motors, gears = tuple(map(filled_parts.motor, motor_keys)), tuple(map(filled_parts.gear, gear_keys))
     left = {key: row for row, key in enumerate(motor_keys)}
     right = {key: row for row, key in enumerate(gear_keys)}
-    known: dict[int, Any] = {}  # joints often share a list
+    known: dict[int, Any] = {}  # joints often share a list of candidates
     for one in lists:
         if id(one) not in known:
             rows = dict.fromkeys((left[motor], right[gear]) for motor, gear in one)
@@ -90,7 +90,7 @@ def _amounts(study: Study, joint: int, motors: tuple[Motor, ...], gears: tuple[G
 
 
 def _body(part: Motor | Gear) -> tuple[float, float, float]:
-    """Mass and inertia across and along the axis; zeros if the mass is unknown."""
+    """Mass [kg] and inertias across and along the axis [kg m^2]; zeros if the mass is unknown."""
     return part.mass or 0.0, *cylinder_inertia(part.mass, part.diameter, part.length)
 
 
@@ -98,20 +98,21 @@ def _column(values: list[float | None]) -> Array:
     return np.array(values, dtype=np.float64)  # None becomes NaN
 
 
-# A drive from two catalogue rows, with the study's assumptions where the sheets are silent.
+# A drive from two catalogue rows, with the study's assumptions where the data sheets give no value.
 
 
 # Inertia at the input over that of a solid cylinder of the gear's mass and diameter: 95th percentile of the rows of
 # the source catalogues that print it (560 planetary, 24 koaxdrive, 118 strain wave); RV as strain wave.
 INPUT_INERTIA_SHARE = {"planetary": 0.03, "spur": 0.03, "koaxdrive": 0.004, "strain_wave": 0.085, "rv": 0.085}
-_ROUND_DENSITY = 5200.0 * 3.141592653589793 / 4.0  # kg/m^3 of a cylinder as long as wide, over its diameter cubed
+# density of a cylinder of equal length and diameter: mass over diameter cubed [kg/m^3]
+_ROUND_DENSITY = 5200.0 * 3.141592653589793 / 4.0
 
 
 class FilledParts:
     """The catalogue rows of a study with missing data filled where it states an assumption; each row is filled once.
 
     Attributes:
-        study: Its catalogue and its assumptions.
+        study: The study with its catalogue and assumptions.
     """
 
     def __init__(self, study: Study) -> None:
@@ -170,7 +171,7 @@ def _friction_allowance(motor: Motor) -> str:
 
 
 def _with_brake(brake: Brake) -> str:
-    """Remark on what a brake adds to its motor."""
+    """Remark on the mass and inertia that a brake adds to its motor."""
     mass = "mass unknown" if brake.mass is None else f"{brake.mass:g} kg"
     added = f"{mass}, {brake.inertia:g} kg m^2, {brake.power:g} W while it is open"
     return f"brake {brake.key}: {added} count with its motor"
@@ -213,7 +214,7 @@ def _filled_motor(motor: Motor, study: Study) -> tuple[Motor, tuple[str, ...]]:
             changes[field] = value
             words.append(_words(f"motor {motor.key}: {name} {value:g} {unit} assumed", assumption.source))
     if assumption.winding_share is not None and _lumped(motor):
-        changes["winding_share"] = assumption.winding_share  # told where a mounting is stated
+        changes["winding_share"] = assumption.winding_share  # reported where a mounting is stated
     return (replace(motor, **changes) if changes else motor), tuple(words)  # type: ignore[arg-type]
 
 

@@ -1,4 +1,4 @@
-"""Stiffness of the arm on the springs of its gears, compared with the study's wishes: checks of all drives together."""
+"""Stiffness checks of the whole arm on the springs of its gears, against the limits of the study."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from drivetrain.study.model import Study
 from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.parts.verdicts import Check, Verdict
 
-MOST_COMBINED = 12  # joints whose plays are tried in every combination; beyond, their plain sum bounds it
+MOST_COMBINED = 12  # joints whose backlash is tried in every combination of signs; above, the sum is used as a bound
 
 
 @dataclass(frozen=True)
 class Extreme:
-    """The worst value of a figure and its sample."""
+    """The worst value of a figure over the cycle and the index of its sample."""
 
     value: float
     sample: int
 
 
 def arm_checks(study: Study, drives: Mapping[str, Drive], torque: Array) -> Iterator[Check]:
-    """The checks of the arm's stiffness that the study asks for."""
+    """The checks of the arm's stiffness that the study requires."""
     for row in ARM_CHECKS:
         wish, wanted = row.limit, getattr(study.stiffness, row.limit)
         if wanted is None or study.arm is None:
@@ -72,13 +72,15 @@ def loaded_arms(study: Study, drives: Mapping[str, Drive]) -> list[tuple[Arm, Ar
 
 
 def joint_travels(study: Study) -> Array:
-    """Travel of each joint for a radian of its gear's output [m or rad], (n,)."""
+    """Travel of each joint per radian of its gear's output [m or rad], (n,)."""
     return np.array([task.travel_per_turn or 1.0 for task in study.joints])
 
 
 @lru_cache(maxsize=1)
 def tip_levers(study: Study) -> Array:
-    """Displacement of the tip for a unit of each joint's motion (of its shaft's if motors are coupled), (N, n, 3)."""
+    """Displacement of the tip per unit of each joint's motion, or of each motor shaft's where motors are coupled, (N,
+    n, 3).
+    """
     arm = study.arm
     assert arm is not None
     refuse_loops(arm, shared=True, closed=True)
@@ -118,7 +120,7 @@ def lost_motion(plays: Array) -> Array:
         return np.asarray(np.linalg.norm(loose, axis=2).sum(axis=1))
     largest = np.zeros(len(plays))
     for signs in itertools.product((1.0, -1.0), repeat=max(count - 1, 0)):
-        # The first sign is free to be chosen: all turned round is as far.
+        # The first sign is fixed: reversing all signs gives the same distance.
         together = np.einsum("j,njc->nc", np.array([1.0, *signs][:count]), loose)
         largest = np.maximum(largest, np.linalg.norm(together, axis=1))
     return largest
@@ -154,13 +156,13 @@ def tip_deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> A
 
 
 def _deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
-    """The largest displacement by wind-up."""
+    """The largest displacement of the tip by wind-up [m]."""
     size = np.linalg.norm(tip_deviation(study, drives, torque), axis=1)
     return Extreme(float(size.max()), int(np.argmax(size)))
 
 
 def _play(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
-    """The largest displacement by backlash [m]."""
+    """The largest displacement of the tip by backlash [m]."""
     size = lost_motion(joint_plays(study, drives, torque)[:, :, None] * tip_levers(study))
     return Extreme(float(size.max()), int(np.argmax(size)))
 

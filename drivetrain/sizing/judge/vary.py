@@ -1,5 +1,4 @@
-"""Varies one parameter of a task or of a drive and keeps the rest: checks at a value, and the value at which they begin
-to be satisfied.
+"""Varies one parameter of a task or drive: checks at a value, and the value from which they are satisfied.
 
 Curves, ratio studies, free ratios, the smallest change and the advice of a search use it. The dynamics of the arm are
 not computed again for another value (see ``changed_work``); figures equal those of ``evaluate`` for the changed study
@@ -29,8 +28,8 @@ from drivetrain.study.change import TaskChange, heaviest
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check
 
-EDGE = 1e-7  # relative error of an edge
-MOST, STEPS = 10.0, 32  # times a number, and in how many steps, while the smallest change is looked for
+EDGE = 1e-7  # relative error of a bisected boundary
+MOST, STEPS = 10.0, 32  # largest factor on a parameter and number of steps in the search for the smallest change
 
 
 class Vary(StrEnum):
@@ -47,11 +46,11 @@ class Vary(StrEnum):
 
     @property
     def outwards(self) -> Array:
-        """Shares of a study's value in which the smallest change is looked for; beyond, it is another task."""
+        """Shares of the study's value at which the smallest change is searched; other values count as another task."""
         return np.linspace(1.0, 0.0, STEPS) if self is Vary.PAYLOAD else np.geomspace(1.0, MOST, STEPS)
 
     def now(self, study: Study, payload: str = "") -> float:
-        """The study's own value; of the heaviest payload where none is named."""
+        """The study's own value; that of the heaviest payload where none is named."""
         if self is Vary.PAYLOAD:
             return max((one.mass for one in study.payloads if payload in ("", one.name)), default=0.0)
         if self is Vary.CYCLE_TIME:
@@ -59,7 +58,7 @@ class Vary(StrEnum):
         return study.supply.voltage if self is Vary.VOLTAGE else study.ambient
 
     def change(self, study: Study, value: float, payload: str = "") -> TaskChange:
-        """What puts a value in; a payload's on all in proportion where none is named."""
+        """The change of the task that sets a value; where no payload is named, it scales all of them in proportion."""
         now = self.now(study, payload)
         if self is Vary.AMBIENT:
             return TaskChange(ambient=value - now)
@@ -70,7 +69,7 @@ class Vary(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """A task with its work prepared, and drives by joint index; a joint is evaluated when it is first needed."""
+    """A task with its workload prepared, and drives by joint index; a joint is evaluated on first use."""
 
     work: Workload
     drives: Mapping[int, Drive]
@@ -87,7 +86,7 @@ class Setup:
         return self._results[joint]
 
     def results(self) -> dict[str, JointResult]:
-        """Of all joints that have a drive, by name."""
+        """Results of all joints that have a drive, by name."""
         return {self.study.joints[i].name: self.joint(i) for i in sorted(self.drives)}
 
     def evaluation(self) -> Evaluation:
@@ -95,13 +94,13 @@ class Setup:
         return evaluation_of(self.study, results, shared_checks(self.study, results))
 
     def holds(self) -> bool:
-        """Whether nothing is asked of any part beyond its limit; of all together only where each joint holds."""
+        """Whether no utilisation exceeds 1; the checks of all joints together are made only if each joint passes."""
         if any(worst_of(self.joint(i).checks).utilisation > 1.0 for i in sorted(self.drives)):
             return False
         return worst_of(shared_checks(self.study, self.results(), quick=True)).utilisation <= 1.0
 
     def proven(self) -> Evaluation:
-        """The same with the arm run anew."""
+        """The evaluation with the dynamics of the arm computed again."""
         return Setup(workload(self.study), self.drives).evaluation()
 
     def demand(self, joint: int) -> JointDemand:
@@ -125,7 +124,7 @@ class Number:
 
 
 def named_drives(study: Study, keys: Mapping[str, tuple[str, str]]) -> dict[int, Drive]:
-    """The drives of some joints by catalogue key, with assumptions filled in, by joint index."""
+    """Drives of some joints by catalogue key, with assumptions filled in, by joint index."""
     filled_parts = FilledParts(study)
     return {i: filled_parts.drive(task, *keys[task.name]) for i, task in enumerate(study.joints) if task.name in keys}
 
@@ -136,7 +135,7 @@ def lighter_work(study: Study) -> WorkFamily:
 
 
 def task_number(family: WorkFamily, drives: Mapping[int, Drive], vary: Vary) -> Number:
-    """A parameter of the task, for a set of drives; the payload of a family if it has members."""
+    """A parameter of the task for a set of drives; the payload of a workload family if the family has members."""
     payload = next(iter(family.payloads), "")
     study, name = family.study, {Vary.VOLTAGE: "supply voltage"}.get(vary, vary.replace("_", " "))
     return Number(
@@ -155,14 +154,14 @@ def ratio_number(setup: Setup, joint: int) -> Number:
 
 
 class Edge(NamedTuple):
-    """The last value at which a condition holds, and its neighbour at which it does not."""
+    """The last value at which a condition is satisfied, and its neighbour at which it is not."""
 
     inside: float
     outside: float
 
     @property
     def known(self) -> bool:
-        """Whether it was found, and is not the end of the values looked at."""
+        """Whether the boundary was found and is not an end of the searched interval."""
         return 0.0 < self.outside < math.inf
 
 
@@ -170,7 +169,7 @@ def edge(
     holds: Callable[[float], bool], inside: float, outside: float,
     *, error: float = EDGE, least: float = 0.0, geometric: bool = False,
 ) -> Edge:  # fmt: skip
-    """The boundary of a condition between a value at which it holds and one at which it does not, by bisection."""
+    """The boundary between a value that satisfies a condition and one that does not, by bisection."""
     while abs(inside - outside) > max(error * max(abs(inside), abs(outside)), least):
         middle = math.sqrt(inside * outside) if geometric else 0.5 * (inside + outside)
         inside, outside = (middle, outside) if holds(middle) else (inside, middle)
@@ -178,7 +177,7 @@ def edge(
 
 
 def first_edge(holds: Callable[[float], bool], steps: Sequence[float] | Array) -> Edge | None:
-    """The first boundary of a condition along steps from a value at which it does not hold; None if it never holds."""
+    """The first boundary of a condition along steps from a value that does not satisfy it; None if no step does."""
     for before, step in pairwise(map(float, steps)):
         if holds(step):
             return edge(holds, step, before)
@@ -205,7 +204,7 @@ class Worst(NamedTuple):
     """The check with the highest utilisation, and the joint (or ``supply``) it belongs to."""
 
     check: str
-    utilisation: float  # infinite when something is without bound
+    utilisation: float  # infinite if a required value is unbounded
     place: str = ""
 
 
@@ -220,11 +219,11 @@ def worst_of(checks: Iterable[Check]) -> Worst:
 
 
 def _worst(checks: Iterable[tuple[str, Check]]) -> Worst:
-    """The largest that has a number; what is without bound only where no number is over its limit."""
+    """The check with the highest finite utilisation; an unbounded one only if no finite one exceeds 1."""
     used = [(place, one.name, one.utilisation) for place, one in checks if one.utilisation is not None]
     found = [Worst(name, math.inf if math.isnan(share) else share, place) for place, name, share in used]
     numbered = [one for one in found if math.isfinite(one.utilisation)]
-    most = max(numbered, key=lambda one: one.utilisation, default=None)
-    beyond = [one for one in found if not math.isfinite(one.utilisation)]
-    worst = beyond[0] if beyond and (most is None or most.utilisation <= 1.0) else most
+    largest = max(numbered, key=lambda one: one.utilisation, default=None)
+    unbounded = [one for one in found if not math.isfinite(one.utilisation)]
+    worst = unbounded[0] if unbounded and (largest is None or largest.utilisation <= 1.0) else largest
     return worst or Worst("", 0.0)

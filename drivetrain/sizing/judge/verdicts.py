@@ -88,7 +88,8 @@ def placed(cycle: Cycle, check: Check) -> Check:
 
 
 def supply_figures(study: Study, power: Array) -> dict[str, Any]:
-    """What all joints together require of the supply, by the names in the table; for one set of drives or many at once.
+    """Required values of the common supply by the names of the table. ``power``: sum of the joints' power and of its
+    lower bound [W], (..., 2, N).
 
     Power that one joint feeds back may be used by another at the same instant; only the sum reaches the supply. Drawn
     power is the positive part of the sum, regenerated power the negative part; each mean is over the whole cycle, so a
@@ -100,7 +101,8 @@ def supply_figures(study: Study, power: Array) -> dict[str, Any]:
     total, least = power[..., 0, :] + standby_power(study), power[..., 1, :]
     peak, braking = np.maximum(total.max(axis=-1), 0.0), np.maximum(-least.min(axis=-1), 0.0)
     drawn, fed_back = np.maximum(total, 0.0), np.maximum(np.negative(total, out=total), 0.0, out=total)
-    mean, back = (np.einsum("...t,t", one, share) for one in (drawn, fed_back))  # @ sums by how many sets there are
+    # einsum: the rounding of @ depends on the number of sets
+    mean, back = (np.einsum("...t,t", one, share) for one in (drawn, fed_back))
     volts = np.array([bus_of(study, row).voltage for row in least.reshape(-1, len(weights))])
     return {
         "peak_power": peak, "mean_power": mean, "regenerated_power": back, "braking_power": braking,
@@ -114,7 +116,9 @@ def standby_power(study: Study) -> float:
 
 
 def bus_of(study: Study, power: Array) -> BusPeak:
-    """Bus voltage over the cycle, for a mix the highest of its parts; NaN without a capacitance. Power: (N,) [W]."""
+    """Bus voltage [V] over the cycle from the power (N,) [W], for a mix the highest of its parts; NaN without a
+    capacitance.
+    """
     supply, cycle = study.supply, study.cycle
     if supply.capacity is None:
         return BusPeak(math.nan, 0, math.nan)

@@ -1,4 +1,4 @@
-"""Where the limit of a check comes from, and what a reader should know: source and remark, in words."""
+"""Source and remark of every check, as text: where the limit comes from and what a reader should know."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
 from drivetrain.sizing.judge.cases import rests_on_gear, stop_constant, stop_temperature
 
-HALVINGS = 12  # of the current that spares a gear
+HALVINGS = 12  # bisection steps for the largest current that does not overload the gear
 STANDS = "the joint never moves: one phase may carry the amplitude, sqrt(2) times its RMS"
 RESTS = "at rest one phase may carry the amplitude: sqrt(2) times its RMS"
 AMPERES = {"dc": "DC", "rms": "rms", "peak": "amplitude"}
@@ -37,12 +37,12 @@ NO_SHORT_TIME = "a short-time limit is not in the catalogue row"
 
 
 class Words(NamedTuple):
-    """What is told beside the numbers of a check.
+    """Source and remark of a check.
 
     Attributes:
         source: Where the limit comes from.
-        remark: What a reader should know, or what is missing.
-        silent: Whether no limit is told, as what is required cannot be made.
+        remark: What a reader should know, or which data is missing.
+        silent: Whether no limit is shown because the check does not apply.
     """
 
     source: str
@@ -51,7 +51,7 @@ class Words(NamedTuple):
 
 
 def printed(op: Any, row: Any) -> Words:
-    """Of a limit that stands on a sheet or in the study."""
+    """Words for a limit from a data sheet or from the study."""
     part = row.limit.partition(".")[0]
     lacks = not known(op.number(row.limit))
     if part == "amplifier":
@@ -69,12 +69,12 @@ def printed(op: Any, row: Any) -> Words:
 
 
 def stage_torque(op: Any, row: Any) -> Words:
-    """Of what gives way first behind the gear."""
+    """Words for the stage behind the gear that limits its torque."""
     return Words(op.drive.gear.stage_words[0] or "the stages of the study", _unsaid(op, row))
 
 
 def stage_speed(op: Any, row: Any) -> Words:
-    """Of what lets it turn no faster."""
+    """Words for the stage behind the gear that limits its speed."""
     return Words(op.drive.gear.stage_words[1] or "the stages of the study", _unsaid(op, row))
 
 
@@ -83,7 +83,7 @@ def _unsaid(op: Any, row: Any) -> str:
 
 
 def overload(op: Any, row: Any) -> Words:
-    """By which of the two models."""
+    """Words for the amplifier's overload, by the overload model that applies."""
     own = op.task.amplifier
     if not known(op.number(row.limit)):
         return Words("", "peak time is not stated")
@@ -92,13 +92,13 @@ def overload(op: Any, row: Any) -> Words:
 
 
 def lowest_supply(op: Any, row: Any) -> Words:
-    """The amplifier asks, the supply gives."""
+    """Words for the lowest supply voltage that the amplifier requires."""
     lack = "" if known(op.number(row.required)) else "lowest supply voltage is not in the catalogue row"
     return Words("supply of the study", lack)
 
 
 def repeated_peak(op: Any, row: Any) -> Words:
-    """The continuous torque holds where no repeated peak is printed."""
+    """Words for the repeated peak torque; if none is given the continuous torque is the limit."""
     gear = op.drive.gear
     if gear.repeated_peak_torque is None and gear.continuous_torque is not None:
         remark = "repeated peak torque is not in the catalogue row: the continuous one holds"
@@ -108,7 +108,9 @@ def repeated_peak(op: Any, row: Any) -> Words:
 
 
 def momentary(op: Any, row: Any) -> Words:
-    """The stop that is judged, and with the current limit what would keep the gear safe, and what holds the load."""
+    """Words for the decisive stop; at the current limit also the current that does not overload the gear and the
+    current that holds the load.
+    """
     said, case = printed(op, row), op.judgement.case
     lack, jam_torque = f"; {said.remark}" if said.remark else "", case.figures.jam_torque
     if known(jam_torque) and case.setting.jam == 0.0:
@@ -132,7 +134,7 @@ def momentary(op: Any, row: Any) -> Words:
 
 
 def _no_stop(op: Any) -> str:
-    """Why nothing is known of a stop."""
+    """Why no torque of a stop is known."""
     task = op.task
     if task.stop.ramp is None and not known(op.number("setting.stop_current")):
         return "no stop is known: state stop: {ramp: 0.3 s}, stop: {current: ...} or the amplifier's peak_current"
@@ -142,7 +144,7 @@ def _no_stop(op: Any) -> str:
 
 
 def _hard_stop(op: Any) -> str:
-    """The worst stop at the current limit in words."""
+    """The worst stop at the current limit, as text."""
     case, demand = op.judgement.case, op.demand
     at = int(np.argmax(op.judgement.series.traces.stop))
     mesh, way = mesh_of(case.gear), float(np.sign(demand.speed[at]) or 1.0)
@@ -164,21 +166,21 @@ def _hard_stop(op: Any) -> str:
 
 
 def amperes(amplifier: Amplifier, current: float) -> str:
-    """A DC-equivalent current, in the ampere of the study first where that is another."""
+    """A DC-equivalent current as text, first in the study's current basis where that differs."""
     basis = amplifier.current_basis
     text = f"{current:.3g} A (DC)"
     return text if basis == "dc" else f"{from_dc(current, basis):.3g} A {AMPERES[basis]} ({text})"
 
 
 def _travel(op: Any) -> str:
-    """The longest way of a stop in words."""
+    """The longest travel in a stop, as text."""
     travel = math.degrees(op.number("figures.stop_travel"))
     return f"travel at most {travel:.3g} deg" if math.isfinite(travel) else "in some state it does not stop the load"
 
 
 def _braking(op: Any) -> tuple[Any, Any, Any, Any]:
-    """Of stops at the current limit, at the output: rotor [kg m^2], push on it and static torque [N m], load [kg m^2],
-    (N,) each.
+    """Series of stops at the current limit, at the gear output: rotor inertia [kg m^2], braking torque and static
+    torque [N m], inertia of the load [kg m^2], (N,) each.
     """
     case, demand = op.judgement.case, op.demand
     ratio, mesh = float(case.gear.ratio), mesh_of(case.gear)
@@ -194,7 +196,7 @@ def _braking(op: Any) -> tuple[Any, Any, Any, Any]:
 
 
 def _safe_current(op: Any) -> str:
-    """The largest current limit with which no stop passes what the gear may bear, and what holds the load."""
+    """The largest current limit at which no stop overloads the gear and the current that holds the load, as text."""
     if op.drive.gear.momentary_torque is None:
         return ""
     safe, holding = safe_stop_current(op)
@@ -210,8 +212,8 @@ def _safe_current(op: Any) -> str:
 
 
 def safe_stop_current(op: Any) -> tuple[float, float]:
-    """Largest current limit [A] with which no stop of this joint passes the gear's limit of rare peaks, and the current
-    that holds its load without help of the mesh's friction.
+    """Largest current limit [A] at which no stop of this joint exceeds the gear's momentary limit, and the current [A]
+    that holds its load without help of the mesh friction.
     """
     case, demand = op.judgement.case, op.demand
     mesh, series = mesh_of(case.gear), (*_braking(op), demand.gear_torque, demand.speed)
@@ -240,7 +242,7 @@ def safe_stop_current(op: Any) -> tuple[float, float]:
 
 
 def peaks(op: Any, row: Any) -> Words:
-    """How often such stops may come."""
+    """Words for the permitted number of momentary peaks."""
     task, permitted = op.task, op.number(row.limit)
     if permitted == math.inf:
         return Words("", "a stop needs no more than the repeated peak torque, so it is no momentary peak")
@@ -258,7 +260,7 @@ def peaks(op: Any, row: Any) -> Words:
 
 
 def jam(op: Any, row: Any) -> Words:
-    """Beside what the motor makes of it, what the rotor alone does."""
+    """Words for a jam: the torque with the motor off, beside that with the motor driving on."""
     said, coast = printed(op, row), op.number("figures.coast_torque")
     if not known(coast):
         return said._replace(remark="not known without the gear's stiffness and the rotor's inertia")
@@ -270,7 +272,7 @@ def jam(op: Any, row: Any) -> Words:
 
 
 def _safe_jam(op: Any, row: Any) -> str:
-    """Up to which current the gear bears a jam, where it bears less than this one."""
+    """The current up to which a jam does not overload the gear, as text; empty if the present one does not."""
     from scipy.optimize import brentq
 
     case, limit = op.judgement.case, op.number(row.limit) / op.number(row.factor)
@@ -286,7 +288,7 @@ def _safe_jam(op: Any, row: Any) -> str:
 
 
 def stop_current(op: Any, row: Any) -> Words:
-    """On a ramp what the stop asks, else what holds the load."""
+    """Words for the stopping current: on a ramp what the stop requires, else what holds the load."""
     reason = "what the ramp needs" if op.number("setting.ramped") != 0.0 else "what holds the load"
     if not known(op.number(row.limit)):
         reason = "neither stop: {current: ...} nor an amplifier peak_current is stated"
@@ -296,7 +298,7 @@ def stop_current(op: Any, row: Any) -> Words:
 
 
 def average_torque(op: Any, row: Any) -> Words:
-    """The same of the average, with the exponent by which it is made."""
+    """Words for the average torque, with the exponent of the average."""
     gear = op.drive.gear
     source, remark = f"average torque limit of {sheet_name(gear)}", f"average with exponent {torque_exponent(gear):.3g}"
     if not op.demand.moves:
@@ -310,7 +312,7 @@ def average_torque(op: Any, row: Any) -> Words:
 
 
 def gear_life(op: Any, row: Any) -> Words:
-    """Only told when the study wants none."""
+    """Words for the gear's life; the check is only informative if the study requires no life."""
     if not op.demand.moves:
         return Words("", UNUSED, silent=True)
     if not known(op.number(row.limit)):
@@ -320,7 +322,7 @@ def gear_life(op: Any, row: Any) -> Words:
 
 
 def bearing(op: Any, row: Any) -> Words:
-    """Only where the loads across the axis are known."""
+    """Words for a load of the output bearing, which needs the forces and moments across the axis."""
     elsewhere = _carried_elsewhere(op)
     if elsewhere is not None:
         return elsewhere
@@ -330,7 +332,7 @@ def bearing(op: Any, row: Any) -> Words:
 
 
 def tilting(op: Any, row: Any) -> Words:
-    """The moment is about the bearing's centre, where the sheet says where that is."""
+    """Words for the tilting moment; it is taken about the bearing's centre where the data sheet gives its offset."""
     said, gear = bearing(op, row), op.drive.gear
     if said.silent or said.remark or gear.bearing_offset is not None:
         return said
@@ -340,13 +342,13 @@ def tilting(op: Any, row: Any) -> Words:
 
 
 def bearing_rating(op: Any, row: Any) -> Words:
-    """Of the rollers; few makers of planetary gears print it."""
+    """Words for the static load of the bearing's rollers; few makers of planetary gears state its limit."""
     said = _carried_elsewhere(op) or printed(op, row)
     return said if said.remark else said._replace(remark=_bearing_lack(op))
 
 
 def bearing_life(op: Any, row: Any) -> Words:
-    """Only told when the study wants none."""
+    """Words for the bearing's life; the check is only informative if the study requires no life."""
     elsewhere, gear, lack = _carried_elsewhere(op), op.drive.gear, _bearing_lack(op)
     if elsewhere is not None:
         return elsewhere
@@ -362,7 +364,7 @@ def bearing_life(op: Any, row: Any) -> Words:
 
 
 def _bearing_lack(op: Any) -> str:
-    """What of the bearing's shape is unknown, in words."""
+    """Dimensions of the bearing that are unknown, as text."""
     gear = op.drive.gear
     lacks = [
         name
@@ -373,7 +375,7 @@ def _bearing_lack(op: Any) -> str:
 
 
 def _carried_elsewhere(op: Any) -> Words | None:
-    """Why the gear's output bearing is not asked; None where it is."""
+    """Why the gear's output bearing is not checked; None if it is."""
     if rests_on_gear(op.task, op.demand):
         return None
     if op.task.output_bearing == "external":
@@ -387,7 +389,7 @@ def _carried_elsewhere(op: Any) -> Words | None:
 
 
 def stiffness(op: Any, row: Any) -> Words:
-    """Of the gear as soft as it may be built."""
+    """Words for the gear's stiffness, less the manufacturing scatter."""
     wish, gear = op.study.stiffness, op.drive.gear
     if gear.stiffness_1 is None:
         return Words("", "stiffness_1 is not in the catalogue row")
@@ -396,7 +398,7 @@ def stiffness(op: Any, row: Any) -> Words:
 
 
 def brake(op: Any, row: Any) -> Words:
-    """Of the brake beside the motor, and what its torque is held against."""
+    """Words for a check of the holding brake, with the torque that counts as static."""
     own = op.drive.motor.brake
     lack = "" if known(op.number(row.limit)) else f"{row.sheet} is not in the catalogue row"
     given = op.demand.cycle.torque is not None and op.demand.load_inertia is None
@@ -405,7 +407,9 @@ def brake(op: Any, row: Any) -> Words:
 
 
 def inertia_ratio(op: Any, row: Any) -> Words:
-    """The span over the motion; judged only where the study sets a limit."""
+    """Words for the inertia ratio, with its range over the motion; the check is only informative if the study sets no
+    limit.
+    """
     inertia = op.demand.load_inertia
     if inertia is None:
         return Words("", "neither an arm nor the joint's load_inertia is given", silent=True)
@@ -421,7 +425,9 @@ def inertia_ratio(op: Any, row: Any) -> Words:
 
 
 def short_time(op: Any, row: Any) -> Words:
-    """Printed peak torque, else what the printed peak current makes, else what nominal voltage makes at stall."""
+    """Words for the short-time torque: printed peak torque, else that of the printed peak current, else that at stall
+    with nominal voltage.
+    """
     motor = op.drive.motor
     if motor.peak_torque is not None:
         return Words(f"peak torque of {sheet_name(motor)}")
@@ -434,13 +440,13 @@ def short_time(op: Any, row: Any) -> Words:
 
 
 def cold_torque(op: Any, row: Any) -> Words:
-    """As of the warm motor, and how cold."""
+    """Words for the torque of a cold start, with the temperature."""
     said = short_time(op, row)
     return said._replace(remark="; ".join(text for text in (_cold(op), said.remark) if text))
 
 
 def cold_current(op: Any, row: Any) -> Words:
-    """Of motor and amplifier the smaller one."""
+    """Words for the peak current: the smaller limit of motor and amplifier."""
     motor, amplifier = op.drive.motor, op.task.amplifier.peak_current
     limits = {
         f"peak current of {sheet_name(motor)}": motor.peak_current,
@@ -453,21 +459,23 @@ def cold_current(op: Any, row: Any) -> Words:
 
 
 def _cold(op: Any) -> str:
-    """What is cold; a gear without a law says so."""
+    """The temperature of a cold start, as text; a gear without drag over temperature is named."""
     gear, cold = op.drive.gear, op.study.cold_start
     lawless = "" if gear.drag_temperature_1 or op.direct else "; no drag over temperature in the gear's catalogue row"
     return f"gear and motor at {cold:g} °C{lawless}"
 
 
 def voltage(op: Any, row: Any) -> Words:
-    """What reaches the terminals."""
+    """Words for the voltage at the motor terminals."""
     factor = op.safety.peak_torque
     remark = f"R i and L di/dt also with {factor:g} times the torque, the factor on peak torque" if factor > 1.0 else ""
     return Words(f"supply {op.supply.voltage:g} V x modulation {op.task.amplifier.modulation:g}", remark)
 
 
 def rms_current(op: Any, row: Any) -> Words:
-    """The smaller of nominal and thermal limit, and why the RMS rule may mislead here."""
+    """Words for the continuous current: the smaller one of nominal and thermal limit, and reasons why the RMS rule may
+    not apply.
+    """
     limit = op.continuous_current
     if limit.value is None:
         return Words(limit.source, limit.source)
@@ -481,19 +489,19 @@ def rms_current(op: Any, row: Any) -> Words:
 
 
 def amplifier_continuous(op: Any, row: Any) -> Words:
-    """The same of the amplifier."""
+    """Words for the amplifier's continuous current."""
     said = printed(op, row)
     return said if said.remark or op.demand.moves else said._replace(remark=STANDS)
 
 
 def phase_at_rest(op: Any, row: Any) -> Words:
-    """Of the limit of winding or amplifier, and why one phase may need more of it than all."""
+    """Words for a limit at rest, of winding or amplifier, where one phase may carry more than its share."""
     said = winding(op, row) if row.unit == "C" else printed(op, row)
     return said if said.remark else said._replace(remark=RESTS)
 
 
 def _hot_parts(op: Any, continuous: float) -> str:
-    """Which parts of a mix overload the motor if they are run for long."""
+    """Parts of a mix that overload the motor when repeated for long, as text."""
     cycle, square = op.demand.cycle, op.current**2
     if len(cycle.parts) == 1:
         return ""
@@ -505,7 +513,7 @@ def _hot_parts(op: Any, continuous: float) -> str:
 
 
 def winding(op: Any, row: Any) -> Words:
-    """The winding's limit less the margin."""
+    """Words for the winding temperature: the winding's limit less the margin of the study."""
     limit, margin, found = op.drive.motor.max_winding_temperature, op.safety.temperature_margin, op.number(row.required)
     if math.isinf(found):
         source = "" if limit is None else f"winding limit {limit:g} °C of {sheet_name(op.drive.motor)}"
@@ -520,7 +528,7 @@ def winding(op: Any, row: Any) -> Words:
 
 
 def gear_temperature(op: Any, row: Any) -> Words:
-    """Of the housing that the gear shares with its motor, or as the study states it."""
+    """Words for the gear's temperature: that of the housing shared with the motor, or the one that the study states."""
     said, found = printed(op, row), op.number(row.required)
     if op.study.gear_temperature is not None and found == op.study.gear_temperature:
         return said._replace(remark=said.remark or "as the study states it")
@@ -533,6 +541,6 @@ def gear_temperature(op: Any, row: Any) -> Words:
 
 
 def sheet_name(part: Motor | Gear | Brake | Amplifier) -> str:
-    """A part with the source of its sheet."""
+    """A part with the source of its data sheet."""
     kind = type(part).__name__.lower()
     return f"{kind} {part.key}" + (f" ({part.source})" if part.source else "")
