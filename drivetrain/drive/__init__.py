@@ -1,4 +1,4 @@
-"""The laws of one drive: motor, gear, friction, heat and amplifier, each standing once."""
+"""Descriptions and physical laws of a joint's drive: motor, gear, friction, heat, amplifier, brake."""
 
 from typing import TYPE_CHECKING
 

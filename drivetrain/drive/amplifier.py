@@ -1,4 +1,4 @@
-"""The amplifier of one joint and the supply of them all: limits, in the DC-equivalent convention of the motors.
+"""The amplifier of one joint and the common supply: limits, in the DC-equivalent convention of the motors.
 
 The DC equivalent of a sinusoidal three-phase machine in star connection. Between two terminals lie two phases, so its
 resistance is R = 2 R_phase. Equal copper loss, R I_dc^2 = 3 R_phase I_rms^2, gives I_dc = sqrt(3/2) I_rms, which is
@@ -27,7 +27,7 @@ Values = TypeVar("Values", float, Array)
 
 
 class CurrentBasis(StrEnum):
-    """What a printed ampere is: DC equivalent, RMS of a phase, or amplitude (PEAK) of a phase."""
+    """Convention of a printed current: DC equivalent, RMS of a phase, or amplitude (PEAK) of a phase."""
 
     DC = "dc"
     RMS = "rms"
@@ -51,17 +51,17 @@ class Amplifier:
     """Limits of one joint's amplifier; None where unknown.
 
     Attributes:
-        peak_current: [A], DC equivalent.
-        continuous_current: RMS over the cycle [A], DC equivalent.
+        peak_current: Peak current [A], DC equivalent.
+        continuous_current: Limit of the RMS current over the cycle [A], DC equivalent.
         modulation: Largest share of the supply voltage that reaches the motor terminals.
-        standby_power: That it takes whatever the motor does [W].
-        on_resistance: Of one of its switches, hot; the loss of switching is not counted [ohm].
-        current_basis: Convention of the user's currents, which reports show as well.
-        peak_time: For which it gives the peak current from its continuous one on [s].
-        thermal_time_constant: Of its first-order overload model, where it has that instead [s].
-        min_voltage, max_voltage: Of the supply [V].
-        price: Of its row; what is stated by its limits alone is not bought and costs nothing.
-        key, source: Of its row in the catalogue; empty: the study states its limits.
+        standby_power: Power drawn independently of the motor [W].
+        on_resistance: On-state resistance of one switch when hot [ohm]; switching loss is not included.
+        current_basis: Convention of the user's currents, in which reports show currents in addition.
+        peak_time: Permitted duration of the peak current after operation at the continuous current [s].
+        thermal_time_constant: Time constant of a first-order overload model, used instead of a peak time [s].
+        min_voltage, max_voltage: Range of the supply voltage [V].
+        price: Price of the catalogue row; an amplifier that the study states by its limits alone costs nothing.
+        key, source: Key and source of the catalogue row; empty: the study states its limits.
     """
 
     peak_current: Current | None = None
@@ -106,15 +106,15 @@ class AmplifierSheet:
     Attributes:
         key: Unique name in the catalogue.
         maker, series, part_number: As printed.
-        current_basis: Convention of the printed currents, which reports show as well.
-        continuous_current, peak_current: [A], DC equivalent.
-        peak_time: For which it gives the peak current from its continuous one on [s].
-        thermal_time_constant: Of its first-order overload model, where it has that instead [s].
-        min_voltage, max_voltage: Of the supply [V].
+        current_basis: Convention of the printed currents, in which reports show currents in addition.
+        continuous_current, peak_current: Continuous and peak current [A], DC equivalent.
+        peak_time: Permitted duration of the peak current after operation at the continuous current [s].
+        thermal_time_constant: Time constant of a first-order overload model, used instead of a peak time [s].
+        min_voltage, max_voltage: Range of the supply voltage [V].
         modulation: Largest share of the supply voltage that reaches the motor terminals.
-        current_loop_rate: Of its current loop [Hz].
-        logic_power: That its electronics take [W].
-        mass: [kg].
+        current_loop_rate: Sampling rate of its current loop [Hz].
+        logic_power: Power drawn by its electronics [W].
+        mass: Mass [kg].
         price: In the user's currency; empty in the shipped catalogue.
         source: File and row, sheet, edition: what a report prints.
     """
@@ -145,16 +145,16 @@ class AmplifierSheet:
 
 @dataclass(frozen=True)
 class Supply:
-    """The one supply behind all amplifiers; None where unknown.
+    """The common supply of all amplifiers; None where unknown.
 
     Attributes:
-        voltage: [V].
-        peak_power, mean_power: Limits over all joints together [W].
-        regenerated_power: Largest mean regenerated power that it accepts or burns in a brake resistor [W].
-        capacity: Of the bus behind it [F].
-        max_voltage: That the bus may reach [V].
-        threshold: At which the brake resistor comes on [V].
-        resistance: Of the brake resistor [ohm].
+        voltage: Supply voltage [V].
+        peak_power, mean_power: Limits of the power of all joints together [W].
+        regenerated_power: Largest mean regenerated power that it feeds back or dissipates in a brake resistor [W].
+        capacity: Capacitance of the bus [F].
+        max_voltage: Largest permitted bus voltage [V].
+        threshold: Bus voltage at which the brake resistor switches on [V].
+        resistance: Resistance of the brake resistor [ohm].
     """
 
     voltage: Voltage
@@ -183,14 +183,18 @@ class Supply:
 
     @property
     def braking_power(self) -> float | None:
-        """What the brake resistor burns as soon as it comes on [W]; None without one, and where the bus is judged."""
+        """Power of the brake resistor at its threshold voltage [W]; None without a resistor, and where the bus voltage
+        is checked instead.
+        """
         if self.resistance is None or self.threshold is None or self.max_voltage is not None:
             return None
         return self.threshold**2 / self.resistance
 
 
 def limits_of(sheet: AmplifierSheet) -> Amplifier:
-    """What an amplifier of the catalogue allows one joint; where its sheet has no modulation, that of ``Amplifier``."""
+    """Limits of a catalogue amplifier at one joint; the modulation of ``Amplifier`` is used if its data sheet gives
+    none.
+    """
     modulation = Amplifier.modulation if sheet.modulation is None else sheet.modulation
     return Amplifier(
         sheet.peak_current, sheet.continuous_current, modulation, sheet.logic_power,
@@ -201,7 +205,9 @@ def limits_of(sheet: AmplifierSheet) -> Amplifier:
 
 
 def best_of(amplifiers: Sequence[Amplifier]) -> Amplifier:
-    """One that allows what any of some allows; what only one of them limits, or in another way, it does not limit."""
+    """An amplifier that permits whatever at least one of several permits; what not all of them limit in the same way is
+    not limited.
+    """
     most: dict[str, Any] = {
         name: None if None in (values := [getattr(one, name) for one in amplifiers]) else max(values)
         for name in ("peak_current", "continuous_current", "max_voltage")
@@ -211,11 +217,12 @@ def best_of(amplifiers: Sequence[Amplifier]) -> Amplifier:
 
 
 def rates_supply(amplifier: Amplifier) -> bool:
-    """Whether its range of supply voltage is checked: for catalogue rows, and if one is stated."""
+    """Whether the amplifier's range of supply voltage is checked: for catalogue rows, and if a range is stated."""
     return bool(amplifier.key) or (amplifier.min_voltage, amplifier.max_voltage) != (None, None)
 
 
-LEAST_PEAK_TIME = 1.0  # s, of an amplifier that prints none: 3.5 s of time constant, as in two shipped, at twice I_c
+# s; if none is printed: that of a 3.5 s time constant, as in two shipped amplifiers, at twice I_c
+LEAST_PEAK_TIME = 1.0
 
 
 def with_peak_time(amplifier: Amplifier) -> Amplifier:
@@ -226,14 +233,14 @@ def with_peak_time(amplifier: Amplifier) -> Amplifier:
 
 
 def judges_overload(amplifier: Amplifier) -> bool:
-    """Whether it states how long it can supply more than its continuous current."""
+    """Whether an amplifier states how long it can supply more than its continuous current."""
     timed = amplifier.peak_current is not None and amplifier.peak_time is not None
     return amplifier.continuous_current is not None and (timed or amplifier.thermal_time_constant is not None)
 
 
 @law
 def conduction_loss(on_resistance: Any, current: Any) -> Any:
-    """Of the switches of a bridge, two of which every current passes [W].
+    """Conduction loss of a bridge in which every current passes two switches [W].
 
     1.5 R I^2 with the amplitude I of a phase, 2/sqrt(3) of the DC equivalent (three half bridges, sinusoidal currents).
     """
@@ -246,11 +253,11 @@ def available_voltage(amplifier: Amplifier, supply_voltage: float) -> float:
 
 
 def to_dc(current: Values, basis: CurrentBasis | str) -> Values:
-    """A printed current as that of the DC equivalent.
+    """A printed current converted to the DC equivalent.
 
     Args:
-        current: In the printed basis [A].
-        basis: What the printed ampere is: ``dc``, ``rms`` or ``peak``.
+        current: Current in the printed basis [A].
+        basis: Convention of the printed current: ``dc``, ``rms`` or ``peak``.
 
     Returns:
         DC-equivalent current [A].
@@ -262,11 +269,11 @@ def to_dc(current: Values, basis: CurrentBasis | str) -> Values:
 
 
 def from_dc(current: Values, basis: CurrentBasis | str) -> Values:
-    """A DC-equivalent current in another basis, as an amplifier's settings may want it.
+    """A DC-equivalent current converted to another basis, as the settings of an amplifier may require.
 
     Args:
-        current: DC equivalent [A].
-        basis: What the wanted ampere is: ``dc``, ``rms`` or ``peak``.
+        current: DC-equivalent current [A].
+        basis: Convention of the result: ``dc``, ``rms`` or ``peak``.
 
     Returns:
         Current in that basis [A].
@@ -278,12 +285,14 @@ def from_dc(current: Values, basis: CurrentBasis | str) -> Values:
 
 
 def torque_constant_to_dc(constant: Values, basis: CurrentBasis | str) -> Values:
-    """A printed torque constant as that of the DC equivalent: the inverse of the conversion of currents."""
+    """A printed torque constant converted to that of the DC equivalent, which is the inverse of the conversion of
+    currents.
+    """
     return constant / _dc_amperes(basis)
 
 
 def line_to_line(phase_value: Values) -> Values:
-    """The resistance or inductance between two terminals of a star: that of two phases in series."""
+    """Resistance or inductance between two terminals of a star connection: that of two phases in series."""
     return 2.0 * phase_value
 
 
@@ -292,14 +301,14 @@ def _dc_amperes(basis: CurrentBasis | str) -> float:
     return _DC_AMPERES[member_of(CurrentBasis, basis, "current basis", "must be dc, rms or peak")]
 
 
-# How long an amplifier can supply more than its continuous current: i2t with a peak time, or one time constant.
+# Overload above the continuous current: i2t with a peak time, or a model with one time constant.
 #
-# Both are periodic steady states: the answer holds for a cycle that repeats for ever.
+# Both are periodic steady states: the result is valid for a cycle that is repeated endlessly.
 
 
 @law
 def overload_room(amplifier: Any) -> Any:
-    """Where the overload trips: 1 of the first-order model, else ((I_p/I_c)^2 - 1) t_p [s]."""
+    """Overload at which the amplifier trips: 1 in the first-order model, else ((I_p/I_c)^2 - 1) t_p [s]."""
     if known(amplifier.thermal_time_constant):
         return 1.0
     return ((amplifier.peak_current / amplifier.continuous_current) ** 2 - 1.0) * amplifier.peak_time
@@ -307,18 +316,22 @@ def overload_room(amplifier: Any) -> Any:
 
 @law
 def overload_after(amplifier: Any, held: Any, square: Any, step: Any) -> Any:
-    """The overload after a step [s]; ``square``: squared current over the squared continuous current. [-] or [s]."""
+    """Overload after a step [s]; ``held``: overload before it, ``square``: squared current over squared continuous
+    current [-].
+    """
     constant = amplifier.thermal_time_constant
     if known(constant):
         left = math.exp(-step / constant)
         return left * held + (1.0 - left) * square
     grown = held + (square - 1.0) * step
-    return 0.5 * (grown + abs(grown))  # never below zero
+    return 0.5 * (grown + abs(grown))  # not below zero
 
 
 @law
 def overload_allows(amplifier: Any, held: Any, step: Any) -> Any:
-    """Squared current over the continuous one's that just fills the overload in a step [s]; 1 where it is full."""
+    """Squared current over squared continuous current at which the overload reaches its limit in a step [s]; 1 if it
+    has reached it.
+    """
     constant = amplifier.thermal_time_constant
     if known(constant):
         left = math.exp(-step / constant)
@@ -328,23 +341,23 @@ def overload_allows(amplifier: Any, held: Any, step: Any) -> Any:
 
 @law(fastmath=FAST)
 def mean_square_after(series: Any, t: Any) -> Any:
-    """Mean square of a series from a sample to the next one; the last sample is held."""
+    """Mean square of a series between a sample and the next one; the last sample is held."""
     return mean_square(series[t], series[min(t + 1, len(series) - 1)])
 
 
 @law
 def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
-    """The largest share of its overload that an amplifier uses up in a cycle; above 1 it trips or folds back.
+    """Largest utilisation of an amplifier's overload in a cycle; above 1 it trips or folds back.
 
-    Of a current that is a series times a scale [A], linear between samples, each a step [s] before the next. With a
-    peak time the integral of I^2 - I_c^2, never below zero, is held against (I_p^2 - I_c^2) t_p; with a time constant
-    the first-order mean of I^2 against I_c^2: the i2t monitor of servo drives, E' = I^2 - I_c^2 and
-    theta' = (I^2/I_c^2 - theta)/tau.
+    The current is a series times a scale [A], linear between samples, and each sample is a step [s] before the next.
+    With a peak time the integral of I^2 - I_c^2, never below zero, is compared with (I_p^2 - I_c^2) t_p; with a time
+    constant the first-order mean of I^2 is compared with I_c^2. This is the i2t monitor of servo drives: E' = I^2 -
+    I_c^2 and theta' = (I^2/I_c^2 - theta)/tau.
     """
     over, constant = (scale / amplifier.continuous_current) ** 2, amplifier.thermal_time_constant
     total, length, largest = squares_of(series, over, step)
     most, held = 0.0, 0.0
-    if known(constant):  # of the affine map of a round, the state that it leaves as it was
+    if known(constant):  # the state that the affine map of a cycle leaves unchanged
         for t in range(len(step)):
             held = overload_after(amplifier, held, over * mean_square_after(series, t), step[t])
         held = held / -math.expm1(-length / constant)
@@ -358,7 +371,7 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
     if total > length * (1.0 + 1e-12):
         return math.inf
     room = overload_room(amplifier)
-    for first in (True, False):  # from empty; what is left at the end of the first round is that of every one after it
+    for first in (True, False):  # starting from empty; the state after the first cycle is that after every cycle
         if first or held > 0.0:
             for t in range(len(step)):
                 held = overload_after(amplifier, held, over * mean_square_after(series, t), step[t])
@@ -370,7 +383,9 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
 
 @law(fastmath=FAST)
 def squares_of(series: Any, over: Any, step: Any) -> Any:
-    """The integral of a factor times the square of a series, linear over each step [s], its length and largest."""
+    """Integral of a factor times the square of a series that is linear over each step [s], total length [s] and largest
+    value.
+    """
     total, length, largest = 0.0, 0.0, 0.0
     for t in range(len(step)):
         square = over * mean_square_after(series, t)
@@ -380,25 +395,27 @@ def squares_of(series: Any, over: Any, step: Any) -> Any:
     return total, length, largest
 
 
-# The bus behind all amplifiers: what drives feed back lifts its voltage until a brake resistor burns the rest.
+# Bus behind all amplifiers: regenerated energy raises its voltage until a brake resistor dissipates the rest.
 
 
-ROUNDS = 1000  # of the cycle, until its bus comes back to where it was
-GROWN = 1e-9  # of the energy: a round that adds less comes back
+ROUNDS = 1000  # largest number of cycles until the bus returns to its initial energy
+GROWN = 1e-9  # relative gain of energy in a cycle below which it counts as returned
 
 
 class BusStep(NamedTuple):
-    """After a step."""
+    """Result of one step of a bus."""
 
-    energy: float  # in the capacitor [J]
-    # what the source gave and the resistor took [J]
+    energy: float  # energy in the capacitor [J]
+    # Energy supplied by the source, and dissipated by the resistor [J].
     fed: float
     burnt: float
 
 
 @law
 def bus_step(energy: Any, drawn: Any, full: Any, most: Any, feedable: Any, burnable: Any) -> Any:
-    """Energy of a bus after a step: the source fills it up, the resistor cuts off what is above its start [J]."""
+    """Energy of a bus after a step: the source keeps it at ``full`` at least, the resistor dissipates what exceeds its
+    threshold [J].
+    """
     left = energy - drawn
     fed = min(max(full - left, 0.0), feedable)
     burnt = min(max(left + fed - most, 0.0), burnable)
@@ -406,20 +423,20 @@ def bus_step(energy: Any, drawn: Any, full: Any, most: Any, feedable: Any, burna
 
 
 class BusPeak(NamedTuple):
-    """Of a cycle that repeats for ever."""
+    """Bus voltage over a cycle that is repeated endlessly."""
 
-    voltage: float  # highest [V]; infinite where every round leaves more than it found
-    sample: int  # after which it is reached
-    burnt: float  # mean power of the resistor [W]
+    voltage: float  # highest voltage [V]; infinite if every cycle adds energy
+    sample: int  # sample after which the highest voltage is reached
+    burnt: float  # mean power of the brake resistor [W]
 
 
 @kernel
 def bus_peak(
     voltage: float, capacity: float, threshold: float, resistance: float, time: Array, power: Array
 ) -> BusPeak:
-    """Highest voltage of a bus behind a source that can give any power and takes nothing back.
+    """Highest voltage of a bus whose source can supply any power and accepts none.
 
-    V2 = sqrt(V1^2 + 2 E/C) with all that was fed back since the bus was last at V1; power is straight between samples.
+    V2 = sqrt(V1^2 + 2 E/C), E the energy fed back since the bus was last at V1; the power is linear between samples.
     """
     full, most = 0.5 * capacity * voltage * voltage, 0.5 * capacity * threshold * threshold
     energy, highest, sample, burnt, before = full, full, 0, 0.0, full

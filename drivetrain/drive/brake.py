@@ -1,4 +1,4 @@
-"""The holding brake: its sheet in SI, what it must hold, and what a stop turns into heat in it."""
+"""The holding brake: data sheet in SI, holding torque, and heat of a stop."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ class Brake:
 
     Attributes:
         key: Unique name in the catalogue.
-        torque_side: Where the torque acts: ``motor``, before the gear, or ``output``.
+        torque_side: Side on which the torque acts: ``motor``, before the gear, or ``output``.
         maker, series, part_number: As printed.
-        kind: ``spring`` or ``permanent_magnet``; empty: not said.
-        static_torque: That it holds at rest, on its side [N m].
-        voltage: Of the coil [V].
-        power, current: That keep it open [W], [A].
-        inertia: That it adds to the shaft it sits on [kg m^2].
-        mass: [kg].
-        release_time, engage_time: From switching the coil on or off [s].
-        energy_per_stop, energy_per_hour: That one stop, and all stops of an hour, may turn into heat [J].
-        backlash: Of its hub, total, on its side [rad].
+        kind: ``spring`` or ``permanent_magnet``; empty: not stated.
+        static_torque: Static holding torque, on the brake's side [N m].
+        voltage: Coil voltage [V].
+        power, current: Power and current that keep the brake open [W], [A].
+        inertia: Inertia that the brake adds to its shaft [kg m^2].
+        mass: Mass [kg].
+        release_time, engage_time: Time from switching the coil on until the brake is open, and from switching it off
+            until it acts [s].
+        energy_per_stop, energy_per_hour: Largest heat of one stop, and of all stops of an hour [J].
+        backlash: Total backlash of the hub, on the brake's side [rad].
         price: In the user's currency; empty in the shipped catalogue.
         source: File and row, sheet, edition: what a report prints.
     """
@@ -73,24 +74,26 @@ class Brake:
 
 
 LEAST_ENERGY = 26.0
-"""That a stop may turn into heat over static torque [J/(N m)], at least: 26.7 to 104 in the three shipped brakes that
-print both."""
+"""Smallest permitted heat of a stop over static torque [J/(N m)]: 26.7 to 104 in the three shipped brakes that print
+both.
+"""
 
 NO_BRAKE = Brake("", "motor")
-"""Of a motor without one."""
+"""The brake of a motor without a brake."""
 
 
 @law
 def holding_torque(gear_torque: Any, ratio: Any) -> Any:
-    """Torque at the motor's shaft that holds one at the gear's output, without help of the mesh [N m]."""
+    """Torque at the motor's shaft that holds a torque at the gear's output, without help of the mesh [N m]."""
     return abs(gear_torque / ratio)
 
 
 @law
 def stopping_energy(torque: Any, load: Any, inertia: Any, speed: Any) -> Any:
-    """What a stop turns into heat in a brake while the load drives on [J]: J w^2/2 T/(T - T_load); all at its shaft.
+    """Heat in a brake after a stop while the load drives on, J w^2/2 T/(T - T_load) [J]; all values at the brake's
+    shaft.
 
-    The load's work up to the standstill is that torque over the same angle; losses of the gear, which help, are left
-    out. Infinite where the brake does not stop the load.
+    The load's work until standstill is its torque times the same angle; gear losses, which help, are neglected.
+    Infinite if the brake does not stop the load.
     """
     return math.inf if torque <= load else 0.5 * inertia * speed * speed * torque / (torque - load)

@@ -1,4 +1,4 @@
-"""Torques that a joint's angle alone decides: springs and gas springs on levers, weights, biases."""
+"""Torques that depend only on a joint's angle: springs and gas springs on levers, weights, bias torques."""
 
 from __future__ import annotations
 
@@ -31,27 +31,28 @@ _RANGES = {
 
 @dataclass(frozen=True)
 class Counterbalance:
-    """A torque on a turning joint's link that depends on the joint's angle alone: it takes no energy over a cycle.
+    """A torque on the link of a revolute joint that depends on the joint's angle only, so its energy over a cycle is
+    zero.
 
-    A spring, a gas spring or both stretch between a point of the link before the joint and one of the link behind it; a
-    ``torque`` stays the same (a bias, a weight on a drum), ``torques`` follow the angle (a bias of cables and hoses).
+    A spring, a gas spring or both act between a point of the link before the joint and a point of the link behind it.
+    ``torque`` is constant (a bias, a weight on a drum); ``torques`` depend on the angle (cables and hoses).
 
     Attributes:
-        stiffness: Of the spring [N/m].
-        free_length: At which it does not pull [m]; shorter it pushes.
-        gas_force: With which a gas spring pushes while it is extended [N].
-        extended_length: Of the gas spring [m].
-        stroke: By which it can be pushed together [m].
-        progression: Its force pushed together over that extended [-].
-        exponent: Of its gas: 1 while heat has time to leave, 1.4 where it has none [-].
-        lever_carrier, lever_link: From the joint's axis to the two points, across it [m].
-        dead_centre: Angle of the joint at which both points lie on one side of the axis in line, nearest [rad].
-        torque: On the link, positive along the axis [N m].
-        angles: Of the joint, rising [rad].
-        torques: On the link at these [N m], on straight lines between; beyond the ends they stay.
-        mass: That counts as a point [kg].
-        moves: Whether that point moves with the link behind the joint.
-        com: Where that point is from the joint's, base axes, all joints at zero [m].
+        stiffness: Stiffness of the spring [N/m].
+        free_length: Length of the unloaded spring [m]; below it the spring pushes.
+        gas_force: Force of an extended gas spring [N].
+        extended_length: Length of the extended gas spring [m].
+        stroke: Stroke of the gas spring [m].
+        progression: Force of the compressed gas spring over that of the extended one [-].
+        exponent: Polytropic exponent of the gas: 1 for slow, isothermal motion, 1.4 for fast, adiabatic motion [-].
+        lever_carrier, lever_link: Distances of the two points from the joint's axis, across it [m].
+        dead_centre: Joint angle at which both points lie on one line with the axis, on the same side of it [rad].
+        torque: Constant torque on the link, positive along the axis [N m].
+        angles: Joint angles of ``torques``, rising [rad].
+        torques: Torques on the link at these angles [N m], linear between them and constant beyond their ends.
+        mass: Mass of the device, which counts as a point mass [kg].
+        moves: Whether the point mass moves with the link behind the joint.
+        com: Position of the point mass relative to the joint, in base axes with all joints at zero [m].
     """
 
     stiffness: float = 0.0
@@ -93,17 +94,17 @@ class Counterbalance:
 
 @law
 def span_length(balance: Any, angle: Any) -> Any:
-    """Between the two points of a spring [m]: a^2 + b^2 - 2 a b cos(q - q0), its root."""
+    """Distance between the two points of a spring, sqrt(a^2 + b^2 - 2 a b cos(q - q0)) [m]."""
     a, b = balance.lever_carrier, balance.lever_link
     return np.sqrt(a * a + b * b - 2.0 * a * b * np.cos(angle - balance.dead_centre))
 
 
 @law
 def gas_spring_force(balance: Any, length: Any) -> Any:
-    """With which a gas spring pushes, F1 (V1 / V)^n [N]: the volume falls by the rod's section times the way s.
+    """Force of a gas spring, F1 (V1 / V)^n [N]; the volume decreases by the rod's cross-section times the travel s.
 
-    The gas law p V^n constant, its pressure on the rod's section; the atmosphere and friction left out. With V2/V1 =
-    x^(-1/n) at the full stroke: F1 (1 - s/stroke (1 - x^(-1/n)))^(-n).
+    Gas law p V^n = constant, with the pressure acting on the rod's cross-section; atmospheric pressure and friction are
+    neglected. With V2/V1 = x^(-1/n) at full stroke: F1 (1 - s/stroke (1 - x^(-1/n)))^(-n).
     """
     way = (balance.extended_length - length) / balance.stroke
     return balance.gas_force * (1.0 - way * (1.0 - balance.progression ** (-1.0 / balance.exponent))) ** (
@@ -113,9 +114,9 @@ def gas_spring_force(balance: Any, length: Any) -> Any:
 
 @law
 def lever_torque(balance: Any, angle: Any) -> Any:
-    """Of springs on their levers and of the constant torque, on the link, positive along the axis [N m].
+    """Torque of springs on levers and of the constant torque, on the link, positive along the axis [N m].
 
-    The pull times a b sin(q - q0) / l, by which the length grows a radian.
+    The spring force times a b sin(q - q0) / l, the change of its length per radian.
     """
     torque = balance.torque + 0.0 * angle
     if balance.lever_carrier * balance.lever_link > 0.0:
@@ -127,14 +128,14 @@ def lever_torque(balance: Any, angle: Any) -> Any:
 
 
 def counterbalance_torque(balances: Sequence[Counterbalance], angle: Array) -> Array:
-    """What counterbalances do to the link behind a joint.
+    """Torque of counterbalances on the link behind a joint.
 
     Args:
-        balances: All of the joint.
-        angle: Of the joint [rad], any shape.
+        balances: All counterbalances of the joint.
+        angle: Angle of the joint [rad], any shape.
 
     Returns:
-        Positive along the joint's axis [N m], the shape of ``angle``.
+        Torque, positive along the joint's axis [N m], the shape of ``angle``.
     """
     torque = np.zeros(np.shape(angle))
     for one in balances:

@@ -1,4 +1,4 @@
-"""A drive: a motor, its gear, and the friction that neither sheet holds; its torque."""
+"""A drive: motor, gear and stated friction; the motor torque that a motion requires."""
 
 from __future__ import annotations
 
@@ -37,14 +37,15 @@ STANDSTILL = 1e-9  # share of the largest speed below which a sample is at rest:
 
 @dataclass(frozen=True)
 class Drive:
-    """What moves one joint.
+    """Motor and gear of one joint, with friction that neither data sheet gives.
 
     Attributes:
-        motor: With every unknown that a check needs either filled by a stated assumption or left None.
+        motor: Data sheet; values that a check needs are either filled by a stated assumption or None.
         gear: A direct drive has a gear of kind ``ideal`` with ratio 1 and efficiency 1.
         joint_friction: At the gear's output shaft, outside the mesh (joint bearings, seals, cables).
-        motor_friction: At the motor shaft, replacing what the motor's no-load data imply; None: from the sheet.
-        assumptions: What was assumed where a data sheet gives no value, in words, with the source of the assumption.
+        motor_friction: Friction at the motor shaft, which replaces that of the motor's no-load data; None: from the
+            data sheet.
+        assumptions: Remarks on the values that were assumed for lack of data, with the source of each assumption.
     """
 
     motor: Motor
@@ -60,16 +61,16 @@ class Drive:
 
 @dataclass(frozen=True, eq=False)
 class MotorTorque:
-    """The electromagnetic torque a motion asks of the motor and its parts, each (N,) [N m].
+    """Electromagnetic torque that a motion requires of the motor, and its components, each (N,) [N m].
 
     Attributes:
-        total: Mesh, rotor and friction together; at rest according to ``Gear.holding``, but where the joint is setting
-            off or stopping, the torque of that motion.
-        mesh: Through the mesh to load and joint friction, mesh loss included.
-        rotor: That accelerates rotor and gear input; it does not cross the mesh.
-        friction: That overcomes motor friction and the gear's drag; 0 at rest, where they help.
-        starting: ``total`` while moving; at rest the torque to start against the load, breakaway included, or
-            ``total`` where that is larger: what a peak check must hold against its limits.
+        total: Sum of mesh, rotor and friction torque. At rest it is that of ``Gear.holding``; where the joint starts or
+            stops, it is that of the motion.
+        mesh: Torque through the mesh for load and joint friction, mesh loss included.
+        rotor: Torque that accelerates rotor and gear input; it does not cross the mesh.
+        friction: Torque for motor friction and gear drag; 0 at rest.
+        starting: Torque for peak checks: ``total`` while moving; at rest the breakaway torque against the load, or
+            ``total`` where that is larger.
     """
 
     total: Array
@@ -80,19 +81,21 @@ class MotorTorque:
 
 
 def shaft_friction(drive: Drive) -> Friction:
-    """The friction at the motor shaft: as stated for the drive, else from the motor's no-load data."""
+    """Friction at the motor shaft [N m]: as stated for the drive, else from the motor's no-load data."""
     if drive.motor_friction is not None:
         return drive.motor_friction
     return no_load_friction(drive.motor) or FRICTIONLESS
 
 
 def drive_inertia(drive: Drive) -> float:
-    """Inertia that turns with the motor shaft: rotor and gear input."""
+    """Inertia at the motor shaft: rotor and gear input [kg m^2]."""
     return (drive.motor.rotor_inertia or 0.0) + (drive.gear.inertia or 0.0)
 
 
 def unstaged_inertia(drive: Drive) -> float:
-    """The same without the stages behind the gear, which the gear's ratio reduces as it does the load's inertia."""
+    """Inertia at the motor shaft without the stages behind the gear [kg m^2]; the gear's ratio reduces theirs as it
+    does the load's.
+    """
     return drive_inertia(drive) - (0.0 if drive.gear.inertia is None else drive.gear.stage_inertia)
 
 
@@ -106,16 +109,18 @@ WITH_SIZE = {
     "energy_per_stop", "energy_per_hour", "continuous_current", "standby_power", "stiffness",
     "gas_force", "torque", "stage_mass",
 }  # fmt: skip
-"""Of what two motors, gears, brakes, amplifiers, frictions or counterbalances side by side have twice of one's."""
+"""Fields whose value doubles when two parts work in parallel, of motors, gears, brakes, amplifiers, frictions or
+counterbalances.
+"""
 AGAINST_SIZE = {
     "resistance", "inductance", "inductance_allowance", "resistance_winding_housing", "resistance_housing_ambient",
     "resistance_winding_ambient", "on_resistance",
 }  # fmt: skip
-"""Of what they have half: windings and ways of the heat in parallel."""
+"""Fields whose value is halved: electrical and thermal resistances in parallel."""
 
 
 def times_as_large(part: Any, times: float) -> Any:
-    """So many of a part side by side, with the same motion, as one: its speeds, voltages and lengths stay."""
+    """Several equal parts that work in parallel with the same motion, as one part; speeds, voltages, lengths stay."""
     scale = dict.fromkeys(WITH_SIZE, times) | dict.fromkeys(AGAINST_SIZE, 1.0 / times)
     named = [(one.name, getattr(part, one.name)) for one in fields(part) if one.name in scale]
     return replace(part, **{name: scale[name] * value for name, value in named if value is not None})
@@ -129,7 +134,9 @@ def rotor_torque(inertia: Any, ratio: Any, acceleration: Any, carrier_accelerati
 
 @law
 def starting_torque(mesh: Any, shaft: Any, joint: Any, gear_torque: Any, way: Any) -> Any:
-    """Motor torque that breaks a resting joint loose, against its load or else in a direction, without the rotor's."""
+    """Motor torque that breaks a resting joint loose against its load, or without load in the direction ``way`` [N m];
+    the rotor's acceleration is not included.
+    """
     way = direction(gear_torque) + (gear_torque == 0.0) * direction(way)
     turning = direction(mesh.ratio) * way
     pushed = gear_torque + breakaway_friction(joint, way)
@@ -147,18 +154,18 @@ def motor_torque(
     parts: Sequence[slice] = (),
     gear_temperature: float = DRAG_REFERENCE,
 ) -> MotorTorque:
-    """The motor torque that a motion asks for, losses by direction of power, rotor term outside the mesh.
+    """The motor torque that a motion requires: mesh loss by direction of power, rotor acceleration outside the mesh.
 
     Args:
         drive: Motor, gear and frictions.
-        gear_torque: At the gear's output on the link, joint friction not in it [N m], (N,), in order of time.
+        gear_torque: Torque at the gear's output on the link, without joint friction [N m], (N,), in order of time.
         speed: Of the gear's output [rad/s], (N,).
         acceleration: Of the gear's output [rad/s^2], (N,).
         carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
-        standstill: True where the joint is at rest, (N,); None: where the speed is only rounding error of the largest
-            one.
-        parts: Samples that repeat by themselves, one slice each; empty: all together.
-        gear_temperature: At which its drag is taken [C].
+        standstill: True where the joint is at rest, (N,); None: where the speed is zero to rounding of the largest
+            speed.
+        parts: Slices of the samples that each repeat on their own; empty: all samples form one cycle.
+        gear_temperature: Gear temperature at which its drag is evaluated [C].
 
     Returns:
         The torque and its parts.
@@ -183,23 +190,23 @@ def motor_torque(
 
 
 def resting(speed: Array) -> Array:
-    """Where a motion is at rest."""
+    """Samples at which a motion is at rest, up to rounding of the largest speed."""
     magnitude = np.abs(speed)
     return np.asarray(magnitude <= STANDSTILL * np.max(magnitude, initial=0.0))
 
 
 def rolled(values: Array, places: int, parts: Sequence[slice] = ()) -> Array:
-    """Values moved along samples that repeat: what leaves at one end comes in at the other."""
+    """Values shifted cyclically by some samples; with ``parts`` each part is a cycle of its own."""
     if len(parts) <= 1:
         return np.roll(values, places)
     return np.concatenate([np.roll(values[part], places) for part in parts])
 
 
 def loss_speed(speed: Array, acceleration: Array, at_rest: Array, *, parts: Sequence[slice] = ()) -> Array:
-    """The speed whose direction decides the losses.
+    """The speed whose sign determines the losses.
 
-    At the instant at which a motion begins or ends it is that motion's way, too slow to matter: a joint that
-    accelerates from rest already drives its mesh and its friction, and a command without them would not move it.
+    Where a motion starts or ends it is a negligible speed in the direction of that motion: a joint that accelerates
+    from rest already works against mesh loss and friction, and a torque without them would not move it.
     """
     tiny = STANDSTILL * float(np.max(np.abs(speed), initial=0.0))
     way = np.where(at_rest, 0.0, np.sign(speed))
@@ -211,10 +218,11 @@ def loss_speed(speed: Array, acceleration: Array, at_rest: Array, *, parts: Sequ
 def book_current(
     drive: Drive, gear_torque: Array, acceleration: Array, carrier_acceleration: Array, magnet_temperature: float
 ) -> Array:
-    """The current of the book's formula, for comparison only: it divides by the efficiency whatever the direction.
+    """The current of the book's formula, for comparison only: it divides by the efficiency regardless of the direction
+    of power.
 
-    It is wrong in two ways that do not cancel: power that flows back is divided where it should be multiplied, and
-    the rotor term is divided although it never crosses the mesh.
+    It has two errors that do not cancel: power from the load should be multiplied by the efficiency, and the torque
+    that accelerates the rotor does not cross the mesh.
 
     Args:
         drive: Motor and gear; friction is not in the formula.

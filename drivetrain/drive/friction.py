@@ -36,17 +36,19 @@ class Friction:
     (d) ``static`` above ``coulomb``; (e) the same with ``viscous``; (f) the same with ``stribeck_speed``.
 
     Attributes:
-        coulomb: Speed-independent [N m].
-        coulomb_negative: The same at negative speed [N m], given as a positive number.
-        viscous: [N m s/rad].
-        viscous_negative: The same at negative speed [N m s/rad].
-        static: Breakaway torque in both directions [N m]; None: equal to coulomb.
-        stribeck_speed: Where the static excess has dropped to 1/e [rad/s]; None: it is gone at any speed.
-        stribeck_exponent: Shape of that fall.
-        tanh_speed: Where Coulomb's torque rises with the speed w as tanh(w/w_s), w_s [rad/s]; None: at once. It holds
-            at rest all the same. A sigmoid 2/(1 + exp(-w/w_s)) - 1 is tanh(w/(2 w_s)): twice its speed.
-        load_share: Friction over load of the joint: so much of all that it carries, Coulomb's torque among it, comes on
-            top, against the motion.
+        coulomb: Coulomb torque, independent of speed [N m].
+        coulomb_negative: Coulomb torque at negative speed [N m], given as a positive number.
+        viscous: Viscous coefficient [N m s/rad].
+        viscous_negative: Viscous coefficient at negative speed [N m s/rad].
+        static: Breakaway torque in both directions [N m]; None: equal to the Coulomb torque.
+        stribeck_speed: Speed at which the static excess has dropped to 1/e [rad/s]; None: it vanishes as soon as the
+            shaft moves.
+        stribeck_exponent: Exponent of that drop over speed.
+        tanh_speed: Speed w_s of a Coulomb torque that rises as tanh(w/w_s) [rad/s]; None: full torque at any speed. At
+            rest the full torque can still hold. The sigmoid 2/(1 + exp(-w/w_s)) - 1 equals tanh(w/(2 w_s)), so its w_s
+            counts twice here.
+        load_share: Load-dependent friction over the joint's load: this share of all torque that the joint transmits,
+            Coulomb torque included, acts in addition, against the motion.
     """
 
     coulomb: Torque = 0.0
@@ -84,10 +86,10 @@ def book_curves(static: float, kinetic: float, viscous: float, stribeck_speed: f
     """The six laws of figure 8.13 from one set of numbers, by the figure's letters.
 
     Args:
-        static: Torque that starts the motion [N m]; in (b) and (c) it also slides.
+        static: Breakaway torque [N m]; in (b) and (c) also the sliding torque.
         kinetic: Torque of (d) to (f) while sliding, without its viscous part [N m]; smaller than ``static``.
-        viscous: [N m s/rad].
-        stribeck_speed: Of (f), where the static excess has dropped to 1/e [rad/s].
+        viscous: Viscous coefficient [N m s/rad].
+        stribeck_speed: Speed in (f) at which the static excess has dropped to 1/e [rad/s].
 
     Returns:
         (a) viscous; (b) Coulomb; (c) static plus viscous; (d) static and kinetic; (e) static, kinetic and viscous;
@@ -113,26 +115,26 @@ def book_curves(static: float, kinetic: float, viscous: float, stribeck_speed: f
 class FrictionCurve(NamedTuple):
     """A friction law with explicit values for both directions."""
 
-    # Coulomb torque [N m]
+    # Coulomb torque [N m].
     forward: float
     backward: float
-    # [N m s/rad]
+    # Viscous coefficients [N m s/rad].
     viscous_forward: float
     viscous_backward: float
-    # breakaway torque [N m]
+    # Breakaway torques [N m].
     static_forward: float
     static_backward: float
-    # whether friction falls from its static torque over a range of speed (Stribeck), or rises smoothly (tanh)
+    # Whether friction falls from its static torque over a range of speed (Stribeck) or rises smoothly (tanh).
     falls: bool
-    # of that fall [rad/s], [-]
+    # Speed and exponent of that fall [rad/s], [-].
     stribeck_speed: float
     stribeck_exponent: float
-    tanh_speed: float  # of that rise [rad/s]; 0: it rises at once
+    tanh_speed: float  # speed of that rise [rad/s]; 0: full torque at any speed
 
 
 @law
 def direction(value: Any) -> Any:
-    """1, 0 or -1."""
+    """Sign of a value: 1, 0 or -1."""
     return 1.0 * (value > 0.0) - 1.0 * (value < 0.0)
 
 
@@ -152,7 +154,8 @@ def friction_curve(friction: Any) -> Any:
 
 @law
 def sliding_friction(curve: Any, speed: Any) -> Any:
-    """tau_c + b |w|, of the sign of the speed, 0 at rest [N m]; ``static_excess`` comes on top where friction falls.
+    """tau_c + b |w| with the sign of the speed, 0 at rest [N m]; ``static_excess`` is added where friction falls or
+    rises smoothly.
 
     Modern Robotics, figure 8.13 (a) to (e).
     """
@@ -163,7 +166,9 @@ def sliding_friction(curve: Any, speed: Any) -> Any:
 
 @law
 def smooth_lack(curve: Any, speed: Any) -> Any:
-    """tau_c tanh(|w|/w_s) - tau_c = -tau_c 2 e/(1 + e), e = exp(-2 |w|/w_s), of the sign of the speed [N m]."""
+    """Coulomb torque of a smooth law minus the full one, tau_c tanh(|w|/w_s) - tau_c = -tau_c 2 e/(1 + e), e = exp(-2
+    |w|/w_s), with the sign of the speed [N m].
+    """
     fall = np.exp(-2.0 * abs(speed) / curve.tanh_speed)
     coulomb = curve.forward * (speed > 0.0) - curve.backward * (speed < 0.0)
     return -coulomb * 2.0 * fall / (1.0 + fall)
@@ -171,21 +176,22 @@ def smooth_lack(curve: Any, speed: Any) -> Any:
 
 @law
 def static_excess(curve: Any, speed: Any) -> Any:
-    """(tau_s - tau_c) exp(-(|w|/w_s)^g), of the sign of the speed [N m]. Modern Robotics, figure 8.13 (f).
+    """(tau_s - tau_c) exp(-(|w|/w_s)^g) with the sign of the speed [N m]. Modern Robotics, figure 8.13 (f).
 
-    Of a smooth law what that lacks.
+    For a smooth law it is ``smooth_lack``.
     """
     if curve.tanh_speed > 0.0:
         return smooth_lack(curve, speed)
     ahead, behind = 1.0 * (speed > 0.0), 1.0 * (speed < 0.0)
     excess = (curve.static_forward - curve.forward) * ahead - (curve.static_backward - curve.backward) * behind
     share, exponent = abs(speed) / curve.stribeck_speed, curve.stribeck_exponent
-    return excess * np.exp(-(share * share if exponent == 2.0 else share**exponent))  # the usual one costs no power
+    # the usual exponent needs no power function
+    return excess * np.exp(-(share * share if exponent == 2.0 else share**exponent))
 
 
 @law
 def tanh_slope(curve: Any, speed: Any) -> Any:
-    """By which a smooth law grows with speed, without its viscous part [N m s/rad]."""
+    """Slope of a smooth law over speed, without its viscous part [N m s/rad]."""
     fall = np.exp(-2.0 * abs(speed) / curve.tanh_speed)
     coulomb = curve.forward if speed >= 0.0 else curve.backward
     return coulomb / curve.tanh_speed * 4.0 * fall / (1.0 + fall) ** 2
@@ -193,40 +199,42 @@ def tanh_slope(curve: Any, speed: Any) -> Any:
 
 @law
 def friction_at(curve: Any, speed: Any) -> Any:
-    """Of a shaft that turns, all of it, of the sign of the speed, 0 at rest [N m]."""
+    """Friction torque of a turning shaft with the sign of the speed, 0 at rest [N m]."""
     sliding = sliding_friction(curve, speed)
     return sliding + static_excess(curve, speed) if curve.falls else sliding
 
 
 @law
 def breakaway_friction(curve: Any, way: Any) -> Any:
-    """What holds before the shaft starts in a direction, of its sign [N m]; 0 without one. Figure 8.13 (b) to (f)."""
+    """Largest friction torque at rest against a motion in a direction, with its sign [N m]; 0 for no direction. Figure
+    8.13 (b) to (f).
+    """
     return curve.static_forward * (way > 0.0) - curve.static_backward * (way < 0.0)
 
 
 def friction_torque(friction: Friction, speed: Array) -> Array:
-    """The torque that sliding friction takes from the shaft: of the sign of the speed, 0 at exactly zero speed.
+    """Torque that sliding friction takes from the shaft, with the sign of the speed; 0 at exactly zero speed.
 
-    At rest friction is whatever holds, up to ``breakaway_torque``; which value it takes is not a matter of speed.
+    At rest friction takes any value up to ``breakaway_torque``, which the speed does not determine.
 
     Args:
-        friction: The law.
-        speed: Of the shaft [rad/s], any shape.
+        friction: Friction law.
+        speed: Speed of the shaft [rad/s], any shape.
 
     Returns:
-        Torque to be overcome [N m], the shape of ``speed``.
+        Torque that has to be overcome [N m], the shape of ``speed``.
     """
     return np.asarray(friction_at(friction_curve(friction), np.asarray(speed, dtype=np.float64)))
 
 
 def breakaway_torque(friction: Friction, direction: Array) -> Array:
-    """The torque friction can hold at rest before the shaft starts to move in a direction.
+    """Largest torque that friction can hold at rest before the shaft starts to move in a direction.
 
     Args:
-        friction: The law.
+        friction: Friction law.
         direction: Its sign is the direction of the motion that would follow, any shape; 0 gives 0.
 
     Returns:
-        Torque of the sign of the direction [N m], the shape of ``direction``.
+        Torque with the sign of the direction [N m], the shape of ``direction``.
     """
     return np.asarray(breakaway_friction(friction_curve(friction), np.asarray(direction, dtype=np.float64)))

@@ -1,4 +1,4 @@
-"""The gear: its sheet in SI, the losses of its mesh by direction of power, and its drag."""
+"""The gear: its data sheet in SI, mesh losses by direction of power, and drag."""
 
 from __future__ import annotations
 
@@ -17,10 +17,12 @@ from drivetrain.jit import law
 from drivetrain.records import as_record, known, known_or
 
 HOLDING = {"least": -1.0, "lossless": 0.0, "most": 1.0}
-"""What motor torque counts while a mesh rests under load, by its name in a study: see ``Gear.holding``."""
+"""Which motor torque counts while a mesh rests under load, by its name in a study; see ``Gear.holding``."""
 
 MOMENTARY_WAVES = 1e4
-"""Waves of a flexspline under momentary peaks that its life allows; Harmonic Drive catalogue SHG, p. 30."""
+"""Permitted number of flexspline waves under momentary peaks in the life of the gear; Harmonic Drive catalogue SHG, p.
+30.
+"""
 
 GEAR_KINDS = ("planetary", "strain_wave", "rv", "koaxdrive", "spur", "ideal")
 
@@ -59,56 +61,59 @@ class Gear:
         stages: Number of stages.
         efficiency: Power out over power in when the motor drives, at the rated torque; None: unknown (``ideal``: 1).
         backdriving_efficiency: Power out over power in when the load drives; None: that of the same mesh friction.
-        no_load_torque: Running torque at the input without load [N m]; part of the loss that ``efficiency`` counts, and
-            not taken where ``drag_torque`` is given.
-        mesh_efficiency: Power out over power in of the mesh alone, without any of the drag below; None: mesh and drag
-            are not given separately, and ``efficiency`` counts.
-        drag_torque: At the input, turning at ``drag_speed`` and 20 C, whatever the load; without seals [N m].
-        drag_speed: Of the input [rad/s].
-        drag_speed_exponent: With which the drag grows with speed; 0: it does not.
-        drag_temperature_1, drag_temperature_2: Of drag over the gear's temperature, exp(-b1 d + b2 d^2), d above 20 C
-            [1/K], [1/K^2].
-        seal_drag_torque: Of the input's seals, at any speed and temperature [N m].
-        starting_torque: At the input, that moves the unloaded gear from rest [N m]; None: what it takes to turn it.
-        loss_basis: What these seven rest on, and what of them is fitted or assumed.
-        inertia: At the input [kg m^2].
-        mass: [kg].
+        no_load_torque: Running torque at the input without load [N m]. It is part of the loss in ``efficiency``, and is
+            not used where ``drag_torque`` is given.
+        mesh_efficiency: Power out over power in of the mesh alone, without the drag below; None: mesh and drag are not
+            given separately, and ``efficiency`` is used.
+        drag_torque: Load-independent torque at the input at ``drag_speed`` and 20 C, without seals [N m].
+        drag_speed: Input speed of ``drag_torque`` [rad/s].
+        drag_speed_exponent: Exponent of the drag over speed; 0: drag does not depend on speed.
+        drag_temperature_1, drag_temperature_2: Coefficients of the drag over gear temperature, exp(-b1 d + b2 d^2), d
+            above 20 C [1/K], [1/K^2].
+        seal_drag_torque: Drag of the input's seals, at any speed and temperature [N m].
+        starting_torque: Breakaway torque of the unloaded gear at the input [N m]; None: its running drag.
+        loss_basis: Basis of the seven values above, and which of them are fitted or assumed.
+        inertia: Inertia at the input [kg m^2].
+        mass: Mass [kg].
         continuous_torque: Rated (strain wave: at rated speed; planetary: continuous) [N m].
         average_torque_limit: Limit of the average torque over the cycle [N m].
         repeated_peak_torque: Limit of the peaks of every cycle (acceleration torque, intermittent torque) [N m].
         momentary_torque: Limit of rare peaks [N m].
-        momentary_waves: Of the flexspline under such peaks in its life; None: that of the kind, where it is known.
-        ratcheting_torque: At which the teeth of a strain-wave gear skip [N m].
-        buckling_torque: At which its flexspline buckles [N m].
-        max_input_speed: Short-time [rad/s].
+        momentary_waves: Permitted flexspline waves under momentary peaks in its life; None: the value of its kind, if
+            known.
+        ratcheting_torque: Torque at which the teeth of a strain-wave gear ratchet [N m].
+        buckling_torque: Torque at which the flexspline buckles [N m].
+        max_input_speed: Largest input speed, short-time [rad/s].
         average_input_speed_limit: Limit of the mean input speed [rad/s].
         rated_speed: Input speed at which the rated torque and life hold [rad/s].
         rated_life: L10 life at rated torque and speed [s]; sheets that print a mean life L50 mean five times L10.
-        life_exponent: Of torque in the average torque and in the life; None: that of the kind.
-        stiffness_1, stiffness_2, stiffness_3: Of the three pieces [N m/rad].
-        torque_1, torque_2: Where the pieces meet [N m].
-        backlash: At the output, total [rad].
-        tilting_moment_limit: Of the output bearing [N m].
-        axial_load_limit, radial_load_limit: Of the output bearing [N].
-        bearing_dynamic_rating, bearing_static_rating: C and C0 of the output bearing [N].
-        bearing_pitch_diameter: Of its rollers or balls [m].
-        bearing_offset: From the output flange back to the bearing's centre [m].
-        max_temperature: Of the housing, for the sake of grease and seals [C].
+        life_exponent: Exponent of torque in average torque and life; None: that of the kind.
+        stiffness_1, stiffness_2, stiffness_3: Stiffness K1, K2, K3 of the three ranges of torque [N m/rad].
+        torque_1, torque_2: Torques between these ranges [N m].
+        backlash: Total backlash at the output [rad].
+        tilting_moment_limit: Largest tilting moment on the output bearing [N m].
+        axial_load_limit, radial_load_limit: Largest forces on the output bearing [N].
+        bearing_dynamic_rating, bearing_static_rating: Load ratings C and C0 of the output bearing [N].
+        bearing_pitch_diameter: Pitch diameter of the output bearing's rollers or balls [m].
+        bearing_offset: Distance from the output flange back to the bearing's centre [m].
+        max_temperature: Largest housing temperature, for grease and seals [C].
         size: The maker's size number, such as 25 for a strain-wave gear.
-        pitch_diameter: Of the toothing, for the geometric rule with frameless motors [m].
-        diameter, length: [m].
+        pitch_diameter: Pitch diameter of the toothing, for the geometric rule with frameless motors [m].
+        diameter, length: Dimensions [m].
         max_motor_shaft: Largest motor shaft diameter that fits [m].
         price: In the user's currency; empty in the shipped catalogue.
-        holding: Which of the motor torques that hold a load at rest counts: -1 the least, 0 that of a lossless mesh, 1
-            the most. Friction leaves all of them possible; which one it is depends on how the joint came to rest.
+        holding: Which of the motor torques that hold a load at rest is used: -1 the smallest, 0 that of a lossless
+            mesh, 1 the largest. With friction all torques between are possible, depending on how the joint came to
+            rest.
         source: File and row, sheet, edition: what a report prints.
-        load_friction: Of the joint that it turns, friction over load (``Friction.load_share``).
-        stage_driving, stage_driven: Torque at the gear over that behind stages, lossless, by the direction of power.
-        stage_inertia: Of stages, at the input, to be added where ``inertia`` is unknown [kg m^2].
-        stage_mass: Of stages, part of ``mass`` [kg].
+        load_friction: Load-dependent friction of the joint behind the gear over its load (``Friction.load_share``).
+        stage_driving, stage_driven: Torque before the stages over torque behind them, relative to lossless stages, when
+            the gear drives and when the load drives.
+        stage_inertia: Inertia of the stages at the input, not included in ``inertia`` where that is unknown [kg m^2].
+        stage_mass: Mass of the stages, included in ``mass`` [kg].
         stage_torque, stage_speed: Limits of the stages at the joint [N m], [rad/s]; None: unknown.
-        stage_words: What limits these.
-        staged: 1 where stages stand behind it, else 0 (``drive/stages.py``).
+        stage_words: The parts that set these two limits.
+        staged: 1 if there are stages behind the gear, else 0 (``drive/stages.py``).
     """
 
     key: str
@@ -191,46 +196,46 @@ class Gear:
 
     @property
     def direct(self) -> bool:
-        """Whether it is none: that of a direct drive, with or without stages."""
+        """Whether this is the placeholder of a direct drive, with or without stages."""
         return self.key == "" or self.key.startswith("+")
 
 
 NO_GEAR = Gear("", 1.0, kind="ideal", efficiency=1.0)
-"""What stands for the gear of a direct drive."""
+"""The gear of a direct drive."""
 
 
 class MeshFactors(NamedTuple):
-    """Motor-side torque through the mesh over the lossless one."""
+    """Motor-side torque through the mesh over that of a lossless mesh."""
 
-    driving: float  # when power flows to the load; 1 or more
-    driven: float  # when power flows from the load; 1 or less; 0 or less when the mesh locks itself
+    driving: float  # when the motor drives the load; 1 or more
+    driven: float  # when the load drives the motor; 1 or less, 0 or less for a self-locking mesh
 
 
 class Mesh(NamedTuple):
-    """A gear as the laws of torque need it; torques at the input [N m]."""
+    """The values of a gear that its torque laws need; torques at the input [N m]."""
 
     ratio: float  # motor speed over output speed
-    # as in ``MeshFactors``
+    # Torque factors as in ``MeshFactors``.
     driving: float
     driven: float
-    # at rest, of the lossless torque and on top of it, according to ``Gear.holding``
+    # At rest, according to ``Gear.holding``: factor on the lossless torque, and torque added to it.
     holding: float
     grip: float
-    drag: float  # turning at 1 rad/s of the input and 20 C, whatever the load; without seals
-    exponent: float  # with which the drag grows with speed; 0: it does not
-    # b1 and b2 of drag over temperature, see ``drag_factor`` [1/K], [1/K^2]
+    drag: float  # at an input speed of 1 rad/s and 20 C, without load and seals
+    exponent: float  # exponent of the drag over speed; 0: independent of speed
+    # Coefficients b1 and b2 of the drag over temperature, see ``drag_factor`` [1/K], [1/K^2].
     cooling: float
     bend: float
-    seal: float  # drag at any speed and temperature
-    starting: float  # that moves the unloaded gear from rest
+    seal: float  # drag of the seals, at any speed and temperature
+    starting: float  # breakaway torque of the unloaded gear
 
 
 class StandstillInterval(NamedTuple):
-    """The ends of the motor-side torques between which a mesh at rest does not move.
+    """Ends of the interval of motor-side torques at which a mesh stays at rest.
 
     Attributes:
-        hold: The end of smaller magnitude that still holds [N m]; 0 when the gear holds its load alone.
-        start: The end at which the motor starts to move the load against its torque [N m].
+        hold: Smallest magnitude that holds the load [N m]; 0 when the gear holds it without the motor.
+        start: Torque at which the motor starts to move the load against its torque [N m].
     """
 
     hold: Array
@@ -245,7 +250,9 @@ def has_drag_data(gear: Any) -> Any:
 
 @law
 def unknown_loss(gear: Any) -> Any:
-    """NaN where the sheet lacks what the gear's loss rests on, else 0; half of mesh and drag is not taken for both."""
+    """NaN where the data sheet lacks data for the gear's loss, else 0. Mesh efficiency without drag, or drag without
+    it, is not enough.
+    """
     if not has_drag_data(gear):
         return 0.0 * gear.efficiency
     speed = gear.drag_speed if gear.drag_speed_exponent > 0.0 else 0.0
@@ -255,30 +262,35 @@ def unknown_loss(gear: Any) -> Any:
 
 @law
 def onward(gear: Any) -> Any:
-    """Torque at the gear's output over that at the joint, lossless, while the motor drives: stages, load friction."""
+    """Torque at the gear's output over that at the joint, relative to lossless transmission, while the motor drives:
+    stages and load-dependent friction.
+    """
     return gear.stage_driving * (1.0 + gear.load_friction)
 
 
 @law
 def stage_load(gear: Any) -> Any:
-    """Inertia of the stages behind a gear, at the joint; the gear transmits the torque that accelerates it [kg m^2]."""
+    """Inertia of the stages behind a gear, at the joint [kg m^2]; the gear transmits the torque that accelerates it."""
     return gear.stage_inertia * gear.ratio * gear.ratio
 
 
 @law
 def mesh_of(gear: Any) -> Any:
-    """The mesh, lossless where the loss is unknown. Friction mu |N| against the motion, mu = 1/eta - 1.
+    """The mesh of a gear, lossless where the loss is unknown. The friction is mu |N| against the motion, mu = 1/eta -
+    1.
 
-    Driving it takes 1/eta of the lossless torque, driven eta_back or else 1 - mu (the same friction in both directions
-    is ASSUMED); 0 or less: self-locking. If the data sheet gives mesh and drag separately, both are used as given.
+    When the motor drives, the factor on the lossless torque is 1/eta; when the load drives, it is eta_back, or 1 - mu
+    if none is given (ASSUMED: the same friction in both directions); at 0 or less the mesh is self-locking. If the data
+    sheet gives mesh and drag separately, both are used as given.
 
-    Else the printed efficiency is that of the whole gear at its rated torque, so it already counts the no-load running
-    torque. Where the sheet gives that torque too, its share at rated torque is taken out of the mesh here, held at 1
-    where it would pass it, and the torque itself is a drag of any speed and temperature: at rated torque both together
-    are the printed loss again, at smaller torques more than the printed efficiency implies. Without a rated torque the
-    share is unknown and left in the mesh, which counts it twice rather than not at all.
+    Otherwise the printed efficiency is that of the whole gear at its rated torque, which includes the no-load running
+    torque. If the data sheet gives that torque too, its share at rated torque is removed from the mesh loss (the mesh
+    efficiency is limited to 1) and it is applied as a drag that depends on neither speed nor temperature. At rated
+    torque the sum is the printed loss; at smaller torques it is more than the printed efficiency implies. Without a
+    rated torque the share is unknown and stays in the mesh, which counts it twice.
 
-    What follows the gear, stages and friction that grows with the load, multiplies: where it locks, the gear drives.
+    The factors of stages and load-dependent friction behind the gear are multiplied; where a stage is self-locking, the
+    gear drives.
     """
     apart, knows = has_drag_data(gear), known(unknown_loss(gear))
     efficiency = (gear.mesh_efficiency if apart else gear.efficiency) if knows else 1.0
@@ -305,26 +317,28 @@ def mesh_of(gear: Any) -> Any:
 
 @law
 def mesh_slope(mesh: Any, power: Any) -> Any:
-    """Motor-side torque through the mesh over the load, by the sign of the power to the load; 0: at rest."""
+    """Motor-side torque through the mesh over the load torque, by the sign of the power to the load; 0: at rest."""
     factor = mesh.driving * (power > 0.0) + mesh.driven * (power < 0.0) + mesh.holding * (power == 0.0)
     return factor / mesh.ratio
 
 
 @law
 def mesh_torque(mesh: Any, load: Any, speed: Any) -> Any:
-    """Motor-side torque through the mesh [N m]: T/(eta G) driving, eta_back T/G driven, at rest by ``Gear.holding``."""
+    """Motor-side torque through the mesh [N m]: T/(eta G) if the motor drives, eta_back T/G if the load does, at rest
+    by ``Gear.holding``.
+    """
     power = load * speed
     slope = mesh_slope(mesh, power)
     held = abs(slope * load)
-    grip = 0.5 * (mesh.grip - held + abs(mesh.grip + held))  # no less than what makes it 0
+    grip = 0.5 * (mesh.grip - held + abs(mesh.grip + held))  # not below the value at which the torque is 0
     return slope * load + grip * direction(slope * load) * (power == 0.0)
 
 
 @law
 def resting_interval(mesh: Any, load: Any) -> Any:
-    """Motor-side torques between which a gear at rest stays so: T eta_b/G - T_s and T/(eta G) + T_s for T/G > 0.
+    """Interval of motor-side torques at which a gear stays at rest: T eta_b/G - T_s to T/(eta G) + T_s for T/G > 0.
 
-    The first is of the other sign where the gear holds its load alone.
+    The first has the opposite sign where the gear holds its load without the motor.
     """
     lossless = load / mesh.ratio
     way = direction(lossless) + (lossless == 0.0)
@@ -335,14 +349,14 @@ def resting_interval(mesh: Any, load: Any) -> Any:
 
 @law
 def wear(torque: Any, exponent: Any) -> Any:
-    """|T|^e, with the usual exponent 3 without a power function."""
+    """|T|^e; the usual exponent 3 needs no power function."""
     size = abs(torque)
     return size * size * size if exponent == 3.0 else size**exponent
 
 
 @law
 def life_of(gear: Any, average_torque: Any, mean_input_speed: Any) -> Any:
-    """L10 = L_rated (n_rated/n) (T_rated/T)^e [s], infinite where nothing turns or loads it; NaN where unknown.
+    """L10 = L_rated (n_rated/n) (T_rated/T)^e [s]; infinite without speed or load, NaN if unknown.
 
     Harmonic Drive catalogues HFUS-2A p. 19, SHG p. 30.
     """
@@ -353,17 +367,18 @@ def life_of(gear: Any, average_torque: Any, mean_input_speed: Any) -> Any:
 
 @law
 def permitted_peaks(waves: Any, ratio: Any, travel: Any) -> Any:
-    """How often a strain-wave gear may take a momentary peak during which its output turns by ``travel`` [rad].
+    """Permitted number of momentary peaks of a strain-wave gear during each of which its output turns by ``travel``
+    [rad].
 
-    N / (2 |G| travel / 2 pi), two waves of the flexspline a turn of the input; Harmonic Drive catalogue SHG, p. 30.
+    N / (2 |G| travel / 2 pi), two waves of the flexspline per turn of the input; Harmonic Drive catalogue SHG, p. 30.
     """
     turns = abs(ratio * travel) / (2.0 * math.pi)
     return math.inf if turns == 0.0 else waves / (2.0 * turns)
 
 
-# Assumed if a row gives no value: a little less than the lowest of the shipped rows that give one. Momentary over
-# repeated peak torque is 1.45 to 2.39 in 91 gears, mean over maximum input speed 0.386 to 1 in 182; the slowest are
-# printed with 3500 and 2000 rpm.
+# Assumed if a catalogue row gives no value: slightly below the lowest value of the shipped rows. Momentary over
+# repeated peak torque is 1.45 to 2.39 in 91 gears, mean over maximum input speed 0.386 to 1 in 182; the lowest printed
+# limits are 3500 and 2000 rpm.
 MOMENTARY_SHARE, MEAN_SHARE = 1.4, 0.38
 SLOWEST_INPUT, SLOWEST_MEAN = 3500.0 * math.pi / 30.0, 2000.0 * math.pi / 30.0  # rad/s
 
@@ -374,9 +389,11 @@ def least_momentary_torque(gear: Any) -> Any:
     return MOMENTARY_SHARE * known_or(gear.repeated_peak_torque, gear.continuous_torque)
 
 
-@lru_cache(maxsize=1024)  # whose ranges are looked at anew in each copy
+@lru_cache(maxsize=1024)  # because every copy is validated again
 def complete(gear: Gear) -> Gear:
-    """The gear with defaults of its kind: life exponent, momentary waves; efficiency and inertia of an ideal one."""
+    """The gear with the defaults of its kind: life exponent, momentary waves; of an ideal gear also efficiency and
+    inertia.
+    """
     if gear.kind == "strain_wave" and gear.momentary_waves is None:
         return replace(gear, life_exponent=torque_exponent(gear), momentary_waves=MOMENTARY_WAVES)
     if gear.kind != "ideal":
@@ -386,7 +403,7 @@ def complete(gear: Gear) -> Gear:
 
 
 def mesh_loss_coefficient(gear: Gear) -> float:
-    """Friction torque over transmitted torque, from the efficiency of the mesh, else the printed one."""
+    """Friction torque over transmitted torque, from the mesh efficiency or else from the printed efficiency."""
     record = as_record(complete(gear))
     if not known(unknown_loss(record)):
         hint, problem = "state an assumption for this kind of gear", "is unknown, so its losses cannot be computed"
@@ -405,7 +422,7 @@ def mesh(gear: Gear) -> Mesh:
 
 
 def mesh_factors(gear: Gear) -> MeshFactors:
-    """What the mesh alone does to a torque, in both directions of power."""
+    """Torque factors of the mesh alone, for both directions of power."""
     found = mesh(gear)
     return MeshFactors(found.driving, found.driven)
 
@@ -413,20 +430,20 @@ def mesh_factors(gear: Gear) -> MeshFactors:
 def mesh_input_torque(
     gear: Gear, output_torque: Array, output_speed: Array, *, standstill: Array | None = None
 ) -> Array:
-    """Motor-side torque that the mesh asks for; rotor and drag are not in it.
+    """Motor-side torque that the mesh requires, without rotor acceleration and drag.
 
-    Driving (torque times speed positive): T / (eta ratio). Driven: eta_back T / ratio, which turns its sign when the
-    mesh locks itself: the motor must then help the load down. At rest: T / ratio, or according to ``gear.holding`` (see
-    ``standstill_interval`` for all that holds, and for what it takes to start).
+    Motor drives (torque times speed positive): T / (eta ratio). Load drives: eta_back T / ratio, which changes sign for
+    a self-locking mesh because the motor must help to lower the load. At rest: T / ratio, or according to
+    ``gear.holding`` (``standstill_interval`` gives all torques that hold, and the one that starts the motion).
 
     Args:
-        gear: The sheet.
-        output_torque: At the gear's output, acting on the load [N m], any shape.
-        output_speed: Of the gear's output [rad/s], that shape.
-        standstill: True where the gear is at rest, that shape; None: where the speed is exactly 0.
+        gear: Data sheet.
+        output_torque: Torque at the gear's output, acting on the load [N m], any shape.
+        output_speed: Speed of the gear's output [rad/s], same shape.
+        standstill: True where the gear is at rest, same shape; None: where the speed is exactly 0.
 
     Returns:
-        [N m], that shape.
+        Motor-side torque [N m], same shape.
 
     Raises:
         InputError: The loss is unknown and the gear is not ``ideal``.
@@ -437,14 +454,14 @@ def mesh_input_torque(
 
 
 def standstill_interval(gear: Gear, output_torque: Array) -> StandstillInterval:
-    """The motor-side torques between which the gear at rest holds a load.
+    """The interval of motor-side torques at which a gear at rest holds a load.
 
     Args:
-        gear: The sheet.
-        output_torque: At the gear's output, acting on the load [N m], any shape.
+        gear: Data sheet.
+        output_torque: Torque at the gear's output, acting on the load [N m], any shape.
 
     Returns:
-        Both ends of the interval, each of that shape; the torque that moves the unloaded gear is in them.
+        Both ends of the interval [N m], each of that shape, including the breakaway torque of the unloaded gear.
 
     Raises:
         InputError: The loss is unknown and the gear is not ``ideal``.
@@ -455,7 +472,7 @@ def standstill_interval(gear: Gear, output_torque: Array) -> StandstillInterval:
 
 
 def torque_exponent(gear: Gear) -> float:
-    """The exponent with which torque wears the gear, in the average torque and in the life.
+    """Exponent of torque in the gear's average torque and life.
 
     Reference:
         Ball-bearing exponent 3 (Harmonic Drive catalogues; cubic mean torque of planetary gears), roller-bearing
@@ -467,16 +484,16 @@ def torque_exponent(gear: Gear) -> float:
 
 
 def average_torque(exponent: float, torque: Array, speed: Array, weights: Array) -> float:
-    """Average torque of a cycle as the wear sees it: rests and signs do not count.
+    """Average torque of a cycle weighted by wear; rests and signs do not count.
 
     Args:
         exponent: From ``torque_exponent``.
-        torque: At the output in each section [N m], (N,).
-        speed: Of the output in each section [rad/s] or any other unit of speed, (N,).
-        weights: Time each section lasts [s], (N,).
+        torque: Output torque in each section [N m], (N,).
+        speed: Output speed in each section [rad/s] or any other unit of speed, (N,).
+        weights: Duration of each section [s], (N,).
 
     Returns:
-        [N m]; 0 when nothing turns.
+        Average torque [N m]; 0 if nothing turns.
 
     Reference:
         ``(sum |n T^e| t / sum |n| t)^(1/e)``, Harmonic Drive catalogue SHG, p. 30.
@@ -487,15 +504,15 @@ def average_torque(exponent: float, torque: Array, speed: Array, weights: Array)
 
 
 def gear_life(gear: Gear, average_torque: float, average_input_speed: float) -> float | None:
-    """The L10 life: nine of ten gears reach it.
+    """L10 life, which nine of ten gears reach.
 
     Args:
-        gear: Its rated life, torque and speed; ``rated_life`` is an L10 (a printed L50 over 5).
+        gear: Rated life, torque and speed; ``rated_life`` is an L10 (a printed L50 over 5).
         average_torque: From ``average_torque`` [N m].
-        average_input_speed: Mean magnitude over the whole cycle, rests included [rad/s].
+        average_input_speed: Mean magnitude of the input speed over the whole cycle, rests included [rad/s].
 
     Returns:
-        [s]; infinite when nothing turns or nothing loads it; None where no rated life, torque or speed is given.
+        Life [s]; infinite without speed or load; None if rated life, torque or speed is not given.
 
     Reference:
         L = L_rated (n_rated / n_average) (T_rated / T_average)^e, Harmonic Drive catalogues HFUS-2A p. 19, SHG p. 30.
@@ -508,12 +525,12 @@ def gear_life(gear: Gear, average_torque: float, average_input_speed: float) -> 
 
 
 def momentary_peak_count(gear: Gear, output_speed: float, duration: float) -> float:
-    """How often in its life a strain-wave gear may take a momentary peak.
+    """Permitted number of momentary peaks in the life of a strain-wave gear.
 
     Args:
-        gear: Its ratio.
-        output_speed: Of the output during the peak [rad/s].
-        duration: Of one peak [s].
+        gear: Gear with its ratio.
+        output_speed: Output speed during the peak [rad/s].
+        duration: Duration of one peak [s].
 
     Returns:
         Allowed number of peaks; infinite at rest.
@@ -525,20 +542,21 @@ def momentary_peak_count(gear: Gear, output_speed: float, duration: float) -> fl
     return float(permitted_peaks(waves, gear.ratio, output_speed * duration))
 
 
-# The drag of a gear over speed and temperature, in addition to the loss of its mesh.
+# Drag of a gear over speed and temperature, in addition to the loss of its mesh.
 #
-# A printed efficiency is a mixture of both at one point. Apart they hold at every load, at rest and without load too:
-# T_in = T_out/(G eta) + T_d when the motor drives, T_out eta_back/G + T_d when the load does, T_d against the motion.
+# A printed efficiency combines both at one operating point. Given separately they apply at any load and at rest: T_in =
+# T_out/(G eta) + T_d when the motor drives, T_out eta_back/G + T_d when the load does, T_d against the motion.
 
 
-DRAG_REFERENCE = 20.0  # C, at which the drag is given
-DRAG_TEMPERATURES = (-10.0, 40.0)  # C: what the charts cover that the law was fitted to; it is held at the ends outside
-HALVINGS = 24  # of some ten kelvin: to a millionth
+DRAG_REFERENCE = 20.0  # temperature at which drag is given [C]
+# range of the charts that the law was fitted to [C]; outside, the value at the nearest end is used
+DRAG_TEMPERATURES = (-10.0, 40.0)
+HALVINGS = 24  # bisection steps from some ten kelvin to a resolution of a millionth
 
 
 @law
 def drag_factor(mesh: Any, temperature: Any) -> Any:
-    """Drag at a gear's temperature over that at 20 C: exp(-b1 d + b2 d^2), d above 20 C, -10 to 40 C; seals apart.
+    """Drag at a gear temperature over that at 20 C: exp(-b1 d + b2 d^2), d above 20 C, from -10 to 40 C; without seals.
 
     Fitted to 88 points of efficiency charts to 0.4 points rms (catalogs/SOURCES.md). +-20 % for sizes 14 to 25, +-40 %
     elsewhere.
@@ -549,31 +567,37 @@ def drag_factor(mesh: Any, temperature: Any) -> Any:
 
 @law
 def turning_drag(mesh: Any, factor: Any, input_speed: Any) -> Any:
-    """T_d = T_20 (n/n_0)^p f + T_seal with f known, of the sign of the input's speed [N m]; 0 at rest."""
+    """T_d = T_20 (n/n_0)^p f + T_seal with the sign of the input speed [N m]; 0 at rest. ``factor``: temperature factor
+    f.
+    """
     return grown_drag(mesh, factor * speed_power(mesh.exponent, input_speed), input_speed)
 
 
 @law
 def grown_drag(mesh: Any, factor: Any, input_speed: Any) -> Any:
-    """The same with f |n|^p known."""
+    """Drag torque with the sign of the input speed [N m]; ``factor``: f |n|^p, temperature factor and power of the
+    speed.
+    """
     return direction(input_speed) * (mesh.drag * factor + mesh.seal)
 
 
 @law
 def speed_power(exponent: Any, speed: Any) -> Any:
-    """|n|^p, 1 without a power."""
+    """|n|^p; 1 for p = 0, without a power function."""
     return 1.0 if exponent == 0.0 else abs(speed) ** exponent
 
 
 @law
 def drag_torque(mesh: Any, input_speed: Any, temperature: Any) -> Any:
-    """The same at a temperature of the gear [C]."""
+    """Drag torque at a gear temperature [C], with the sign of the input speed [N m]."""
     return turning_drag(mesh, drag_factor(mesh, temperature), input_speed)
 
 
 @law
 def settled_temperature(mesh: Any, ambient: Any, resistance: Any, heat: Any, drag: Any) -> Any:
-    """Of a gear whose drag warms its housing: T = T_ambient + R (heat + drag f(T)), from below by halving [C]."""
+    """Temperature of a gear whose drag heats its housing, T = T_ambient + R (heat + drag f(T)) [C], from below by
+    bisection.
+    """
     low = ambient + resistance * heat
     high = low + resistance * drag * drag_factor(mesh, low)
     for _ in range(HALVINGS):
@@ -587,22 +611,22 @@ def settled_temperature(mesh: Any, ambient: Any, resistance: Any, heat: Any, dra
 
 @law
 def mesh_loss_power(mesh: Any, load: Any, speed: Any) -> Any:
-    """What a turning mesh makes of power into heat, (1/eta - 1) |T w| or (1 - eta_back) |T w| [W]; at the output."""
+    """Heat of a turning mesh [W] from torque and speed at its output: (1/eta - 1) |T w| or (1 - eta_back) |T w|."""
     power = load * speed
     return ((mesh.driving - 1.0) * (power > 0.0) + (mesh.driven - 1.0) * (power < 0.0)) * power
 
 
 @law
 def gear_loss_power(mesh: Any, load: Any, speed: Any, temperature: Any) -> Any:
-    """The same of mesh and drag together [W]."""
+    """Heat of mesh and drag together [W]."""
     motor_speed = mesh.ratio * speed
     return mesh_loss_power(mesh, load, speed) + drag_torque(mesh, motor_speed, temperature) * motor_speed
 
 
-# The output bearing of a gear: one load that stands for a tilting moment, a radial and an axial force, and its life.
+# Output bearing of a gear: equivalent load of tilting moment, radial and axial force, and life.
 #
-# Crossed rollers carry all three, the moment as a couple of radial forces on the pitch circle of the rollers. Source:
-# Harmonic Drive CSF/CSG catalogue; the cases of the equivalent load as for any crossed roller bearing.
+# Crossed rollers carry all three; the moment acts as a couple of radial forces on the pitch circle of the rollers.
+# Source: Harmonic Drive CSF/CSG catalogue; equivalent load as for any crossed roller bearing.
 
 
 ROLLER_EXPONENT = 10.0 / 3.0
@@ -619,17 +643,18 @@ def bearing_arm(gear: Any) -> Any:
 
 @law
 def moment_square(arm: Any, mx: Any, my: Any, fx: Any, fy: Any) -> Any:
-    """Square of the moment across the axis about a point so far along it on either side, the larger one [N^2 m^2].
+    """Square of the tilting moment about a point at the distance ``arm`` along the axis, the larger value of both sides
+    [N^2 m^2].
 
-    M + F x d z, (mx + d fy, my - d fx): a study does not state on which side of the joint the flange lies. The radial
-    force is counted in it by this lever, and once more by itself in the loads below: these are two effects of it.
+    The moment is M + F x d z, (mx + d fy, my - d fx). The larger value is used because a study does not state on which
+    side of the joint the flange lies. The radial force enters by this lever and once more directly in the loads below.
     """
     return mx * mx + my * my + arm * (arm * (fx * fx + fy * fy) + 2.0 * abs(mx * fy - my * fx))
 
 
 @law
 def static_load(diameter: Any, moment: Any, radial: Any, axial: Any) -> Any:
-    """P0 = Fr + 2 M/dp + 0.44 Fa [N] of the largest of each.
+    """Equivalent static load P0 = Fr + 2 M/dp + 0.44 Fa [N] of the largest value of each.
 
     C0/P0 should be 1.5, with shocks 2, for precision 3 (Harmonic Drive FHA-C catalogue, p. 23).
     """
@@ -640,7 +665,7 @@ def static_load(diameter: Any, moment: Any, radial: Any, axial: Any) -> Any:
 def equivalent_load(diameter: Any, moment: Any, radial: Any, axial: Any) -> Any:
     """P = x A + y Fa, A = Fr + 2 M/dp [N]; x = 1, y = 0.45 where Fa <= 1.5 A, else both 0.67.
 
-    Both lines meet at 1.5 A, so it is the larger of them; all loads are magnitudes.
+    The two lines meet at Fa = 1.5 A, so P is the larger of them. All loads are magnitudes.
     """
     across = radial + 2.0 * moment / diameter
     return np.maximum(across + 0.45 * axial, 0.67 * (across + axial))
@@ -648,9 +673,9 @@ def equivalent_load(diameter: Any, moment: Any, radial: Any, axial: Any) -> Any:
 
 @law
 def bearing_life(rating: Any, load_factor: Any, mean_load: Any, mean_speed: Any) -> Any:
-    """L10 = 10^6 turns (C/(fw P))^(10/3) [s]; infinite where nothing turns or loads it.
+    """L10 = 10^6 turns (C/(fw P))^(10/3) [s]; infinite without speed or load.
 
-    Swings count by the angle they travel; very small ones fret the rollers, and the law does not hold. Harmonic Drive
-    CSF/CSG catalogue, pp. 34-35.
+    Oscillating motion counts by the angle travelled; the law does not hold for very small angles, which cause fretting.
+    Harmonic Drive CSF/CSG catalogue, pp. 34-35.
     """
     return 2e6 * math.pi / mean_speed * (rating / (load_factor * mean_load)) ** ROLLER_EXPONENT

@@ -1,7 +1,7 @@
-"""Which gear ratio suits a motor to a motion: inertia matching, and what it becomes under gravity, friction and loss.
+"""Gear ratio for a motor and a motion: inertia matching, and its extension to gravity, friction and losses.
 
-Everything here counts with the magnitude of the ratio, G > 0, and with motor torque in the sense in which the motor
-drives the joint forwards; neither changes an RMS or a peak.
+All functions use the magnitude of the ratio, G > 0, and the motor torque in the sense that drives the joint forwards;
+neither changes an RMS or a peak.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from drivetrain.drive.gear import DRAG_REFERENCE, Gear, drag_torque, mesh
 from drivetrain.drive.ranges import EFFICIENCY, POSITIVE, is_number_in
 from drivetrain.errors import Fault, InputError
 
-_REAL = 1e-7  # imaginary part over magnitude below which a root is a real one with rounding
-STARTING = 0.7  # of one over the ratio, with which the torque that starts a strain-wave gear grows
+_REAL = 1e-7  # relative imaginary part below which a root counts as real
+STARTING = 0.7  # exponent of 1/ratio in the breakaway torque of a strain-wave gear
 
 
 def inertia_matching_ratio(load_inertia: float, rotor_inertia: float) -> float:
-    """The ratio at which a motor torque accelerates a pure inertia most.
+    """Ratio at which a motor torque gives a pure inertia the largest acceleration.
 
     Args:
-        load_inertia: About the joint's axis [kg m^2].
-        rotor_inertia: At the motor shaft [kg m^2].
+        load_inertia: Inertia of the load about the joint's axis [kg m^2].
+        rotor_inertia: Inertia at the motor shaft [kg m^2].
 
     Returns:
-        sqrt(I_load / I_rotor): the reflected rotor inertia then equals the load's.
+        sqrt(I_load / I_rotor), at which the reflected rotor inertia equals that of the load.
 
     Raises:
-        InputError: An inertia that is not positive.
+        InputError: An inertia is not positive.
 
     Reference:
         Lynch and Park, Modern Robotics (2017), exercise 8.9: the zero of the derivative of G tau / (I + G^2 J).
@@ -45,13 +45,13 @@ def inertia_matching_ratio(load_inertia: float, rotor_inertia: float) -> float:
 
 
 def scaled_gear(gear: Gear, ratio: float) -> Gear:
-    """The gear as it would be with another ratio, everything else on its sheet kept.
+    """The gear with another ratio and otherwise the same data sheet.
 
-    Limits of output torque and of input speed, efficiency, input inertia, mass and stiffness stay. The no-load running
-    torque at the input keeps its share of the rated torque, so it falls as the ratio grows, and so the split of the
-    printed loss into running torque and mesh stays the same at every ratio. A drag over speed and temperature hardly
-    depends on the ratio and stays; what starts the gear falls with its power STARTING (catalogs/SOURCES.md). Stages
-    behind the gear stay as they are, so that their inertia at its input falls with the square of the ratio.
+    Limits of output torque and input speed, efficiency, input inertia, mass and stiffness stay. The no-load running
+    torque at the input keeps its share of the rated torque, so it falls as the ratio grows and the split of the printed
+    loss into running torque and mesh stays the same. A drag over speed and temperature hardly depends on the ratio and
+    stays; the breakaway torque falls with the power STARTING of the ratio (catalogs/SOURCES.md). Stages behind the gear
+    stay, so their inertia at its input falls with the square of the ratio.
     """
     running, starting, share = gear.no_load_torque, gear.starting_torque, abs(gear.ratio) / ratio
     stages = gear.stage_inertia * share**2
@@ -67,43 +67,43 @@ def scaled_gear(gear: Gear, ratio: float) -> Gear:
 
 @dataclass(frozen=True, eq=False)
 class TorqueTerms:
-    """Motor torque of a motion as it depends on the ratio G: ``inverse / G + constant + linear * G``, each (N,)."""
+    """Motor torque of a motion as a function of the ratio G: ``inverse / G + constant + linear * G``, each (N,)."""
 
-    # load, joint friction, mesh loss by direction of power, acceleration of stages behind the gear, and a printed
-    # no-load running torque [N m]
+    # Load, joint friction, mesh loss by direction of power, acceleration of stages behind the gear, printed no-load
+    # running torque [N m].
     inverse: Array
-    # what the ratio does not change: carrier's acceleration, the motor's Coulomb friction, and the gear's drag over
-    # speed, taken at the template's ratio [N m]
+    # Terms independent of the ratio: acceleration of the carrier, Coulomb friction of the motor, drag of the gear over
+    # speed at the given gear's ratio [N m].
     constant: Array
-    linear: Array  # rotor's acceleration and the motor's viscous friction [N m]
-    weights: Array  # time each sample stands for [s]
+    linear: Array  # rotor acceleration and viscous friction of the motor [N m]
+    weights: Array  # duration of each sample [s]
 
 
 class RatioRange(NamedTuple):
-    """A range of ratios."""
+    """A range of gear ratios."""
 
-    # its ends
+    # Ends of the range [-].
     low: float
     high: float
 
 
 class LoadMatch(NamedTuple):
-    """How a motor's rated torque stands to a load, by the method of accelerating and load factor."""
+    """Suitability of a motor for a load, by the method of accelerating factor and load factor."""
 
-    accelerating_factor: float  # alpha, what the motor has [W/s]
-    load_factor: float  # beta, what the load takes at the best ratio, efficiency counted [W/s]
-    range: RatioRange | None  # of the ratios whose RMS torque is within the rated torque; None when no ratio's is
-    best: float  # the ratio of least RMS torque
+    accelerating_factor: float  # alpha of the motor [W/s]
+    load_factor: float  # beta of the load at the best ratio, efficiency included [W/s]
+    range: RatioRange | None  # ratios at which the RMS torque is within the rated torque; None if there are none
+    best: float  # ratio of the smallest RMS torque
 
 
 def torque_terms(
     drive: Drive, gear_torque: Array, speed: Array, acceleration: Array, carrier_acceleration: Array, weights: Array
 ) -> TorqueTerms:
-    """How a motion's motor torque depends on the ratio, with the drive's losses.
+    """Motor torque of a motion as a function of the ratio, with the losses of the drive.
 
-    The direction of power at the gear's output does not depend on the ratio, and so neither does the factor of the
-    mesh; three ratios therefore determine all of them. What does not fit the form is left out: the fall of the motor's
-    friction with speed (Stribeck), and what it takes to start from rest.
+    The direction of power at the gear's output does not depend on the ratio, and therefore neither does the torque
+    factor of the mesh, so three ratios determine all terms. Two effects that do not fit this form are neglected: the
+    decrease of motor friction with speed (Stribeck), and breakaway from rest.
 
     Reference:
         Lynch and Park, Modern Robotics (2017), equation 8.111, ordered by powers of G.
@@ -128,38 +128,38 @@ def torque_terms(
 
 
 def torque_at(terms: TorqueTerms, ratio: float) -> Array:
-    """The motor torque at a ratio."""
+    """Motor torque at a ratio [N m], (N,)."""
     return np.asarray(terms.inverse / ratio + terms.constant + terms.linear * ratio)
 
 
 def rms_torque(terms: TorqueTerms, ratio: float) -> float:
-    """RMS of the motor torque at a ratio."""
+    """RMS motor torque at a ratio [N m]."""
     return math.sqrt(_mean(torque_at(terms, ratio) ** 2, terms.weights))
 
 
 def ratio_of_least_rms(terms: TorqueTerms) -> float:
-    """The ratio that heats the motor least.
+    """Ratio at which the RMS motor torque is smallest.
 
-    For load and rotor alone RMS^2 = mean(T^2)/G^2 + 2 J mean(T a) + J^2 G^2 mean(a^2): the term that couples them
-    does not depend on the ratio, so G^4 = mean(T^2) / (J^2 mean(a^2)) exactly, whether T is inertia, weight or
-    friction; for an inertia alone that is the matching ratio sqrt(I/J). With what does not depend on the ratio in the
-    sum (Coulomb friction, an accelerated carrier) it is a root of a quartic.
+    For load and rotor alone RMS^2 = mean(T^2)/G^2 + 2 J mean(T a) + J^2 G^2 mean(a^2). The mixed term does not depend
+    on the ratio, so G^4 = mean(T^2) / (J^2 mean(a^2)) exactly, whether T is inertia, weight or friction; for a pure
+    inertia this is the matching ratio sqrt(I/J). With terms independent of the ratio (Coulomb friction, an accelerated
+    carrier) it is a root of a quartic.
     """
     x, y, xz, yz, _, _ = _moments(terms)
     if y == 0.0 or x == 0.0:
         return math.inf if y == 0.0 else 0.0
     scale = (x / y) ** 0.25
-    # Y G^4 + YZ G^3 - XZ G - X = 0, counted in multiples of the ratio without the constant part.
+    # Y G^4 + YZ G^3 - XZ G - X = 0, normalised by the ratio without the constant terms.
     roots = _positive_roots([1.0, yz / (y * scale), 0.0, -xz / (y * scale**3), -1.0])
     return min((scale * root for root in roots), key=lambda ratio: rms_torque(terms, ratio))
 
 
 def ratio_of_least_peak(terms: TorqueTerms) -> float:
-    """The ratio of the smallest peak of motor torque."""
+    """Ratio at which the peak motor torque is smallest."""
     if not terms.linear.any() or not terms.inverse.any():
         return math.inf if not terms.linear.any() else 0.0
 
-    from scipy.optimize import minimize_scalar  # takes long to import, and few answers need it
+    from scipy.optimize import minimize_scalar  # imported here because it is slow to import and rarely needed
 
     def peak(logarithm: float) -> float:
         return float(np.abs(torque_at(terms, math.exp(logarithm))).max())
@@ -172,10 +172,10 @@ def ratio_of_least_peak(terms: TorqueTerms) -> float:
 
 
 def rated_ranges(terms: TorqueTerms, rated_torque: float) -> tuple[RatioRange, ...]:
-    """The ratios at which the RMS torque is within a rated one.
+    """Ranges of ratios at which the RMS torque is within a rated torque [N m].
 
     Reference:
-        As ``load_match``, with the direction of power, Coulomb friction and the carrier in it.
+        As for ``load_match``, with direction of power, Coulomb friction and carrier acceleration included.
     """
     x, y, xz, yz, zz, xy = _moments(terms)
     rest = zz + 2.0 * xy - rated_torque**2
@@ -196,10 +196,10 @@ def load_match(
     rated_torque: float, rotor_inertia: float, load_torque: Array, acceleration: Array, weights: Array,
     *, efficiency: float = 1.0,
 ) -> LoadMatch:  # fmt: skip
-    """The range of ratios by accelerating and load factor, with one efficiency for all of the motion.
+    """Range of ratios by accelerating factor and load factor, with one efficiency for the whole motion.
 
-    The efficiency divides the load torque whichever way the power flows, which asks too much of a motion that brakes;
-    ``rated_ranges`` goes by the direction of power.
+    The efficiency divides the load torque regardless of the direction of power, which overestimates the torque while
+    braking; ``rated_ranges`` accounts for the direction.
 
     Reference:
         Giberti, Cinquemani and Legnani: alpha = T_N^2/J, beta = 2 [a_rms T_rms + mean(a T)], and the condition
@@ -222,7 +222,7 @@ def load_match(
     if room < 0.0:
         return LoadMatch(alpha, beta, None, best)
     root, wide = math.sqrt(room), math.sqrt(room + 4.0 * accelerated * torque)
-    # tau_max and tau_min of the source, inverted; the second with its difference of roots turned into a sum.
+    # tau_max and tau_min of the source, inverted; in the second the difference of roots is rewritten as a sum.
     low = 2.0 * torque / (math.sqrt(rotor_inertia) * (wide + root))
     high = (wide + root) / (2.0 * math.sqrt(rotor_inertia) * accelerated) if accelerated > 0.0 else math.inf
     return LoadMatch(alpha, beta, RatioRange(low, high), best)
@@ -246,13 +246,13 @@ def _positive_roots(coefficients: list[float]) -> list[float]:
 
 
 def _check_positive(values: dict[str, float]) -> None:
-    """Every number positive, or one error for all that are not."""
+    """Raise one error that lists all values that are not positive."""
     faults = [Fault(name, POSITIVE.words, value) for name, value in values.items() if not is_number_in(POSITIVE, value)]
     if faults:
         raise InputError(faults)
 
 
-# A gear as one of a family: of any ratio in a range and, where fitted to a series of a catalogue, of any size.
+# A gear as a member of a family with any ratio in a range and, where fitted to a catalogue series, of any size.
 
 
 FITTED = (
@@ -261,27 +261,27 @@ FITTED = (
     "drag_speed_exponent", "drag_temperature_1", "drag_temperature_2", "seal_drag_torque", "starting_torque",
     "diameter", "length",
 )  # fmt: skip
-LEAST_ROWS = 4  # below, a law of two exponents is no fit
-KEPT = 1.0 + 1e-9  # of a size: rounding must not reject a gear that is sized to its limit
+LEAST_ROWS = 4  # fewest rows for a fit of two exponents
+KEPT = 1.0 + 1e-9  # relative tolerance, so that rounding does not reject a gear sized to its limit
 
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """A number of a sheet over the repeated peak torque T and the ratio G: ``scale * T^torque * G^ratio``."""
+    """A data sheet value over repeated peak torque T and ratio G: ``scale * T^torque * G^ratio``."""
 
-    scale: float  # at 1 N m and ratio 1 [SI]
-    # exponents
+    scale: float  # value at 1 N m and ratio 1 [SI]
+    # Exponents.
     torque: float
     ratio: float
-    error: float  # standard deviation of the rows from the law, relative
-    rows: int  # how many the law was fitted to
+    error: float  # relative standard deviation of the rows from the law
+    rows: int  # number of rows that the law was fitted to
 
     def at(self, torque: float, ratio: float) -> float:
-        """The number of a gear."""
+        """Value of the gear with a repeated peak torque [N m] and a ratio."""
         return self.scale * torque**self.torque * ratio**self.ratio
 
     def torque_for(self, value: float, ratio: float) -> float:
-        """The size whose number is a wanted one."""
+        """Repeated peak torque [N m] of the gear with a given value."""
         if self.torque <= 0.0 or value <= 0.0:
             return 0.0
         return float((value / (self.scale * ratio**self.ratio)) ** (1.0 / self.torque))
@@ -289,21 +289,22 @@ class PowerLaw:
 
 @dataclass(frozen=True, eq=False)
 class GearFamily:
-    """Gears that differ in ratio, and in size where laws say how."""
+    """Gears that differ in ratio and, where power laws are given, in size."""
 
-    name: str  # of the series; ``ideal gear`` for one without loss, mass, inertia and limits
-    # ends of the range of ratios
+    name: str  # name of the series; ``ideal gear`` for one without losses, mass, inertia and limits
+    # Ends of the range of ratios.
     low: float
     high: float
-    kind: str = "ideal"  # of its gears
-    laws: Mapping[str, PowerLaw] = field(default_factory=dict)  # by column of the sheet; empty for the ideal family
-    source: str = "no loss, no mass, no inertia, no limits"  # where the laws are from, in words
-    # repeated peak torque of the rows [N m]; none is made smaller, and for larger ones the laws are carried on
+    kind: str = "ideal"  # kind of gear
+    laws: Mapping[str, PowerLaw] = field(default_factory=dict)  # by data sheet column; empty for the ideal family
+    source: str = "no loss, no mass, no inertia, no limits"  # source of the laws, as text
+    # Smallest and largest repeated peak torque of the rows [N m]. No gear is smaller; for larger ones the laws are
+    # extrapolated.
     smallest: float = 0.0
     largest: float = math.inf
 
     def gear(self, ratio: float, torque: float) -> Gear:
-        """The gear of a ratio and a size."""
+        """The gear with a ratio and a size (repeated peak torque [N m])."""
         key = f"{self.name} {ratio:.4g}"
         if not self.laws:
             return Gear(key, ratio, kind="ideal", efficiency=1.0)
@@ -315,7 +316,7 @@ class GearFamily:
         return replace(bare, **numbers)  # type: ignore[arg-type]
 
     def size_for(self, ratio: float, peak: float, average: float) -> float:
-        """The smallest size whose limits cover a load."""
+        """Smallest size (repeated peak torque [N m]) whose limits cover a peak and an average load torque [N m]."""
         needed = [peak]
         for name, value in (("momentary_torque", peak), ("average_torque_limit", average)):
             if name in self.laws:
@@ -326,16 +327,16 @@ class GearFamily:
 
 
 def ideal_family(low: float, high: float) -> GearFamily:
-    """Gears without loss, mass, inertia and limits."""
+    """Gears without losses, mass, inertia and limits, within a range of ratios."""
     _check_range(low, high)
     return GearFamily("ideal gear", low, high)
 
 
 def fitted_family(name: str, gears: Iterable[Gear], low: float, high: float) -> GearFamily:
-    """A family whose numbers follow power laws fitted to the rows of one series.
+    """A family whose values follow power laws fitted to the rows of one series.
 
-    Every number is fitted by least squares of its logarithm over those of repeated peak torque and ratio; where all
-    rows have one ratio, over torque alone.
+    The logarithm of every value is fitted by least squares over the logarithms of repeated peak torque and ratio, or
+    over torque alone if all rows have the same ratio.
     """
     _check_range(low, high)
     rows = [gear for gear in gears if gear.repeated_peak_torque is not None]
@@ -356,7 +357,7 @@ def fitted_family(name: str, gears: Iterable[Gear], low: float, high: float) -> 
 
 
 def _fit(rows: list[Gear], values: list[float]) -> PowerLaw:
-    """Least squares in logarithms."""
+    """Least squares fit of logarithms."""
     torque = np.log([row.repeated_peak_torque or 1.0 for row in rows])
     ratio = np.log([abs(row.ratio) for row in rows])
     columns = [np.ones(len(rows))]

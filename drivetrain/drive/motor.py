@@ -1,4 +1,4 @@
-"""The motor: its sheet in SI, and the laws of its shaft and its terminals.
+"""The motor: data sheet in SI, and the laws of its shaft and terminals.
 
 All electrical values are those of the equivalent DC machine between two terminals (for a three-phase motor: block
 commutation, line to line), so that torque constant and back-emf constant are one number; the catalogue reader
@@ -55,34 +55,33 @@ class Motor:
         frameless: Sold as rotor and stator, without housing and bearings.
         resistance: Terminal resistance at ``reference_temperature`` [ohm].
         torque_constant: At ``reference_temperature`` [N m/A], equal to the back-emf constant [V s/rad].
-        inductance: Terminal [H].
-        rotor_inertia: [kg m^2].
-        mass: [kg].
-        nominal_voltage: [V].
-        no_load_current: At nominal voltage [A].
-        no_load_speed: At nominal voltage [rad/s].
+        inductance: Terminal inductance [H].
+        rotor_inertia: Inertia of the rotor [kg m^2].
+        mass: Mass [kg].
+        nominal_voltage: Nominal voltage [V].
+        no_load_current: No-load current at nominal voltage [A].
+        no_load_speed: No-load speed at nominal voltage [rad/s].
         coulomb_friction: Speed-independent part of the no-load torque [N m].
         viscous_friction: Part of the no-load torque that grows with speed [N m s/rad].
         nominal_current: Largest continuous current printed [A].
         nominal_torque: Largest continuous torque printed [N m].
         nominal_speed: Speed at which the nominal values hold [rad/s].
-        stall_torque, stall_current: At nominal voltage [N m], [A].
-        peak_current, peak_torque: Short-time limits printed [A], [N m].
-        max_speed: Mechanical limit [rad/s].
+        stall_torque, stall_current: Torque and current of the blocked motor at nominal voltage [N m], [A].
+        peak_current, peak_torque: Printed short-time limits [A], [N m].
+        max_speed: Mechanical limit of the speed [rad/s].
         resistance_winding_housing, resistance_housing_ambient: Thermal resistances [K/W].
-        resistance_winding_ambient: Where a sheet prints one number for both [K/W].
-        winding_share: Of that one number, what lies between winding and housing; no data sheet gives it, a study may
-            assume it.
-        winding_time_constant, housing_time_constant: Thermal [s].
-        max_winding_temperature: [C].
-        reference_temperature: Of resistance and torque constant [C].
+        resistance_winding_ambient: Thermal resistance where a data sheet gives only the sum of both [K/W].
+        winding_share: Share of that sum between winding and housing; no data sheet gives it, but a study may assume it.
+        winding_time_constant, housing_time_constant: Thermal time constants [s].
+        max_winding_temperature: Largest permitted winding temperature [C].
+        reference_temperature: Temperature at which resistance and torque constant are given [C].
         magnet_coefficient: Change of the torque constant with magnet temperature [1/K].
-        diameter, length: [m].
+        diameter, length: Dimensions [m].
         price: In the user's currency; empty in the shipped catalogue.
         source: File and row, sheet, edition: what a report prints.
         friction_allowance, inductance_allowance: Assumed upper bounds of friction [N m] and inductance [H] if the data
             sheet gives no value, see ``motor_limits.with_allowances``; else 0.
-        brake: On its shaft, counted in inertia, mass and price (``braked``).
+        brake: Holding brake on its shaft, included in inertia, mass and price (see ``braked``).
     """
 
     key: str
@@ -136,24 +135,24 @@ class Motor:
 
 
 def braked(motor: Motor, brake: Brake) -> Motor:
-    """A motor with a holding brake on its shaft as one part, of both keys: ``MOTOR+BRAKE``."""
+    """A motor with a holding brake on its shaft as one part with the key ``MOTOR+BRAKE``."""
     sums: dict[str, float | None] = {}
     for name, own in (("rotor_inertia", "inertia"), ("mass", "mass"), ("price", "price")):
         values = getattr(motor, name), getattr(brake, own)
         sums[name] = None if None in values else sum(values)
     if brake.mass is None:
-        sums["mass"] = motor.mass  # the known part loads the arm; whole_mass is None if it is incomplete
+        sums["mass"] = motor.mass  # the known part loads the arm; whole_mass is None where one of them is unknown
     return replace(motor, key=f"{motor.key}+{brake.key}", brake=brake, **sums)  # type: ignore[arg-type]
 
 
 def whole_mass(motor: Motor) -> float | None:
-    """Of a motor with its brake [kg]; None where one of them is unknown."""
+    """Mass of a motor with its brake [kg]; None where one of them is unknown."""
     return None if motor.brake.key and motor.brake.mass is None else motor.mass
 
 
 @dataclass(frozen=True)
 class Terminals:
-    """Of a motor what ``winding_resistance`` and ``torque_constant`` read: see ``Motor``."""
+    """The values of a motor that ``winding_resistance`` and ``torque_constant`` read; see ``Motor``."""
 
     resistance: float
     torque_constant: float
@@ -162,26 +161,26 @@ class Terminals:
 
 
 def terminals(motor: Motor) -> Terminals:
-    """The terminals of a motor, for laws that keep no whole sheet."""
+    """The electrical values of a motor, for laws that do not keep its whole data sheet."""
     return Terminals(motor.resistance, motor.torque_constant, motor.reference_temperature, motor.magnet_coefficient)
 
 
 @law
 def copper_coefficient(temperature: float) -> float:
-    """Relative change of copper's resistance a kelvin, counted from a temperature [1/K]; 0.0039 at 25 C.
+    """Relative change of copper's resistance per kelvin, at a reference temperature [1/K]; 0.0039 at 25 C.
 
-    One straight line through its zero at 25 C - 1/0.0039.
+    The resistance is linear in temperature, with its zero at 25 C - 1/0.0039.
     """
     return 1.0 / (1.0 / COPPER_COEFFICIENT + temperature - 25.0)
 
 
 @law
 def winding_resistance(motor: Motor | Terminals, temperature: Values) -> Values:
-    """Terminal resistance R = R0 (1 + a (T - T0)) [ohm]; a as ``copper_coefficient``.
+    """Terminal resistance R = R0 (1 + a (T - T0)) [ohm], with a from ``copper_coefficient``.
 
     Args:
-        motor: With R0 and T0.
-        temperature: T, of the winding [C].
+        motor: Motor with R0 and T0.
+        temperature: Winding temperature T [C].
     """
     rise = temperature - motor.reference_temperature
     return motor.resistance * (1.0 + copper_coefficient(motor.reference_temperature) * rise)
@@ -192,8 +191,8 @@ def torque_constant(motor: Motor | Terminals, magnet_temperature: Values) -> Val
     """Torque constant kt = kt0 (1 + b (T - T0)) [N m/A] = [V s/rad].
 
     Args:
-        motor: With kt0, b and T0.
-        magnet_temperature: T [C].
+        motor: Motor with kt0, b and T0.
+        magnet_temperature: Magnet temperature T [C].
     """
     rise = magnet_temperature - motor.reference_temperature
     return motor.torque_constant * (1.0 + motor.magnet_coefficient * rise)
@@ -201,7 +200,7 @@ def torque_constant(motor: Motor | Terminals, magnet_temperature: Values) -> Val
 
 @law
 def strongest_constant(motor: Motor, coldest: Any) -> Any:
-    """Torque constant of magnets as cold as they may be, or as the sheet has them where that is less [N m/A]."""
+    """Torque constant at the lowest magnet temperature, or at the data sheet's temperature if that is lower [N m/A]."""
     return torque_constant(motor, min(coldest, motor.reference_temperature))
 
 
@@ -221,10 +220,10 @@ def has_friction_data(motor: Motor) -> bool:
 def no_load_friction(motor: Motor) -> Friction | None:
     """Friction at the motor shaft from the data sheet's no-load values.
 
-    With both friction columns they are the law. With one of them and the no-load point, the other is what is left of
-    torque constant times no-load current at no-load speed. With neither, or with one and no no-load speed, the whole
-    of torque constant times no-load current is taken as speed-independent, which is the larger friction at every speed
-    below no-load speed. One column by itself stands alone.
+    If both friction values are given, they are used. If one of them and the no-load point are given, the other is the
+    remainder of torque constant times no-load current at no-load speed. If neither is given, or one without a no-load
+    speed, torque constant times no-load current is taken as independent of speed, which gives the larger friction at
+    every speed below no-load speed. One friction value without no-load data is used alone.
     """
     coulomb, viscous = motor.coulomb_friction, motor.viscous_friction
     no_load = None if motor.no_load_current is None else motor.torque_constant * motor.no_load_current
@@ -241,7 +240,7 @@ def no_load_friction(motor: Motor) -> Friction | None:
 
 
 def current(motor: Motor, motor_torque: Values, magnet_temperature: float) -> Values:
-    """Current that makes an electromagnetic torque."""
+    """Current for an electromagnetic torque [A]."""
     return motor_torque / torque_constant(motor, magnet_temperature)
 
 
@@ -253,18 +252,18 @@ def terminal_voltage(
     winding_temperature: Array | float,
     magnet_temperature: Array | float,
 ) -> Array:
-    """Voltage between the terminals; without an inductance its term is left out.
+    """Terminal voltage; the inductive term is omitted where the inductance is unknown.
 
     Args:
-        motor: The sheet.
-        speed: Of the rotor against the stator [rad/s], any shape.
-        current: [A], that shape.
-        current_rate: [A/s], that shape or one for all.
-        winding_temperature: [C], that shape or one for all.
-        magnet_temperature: [C], that shape or one for all.
+        motor: Data sheet.
+        speed: Speed of the rotor relative to the stator [rad/s], any shape.
+        current: Current [A], same shape.
+        current_rate: Rate of change of the current [A/s], same shape or a scalar.
+        winding_temperature: Winding temperature [C], same shape or a scalar.
+        magnet_temperature: Magnet temperature [C], same shape or a scalar.
 
     Returns:
-        [V], that shape.
+        Terminal voltage [V], same shape.
     """
     resistance = winding_resistance(motor, np.asarray(winding_temperature, dtype=np.float64))
     constant = torque_constant(motor, np.asarray(magnet_temperature, dtype=np.float64))
@@ -273,18 +272,18 @@ def terminal_voltage(
 
 
 def stall_current(motor: Motor) -> float | None:
-    """Current at nominal voltage with the shaft blocked, everything at reference temperature."""
+    """Current at nominal voltage with the shaft blocked, at reference temperature [A]."""
     return None if motor.nominal_voltage is None else motor.nominal_voltage / motor.resistance
 
 
 def stall_torque(motor: Motor) -> float | None:
-    """Electromagnetic torque at nominal voltage with the shaft blocked, everything at reference temperature.
+    """Electromagnetic torque at nominal voltage with the shaft blocked, at reference temperature.
 
     Args:
-        motor: The sheet.
+        motor: Data sheet.
 
     Returns:
-        [N m]; None without a nominal voltage.
+        Torque [N m]; None without a nominal voltage.
 
     Reference:
         Lynch and Park, Modern Robotics (2017), section 8.9.1: k_t V / R.
@@ -294,13 +293,13 @@ def stall_torque(motor: Motor) -> float | None:
 
 
 def no_load_speed(motor: Motor) -> float | None:
-    """Speed at nominal voltage with nothing on the shaft, everything at reference temperature.
+    """Speed at nominal voltage without load, at reference temperature.
 
     Args:
-        motor: The sheet; without a no-load current the drop over the winding is left out.
+        motor: Data sheet; without a no-load current the voltage drop in the winding is neglected.
 
     Returns:
-        [rad/s]; None without a nominal voltage.
+        Speed [rad/s]; None without a nominal voltage.
     """
     if motor.nominal_voltage is None:
         return None
@@ -308,26 +307,26 @@ def no_load_speed(motor: Motor) -> float | None:
 
 
 def speed_torque_gradient(motor: Motor) -> float:
-    """Speed lost for torque gained at constant voltage, at reference temperature."""
+    """Decrease of speed per torque at constant voltage, at reference temperature [rad/s/(N m)]."""
     return motor.resistance / motor.torque_constant**2
 
 
-# The winding as an electrical stage, stepped exactly: stable and right at any step, however small the inductance.
+# The winding as a linear electrical stage with an exact step, which is stable and accurate for any step and inductance.
 #
 # The time constant L/R of a winding is some tenths of a millisecond. An explicit step of a millisecond multiplies the
-# current by ``1 - h R/L``, which is -2.6 for a common motor: it explodes. The stage is linear while voltage, speed and
-# temperature are held, so its exponential is the step.
+# current by ``1 - h R/L``, which is -2.6 for a common motor and therefore unstable. The stage is linear while voltage,
+# speed and temperature are constant, so its step is an exponential.
 
 
 ABSOLUTE_ZERO = -273.15  # C
 
 
 class CurrentStep(NamedTuple):
-    """The current after a step, and its mean over the step, which decides the impulse of the torque.
+    """Current after a step, and its mean over the step, which determines the impulse of the torque.
 
     Attributes:
-        end: [A].
-        mean: [A].
+        end: Current at the end of the step [A].
+        mean: Mean current over the step [A].
     """
 
     end: Array
@@ -344,18 +343,18 @@ def exact_current_step(
     winding_temperature: float | None = None,
     magnet_temperature: float | None = None,
 ) -> CurrentStep:
-    """The current after a time in which voltage and speed are held, without error at any length of the step.
+    """Current after a time in which voltage and speed are constant, exact for any length of the step.
 
     Args:
-        motor: Resistance, inductance (unknown: the current follows at once) and torque constant.
-        current: At the start of the step [A], any shape.
-        voltage: Between the terminals [V], that shape or one for all.
-        speed: Of the rotor against the stator [rad/s], that shape or one for all.
-        step: [s].
-        winding_temperature, magnet_temperature: [C]; None: the motor's reference temperature.
+        motor: Resistance, inductance (if unknown, the current follows immediately) and torque constant.
+        current: Current at the start of the step [A], any shape.
+        voltage: Terminal voltage [V], same shape or a scalar.
+        speed: Speed of the rotor relative to the stator [rad/s], same shape or a scalar.
+        step: Length of the step [s].
+        winding_temperature, magnet_temperature: Temperatures [C]; None: the motor's reference temperature.
 
     Returns:
-        The current at the end and its mean, that shape.
+        Current at the end and its mean over the step, same shape.
 
     Raises:
         InputError: Values that are no finite numbers, a step that is not positive, or no resistance left.
@@ -377,7 +376,7 @@ def exact_current_step(
 
 
 def _stepped(motor: Motor, given: dict[str, Array], step: float, resistance: float, constant: float) -> CurrentStep:
-    """The step itself, for checked values."""
+    """The step for validated values."""
     if not resistance > 0.0:
         raise InputError(Fault("winding_temperature", "leaves the winding no resistance", resistance))
     start, at_end = given["current"], current_reach(resistance, motor.inductance or 0.0, step)
@@ -387,7 +386,9 @@ def _stepped(motor: Motor, given: dict[str, Array], step: float, resistance: flo
 
 @kernel
 def current_reach(resistance: float, inductance: float, step: float) -> tuple[float, float]:
-    """By how much the current grows over a step for each volt that ``V - R I - k_t w`` is off at its start."""
+    """Coefficients of the current at the end of a step, and of its mean, per volt of ``V - R I - k_t w`` at its start
+    [A/V].
+    """
     if inductance == 0.0:
         return 1.0 / resistance, 1.0 / resistance
     rate = -resistance * step / inductance

@@ -14,31 +14,31 @@ from drivetrain.drive.motor import Motor, has_friction_data, torque_constant, wi
 from drivetrain.jit import law
 from drivetrain.records import UNKNOWN, as_record, known, known_or
 
-SHEET_AMBIENT = 25.0  # C, at which makers print continuous values
+SHEET_AMBIENT = 25.0  # ambient temperature at which makers print continuous values [C]
 
 # Assumed if a data sheet gives no value: a little above the largest of the shipped rows that give one. No-load over
 # continuous current is 1.5 to 13.2 % in 116 motors with a housing; L/R is 3 us to 1.77 ms in those, and up to 6.97 ms
 # in 31 frameless ones, whose friction is that of the joint's bearings.
 FRICTION_SHARE = 0.14
 LAG, FRAMELESS_LAG = 2e-3, 7e-3  # s
-# And a little less than the least of those that print a maximum speed: 0.929 to 4.3 times the no-load speed, 0.922 to
-# 4.2 times the speed at which kt w is the nominal voltage, and 5000 rpm, in 116 motors.
+# Slightly below the smallest maximum speed of the shipped motors that print one: 0.929 to 4.3 times the no-load speed,
+# 0.922 to 4.2 times the speed at which kt w is the nominal voltage, and 5000 rpm, in 116 motors.
 SPEED_SHARE, SLOWEST_MOTOR = 0.92, 5000.0 * math.pi / 30.0  # -, rad/s
-# The quickest windings: 3.6 to 87 s a root of kilogram in the 71 motors that print it; none may be hotter than 155 C.
-# Of one resistance from winding to ambient 12 to 54 % lie before the housing in 56 motors that print both. Those 71
-# allow their windings 85 to 155 C, and of 145 motors the way from winding to ambient has 0.8 to 5.1 K/W kg^(2/3).
+# Shortest winding time constant: 3.6 to 87 s per square root of a kilogram in the 71 motors that print it, whose
+# windings are rated for 85 to 155 C. Share of the winding-to-housing resistance in the sum: 12 to 54 % in 56 motors
+# that print both. Thermal resistance from winding to ambient of 145 motors: 0.8 to 5.1 K/W kg^(2/3).
 QUICKEST_WINDING, LIGHTEST, WARMEST, WINDING_SHARE = 3.5, 0.03, 155.0, 0.55  # s/kg^(1/2), kg, C, -
 LEAST_LIMIT, POOREST_PATH = 84.0, 5.2  # C, K/W kg^(2/3)
-# The printed continuous current, which includes iron loss, is 0.586 to 1.01 of what copper alone allows in 103.
+# Printed continuous current, which includes iron loss, over that of copper loss alone: 0.586 to 1.01 in 103 motors.
 NOMINAL_SHARE = 0.58
 
 
 class SourcedValue(NamedTuple):
-    """A number and where it comes from.
+    """A value and its source.
 
     Attributes:
-        value: In SI; None when the sheet does not say enough.
-        source: In words.
+        value: Value in SI; None if the data sheet does not suffice.
+        source: Source as text.
     """
 
     value: float | None
@@ -46,10 +46,10 @@ class SourcedValue(NamedTuple):
 
 
 class TorqueLimits(NamedTuple):
-    """The torques a motor can make at given speeds; where ``upper < lower`` it can make none at all.
+    """Torques that a motor can produce at given speeds; none at all where ``upper < lower``.
 
     Attributes:
-        lower, upper: Electromagnetic [N m], the shape of the speeds.
+        lower, upper: Electromagnetic torque [N m], with the shape of the speeds.
     """
 
     lower: Array
@@ -151,31 +151,31 @@ def short_time_torque(motor: Any) -> Any:
 
 
 def thermal_resistances(motor: Motor, housing_to_ambient: float | None = None) -> tuple[float, float] | None:
-    """The way of the heat: from winding to housing, and from housing to ambient."""
+    """Thermal resistances from winding to housing and from housing to ambient [K/W]; None if unknown."""
     inner, outer = thermal_path(as_record(motor), UNKNOWN if housing_to_ambient is None else housing_to_ambient)
     return (float(inner), float(outer)) if known(inner + outer) else None
 
 
 def thermal_current(motor: Motor, ambient: float, housing_to_ambient: float | None = None) -> float | None:
-    """Constant current that heats the winding just to its limit, copper loss alone."""
+    """Constant current that heats the winding to its limit by copper loss alone [A]; None if unknown."""
     mounting = UNKNOWN if housing_to_ambient is None else housing_to_ambient
     return _or_none(thermal_limit_current(as_record(motor), ambient, mounting))
 
 
 def continuous_current(motor: Motor, ambient: float, *, housing_to_ambient: float | None = None) -> SourcedValue:
-    """The current a motor can carry for ever: the smaller of what is printed and of the thermal limit.
+    """Largest continuous current of a motor: the smaller one of the printed value and the thermal limit.
 
-    The printed value holds at 25 C and for the sheet's mounting. Elsewhere it is scaled by the square root of the
-    heat that can leave, which keeps the share of iron loss, friction and brushes that makes it smaller than the
+    The printed value applies at 25 C and in the data sheet's mounting. Otherwise it is scaled by the square root of the
+    heat that can be dissipated, which keeps the share of iron loss, friction and brushes that makes it smaller than the
     thermal limit.
 
     Args:
-        motor: The sheet.
+        motor: Data sheet.
         ambient: Air temperature [C].
-        housing_to_ambient: Replaces the sheet's thermal resistance, for the real mounting [K/W].
+        housing_to_ambient: Thermal resistance of the real mounting, which replaces the data sheet's [K/W].
 
     Returns:
-        Current [A] and its source; the value is None when neither is known.
+        Current [A] and its source; the value is None if neither is known.
     """
     mounting = UNKNOWN if housing_to_ambient is None else housing_to_ambient
     record, nominal = as_record(motor), _nominal_source(motor, ambient, housing_to_ambient)
@@ -192,7 +192,7 @@ def _or_none(value: float) -> float | None:
 
 
 def _nominal_source(motor: Motor, ambient: float, housing_to_ambient: float | None) -> str:
-    """What ``scaled_nominal_current`` did, in words."""
+    """Source of the result of ``scaled_nominal_current``, as text."""
     printed = "nominal current of the data sheet"
     source = (
         printed if motor.nominal_current is not None else "nominal torque of the data sheet over its torque constant"
@@ -212,14 +212,14 @@ def _nominal_source(motor: Motor, ambient: float, housing_to_ambient: float | No
 
 
 def peak_current(motor: Motor, amplifier: Amplifier) -> SourcedValue:
-    """The largest current motor and amplifier both allow for a short time.
+    """Largest short-time current that both motor and amplifier permit.
 
     Args:
-        motor: The sheet; without a peak current, its peak torque over its torque constant.
-        amplifier: Its peak current.
+        motor: Data sheet; without a peak current, peak torque over torque constant is used.
+        amplifier: Amplifier with its peak current.
 
     Returns:
-        Current [A] and its source; the value is None when neither part states one.
+        Current [A] and its source; the value is None if neither states a limit.
     """
     known = []
     if motor.peak_current is not None:
@@ -242,17 +242,17 @@ def torque_limits(
     winding_temperature: float,
     magnet_temperature: float,
 ) -> TorqueLimits:
-    """The electromagnetic torques within a voltage and a current limit at given speeds, in all four quadrants.
+    """Range of electromagnetic torque within a voltage and a current limit at given speeds, in all four quadrants.
 
-    While braking the rotor may be faster than its no-load speed: the current then lowers the voltage.
+    While braking, the rotor may be faster than its no-load speed, because the current then lowers the voltage.
 
     Args:
-        motor: The sheet.
-        speed: Of the rotor [rad/s], any shape.
-        voltage: Largest magnitude at the terminals [V].
-        current_limit: Largest magnitude [A]; None: the voltage alone limits.
-        winding_temperature: [C].
-        magnet_temperature: [C].
+        motor: Data sheet.
+        speed: Speed of the rotor [rad/s], any shape.
+        voltage: Largest magnitude of the terminal voltage [V].
+        current_limit: Largest magnitude of the current [A]; None: only the voltage limits.
+        winding_temperature: Winding temperature [C].
+        magnet_temperature: Magnet temperature [C].
 
     Returns:
         Lower and upper limit at each speed [N m].
@@ -276,17 +276,16 @@ def operating_region(
     winding_temperature: float,
     magnet_temperature: float,
 ) -> Array:
-    """The region of speed and electromagnetic torque that is open for a short time, in all four quadrants.
+    """Region of speed and electromagnetic torque for short-time operation, in all four quadrants.
 
-    Its edges are straight, so its corners are all there is to it. Where neither motor nor amplifier states a peak
-    current, the current is cut at that of a blocked rotor, so that the region closes.
+    The region is a polygon. If neither motor nor amplifier states a peak current, the stall current closes the region.
 
     Args:
-        motor: The sheet; its maximum speed is an edge where it is known.
-        amplifier: Its peak current and modulation.
-        supply_voltage: [V].
-        winding_temperature: [C].
-        magnet_temperature: [C].
+        motor: Data sheet; the maximum speed is an edge if it is known.
+        amplifier: Amplifier with its peak current and modulation.
+        supply_voltage: Supply voltage [V].
+        winding_temperature: Winding temperature [C].
+        magnet_temperature: Magnet temperature [C].
 
     Returns:
         Corners (speed [rad/s], torque [N m]) counter-clockwise, the first repeated at the end, (M, 2).
@@ -312,15 +311,15 @@ def continuous_region(
     winding_temperature: float,
     magnet_temperature: float,
 ) -> Array:
-    """The region of speed and electromagnetic torque that is open for ever, in all four quadrants.
+    """Region of speed and electromagnetic torque for continuous operation, in all four quadrants.
 
     Args:
-        motor: The sheet; its maximum speed is an edge where it is known.
-        amplifier: Its continuous current and modulation.
-        supply_voltage: [V].
-        continuous_current: Of the motor, from ``continuous_current`` [A].
-        winding_temperature: [C].
-        magnet_temperature: [C].
+        motor: Data sheet; the maximum speed is an edge if it is known.
+        amplifier: Amplifier with its continuous current and modulation.
+        supply_voltage: Supply voltage [V].
+        continuous_current: Continuous current of the motor, from ``continuous_current`` [A].
+        winding_temperature: Winding temperature [C].
+        magnet_temperature: Magnet temperature [C].
 
     Returns:
         Corners (speed [rad/s], torque [N m]) counter-clockwise, the first repeated at the end, (M, 2).
@@ -334,9 +333,9 @@ def continuous_region(
 def _region(
     motor: Motor, voltage: float, torque: float, winding_temperature: float, magnet_temperature: float
 ) -> Array:
-    """The polygon inside a torque limit, a speed limit, and both signs of the voltage limit."""
+    """The polygon within a torque limit, a speed limit, and both signs of the voltage limit."""
     constant = torque_constant(motor, magnet_temperature)
-    slope = winding_resistance(motor, winding_temperature) / constant  # volts per newton metre
+    slope = winding_resistance(motor, winding_temperature) / constant  # [V/(N m)]
     speed = (voltage + slope * torque) / constant
     if motor.max_speed is not None:
         speed = min(speed, motor.max_speed)

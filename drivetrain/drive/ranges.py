@@ -1,4 +1,4 @@
-"""The ranges that the numbers of a sheet must lie in, and the faults where they do not."""
+"""Permitted ranges of the values of a data sheet, and the faults of values outside them."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from drivetrain.errors import LARGEST, Fault
 
 @dataclass(frozen=True)
 class Range:
-    """What a number may be.
+    """Permitted range of a value.
 
     Attributes:
-        words: The range as a user reads it.
-        low, high: Its ends, in the unit of the number.
+        words: The range as text for a user.
+        low, high: Ends of the range, in the unit of the value.
         low_included: Whether ``low`` itself is allowed; ``high`` always is.
     """
 
@@ -41,7 +41,7 @@ TEMPERATURE = Range("must be in degrees Celsius above absolute zero (-273.15)", 
 def range_faults(
     owner: str, record: object, ranges: Mapping[str, Range], *, required: Collection[str] = ()
 ) -> list[Fault]:
-    """Every field of a record that is not a number in its range."""
+    """A fault for every field of a record that is not a number in its range."""
     faults = []
     for name, allowed in ranges.items():
         value = getattr(record, name)
@@ -54,8 +54,8 @@ def range_faults(
 
 
 def is_number_in(allowed: Range, value: object) -> bool:
-    """Whether a value is a number that the range holds."""
-    if isinstance(value, float):  # the usual case: thousands of them stand in a catalogue
+    """Whether a value is a number within a range."""
+    if isinstance(value, float):  # the most frequent case: thousands per catalogue
         return allowed.holds(value)
     if isinstance(value, (bool, str)) or axes_of(value) != 0:
         return False

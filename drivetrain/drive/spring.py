@@ -1,8 +1,8 @@
-"""The spring of a gear, of three pieces over its torque; and flanks that a spring and a damper press apart.
+"""Spring of a gear with three ranges of stiffness; contact of flanks pressed together by a spring and a damper.
 
-The torque of the flanks is given at an instant, and as a mean over a step. That mean is along the way that the twist
-goes in the step, kinks and all, so that what it does is to the last digit what the spring stores: no step across a kink
-gains energy, and none passes a flank without touching it.
+The contact torque is given at an instant and as a mean over a step. The mean is taken along the twist of the step,
+including all kinks, so that its work equals the change of the spring's energy to rounding: no step across a kink gains
+energy, and none misses a contact.
 
 Reference: K1 up to T1, K2 from T1 to T2, K3 above T2, continuous (Harmonic Drive catalogues). McLachlan, Quispel and
 Robidoux, Geometric integration using discrete gradients, Phil. Trans. R. Soc. A 357 (1999) 1021: the mean of the force
@@ -25,22 +25,22 @@ from drivetrain.jit import law
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring of three pieces; where there is no further one, the last goes on and what bounds it is infinite."""
+    """A piecewise linear spring of up to three pieces; missing pieces are infinite."""
 
-    # [N m/rad]
+    # Stiffness of each piece [N m/rad].
     slope_1: float
     slope_2: float
     slope_3: float
-    # between the pieces [N m]
+    # Torques between the pieces [N m].
     torque_1: float = math.inf
     torque_2: float = math.inf
-    # twists there [rad]
+    # Twists between the pieces [rad].
     bend_1: float = math.inf
     bend_2: float = math.inf
 
 
 def gear_spring(gear: Gear) -> Spring:
-    """The spring of a gear; a piece whose start is unknown is not used, nor those after it."""
+    """The spring of a gear; a piece whose first torque is unknown is omitted with all that follow."""
     first, second, third = gear.stiffness_1, gear.stiffness_2, gear.stiffness_3
     lower, upper = gear.torque_1, gear.torque_2
     if first is None:
@@ -57,7 +57,7 @@ def gear_spring(gear: Gear) -> Spring:
 
 @law
 def twist_under(spring: Any, torque: Any) -> Any:
-    """T1/K1 + (T2 - T1)/K2 + (T - T2)/K3, of the sign of the torque [rad]; play left out."""
+    """Twist T1/K1 + (T2 - T1)/K2 + (T - T2)/K3 with the sign of the torque [rad]; without backlash."""
     size = abs(torque)
     twist = size / spring.slope_1
     twist = twist + np.maximum(size - spring.torque_1, 0.0) * (1.0 / spring.slope_2 - 1.0 / spring.slope_1)
@@ -67,7 +67,9 @@ def twist_under(spring: Any, torque: Any) -> Any:
 
 @law
 def answer(spring: Any, twist: Any) -> tuple[Any, Any, Any]:
-    """Torque of the sign of a twist [N m], slope, at a bend that before it [N m/rad], and stored energy [J]."""
+    """Torque with the sign of a twist [N m], slope (at a bend that of the piece below) [N m/rad], and stored energy
+    [J].
+    """
     size, more, most = abs(twist), spring.slope_2 - spring.slope_1, spring.slope_3 - spring.slope_2
     over, beyond = np.maximum(size - spring.bend_1, 0.0), np.maximum(size - spring.bend_2, 0.0)
     torque = spring.slope_1 * size + more * over + most * beyond
@@ -78,14 +80,14 @@ def answer(spring: Any, twist: Any) -> tuple[Any, Any, Any]:
 
 
 def wind_up(gear: Gear, output_torque: Array) -> Array | None:
-    """Twist between input and output under a torque, backlash left out: continuous, of the sign of the torque.
+    """Twist between input and output under a torque, without backlash: continuous, with the sign of the torque.
 
     Args:
-        gear: The sheet; one stiffness gives a straight line, two or three give bends at ``torque_1`` and ``torque_2``.
-        output_torque: [N m], any shape.
+        gear: Data sheet; one stiffness gives a straight line, two or three give bends at ``torque_1`` and ``torque_2``.
+        output_torque: Torque at the output [N m], any shape.
 
     Returns:
-        Twist at the output [rad], that shape; None without a stiffness.
+        Twist at the output [rad], same shape; None without a stiffness.
     """
     if gear.stiffness_1 is None:
         return None
@@ -93,27 +95,30 @@ def wind_up(gear: Gear, output_torque: Array) -> Array | None:
 
 
 def tangent_stiffness(gear: Gear, output_torque: Array) -> Array | None:
-    """The slope of torque over wind-up at a torque: what a small vibration about it feels, backlash left out.
+    """Slope of torque over wind-up at a torque, for small vibrations about it; without backlash.
 
     Args:
-        gear: The sheet.
-        output_torque: [N m], any shape; its sign does not matter.
+        gear: Data sheet.
+        output_torque: Torque at the output [N m], any shape; its sign does not matter.
 
     Returns:
-        [N m/rad] at the output, that shape; at a bend the softer piece before it. None without a stiffness.
+        Stiffness at the output [N m/rad], same shape; at a bend that of the softer piece below it. None without a
+        stiffness.
     """
     twist = wind_up(gear, output_torque)
     return None if twist is None else np.asarray(answer(gear_spring(gear), twist)[1])
 
 
-KINKS = 7  # flanks and bends of both sides, and where a damped flank lets go
+KINKS = 7  # both flanks, the bends on both sides, and the points where a damped flank separates
 
 
 @law
 def touch(
     spring: Any, flanks: tuple[float, float], damping: float, twist: float, rate: float
 ) -> tuple[float, float, float]:
-    """What two flanks answer that push and never pull."""
+    """Contact torque of two flanks, which push but never pull [N m], and its slopes over twist [N m/rad] and rate [N m
+    s/rad].
+    """
     low, high = flanks
     if low == high:
         torque, slope, _ = answer(spring, twist - high)
@@ -127,14 +132,14 @@ def touch(
         return 0.0, 0.0, 0.0
     push, slope, _ = answer(spring, deep)
     whole = push + damping * side * rate
-    if whole <= 0.0:  # the flanks part faster than the spring follows
+    if whole <= 0.0:  # the flanks separate faster than the spring can follow
         return 0.0, 0.0, 0.0
     return side * whole, slope, damping
 
 
 @law
 def _kink(spring: Any, flanks: tuple[float, float], loose: float, way: float, j: int) -> float:
-    """Where the j-th kink lies; ``loose``: how deep a flank is where it lets go."""
+    """Position of the j-th kink [rad]; ``loose``: depth of a flank at which it separates [rad]."""
     low, high = flanks
     if j == 0:
         return low
@@ -151,14 +156,14 @@ def _kink(spring: Any, flanks: tuple[float, float], loose: float, way: float, j:
     return low - loose if way > 0.0 else high + loose
 
 
-# long kernel: one way along all kinks
+# A long kernel: a single walk along all kinks.
 @law
 def mean_touch(
     spring: Any, flanks: tuple[float, float], damping: float, twist: float, rate: float, h: float
 ) -> tuple[float, float, float]:
-    """What the flanks answer in the mean over a step, and how that grows."""
+    """Mean of the contact torque over a step ``h`` [N m], and its slopes over twist [N m/rad] and rate [N m s/rad]."""
     at, end, glued = twist - 0.5 * h * rate, twist + 0.5 * h * rate, flanks[0] == flanks[1]
-    length = end - at  # as rounding leaves it
+    length = end - at  # the rounded difference, which decides below
     if length == 0.0:
         return touch(spring, flanks, damping, twist, rate)
     way = 1.0 if length > 0.0 else -1.0
@@ -180,7 +185,7 @@ def mean_touch(
         if to == end:
             break
         if not glued and to == (flanks[1] if way > 0.0 else flanks[0]):
-            # Met at a speed, the damper sets in at once.
+            # At a contact with an initial speed the damper acts at once.
             slope += damping / h
             slowing += (to - twist) / length * damping
         at = to

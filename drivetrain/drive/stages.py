@@ -1,7 +1,8 @@
-"""What stands between gear and joint: screws, belts, racks, worm gears, one or several in a row.
+"""Stages between gear and joint: screws, belts, racks, worm gears, one or several in series.
 
-A row of stages becomes one (``chained``), and with it a gear becomes another gear, seen at the joint: ratio, torques
-and stiffness there, losses by direction of power, inertia at the motor. Every law of a gear holds for it.
+``chained`` combines stages into one, and ``with_stages`` combines it with a gear into an equivalent gear at the joint:
+ratio, torques and stiffness at the joint, losses by direction of power, inertia at the motor. All laws of a gear apply
+to it.
 
 Formulas: efficiency and self-locking of screws and worms, tan(l)/tan(l + r) and tan(l - r)/tan(l), r the angle of
 friction: Budynas and Nisbett, Shigley's Mechanical Engineering Design (9th edition, 2011), sections 8-2 (power screws)
@@ -32,7 +33,7 @@ ENDS = {
     "fixed-supported": (0.699156, 3.926602),
     "fixed-fixed": (0.5, 4.730041),
 }
-"""Of the bearings of a screw: length that buckles over its own, and the first root of its bending."""
+"""By the bearings at the ends of a screw: buckling length over length, and the first root of the bending vibration."""
 
 _RANGES = {
     "efficiency": EFFICIENCY,
@@ -61,33 +62,35 @@ _RANGES = {
 
 @dataclass(frozen=True)
 class Stage:
-    """One stage between gear and joint; a screw, a rack, or a belt without ratio moves a joint that slides.
+    """One stage between gear and joint; a screw, a rack, or a belt without ratio drives a prismatic joint.
 
     Attributes:
-        type: What it is.
-        efficiency: Power out over power in while it is driven from the gear; None: from ``friction``.
-        backdriving_efficiency: While the load drives it, below 0 where it locks; None: of the same friction.
-        friction: Coefficient at the thread or the worm (over the cosine of the flank's angle).
-        ratio: Turns of its input a turn of its output; of gear, worm and belt.
-        lead: Of a screw [m/rad].
-        lead_angle: Of a worm [rad].
-        diameter: Of a screw's thread (its balls' centres), of the last pulley or of the pinion, at the pitch [m].
-        root_diameter: Of a screw [m].
-        length: Of a screw between its bearings, or from bearing to nut [m].
-        ends: How a screw's ends are held.
-        buckling_safety: Against buckling of a screw.
-        diameter_speed: Largest product of a screw's diameter and speed, its DN value [m rad/s].
-        force_limit: Along a screw, at a rack's teeth, or in a belt [N].
-        teeth_in_mesh: Of a belt on its smaller pulley.
-        tooth_force: Limit of one of them [N].
-        torque_limit: At the output [N m].
-        speed_limit: Of the input [rad/s].
-        inertia: At the input [kg m^2]; of a screw None: a steel rod.
-        stiffness: Of the output, the input held [N m/rad].
-        axial_stiffness: Of screw, rack or belt along the slide [N/m]; of a screw None: a steel rod held at one end.
-        mass: [kg].
-        price: In the currency of the study.
-        source: Where these numbers are from.
+        type: Kind of stage.
+        efficiency: Power out over power in when the gear drives; None: from ``friction``.
+        backdriving_efficiency: Power out over power in when the load drives, below 0 where the stage is self-locking;
+            None: that of the same friction.
+        friction: Friction coefficient at the thread or the worm, divided by the cosine of the flank angle.
+        ratio: Input turns per output turn, of a gear, worm or belt.
+        lead: Lead of a screw [m/rad].
+        lead_angle: Lead angle of a worm [rad].
+        diameter: Pitch diameter of a screw (ball centres), of the last pulley or of the pinion [m].
+        root_diameter: Root diameter of a screw [m].
+        length: Length of a screw between its bearings, or from bearing to nut [m].
+        ends: Bearings at the ends of a screw.
+        buckling_safety: Safety factor against buckling of a screw.
+        diameter_speed: Largest product of diameter and speed of a screw, its DN value [m rad/s].
+        force_limit: Largest force along a screw, at the teeth of a rack, or in a belt [N].
+        teeth_in_mesh: Number of belt teeth in mesh on the smaller pulley.
+        tooth_force: Largest force per belt tooth [N].
+        torque_limit: Largest output torque [N m].
+        speed_limit: Largest input speed [rad/s].
+        inertia: Inertia at the input [kg m^2]; None for a screw: that of a steel rod.
+        stiffness: Torsional stiffness at the output with the input held [N m/rad].
+        axial_stiffness: Stiffness of screw, rack or belt along the slide [N/m]; None for a screw: that of a steel rod
+            fixed at one end.
+        mass: Mass [kg].
+        price: Price, in the currency of the study.
+        source: Source of these values.
     """
 
     type: Literal["gear", "worm", "belt", "screw", "rack"]
@@ -135,7 +138,7 @@ class Stage:
 
     @property
     def travel(self) -> float | None:
-        """Of the joint that it slides, a radian of its input [m/rad]; None where its output turns."""
+        """Travel of a prismatic joint per radian of the stage's input [m/rad]; None where the output turns."""
         if self.type == "screw":
             return self.lead
         slides = self.type == "rack" or (self.type == "belt" and self.ratio is None)
@@ -143,7 +146,9 @@ class Stage:
 
     @property
     def factors(self) -> tuple[float, float]:
-        """Torque before it over that behind it, lossless: while it is driven, while it drives (0 or less: it locks)."""
+        """Input torque over output torque relative to a lossless stage, when the gear drives and when the load drives
+        (0 or less: self-locking).
+        """
         if self.efficiency is not None:
             loss = 1.0 / self.efficiency - 1.0
             back = 1.0 - loss if self.backdriving_efficiency is None else self.backdriving_efficiency
@@ -160,13 +165,15 @@ class Stage:
 
     @property
     def rod(self) -> tuple[float, float] | None:
-        """Of a screw as a steel rod: length and root diameter [m]."""
+        """Length and root diameter of a screw as a steel rod [m]."""
         known = self.type == "screw" and self.length is not None and self.root_diameter is not None
         return (self.length, self.root_diameter) if known else None  # type: ignore[return-value]
 
     @property
     def torque_limits(self) -> dict[str, float]:
-        """Its torque limits at its output, or at its input if the joint slides [N m], by the part that limits."""
+        """Torque limits at the output, or at the input of a stage that drives a prismatic joint [N m], by the limiting
+        part.
+        """
         found, arm = {}, self.travel or 0.5 * (self.diameter or 0.0)
         if self.torque_limit is not None:
             found["torque"] = self.torque_limit
@@ -183,7 +190,7 @@ class Stage:
 
     @property
     def speed_limits(self) -> dict[str, float]:
-        """How fast its input may turn [rad/s], by what limits it."""
+        """Limits of the input speed [rad/s], by the limiting part."""
         found = {}
         if self.speed_limit is not None:
             found["speed"] = self.speed_limit
@@ -197,7 +204,7 @@ class Stage:
 
     @property
     def input_inertia(self) -> float:
-        """At its input [kg m^2]."""
+        """Inertia at the input [kg m^2]."""
         if self.inertia is None and self.rod is not None:
             length, diameter = self.rod
             return math.pi / 32.0 * STEEL_DENSITY * length * diameter**4
@@ -205,7 +212,7 @@ class Stage:
 
     @property
     def compliance(self) -> float:
-        """Of its output, of its input where the joint slides [rad/(N m)]; 0 where it is not known."""
+        """Compliance at the output, or at the input if it drives a prismatic joint [rad/(N m)]; 0 if unknown."""
         axial, found = self.axial_stiffness, 0.0 if self.stiffness is None else 1.0 / self.stiffness
         if axial is None and self.rod is not None:
             length, diameter = self.rod
@@ -217,18 +224,19 @@ class Stage:
 
 @dataclass(frozen=True)
 class Chain:
-    """A row of stages as one.
+    """Several stages in series, combined.
 
     Attributes:
-        name: Their types in order.
+        name: Types of the stages, in order.
         ratio: Turns of the gear's output for one unit of the joint coordinate.
-        travel: Of a joint that slides, a radian of that [m/rad].
-        driving, driven: Torque at the gear over that at the joint, lossless, by the direction of power.
-        inertia: At the gear's output [kg m^2].
-        compliance: At the joint [rad/(N m)].
-        torque, torque_words: Limit at the joint [N m], and the part that limits; None: unknown.
+        travel: Travel of a prismatic joint per radian of the last stage's input [m/rad]; None for a revolute joint.
+        driving, driven: Torque at the gear over torque at the joint relative to lossless stages, when the gear drives
+            and when the load drives.
+        inertia: Inertia at the gear's output [kg m^2].
+        compliance: Compliance at the joint [rad/(N m)].
+        torque, torque_words: Torque limit at the joint [N m] and the limiting part; None: unknown.
         speed, speed_words: Speed limit of the joint [rad/s], and its reason; None: unknown.
-        mass, price: [kg], [-].
+        mass, price: Mass [kg] and price, in the currency of the study.
     """
 
     name: str
@@ -247,16 +255,16 @@ class Chain:
 
 
 def chained(stages: Sequence[Stage]) -> Chain:
-    """A row of stages as one.
+    """Combine several stages in series.
 
     Args:
-        stages: From the gear to the joint; only the last one may move a slide.
+        stages: In order from the gear to the joint; only the last one may drive a prismatic joint.
 
     Returns:
-        The chain; of several limits the one that binds first, as seen at the joint.
+        The combined stages; of several limits the lowest one as seen at the joint.
 
     Raises:
-        InputError: None at all, or one that slides stands before another.
+        InputError: There are no stages, or a stage that drives a prismatic joint is not the last one.
     """
     if not stages:
         raise InputError(Fault("stages", "needs at least one stage"))
@@ -270,7 +278,7 @@ def chained(stages: Sequence[Stage]) -> Chain:
         inertia += one.input_inertia / ratio**2
         speeds |= {f"{why} of the {one.type}": limit * ratio / whole for why, limit in one.speed_limits.items()}
         ratio *= 1.0 if one.travel is not None else one.ratio or 1.0
-        behind = whole / ratio  # turns of its output a turn of the joint
+        behind = whole / ratio  # output turns of the stage per turn of the joint
         torques |= {f"{why} of the {one.type}": limit * behind for why, limit in one.torque_limits.items()}
         compliance += one.compliance / behind**2
         forward, back = one.factors
@@ -284,14 +292,15 @@ def chained(stages: Sequence[Stage]) -> Chain:
 
 
 def with_stages(gear: Gear, chain: Chain) -> Gear:
-    """A gear with stages behind it as one gear, seen at the joint.
+    """Combine a gear and the stages behind it into an equivalent gear at the joint.
 
     Args:
-        gear: Its output drives the first stage; ``NO_GEAR``: the motor does.
-        chain: Of ``chained``.
+        gear: The gear that drives the first stage; ``NO_GEAR`` if the motor drives it directly.
+        chain: The stages, from ``chained``.
 
     Returns:
-        A gear of both keys, ``GEAR+STAGES``: ratio, torques and stiffness at the joint, losses by direction of power.
+        The equivalent gear with key ``GEAR+STAGES``: ratio, torques and stiffness at the joint, losses by direction of
+        power.
     """
 
     def times(factor: float, *names: str) -> dict[str, float]:

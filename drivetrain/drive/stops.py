@@ -1,8 +1,8 @@
-"""What a stop does to a gear: braking at a current limit, the spring's overshoot, an output that jams.
+"""Effects of a stop on a gear: braking at a current limit, overshoot of the spring, a blocked output.
 
 T is the torque at the gear's output, w its speed, J the inertia at the gear's input, G the ratio. A joint whose load
-turns as T = I w' + b stops by a motor that pushes against its motion as hard as its current allows:
-G tau = f T + G^2 J w' with f = 1/eta where the motor drives the load and eta_back where the load drives the motor.
+turns as T = I w' + b is stopped by a motor that brakes with the torque its current limit allows: G tau = f T + G^2 J w'
+with f = 1/eta where the motor drives the load and eta_back where the load drives the motor.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from drivetrain.drive.gear import turning_drag
 from drivetrain.jit import law
 from drivetrain.records import known, known_or
 
-HARDER = 2.2  # stiffness of the last piece of a spring over that of its first; 1.51 to 2.1 in 76 strain-wave gears
-STIFFER = 1.3  # of the printed stiffness: makers print a mean, and a stiffer gear is loaded more in a jam
+HARDER = 2.2  # stiffness of the last over that of the first piece of a spring; 1.51 to 2.1 in 76 strain-wave gears
+STIFFER = 1.3  # factor on the printed mean stiffness: a stiffer gear is loaded more in a jam
 
 
 class StiffSpring(NamedTuple):
-    """Slopes of the pieces [N m/rad], and where the first two end [N m]."""
+    """Stiffness of the three pieces [N m/rad], and torques between them [N m]."""
 
     slope_1: float
     slope_2: float
@@ -32,14 +32,16 @@ class StiffSpring(NamedTuple):
 
 
 class Braking(NamedTuple):
-    """The first instant of a stop."""
+    """State at the first instant of a stop."""
 
     torque: float  # at the gear's output [N m]
     acceleration: float  # of the gear's output [rad/s^2]
 
 
 class StopRotor(NamedTuple):
-    """A rotor while its joint stops, at the gear's output [kg m^2]: that turns behind the gear, and that loads it."""
+    """Inertias of a rotor while its joint stops, at the gear's output [kg m^2]: the one that is accelerated through the
+    gear, and the one whose reaction loads it.
+    """
 
     turning: float
     loading: float
@@ -47,22 +49,22 @@ class StopRotor(NamedTuple):
 
 @law
 def stop_rotor(ratio: Any, inertia: Any, rides: Any) -> StopRotor:
-    """G^2 J of a stator on the link before the joint. One that rides on the moved link (rides 1, else 0) turns the
-    rotor by w' more, G (G + 1) J, and has its reaction on the load, (G + 1) J.
+    """G^2 J for a stator on the link before the joint; for one on the moved link (``rides`` 1, else 0) G (G + 1) J,
+    because the rotor turns by w' more, with the reaction (G + 1) J on the load.
     """
     return StopRotor(ratio * (ratio + rides) * inertia, rides * (ratio + 1.0) * inertia)
 
 
 @law
 def braking_push(mesh: Any, shaft: Any, factor: Any, inertia: Any, limit: Any, speed: Any, carrier: Any) -> Any:
-    """Torque that slows the rotor in addition to the mesh's, at the output [N m]."""
+    """Torque that decelerates the rotor in addition to the torque through the mesh, at the gear's output [N m]."""
     drag = abs(sliding_friction(shaft, mesh.ratio * speed) + turning_drag(mesh, factor, mesh.ratio * speed))
     return -direction(speed) * abs(mesh.ratio) * (limit + drag) - mesh.ratio * inertia * carrier
 
 
 @law
 def braked(driving: Any, driven: Any, rotor: Any, push: Any, static: Any, inertia: Any, way: Any) -> Any:
-    """The torque of a gear while its motor brakes, and how the joint slows down; one sample."""
+    """Gear torque and acceleration of the joint while its motor brakes; for one sample."""
     through = rotor * static + inertia * push
     factor = driving if through * way > 0.0 else driven
     whole = factor * inertia + rotor
@@ -73,9 +75,9 @@ def braked(driving: Any, driven: Any, rotor: Any, push: Any, static: Any, inerti
 
 @law
 def swing_spring(gear: Any) -> StiffSpring:
-    """The spring of a gear as it swings; of one stiffness alone, or none, a straight line.
+    """The spring of a gear for oscillations; a straight line if only one stiffness or none is given.
 
-    Where the sheet tells some of its pieces, and not all of them and their bends, the bends are NaN.
+    The bends are NaN where the data sheet gives some of the pieces and bends, but not all.
     """
     if not known(gear.stiffness_2) and not known(gear.stiffness_3):
         return StiffSpring(1.0, 1.0, 1.0, 0.0, 0.0)
@@ -86,11 +88,11 @@ def swing_spring(gear: Any) -> StiffSpring:
 
 @law
 def swung_torque(spring: Any, before: Any, target: Any, share: Any) -> Any:
-    """The torque to which a spring swings when what it bears at rest steps from one to another [N m].
+    """Peak torque of a spring's oscillation when its static torque steps from one value to another [N m].
 
-    Undamped, to the same energy beyond as before: the integral of (T - target) dT/K is 0 from end to end. A straight
-    line swings as far beyond; one that stiffens further, at most by the root of its stiffnesses. ``share`` is that of a
-    step that takes its time, see ``overshoot``.
+    Without damping the oscillation is symmetric in energy: the integral of (T - target) dT/K is 0 from end to end. A
+    straight line overshoots by the step; one that stiffens overshoots at most by the step times the square root of the
+    ratio of stiffnesses. ``share``: of a step with a rise time, see ``overshoot``.
     """
     way = 1.0 if target >= before else -1.0
     start, middle = way * before, way * target
@@ -121,10 +123,10 @@ def swung_torque(spring: Any, before: Any, target: Any, share: Any) -> Any:
 
 @law
 def overshoot(stiffness: Any, inertia: Any, rotor: Any, rise: Any) -> Any:
-    """By what share of a step of torque a gear's spring swings beyond it: |sin(x)/x|, x = pi f rise; undamped.
+    """Overshoot of a gear's spring as a share of a torque step with a rise time: |sin(x)/x|, x = pi f rise; undamped.
 
-    f is that of load and rotor on the spring, free at both ends. 1 where the torque comes at once, or the stiffness is
-    unknown.
+    f is the natural frequency of load and rotor on the spring, free at both ends. 1 for a step without rise time or an
+    unknown stiffness.
     """
     if not known(stiffness) or rise <= 0.0 or inertia <= 0.0 or rotor <= 0.0:
         return 1.0
@@ -134,10 +136,10 @@ def overshoot(stiffness: Any, inertia: Any, rotor: Any, rise: Any) -> Any:
 
 @law
 def struck(stiffness: Any, inertia: Any, speed: Any, static: Any, torque: Any) -> Any:
-    """Largest torque in a gear's spring if its rotor, turning with the load, is stopped in any time [N m].
+    """Largest torque in a gear's spring if its rotor, turning with the load, is stopped within any time [N m].
 
-    The load swings on the spring about b with the amplitude w sqrt(K I), as if the rotor stood at once, on top of what
-    it swung already. Infinite where the stiffness is unknown.
+    The load oscillates about b with the amplitude w sqrt(K I), as if the rotor stopped at once, in addition to the
+    oscillation before. Infinite where the stiffness is unknown.
     """
     if not known(stiffness):
         return math.inf
@@ -148,9 +150,9 @@ def struck(stiffness: Any, inertia: Any, speed: Any, static: Any, torque: Any) -
 def stop_swing(
     spring: Any, stiffness: Any, share: Any, found: Any, static: Any, before: Any, inertia: Any, speed: Any
 ) -> Any:
-    """Most that a gear's spring bears in a stop [N m]: as it begins, or ends and nothing slows down any more.
+    """Largest torque of a gear's spring in a stop [N m]: at its start, or at its end when the deceleration ends.
 
-    ``found``: of ``braked``; ``before``: the gear's torque in the cycle; ``stiffness``: the largest, of ``struck``.
+    ``found``: from ``braked``; ``before``: gear torque in the cycle; ``stiffness``: the largest one, as for ``struck``.
     """
     begun = abs(swung_torque(spring, before, found.torque, share))
     ended = abs(swung_torque(spring, found.torque, static, share))
@@ -159,7 +161,7 @@ def stop_swing(
 
 @law
 def rotor_energy(motor: Any, gear: Any, speed: Any) -> Any:
-    """Of rotor and gear's input at a speed of the output [J]; NaN where the rotor's inertia is unknown."""
+    """Kinetic energy of rotor and gear input at a speed of the output [J]; NaN where the rotor's inertia is unknown."""
     return 0.5 * (motor.rotor_inertia + known_or(gear.inertia, 0.0)) * (gear.ratio * speed) ** 2
 
 
@@ -184,9 +186,10 @@ def jam_torque(spring: Any, energy: Any, push: Any) -> Any:
 
 @law
 def stiff_spring(gear: Any) -> Any:
-    """The spring of a gear as stiff as it may be: STIFFER than printed, and where a bend is unknown stiff from 0 on.
+    """The spring of a gear with the largest plausible stiffness: STIFFER times the printed one; the stiffest piece from
+    0 on where a bend is unknown.
 
-    NaN slopes where the sheet prints no stiffness.
+    NaN slopes where the data sheet gives no stiffness.
     """
     first = known_or(gear.stiffness_1, known_or(gear.stiffness_2, known_or(gear.stiffness_3, math.nan)))
     second = known_or(gear.stiffness_2, first)

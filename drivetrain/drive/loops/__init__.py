@@ -1,1 +1,1 @@
-"""The loops of a joint's servo: the axis, the design, compiled stages held over a step."""
+"""The loops of a joint's servo: plant, design, and the exact step of the current loop."""

@@ -1,12 +1,13 @@
-"""A winding under its current controller, moved exactly over a step while command and speed are held.
+"""Exact step of a winding and its current controller while command and speed are constant.
 
-Current I and integrator z [V] follow, between the limits of the voltage,
+Current I and integrator z [V] obey, within the limits of the voltage,
 
     L I' = V - R I - e,   V = kp (c - I) + z + f,   z' = ki (c - I)
 
-with c the command, e the back-emf and f what is fed forward. At a limit V stays, and z is drawn back by what the
-controller asks in vain, over kp/ki (back-calculation), so that it does not wind up. Both are linear, so each stretch
-between two changes of the limit has its exponential; a change is enclosed by halving the stretch.
+with c the command, e the back-emf and f the feed-forward voltage. At a limit V is constant, and z is reduced by the
+voltage demanded beyond the limit, over kp/ki (back-calculation), so that it does not wind up. Both cases are linear, so
+each interval between two changes of the limit has an exponential solution; a change is bracketed by halving the
+interval.
 
 Reference: Astrom and Wittenmark, Computer-Controlled Systems, section 3.5 (anti-windup by back-calculation).
 """
@@ -18,19 +19,19 @@ from typing import Any
 
 from drivetrain.jit import kernel
 
-# A linear stage of two states over a step in which what drives it is held: matrices made once for many steps.
+# Linear stage of two states over a step with constant inputs; its matrices are computed once for many steps.
 #
-# Of ``x' = A x + b`` over a step h the end is ``E x + h F b`` and the mean ``F x + h G b`` with
+# For ``x' = A x + b`` over a step h the end is ``E x + h F b`` and the mean ``F x + h G b`` with
 #
 #     E = exp(A h),   F = (exp(A h) - 1) (A h)^-1,   G = (F - 1) (A h)^-1,
 #
-# from the series of a small part of the step, doubled until it is the whole: that divides by nothing, so that neither a
-# short step nor a slow motion beside a fast one costs digits.
+# They follow from the series for a small part of the step, doubled until it covers the whole step. There is no
+# division, so accuracy is kept for short steps and for slow motion beside fast motion.
 #
 # Reference: Higham, Functions of Matrices (2008), section 10.7.4 (the phi functions), with 10.3 (scaling and squaring).
 
-TERMS = 14  # of the series; up to 1/2 the next is below rounding
-Matrix = tuple[float, float, float, float]  # its entries, row after row
+TERMS = 14  # number of terms; up to a norm of 1/2 the next one is below rounding
+Matrix = tuple[float, float, float, float]  # entries row by row
 
 
 @kernel
@@ -75,27 +76,27 @@ def held_step(a: Matrix, h: float) -> tuple[Matrix, Matrix, Matrix]:
 
 @kernel
 def put_matrix(row: Any, matrix: Matrix) -> None:
-    """Write a matrix into a row of four numbers [any unit]."""
+    """Write the entries of a matrix into a row of four numbers."""
     for j in range(4):
         row[j] = matrix[j]
 
 
-# The loop on it
+# The current loop.
 
 
 Loop = tuple[float, float, float, float, float, float, float]
-SMALLEST = 1.0 / 512.0  # of the step: a change of the limit is enclosed this closely
+SMALLEST = 1.0 / 512.0  # smallest share of the step to which a change of the limit is bracketed
 
 
 @kernel
 def stretch(current: float, integral: float, h: float, limit: float, loop: Loop) -> tuple[float, float, float]:
-    """The state after a stretch in which the voltage is free (limit 0) or at one limit."""
+    """Current, integrator and mean current after an interval without limit (``limit`` 0) or at one limit [V]."""
     resistance, inductance, kp, ki, command, emf, forward = loop
     if limit == 0.0:
         m11, m12, m21, m22 = -(kp + resistance) / inductance, 1.0 / inductance, -ki, 0.0
         b1, b2 = (kp * command + forward - emf) / inductance, ki * command
     else:
-        # With z drawn back over kp/ki the current drops out of its rate.
+        # With the back-calculation of z, the equation of z does not contain the current.
         m11, m12, m21, m22 = -resistance / inductance, 0.0, 0.0, -ki / kp
         b1, b2 = (limit - emf) / inductance, (limit - forward) * ki / kp
     whole, held, middle = held_step((m11, m12, m21, m22), h)
@@ -111,10 +112,10 @@ def stretch(current: float, integral: float, h: float, limit: float, loop: Loop)
 def flows(
     current: float, integral: float, end: float, drawn: float, mean: float, h: float, limit: float, loop: Loop
 ) -> tuple[float, float]:
-    """What heats and what flows over a stretch, from its two ends.
+    """Mean square current [A^2] and mean electrical power [W] of an interval, from the states at its ends.
 
-    The mean square follows from y' = A y, y off what it settles at, and A' Q + Q A = -e e' (Q of a Lyapunov equation):
-    the integral of the square is what y' Q y has lost. The power is that of voltage and current, the controller's own.
+    For y' = A y, with y the deviation from the settled state, and A' Q + Q A = -e e' (Lyapunov equation), the integral
+    of the square is the decrease of y' Q y. The power is the product of the controller's voltage and the current.
     """
     resistance, inductance, kp, ki, command, emf, forward = loop
     if limit != 0.0:
@@ -122,13 +123,14 @@ def flows(
         first, last = current - settled, end - settled
         lost = 0.5 * (first * first - last * last) * inductance / resistance
         return settled * (2.0 * mean - settled) + lost / h, limit * mean
-    settled = resistance * command + emf - forward  # what the integrator settles at; the current, at the command
+    # settled value of the integrator; the current settles at the command
+    settled = resistance * command + emf - forward
     first, last = current - command, end - command
     begun, left = integral - settled, drawn - settled
     whole, off = kp + resistance, mean - command
     lost = 0.5 * ((first * first - last * last) * inductance + (begun * begun - left * left) / ki) / whole
     square = command * (2.0 * mean - command) + lost / h
-    # V is R c + e at rest, and kp y falls and z' = -ki y grows beside it.
+    # V is R c + e when settled; kp y and z' = -ki y are the deviation.
     beside = inductance * (last - first) / h + resistance * off
     power = (resistance * command + emf) * mean + command * beside
     return square, power - kp * lost / h - 0.5 * (left * left - begun * begun) / (ki * h)
@@ -136,7 +138,7 @@ def flows(
 
 @kernel
 def held_at(current: float, integral: float, volts: float, kp: float, command: float, forward: float) -> float:
-    """At which limit the voltage is."""
+    """The voltage limit that is active [V], with its sign; 0 if none is."""
     demanded = kp * (command - current) + integral + forward
     return volts if demanded > volts else -volts if demanded < -volts else 0.0
 
@@ -145,7 +147,9 @@ def held_at(current: float, integral: float, volts: float, kp: float, command: f
 def loop_step(
     current: float, integral: float, h: float, volts: float, loop: Loop
 ) -> tuple[float, float, float, float, float]:
-    """The state after a step, through any number of changes at the limit."""
+    """Current and integrator after a step with any number of changes of the limit; mean current, mean square current
+    and mean power.
+    """
     kp, command, forward = loop[2], loop[4], loop[6]
     left, carried, heated, flowed, trial = h, 0.0, 0.0, 0.0, h
     while left > 0.0:

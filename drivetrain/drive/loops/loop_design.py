@@ -1,8 +1,8 @@
-"""The loops of one joint's servo, designed from its drive: gains, margins, and what the joint's spring leaves of them.
+"""Design of a joint's servo loops from its drive: gains, margins, and the influence of the joint's spring.
 
-A loop is judged as the simulation runs it (``effects/control/sampled_cascade.py``): the motor's angle is sampled, its
-difference is the speed, the command is held for a period and given out some samples later. Whether it settles is
-decided by the poles of the closed loop, never by a margin; how well, by the nearest that the open loop comes to -1.
+A loop is evaluated as the simulation runs it (``effects/control/sampled_cascade.py``): the motor angle is sampled, its
+difference is the speed, the command is held for one period and output some samples later. Stability is decided by the
+poles of the closed loop, not by a margin; robustness is measured by the smallest distance of the open loop from -1.
 
 Reference: Astrom and Murray, Feedback Systems, sections 10.3 (modulus margin 1/Ms) and 12.5 (resonances); Astrom and
 Wittenmark, Computer-Controlled Systems, section 3.2 (poles against the unit circle).
@@ -32,26 +32,27 @@ from drivetrain.errors import Fault, InputError
 if TYPE_CHECKING:
     from control import StateSpace, TransferFunction
 
-BELOW_CURRENT_LOOP = 5.0  # times slower than the current loop a speed loop is laid out, at least
-BELOW_SPRING = 3.0  # and than the anti-resonance
-SAMPLES = 10.0  # and periods that the lag of sampling and computing may take of its time
-OUTER = 4.0  # times slower than the speed loop the position loop is
-MODULUS_MARGIN = 0.5  # from -1: every crossing then has a gain margin of 6 dB and a phase margin of 29 deg at least
-SLOWER = 0.95  # is the next bandwidth tried where one does not have it
-SLOWEST = 0.02  # of the first one tried: what is slower still is no servo
-POINTS, AROUND = 500, 60  # frequencies of a response: along all of it, and on each side of a root
-NOTCHED = 0.8  # of half the sampling rate: the highest resonance that a sampled notch is laid on
-WORTH = 1.1  # times faster a loop must become by a notch
+BELOW_CURRENT_LOOP = 5.0  # smallest ratio of the current loop's to the speed loop's bandwidth
+BELOW_SPRING = 3.0  # smallest ratio of the anti-resonance to the speed loop's bandwidth
+SAMPLES = 10.0  # smallest ratio of the speed loop's time constant to the lag of sampling and computing
+OUTER = 4.0  # ratio of the speed loop's to the position loop's bandwidth
+# distance from -1: gives a gain margin of 6 dB and a phase margin of 29 deg at least at every crossing
+MODULUS_MARGIN = 0.5
+SLOWER = 0.95  # factor to the next bandwidth tried
+SLOWEST = 0.02  # lowest bandwidth tried, as a share of the first one
+POINTS, AROUND = 500, 60  # frequencies of a response: over its whole range, and on each side of a root
+NOTCHED = 0.8  # highest resonance for which a sampled notch is designed, as a share of half the sampling rate
+WORTH = 1.1  # smallest factor on the bandwidth for which a notch is proposed
 SPRING = "resonance of the joint's spring"
 
 
 @dataclass(frozen=True)
 class Margins:
-    """Of one open loop, at every frequency where there is one.
+    """Stability margins of one open loop at every crossing frequency.
 
     Attributes:
-        gain: (frequency [rad/s], factor on the gain that would make the loop swing [-]) where the phase is -180 deg.
-        phase: (frequency [rad/s], lag that would make it swing [rad]) where the gain is 1.
+        gain: (frequency [rad/s], factor on the gain at the stability limit [-]) where the phase is -180 deg.
+        phase: (frequency [rad/s], additional lag at the stability limit [rad]) where the gain is 1.
     """
 
     gain: tuple[tuple[float, float], ...]
@@ -59,37 +60,37 @@ class Margins:
 
     @property
     def least_gain(self) -> float:
-        """The gain margin nearest to 1 [-]; infinite where there is none."""
+        """The gain margin nearest to 1 [-]; infinite if there is none."""
         return min(
             (factor for _, factor in self.gain), key=lambda one: abs(math.log(max(one, 1e-300))), default=math.inf
         )
 
     @property
     def least_phase(self) -> float:
-        """The phase margin nearest to 0 [rad]; infinite where there is none."""
+        """The phase margin nearest to 0 [rad]; infinite if there is none."""
         return min((lag for _, lag in self.phase), key=abs, default=math.inf)
 
 
 @dataclass(frozen=True, eq=False)
 class LoopDesign:
-    """Gains of a cascade and how far they are from trouble.
+    """Gains of a cascade and its stability margins.
 
     Attributes:
-        speed_bandwidth, position_bandwidth: Crossover of the loops as designed [rad/s].
-        speed_gain: At the motor [A s/rad].
-        integral_time: Of the speed loop [s].
-        position_gain: Of the position loop [1/s].
-        limited_by: What keeps the speed loop from being faster.
-        anti_resonance, resonance: Of the joint's spring [rad/s]; infinite for a rigid joint.
-        stable: Whether both loops settle, by their closed poles, with the lightest load too.
-        modulus_margin: The nearest that one of the open loops comes to -1 [-].
-        critical_frequency: Where it does [rad/s].
-        poles: Of the closed cascade [rad/s]; of a sampled one ln(z) / period.
-        sampled_share: Speed gain over the largest that sampling allows for a rigid joint [-]; 0 without samples.
-        frequencies: At which the responses are [rad/s], (N,).
-        speed_loop, position_loop: Open loops' complex responses, (N,).
-        notch: In the speed loop; None: it has none.
-        with_notch: The design that a notch would allow, where the spring's resonance limits a sampled one; else None.
+        speed_bandwidth, position_bandwidth: Design crossover frequency of each loop [rad/s].
+        speed_gain: Gain of the speed loop, at the motor [A s/rad].
+        integral_time: Integral time of the speed loop [s].
+        position_gain: Gain of the position loop [1/s].
+        limited_by: What limits the bandwidth of the speed loop.
+        anti_resonance, resonance: Frequencies of the joint's spring [rad/s]; infinite for a rigid joint.
+        stable: Whether both closed loops are stable by their poles, also with the lightest load.
+        modulus_margin: Smallest distance of the open loops from -1 [-].
+        critical_frequency: Frequency of that distance [rad/s].
+        poles: Poles of the closed cascade [rad/s]; of a sampled one ln(z) / period.
+        sampled_share: Speed gain over its limit by sampling for a rigid joint [-]; 0 without sampling.
+        frequencies: Frequencies of the responses [rad/s], (N,).
+        speed_loop, position_loop: Complex responses of the open loops, (N,).
+        notch: Notch filter in the speed loop; None if there is none.
+        with_notch: The design with a notch filter where the spring's resonance limits a sampled loop; else None.
     """
 
     speed_bandwidth: float
@@ -113,47 +114,47 @@ class LoopDesign:
 
     @cached_property
     def speed_margins(self) -> Margins:
-        """Of the open speed loop, at every crossing."""
+        """Margins of the open speed loop at every crossing."""
         return _margins(self.frequencies, self.speed_loop)
 
     @cached_property
     def position_margins(self) -> Margins:
-        """Of the open position loop, at every crossing."""
+        """Margins of the open position loop at every crossing."""
         return _margins(self.frequencies, self.position_loop)
 
     @property
     def speed_phase_margin(self) -> float:
-        """Nearest to 0 of all crossings [rad]; meaningless for an unstable loop."""
+        """Phase margin nearest to 0 of all crossings [rad]; meaningless for an unstable loop."""
         return self.speed_margins.least_phase
 
     @property
     def position_phase_margin(self) -> float:
-        """As that of the speed loop [rad]."""
+        """Phase margin of the position loop, as ``speed_phase_margin`` [rad]."""
         return self.position_margins.least_phase
 
     @property
     def speed_gain_margin(self) -> float:
-        """Nearest to 1 of all crossings [-]; meaningless for an unstable loop."""
+        """Gain margin nearest to 1 of all crossings [-]; meaningless for an unstable loop."""
         return self.speed_margins.least_gain
 
     @property
     def position_gain_margin(self) -> float:
-        """As that of the speed loop [-]."""
+        """Gain margin of the position loop, as ``speed_gain_margin`` [-]."""
         return self.position_margins.least_gain
 
     @property
     def speed_reach(self) -> float:
-        """Frequency at which the closed speed loop is down to -3 dB [rad/s]."""
+        """Frequency at which the closed speed loop's gain is -3 dB [rad/s]."""
         return _reach(self.frequencies, self.speed_loop)
 
     @property
     def position_reach(self) -> float:
-        """Frequency at which the closed position loop, without speed fed forward, is down to -3 dB [rad/s]."""
+        """Frequency at which the closed position loop's gain is -3 dB, without speed feed-forward [rad/s]."""
         return _reach(self.frequencies, self.position_loop)
 
     @property
     def damping(self) -> float:
-        """Damping ratio of the closed cascade's least damped pole [-]; negative where it does not settle."""
+        """Damping ratio of the closed cascade's least damped pole [-]; negative if the cascade is unstable."""
         return min(-pole.real / abs(pole) if pole else 0.0 for pole in self.poles)
 
 
@@ -165,26 +166,28 @@ def design_loops(
     lightest: float | None = None,
     modulus_margin: float = MODULUS_MARGIN,
 ) -> LoopDesign:
-    """The gains of a cascade, as fast as current loop, samples and spring let it be, or as wanted.
+    """Design the gains of a cascade for a given speed bandwidth, or as fast as current loop, sampling and spring
+    permit.
 
-    The speed loop is tried at a fifth of the current loop's bandwidth, a third of the anti-resonance, or slow enough
-    for ten lags of sampling, whichever is least; then ever slower, until both loops settle and stay away from -1.
+    The first speed bandwidth tried is the smallest of a fifth of the current loop's, a third of the anti-resonance, and
+    that of a time constant of ten lags of sampling. It is reduced until both loops are stable and keep the modulus
+    margin.
 
     Args:
-        axis: The joint, with its load at its heaviest.
-        timing: Current loop and samples.
-        speed_bandwidth: Wanted crossover of the speed loop [rad/s]: used as stated, with a statement whether the loop
-            is stable. None: the fastest that has the margin.
-        lightest: Load inertia with which the same gains must have the margin too [kg m^2]; None: the axis's own.
-        modulus_margin: Least distance of the open loops from -1 [-], above 0 and below 1; 0.5 means 6 dB and 29 deg at
-            every crossing.
+        axis: The joint with its heaviest load.
+        timing: Current loop and sampling.
+        speed_bandwidth: Required crossover frequency of the speed loop [rad/s], which is used as stated; the result
+            says whether it is stable. None: the highest one with the required margin.
+        lightest: Load inertia with which the same gains must also have the margin [kg m^2]; None: that of ``axis``.
+        modulus_margin: Smallest permitted distance of the open loops from -1 [-], above 0 and below 1; 0.5 gives 6 dB
+            and 29 deg at every crossing.
 
     Returns:
-        Gains, margins, poles with the heaviest load, and what limits them. Where no bandwidth has the margin, the one
-        that comes nearest to it of those that settle; where none settles ``stable`` is False.
+        Gains, margins, poles with the heaviest load, and what limits them. If no bandwidth has the margin, the stable
+        one with the largest margin; if none is stable, ``stable`` is False.
 
     Raises:
-        InputError: Nothing limits the bandwidth and none is wanted, or a number out of its range.
+        InputError: Nothing limits the bandwidth and none is given, or a value is out of its range.
     """
     limits = {
         "current loop": timing.current_bandwidth / BELOW_CURRENT_LOOP,
@@ -209,7 +212,7 @@ def design_loops(
     if speed_bandwidth is not None:
         return _judged(servos, *_gains(axis, wanted), "wanted")
     found, good = _fastest(servos, axis, wanted, modulus_margin)
-    if not good or found < wanted:  # too fast for its lag, or for its spring: that is, a rigid joint could be faster
+    if not good or found < wanted:  # too fast for the lag or the spring: a rigid joint could be faster
         rigid = [_Servo.of(replace(one, stiffness=None), timing, wanted) for one in axes]
         stiff, _ = _fastest(rigid, axis, wanted, modulus_margin)
         by_spring = axis.stiffness is not None and (stiff > found or not good)
@@ -235,14 +238,14 @@ def given_loops(
     notch: Notch | None = None,
     limited_by: str = "given gains",
 ) -> LoopDesign:
-    """What gains make of an axis."""
+    """The loop design that results from given gains."""
     bandwidth = speed_gain * axis.torque_constant / axis.whole_inertia
     servo = _Servo.of(axis, timing, bandwidth, notch)
     return _judged([servo], speed_gain, integral_time, position_gain, limited_by)
 
 
 def closed_loop(axis: ServoAxis, timing: ServoTiming, design: LoopDesign) -> StateSpace:
-    """The cascade from commanded to measured angle of the motor, without speed fed forward."""
+    """The closed cascade from commanded to measured motor angle, without speed feed-forward."""
     servo = _Servo.of(axis, timing, design.speed_bandwidth, design.notch)
     return _cascade(servo, design.speed_gain, design.integral_time, design.position_gain)[1]
 
@@ -253,9 +256,10 @@ def _gains(axis: ServoAxis, bandwidth: float) -> tuple[float, float, float]:
 
 
 def _fastest(servos: list[_Servo], axis: ServoAxis, first: float, margin: float) -> tuple[float, bool]:
-    """The largest bandwidth from ``first`` down at which every bench settles and stays away from -1, if there is one.
+    """The largest bandwidth from ``first`` down at which every servo is stable and has the margin, and whether there is
+    one.
 
-    Where none has the margin, the nearest to it of those that settle.
+    If none has the margin, the stable one with the largest margin.
     """
     tried = first * SLOWER ** np.arange(1 + math.ceil(math.log(SLOWEST) / math.log(SLOWER)))
     near = []
@@ -264,7 +268,7 @@ def _fastest(servos: list[_Servo], axis: ServoAxis, first: float, margin: float)
         near.append(min(_distance(servo, *gains)[0] for servo in servos))
         if near[-1] >= margin and all(_settled(*_cascade(servo, *gains)) for servo in servos):
             return bandwidth, True
-    for k in np.argsort(near)[::-1]:  # those with the margin do not settle, or they would have been taken
+    for k in np.argsort(near)[::-1]:  # those with the margin are unstable, or one of them would have been returned
         if near[k] < margin and all(_settled(*_cascade(servo, *_gains(axis, float(tried[k])))) for servo in servos):
             return float(tried[k]), False
     return first, False
@@ -272,7 +276,7 @@ def _fastest(servos: list[_Servo], axis: ServoAxis, first: float, margin: float)
 
 @dataclass(frozen=True, eq=False)
 class _Servo:
-    """An axis as its speed loop meets it: from the commanded current, late as it comes, to the measured speed."""
+    """Plant of the speed loop, from commanded current to measured speed, with its frequency response."""
 
     axis: ServoAxis
     timing: ServoTiming
@@ -284,7 +288,7 @@ class _Servo:
 
     @staticmethod
     def of(axis: ServoAxis, timing: ServoTiming, first: float, notch: Notch | None = None) -> _Servo:
-        """With responses that show every bandwidth from ``first`` down."""
+        """The plant with a response that covers every bandwidth from ``first`` down."""
         import control
 
         plant = servo_plant(axis, timing)
@@ -297,7 +301,7 @@ class _Servo:
 
 
 def _grid(axis: ServoAxis, timing: ServoTiming, plant: StateSpace, first: float) -> Array:
-    """Frequencies that show an open loop whole: dense about every pole and zero that is hardly damped [rad/s]."""
+    """Frequencies for the response of an open loop: dense near every lightly damped pole and zero [rad/s]."""
     roots = np.concatenate([plant.poles(), plant.zeros()]).astype(complex)
     if timing.period > 0.0:
         top = math.pi / timing.period
@@ -312,7 +316,7 @@ def _grid(axis: ServoAxis, timing: ServoTiming, plant: StateSpace, first: float)
 
 
 def _summed(timing: ServoTiming) -> TransferFunction:
-    """From measured speed to measured angle, and from the speed's error to its integral."""
+    """From measured speed to measured angle, and from the speed error to its integral."""
     import control
 
     if timing.period == 0.0:
@@ -321,20 +325,20 @@ def _summed(timing: ServoTiming) -> TransferFunction:
 
 
 def _responses(servo: _Servo, gain: float, integral: float, outer: float) -> tuple[Array, Array]:
-    """Open speed loop and open position loop along the bench's frequencies."""
+    """Responses of the open speed loop and the open position loop at the servo's frequencies."""
     inner = gain * (1.0 + servo.summed / integral) * servo.response
     return inner, outer * servo.summed * inner / (1.0 + inner)
 
 
 def _distance(servo: _Servo, gain: float, integral: float, outer: float) -> tuple[float, float]:
-    """The nearest that one of the open loops comes to -1, and at which frequency."""
+    """Smallest distance of the open loops from -1, and its frequency [rad/s]."""
     away = np.min([np.abs(1.0 + loop) for loop in _responses(servo, gain, integral, outer)], axis=0)
     at = int(np.argmin(away))
     return float(away[at]), float(servo.at[at])
 
 
 def _cascade(servo: _Servo, gain: float, integral: float, outer: float) -> tuple[StateSpace, StateSpace]:
-    """Closed speed loop and closed cascade."""
+    """The closed speed loop and the closed cascade."""
     import control
 
     summed = control.ss(_summed(servo.timing))
@@ -343,7 +347,7 @@ def _cascade(servo: _Servo, gain: float, integral: float, outer: float) -> tuple
 
 
 def _settled(*loops: StateSpace) -> bool:
-    """Whether every pole of every loop lies where what it stands for fades."""
+    """Whether all poles of all loops are stable."""
     return all(
         bool((loop.poles().real < 0.0).all() if loop.isctime() else (np.abs(loop.poles()) < 1.0).all())
         for loop in loops
@@ -369,7 +373,7 @@ def _judged(servos: list[_Servo], gain: float, integral: float, outer: float, li
 def _margins(at: Array, loop: Array) -> Margins:
     import control
 
-    # Where a pole is not damped at all the loop is infinite: nothing is lost by a finite peak.
+    # The response is infinite at an undamped pole: a finite peak changes no margin.
     shown = loop * np.minimum(1.0, 1e6 / np.maximum(np.abs(loop), 1e-300))
     gain, phase, _, gain_at, phase_at, _ = control.stability_margins(control.frd(shown, at), returnall=True)
     return Margins(

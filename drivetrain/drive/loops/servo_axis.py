@@ -1,8 +1,8 @@
-"""One joint as its servo sees it: inertias with a spring between, a current loop, samples and delay; a notch filter.
+"""Plant of one joint's servo: inertias with a spring between, current loop, sampling and delay; a notch filter.
 
-Seen from the motor's shaft, a current I gives the torque kt I to the rotor J, which drives the load I_L / ratio^2
-through the spring K / ratio^2. The speed loop sees the rotor, so the load pulls it down at the anti-resonance
-sqrt(K / I_L), where the rotor stands and the load swings, and lifts it at the resonance, where both swing.
+Seen from the motor's shaft, a current I gives the torque kt I on the rotor J, which drives the load I_L / ratio^2
+through the spring K / ratio^2. The gain of the speed loop is low at the anti-resonance sqrt(K / I_L), where the rotor
+is at rest and the load oscillates, and high at the resonance, where both oscillate.
 
 Reference: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3 (sampling with a hold).
 """
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ServoAxis:
-    """One joint as its servo sees it.
+    """Servo axis of one joint.
 
     Attributes:
-        torque_constant: [N m/A].
+        torque_constant: Torque constant of the motor [N m/A].
         ratio: Motor angle over joint angle [-].
-        rotor_inertia: Gear input included [kg m^2].
-        load_inertia: At the joint [kg m^2].
-        stiffness: Of the joint's spring [N m/rad]; None: rigid.
-        spring_damping: Along it [N m s/rad].
-        viscous: Friction at the motor's shaft [N m s/rad].
+        rotor_inertia: Inertia at the motor's shaft, gear input included [kg m^2].
+        load_inertia: Inertia of the load at the joint [kg m^2].
+        stiffness: Stiffness of the joint's spring [N m/rad]; None: rigid.
+        spring_damping: Damping of the joint's spring [N m s/rad].
+        viscous: Viscous friction at the motor's shaft [N m s/rad].
     """
 
     torque_constant: float
@@ -59,18 +59,18 @@ class ServoAxis:
 
     @property
     def whole_inertia(self) -> float:
-        """Of rotor and load together, at the motor's shaft [kg m^2]."""
+        """Inertia of rotor and load together, at the motor's shaft [kg m^2]."""
         return self.rotor_inertia + self.load_inertia / self.ratio**2
 
 
 @dataclass(frozen=True)
 class ServoTiming:
-    """What lies between the speed loop and the motor's torque.
+    """Timing between the speed loop and the motor's torque.
 
     Attributes:
-        current_bandwidth: Of the current loop [rad/s]; infinite: none.
-        period: Between two samples of the servo [s]; 0: it is continuous.
-        delay: Samples from measuring to giving out.
+        current_bandwidth: Bandwidth of the current loop [rad/s]; infinite: ideal current loop.
+        period: Sampling period of the servo [s]; 0: continuous.
+        delay: Delay from measurement to output, in samples.
     """
 
     current_bandwidth: float = math.inf
@@ -90,26 +90,26 @@ class ServoTiming:
 
     @property
     def lag(self) -> float:
-        """Time from a speed to the torque that answers it [s]: holding and differencing cost half a period each."""
+        """Time from a speed to the torque in response [s]: hold and difference cost half a period each."""
         return self.period * (1.0 + self.delay)
 
 
 @dataclass(frozen=True)
 class Notch:
-    """A filter that takes out what a resonance would answer: (s^2 + 2 z w s + w^2) / (s^2 + 2 p w s + w^2).
+    """A filter that suppresses a resonance: (s^2 + 2 z w s + w^2) / (s^2 + 2 p w s + w^2).
 
     Attributes:
-        frequency: Of its middle, w [rad/s].
-        zeros, poles: Their damping ratios z and p [-].
+        frequency: Centre frequency w [rad/s].
+        zeros, poles: Damping ratios z and p [-].
     """
 
     frequency: float
     zeros: float = 0.1
-    poles: float = 0.7  # wide enough for a resonance that is 20 % off
+    poles: float = 0.7  # wide enough for an error of 20 % in the resonance
 
 
 def resonances(axis: ServoAxis) -> tuple[float, float]:
-    """The two frequencies of a joint with a spring."""
+    """Anti-resonance and resonance of a joint with a spring [rad/s]; infinite if it is rigid."""
     if axis.stiffness is None:
         return math.inf, math.inf
     rotor = axis.ratio**2 * axis.rotor_inertia
@@ -120,25 +120,27 @@ def resonances(axis: ServoAxis) -> tuple[float, float]:
 
 
 def servo_plant(axis: ServoAxis, timing: ServoTiming) -> StateSpace:
-    """From commanded current to measured speed: of a sampled loop, what the motor turns in a period over the period."""
+    """Plant from commanded current to measured speed; of a sampled loop the speed is the motor angle covered in a
+    period, over the period.
+    """
     import control
 
     j, kt, c = axis.rotor_inertia, axis.torque_constant, axis.viscous
     if axis.stiffness is None:
         a, b = np.array([[-c / axis.whole_inertia]]), np.array([[kt / axis.whole_inertia]])
-    else:  # states: speeds of rotor and load, and how far they are wound up, all at the motor's shaft
+    else:  # states: speeds of rotor and load, and wind-up, all at the motor's shaft
         load, k, d = (one / axis.ratio**2 for one in (axis.load_inertia, axis.stiffness, axis.spring_damping))
         a = np.array([[-(c + d) / j, d / j, -k / j], [d / load, -d / load, k / load], [1.0, -1.0, 0.0]])
         b = np.array([[kt / j], [0.0], [0.0]])
     n = len(a)
-    if math.isfinite(timing.current_bandwidth):  # and the current that flows
+    if math.isfinite(timing.current_bandwidth):  # additional state: the current
         lag = timing.current_bandwidth
         a = np.block([[a, b], [np.zeros((1, n)), np.full((1, 1), -lag)]])
         b = np.array([[0.0]] * n + [[lag]])
         n += 1
     if timing.period == 0.0:
         return control.ss(a, b, np.eye(1, n), 0.0)
-    # The angle is the integral of the speed: of it only what comes in a period is kept.
+    # The angle is the integral of the speed; only its change within a period is kept.
     a = np.block([[a, np.zeros((n, 1))], [np.eye(1, n), np.zeros((1, 1))]])
     angle = np.eye(1, n + 1, n)
     held = control.sample_system(control.ss(a, np.vstack([b, [[0.0]]]), angle, 0.0), timing.period, "zoh")
@@ -153,13 +155,13 @@ def servo_plant(axis: ServoAxis, timing: ServoTiming) -> StateSpace:
 
 
 def notch_filter(notch: Notch, period: float) -> tuple[Array, Array]:
-    """A sampled notch, by the bilinear transform that keeps its middle.
+    """A sampled notch filter by the bilinear transform with exact centre frequency.
 
     Reference:
         Astrom and Wittenmark, Computer-Controlled Systems, section 8.2 (Tustin's approximation with prewarping).
     """
     k = math.tan(0.5 * notch.frequency * period)
-    # A damping ratio g makes 1 + 2 g k + k^2, 2 (k^2 - 1), 1 - 2 g k + k^2 of s^2 + 2 g w s + w^2.
+    # A damping ratio g gives 1 + 2 g k + k^2, 2 (k^2 - 1), 1 - 2 g k + k^2 for s^2 + 2 g w s + w^2.
     zeros, poles = (
         np.array([1.0 + 2.0 * share * k + k * k, 2.0 * (k * k - 1.0), 1.0 - 2.0 * share * k + k * k])
         for share in (notch.zeros, notch.poles)
@@ -168,7 +170,7 @@ def notch_filter(notch: Notch, period: float) -> tuple[Array, Array]:
 
 
 def notch_system(notch: Notch, period: float) -> TransferFunction:
-    """A notch, sampled where there is a period [s]."""
+    """A notch filter as a transfer function, sampled if ``period`` [s] is above 0."""
     import control
 
     if period > 0.0:
@@ -178,11 +180,11 @@ def notch_system(notch: Notch, period: float) -> TransferFunction:
 
 
 def sampled_limit(axis: ServoAxis, timing: ServoTiming) -> float:
-    """The largest speed gain with which a rigid joint settles under a sampled speed loop.
+    """The largest stable speed gain of a rigid joint under a sampled speed loop [A s/rad].
 
     Reference:
-        The loop z^(d+2) - z^(d+1) + a/2 (z + 1) = 0, a = gain kt period / J; its root of largest magnitude leaves the
-        circle at a = 2 without delay, at 2 (sqrt 2 - 1) with one sample.
+        Characteristic equation z^(d+2) - z^(d+1) + a/2 (z + 1) = 0, a = gain kt period / J. Its largest root leaves the
+        unit circle at a = 2 without delay, at 2 (sqrt 2 - 1) with one sample.
     """
     if timing.period == 0.0:
         return math.inf

@@ -1,1 +1,1 @@
-"""Winding and housing temperature: the network, one cycle for ever, warming up."""
+"""Winding and housing temperature: thermal network, periodic steady state, warm-up."""

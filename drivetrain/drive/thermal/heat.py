@@ -1,4 +1,4 @@
-"""Winding and housing temperature of a motor that repeats one cycle for ever, or a mix of several; solved directly."""
+"""Periodic winding and housing temperature of a motor that repeats one cycle, or a mix of several; solved directly."""
 
 from __future__ import annotations
 
@@ -38,32 +38,33 @@ __all__ = [
     "thermal_network",
 ]
 
-OVERLOAD_SHARE = 0.05  # of the winding's time constant: the longest overload the RMS rule allows
+OVERLOAD_SHARE = 0.05  # longest overload that the RMS rule permits, over the winding's time constant
 
 
 class Mix(NamedTuple):
-    """How a motor is used."""
+    """Use of a motor as several cycles."""
 
-    parts: Sequence[slice]  # samples of each repeated cycle, one slice each, in their order
-    shares: Sequence[float]  # of the time, one a part, together 1
+    parts: Sequence[slice]  # samples of each cycle, one slice per part, in order
+    shares: Sequence[float]  # share of the operating time of each part; the sum is 1
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodicTemperature:
-    """The temperatures of the cycle that repeats for ever; infinite when they run away.
+    """Temperatures in the periodic steady state of a repeated cycle; infinite after a thermal runaway.
 
     Attributes:
-        winding, housing: At each sample [C], (N,); the mean everywhere when ``ripple_known`` is False.
-        current: At each sample [A], (N,), with the magnets at ``magnet_temperature``; of cold magnets in a runaway.
-        mean_winding, mean_housing: Over the cycle [C].
-        peak_winding: Largest, also between samples [C].
-        peak_time: Instant of it [s].
-        magnet_temperature: That the torque constant was taken at: the mean housing temperature [C].
-        spectral_radius: Share of a small extra temperature that is left after a cycle; 1 or more: it grows for ever.
-            NaN when ``ripple_known`` is False.
-        runaway: No steady temperature exists: losses grows faster with temperature than cooling.
-        converged: False when magnet temperature and mean housing temperature could not be matched.
-        ripple_known: False when the winding's time constant is unknown.
+        winding, housing: Temperatures at the samples [C], (N,); constant at the mean if ``ripple_known`` is False.
+        current: Current at the samples [A], (N,), with the magnets at ``magnet_temperature``; in a runaway with cold
+            magnets.
+        mean_winding, mean_housing: Mean temperatures over the cycle [C].
+        peak_winding: Largest winding temperature, also between samples [C].
+        peak_time: Instant of the largest winding temperature [s].
+        magnet_temperature: Temperature of the torque constant: the mean housing temperature [C].
+        spectral_radius: Share of a small temperature disturbance that remains after one cycle; at 1 or more it grows
+            without bound. NaN if ``ripple_known`` is False.
+        runaway: Whether no steady temperature exists, because losses grow faster with temperature than the cooling.
+        converged: False if magnet temperature and mean housing temperature could not be matched.
+        ripple_known: False if the winding's time constant is unknown.
     """
 
     winding: Array
@@ -83,22 +84,23 @@ class PeriodicTemperature:
 def periodic_temperature(
     network: ThermalNetwork, motor: Motor, time: Array, motor_torque: Array, *, housing_loss: Array | None = None
 ) -> PeriodicTemperature:
-    """The temperatures of a torque cycle repeated without end, with winding and magnets as warm as they make them.
+    """Periodic temperatures of a repeated torque cycle, with resistance and torque constant at these temperatures.
 
-    The resistance follows the winding at every instant, the torque constant the mean housing temperature.
+    The resistance follows the winding temperature at every instant, the torque constant the mean housing temperature.
 
     Args:
-        network: From ``thermal_network``.
-        motor: Resistance, torque constant and their change with temperature.
-        time: Never decreasing [s], (N,); the cycle ends where it starts again. One sample is a constant load.
-        motor_torque: Electromagnetic [N m], (N,), linear between samples.
+        network: Thermal network from ``thermal_network``.
+        motor: Motor with resistance, torque constant and their change with temperature.
+        time: Times of the cycle, never decreasing [s], (N,); its end is the start of the next cycle. One sample is a
+            constant load.
+        motor_torque: Electromagnetic torque [N m], (N,), linear between samples.
         housing_loss: Iron and friction loss that heats the housing [W], (N,); None: none.
 
     Returns:
         Temperatures and current in the periodic state.
 
     Raises:
-        InputError: Lengths that differ, time that decreases or stands still.
+        InputError: Lengths differ, or time decreases or does not advance.
     """
     torque = checked_array(motor_torque, (None,), "motor_torque")
     return mixed_temperature(network, motor, time, torque, _one(torque), housing_loss=housing_loss)
@@ -107,20 +109,21 @@ def periodic_temperature(
 def temperature_of_current(
     network: ThermalNetwork, motor: Motor, time: Array, current: Array, *, housing_loss: Array | None = None
 ) -> PeriodicTemperature:
-    """The temperatures of a current cycle repeated without end, with the winding as warm as it makes it.
+    """Periodic temperatures of a repeated current cycle, with the resistance at the winding's temperature.
 
     Args:
-        network: From ``thermal_network``.
-        motor: Resistance and its change with temperature.
-        time: Never decreasing [s], (N,); the cycle ends where it starts again. One sample is a constant load.
-        current: [A], DC equivalent, (N,), linear between samples.
+        network: Thermal network from ``thermal_network``.
+        motor: Motor with resistance and its change with temperature.
+        time: Times of the cycle, never decreasing [s], (N,); its end is the start of the next cycle. One sample is a
+            constant load.
+        current: DC-equivalent current [A], (N,), linear between samples.
         housing_loss: Iron and friction loss that heats the housing [W], (N,); None: none.
 
     Returns:
-        Temperatures in the periodic state; the magnets decide nothing here and are at the mean housing temperature.
+        Temperatures in the periodic state; the magnets have no influence here and are at the mean housing temperature.
 
     Raises:
-        InputError: Lengths that differ, time that decreases or stands still.
+        InputError: Lengths differ, or time decreases or does not advance.
     """
     current = checked_array(current, (None,), "current")
     return mixed_temperature_of_current(network, motor, time, current, _one(current), housing_loss=housing_loss)
@@ -135,7 +138,7 @@ def mixed_temperature(
     *,
     housing_loss: Array | None = None,
 ) -> PeriodicTemperature:
-    """The temperatures of a mix of torque cycles, winding and magnets as warm as they make them."""
+    """Periodic temperatures of a mix of torque cycles, with resistance and torque constant at these temperatures."""
     torque = checked_array(motor_torque, (None,), "motor_torque")
     copper = Copper(*(float(value) for value in copper_of(as_record(motor), network.ambient)))
     found = _solved(network, copper, time, torque, mix, housing_loss)
@@ -153,7 +156,7 @@ def mixed_temperature_of_current(
     housing_loss: Array | None = None,
     warming: bool = True,
 ) -> PeriodicTemperature:
-    """The temperatures of a mix of current cycles, windings as warm as they make them."""
+    """Periodic temperatures of a mix of current cycles, with the resistance at the winding's temperature."""
     amperes = checked_array(current, (None,), "current")
     slope = motor.resistance * copper_coefficient(motor.reference_temperature) if warming else 0.0
     cold = winding_resistance(motor, network.ambient) if warming else motor.resistance
@@ -161,14 +164,14 @@ def mixed_temperature_of_current(
 
 
 def _one(values: Array) -> Mix:
-    """All samples as one part."""
+    """A mix with all samples as its only part."""
     return Mix((slice(0, np.size(values)),), (1.0,))
 
 
 def _solved(
     network: ThermalNetwork, copper: Copper, time: Array, values: Array, mix: Mix, housing_loss: Array | None
 ) -> PeriodicTemperature:
-    """The state of a mix, of a torque or of a current."""
+    """The periodic state of a mix, for a torque or a current."""
     time = checked_array(time, (values.size,), "time")
     loss = np.zeros_like(values) if housing_loss is None else checked_array(housing_loss, time.shape, "housing_loss")
     for part in mix.parts:
@@ -205,7 +208,7 @@ def checked_steps(time: Array) -> None:
 
 
 def nodes_of(network: ThermalNetwork) -> Nodes:
-    """The nodes of a network, NaN where a capacity is unknown."""
+    """The thermal nodes of a network; NaN for an unknown capacity."""
     capacities = (network.winding_capacity, network.housing_capacity)
     inner, outer = network.resistance_winding_housing, network.resistance_housing_ambient
     return Nodes(inner, outer, *(UNKNOWN if one is None else one for one in capacities))
@@ -215,7 +218,7 @@ def nodes_of(network: ThermalNetwork) -> Nodes:
 def _heat(
     nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, ambient: float, values: Array, loss: Array
 ) -> Any:
-    """``periodic_heat`` of a torque or current and the loss in the housing."""
+    """``periodic_heat`` for a torque or current and the loss in the housing."""
     interval_means(values, loss, losses)
     return periodic_heat(nodes, copper, periods, losses, parts, ambient)
 
@@ -228,7 +231,7 @@ def rms_rule_validity(
     *,
     parts: Sequence[slice] = (),
 ) -> str | None:
-    """What stands against judging a cycle by its RMS current alone: overloads that are long for the winding.
+    """Why a cycle cannot be checked by its RMS current alone: overloads too long for the winding. None if it can.
 
     Reference:
         Overload periods far shorter than the copper time constant (Parker K series, p. 12); the intermittent-duty
@@ -257,13 +260,13 @@ def _longest_overload(time: Array, excess: Array) -> float:
     if not above.any():
         return 0.0
     first, last, steps = excess[:-1], excess[1:], np.diff(time)
-    # Share of each interval that is above: all of it, none, or up to where the line crosses zero.
+    # Share of each interval above zero: all of it, none, or up to the zero crossing.
     total = np.abs(first) + np.abs(last)
     positive = np.maximum(first, 0.0) + np.maximum(last, 0.0)
     duration = steps * np.divide(positive, total, out=np.zeros_like(total), where=total > 0.0)
     breaks = np.flatnonzero(~above)
     sums = np.add.reduceat(np.append(duration, 0.0), breaks)
-    if above[0] and above[-1]:  # the stretch that runs over the end of the cycle
+    if above[0] and above[-1]:  # the interval across the end of the cycle
         sums[-1] += duration[: breaks[0]].sum()
     before = duration[: breaks[0]].sum()
     return float(max(sums.max(), before))

@@ -1,20 +1,20 @@
-"""Winding and housing temperature of a torque cycle that repeats for ever, or of a mix of several: the law, once.
+"""Periodic winding and housing temperature of a repeated torque cycle, or of a mix of several.
 
-The resistance follows the winding at every instant, the torque constant the mean housing temperature. The periodic
-state of the two nodes is solved directly: a cycle of losses is an affine map of the two temperature rises.
+The resistance follows the winding temperature at every instant, the torque constant the mean housing temperature. The
+periodic state of the two nodes is solved directly: a cycle of losses is an affine map of the two temperature rises.
 
-Of a mix it is not known how long each part is run before the next one takes over. Assumed is, on the safe side for the
+For a mix it is unknown how long each part runs before the next one starts. The assumptions are conservative for the
 winding:
 
-- Parts alternate fast against the housing, so all of them share one mean housing temperature, that of the mean heat
-  of the mix. (A part that is run for longer than the housing's time constant is a task of its own: judge it alone.)
-- Parts alternate slowly against the winding, so in each part the winding comes to that part's own periodic state
-  above the common housing. Faster alternation only evens its temperature out.
-- A motor whose data sheet gives a single node has no housing that evens heat out: each part comes to its own periodic
-  state, and the hottest counts.
+- Parts alternate fast compared with the housing, so all of them share one mean housing temperature, which follows
+  from the mean heat of the mix. (A part that runs for longer than the housing's time constant is a study of its own.)
+- Parts alternate slowly compared with the winding, so in each part the winding reaches that part's own periodic state
+  above the common housing. Faster alternation only averages its temperature.
+- A motor with a single-node data sheet has no housing that averages the heat: each part reaches its own periodic
+  state, and the hottest one counts.
 
-So each part of a mix is a periodic cycle with a constant heat injected into its housing, such that the mean housing
-temperature is the common one; over the mix, by shares of time, these heats cancel.
+Each part of a mix is therefore a periodic cycle with a constant heat injected into its housing, such that the mean
+housing temperature is the common one. Weighted by time, these heats cancel over the mix.
 """
 
 from __future__ import annotations
@@ -35,115 +35,119 @@ from drivetrain.jit import FAST, law
 from drivetrain.records import UNKNOWN, known, known_or, record_type
 from drivetrain.vector import larger
 
-STEADY = 1e4  # cycles that a housing of unknown capacity outlasts: it rests at its mean
-GROWN_BEYOND = 1e100  # a map of a cycle whose losses run away at once; squares of less are still numbers
-MAGNET_TOLERANCE = 1e-6  # K, between the magnet temperature put in and the one that comes out
+STEADY = 1e4  # in cycles: time constant of a housing of unknown capacity, which then stays at its mean
+GROWN_BEYOND = 1e100  # entries of a cycle's map above which the losses run away; their squares are still finite
+MAGNET_TOLERANCE = 1e-6  # tolerance between assumed and resulting magnet temperature [K]
 MOST_STEPS = 40
-SMALL = 0.05  # rate times step below which seven terms of the exponential's series are exact to rounding
+SMALL = 0.05  # product of rate and step below which seven terms of the exponential's series are exact to rounding
 
 
 class Nodes(NamedTuple):
-    """The thermal nodes of a motor in its mounting; NaN where unknown."""
+    """Thermal nodes of a motor in its mounting; NaN where unknown."""
 
-    # resistance from winding to housing, 0 where they are one node, and from there to ambient [K/W]
+    # Resistances from winding to housing (0 for a single node) and from housing to ambient [K/W].
     inner: float
     outer: float
-    # capacities [J/K]; the first of the whole motor when it is one node
+    # Heat capacities [J/K]; the first is that of the whole motor for a single node.
     winding: float
     housing: float
 
 
 class Copper(NamedTuple):
-    """The copper loss of a torque: R(T) (torque / kt(T_magnets))^2."""
+    """Copper loss of a torque: R(T) (torque / kt(T_magnets))^2."""
 
-    resistance: float  # with the winding at ambient temperature [ohm]
-    slope: float  # with its temperature [ohm/K]
-    # torque constant [N m/A], its change with magnet temperature [1/K], and the temperature at which it holds [C]
+    resistance: float  # at ambient temperature [ohm]
+    slope: float  # change with temperature [ohm/K]
+    # Torque constant [N m/A], its change with magnet temperature [1/K], and its reference temperature [C].
     constant: float
     coefficient: float
     reference: float
 
 
 class Losses(NamedTuple):
-    """The losses from each sample to the next, and memory to solve for their temperatures; (N + 1,) each."""
+    """Losses from each sample to the next, and memory for the solution; (N + 1,) each."""
 
     square: Array  # mean square of the torque [N^2 m^2]
-    held: Array  # the same of what one phase may have above its share while the motor stands still [N^2 m^2]
+    held: Array  # mean square torque of the most loaded phase above that of the winding, at rest [N^2 m^2]
     housing: Array  # mean loss in the housing [W]
     integrals: Array  # memory, (4, N + 1), see ``integrals_of``
-    # take the temperatures at the samples [C]
+    # Temperatures at the samples [C].
     winding_at: Array
     housing_at: Array
 
 
 def new_losses(samples: int) -> Losses:
-    """Memory for a number of samples."""
+    """Arrays for a number of samples."""
     row, rows = np.zeros(samples + 1), np.zeros((4, samples + 1))
     return Losses(row, row.copy(), row.copy(), rows, row.copy(), row.copy())
 
 
 class Periods(NamedTuple):
-    """How a motor is used: one cycle, or a mix of parts that repeat by themselves."""
+    """Use of a motor: one cycle, or a mix of parts that each repeat on their own."""
 
     edges: Any  # first sample of each part, and the one after the last, (P + 1,)
-    shares: Array  # of the time of use, one a part, together 1
-    step: Array  # from each sample to the next of its part [s], 0 at its last; of a part of one sample anything, (N,)
+    shares: Array  # share of the operating time of each part; the sum is 1
+    # time from each sample to the next of its part [s], 0 at its last; arbitrary in a part of one sample, (N,)
+    step: Array
 
 
 def periods_of(time: Array, parts: Sequence[slice], shares: Sequence[float]) -> Periods:
-    """Samples that repeat part by part."""
+    """The periods of samples that repeat part by part."""
     steps = np.append(np.diff(time), 0.0)
     steps[[part.stop - 1 for part in parts]] = 0.0
-    steps[[part.start for part in parts if part.stop == part.start + 1]] = 1.0  # any length will do
+    steps[[part.start for part in parts if part.stop == part.start + 1]] = 1.0  # arbitrary length
     edges = np.array([*(part.start for part in parts), len(time)], dtype=np.int64)
     return Periods(edges, np.array(shares, dtype=np.float64), steps)
 
 
 @dataclass(frozen=True)
 class PartHeat:
-    """What one part of the mix comes to: rises over ambient [K], at a mean housing rise of 0 and each kelvin of it."""
+    """State of one part of the mix: rises over ambient [K] at a mean housing rise of 0, and their slopes over it."""
 
-    length: float = 0.0  # of a period [s]
-    # mean square of the torque [N^2 m^2], mean loss in the housing [W]
+    length: float = 0.0  # duration of a period [s]
+    # Mean square of the torque [N^2 m^2], mean loss in the housing [W].
     square: float = 0.0
     loss: float = 0.0
-    # at the start of a period, and the winding's mean
+    # Rises at the start of a period, and mean rise of the winding [K].
     start_winding: float = 0.0
     start_housing: float = 0.0
     winding: float = 0.0
-    injected: float = 0.0  # heat that the other parts bring into the housing [W]
-    # of these with the mean housing rise
+    injected: float = 0.0  # heat that the other parts inject into the housing [W]
+    # Slopes of these values over the mean housing rise.
     start_winding_slope: float = 0.0
     start_housing_slope: float = 0.0
     winding_slope: float = 0.0
     injected_slope: float = 0.0
-    housing: float = 0.0  # mean rise of the housing
+    housing: float = 0.0  # mean rise of the housing [K]
 
 
 def new_parts(count: int) -> Any:
-    """Memory for a number of parts."""
+    """Records for a number of parts."""
     return np.zeros(count, record_type(PartHeat))
 
 
 class Heat(NamedTuple):
-    """The periodic state; infinite temperatures in a runaway: losses grow faster with temperature than cooling."""
+    """The periodic state; infinite temperatures in a runaway, where losses grow faster with temperature than the
+    cooling.
+    """
 
-    magnets: float  # at which the torque constant was taken: the mean housing temperature [C]
-    # mean temperatures [C]
+    magnets: float  # temperature of the torque constant: the mean housing temperature [C]
+    # Mean temperatures [C].
     winding: float
     housing: float
-    peak: float  # largest of the winding, also between samples [C]
-    peak_time: float  # of it, from the start of its part [s]
-    peak_part: int  # in which it lies
+    peak: float  # largest winding temperature, also between samples [C]
+    peak_time: float  # its time since the start of its part [s]
+    peak_part: int  # part of the largest winding temperature
     converged: bool  # whether magnet and mean housing temperature could be matched
-    radius: float  # share of a small extra rise that is left after a cycle; NaN for a mix and where nothing moves
+    # share of a small temperature disturbance that remains after a cycle; NaN for a mix or a constant load
+    radius: float
 
 
 @law
 def thermal_nodes(motor: Any, mounting: Any) -> Any:
-    """The nodes of a motor. Capacities are time constants over resistances of the sheet: C_w = t_w/R1, C_h = t_h/R2.
+    """The thermal nodes of a motor, with the capacities of the data sheet C_w = t_w/R1 and C_h = t_h/R2.
 
-    So another ``mounting`` [K/W] changes the housing's time constant and not its capacity.
+    Another ``mounting`` [K/W] therefore changes the housing's time constant but not its capacity.
     """
     inner, outer = thermal_path(motor, mounting)
     if inner == 0.0:
@@ -156,7 +160,7 @@ def thermal_nodes(motor: Any, mounting: Any) -> Any:
 
 @law
 def copper_of(motor: Any, ambient: Any) -> Any:
-    """The copper loss of a motor in air of a temperature [C]."""
+    """The copper loss of a motor at an ambient temperature [C]."""
     slope = motor.resistance * copper_coefficient(motor.reference_temperature)
     cold = winding_resistance(motor, ambient)
     return Copper(cold, slope, motor.torque_constant, motor.magnet_coefficient, motor.reference_temperature)
@@ -164,7 +168,9 @@ def copper_of(motor: Any, ambient: Any) -> Any:
 
 @law
 def per_torque(copper: Any, magnets: Any) -> Any:
-    """Copper loss at ambient temperature and its slope, over squared torque; infinite where nothing is left of kt."""
+    """Copper loss at ambient temperature and its slope, over squared torque; infinite if the torque constant is not
+    positive.
+    """
     constant = copper.constant * (1.0 + copper.coefficient * (magnets - copper.reference))
     if not (constant > 0.0 and magnets < np.inf):
         return np.inf, np.inf
@@ -173,7 +179,7 @@ def per_torque(copper: Any, magnets: Any) -> Any:
 
 @law(fastmath=FAST)
 def interval_means(torque: Any, loss: Any, losses: Any) -> None:
-    """Mean square of the torque and mean loss from each sample to the next, both linear between them."""
+    """Mean square torque and mean loss from each sample to the next, both linear between samples."""
     before, after, lost, loses = torque[:-1], torque[1:], loss[:-1], loss[1:]
     for t in range(len(before)):
         losses.square[t] = mean_square(before[t], after[t])
@@ -189,7 +195,7 @@ def intervals(periods: Any, i: Any) -> Any:
 
 @law(fastmath=FAST)
 def part_means(periods: Any, losses: Any, parts: Any) -> None:
-    """Length, mean square and mean loss of each part."""
+    """Duration, mean square torque and mean loss of each part."""
     for i in range(len(parts)):
         begin, end = intervals(periods, i)
         steps, squares, housing = periods.step[begin:end], losses.square[begin:end], losses.housing[begin:end]
@@ -201,35 +207,35 @@ def part_means(periods: Any, losses: Any, parts: Any) -> None:
         parts[i].length, parts[i].square, parts[i].loss = length, square / length, loss / length
 
 
-# The exact step of two coupled nodes
+# The exact step of two coupled nodes.
 #
-# On each interval the two rises x obey x' = M x + s, M = [[growth - a, b], [c, -d]] constant. Both exponentials come
-# from the two real eigenvalues of M, through functions that stay exact where they nearly meet or nearly vanish, so that
-# neither zero-length intervals nor a momentary balance of heating and cooling need a case.
+# On each interval the two rises x obey x' = M x + s, M = [[growth - a, b], [c, -d]] constant. Both exponentials follow
+# from the two real eigenvalues of M, through functions that stay accurate where these nearly coincide or vanish, so
+# that neither intervals of zero length nor a momentary balance of heating and cooling need a special case.
 
 
 class Flow(NamedTuple):
-    """How heat flows between the nodes of a part, and what comes in: per kelvin, torque squared and watt."""
+    """Heat flow between the nodes in a part, and heating rates per kelvin, squared torque and watt."""
 
-    # rates of the matrix above, without the growth [1/s]
+    # Rates of the matrix above, without the growth [1/s].
     a: float
     b: float
     c: float
     d: float
-    # of an interval with a torque's mean square of 1: rates of growth [1/s] and of heating [K/s]
+    # For a mean square torque of 1: growth rate [1/s] and heating rate [K/s].
     growth: float
     source: float
-    # rates of heating by a watt of loss in the housing, of the winding and of the housing [K/s]
+    # Heating rates of winding and housing per watt of loss in the housing [K/s].
     inside: float
     outside: float
-    injected: float  # rate of heating of the housing by what is injected [K/s]
+    injected: float  # heating rate of the housing by the injected heat [K/s]
 
 
 @law
 def flow_of(nodes: Any, length: Any, cold: Any, slope: Any, injected: Any) -> Any:
-    """The flow in a part of a length; of an injected heat [W], and copper losses as ``per_torque`` has them."""
+    """The heat flow in a part of a given length, with injected heat [W] and copper losses as from ``per_torque``."""
     winding = 1.0 / nodes.winding
-    if nodes.inner == 0.0:  # one node
+    if nodes.inner == 0.0:  # single node
         rate = winding / nodes.outer
         return Flow(rate, 0.0, 0.0, rate, slope * winding, cold * winding, winding, 0.0, 0.0)
     exchange, housing = 1.0 / nodes.inner, 1.0 / known_or(nodes.housing, STEADY * length / nodes.outer)
@@ -255,10 +261,11 @@ def _exact(step: Any, m00: Any, b: Any, c: Any, m11: Any) -> Any:
 
 @law(fastmath=FAST)
 def integrals_of(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> None:
-    """Of each interval (p, q, u, v): S = p I + q (M - m I) and Q = u I + v (M - m I), m the mean of M's diagonal.
+    """For each interval (p, q, u, v) in S = p I + q (M - m I) and Q = u I + v (M - m I), with m the mean of M's
+    diagonal.
 
-    S is the integral of e^(M t) over the step, Q the integral of S. Intervals that are short against every rate are
-    straight-line series, which vectorise; long ones, of a dwell, are solved anew.
+    S is the integral of e^(M t) over the step, Q the integral of S. Intervals that are short compared with every time
+    constant use truncated series, which vectorise; long ones (dwells) are computed again.
     """
     a, cross, d, growth = flow.a, flow.b * flow.c, flow.d, flow.growth
     steps, squares = steps[begin:end], losses.square[begin:end]
@@ -286,23 +293,23 @@ def integrals_of(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> No
 
 
 class CycleMap(NamedTuple):
-    """What one cycle does to the two rises x, as an affine map, and to their integral over it."""
+    """Affine map of the two rises x over one cycle, and of their means over it."""
 
-    # of x_end = [[ww, wh], [hw, hh]] x_start + [w, h]
+    # Coefficients of x_end = [[ww, wh], [hw, hh]] x_start + [w, h].
     ww: float
     wh: float
     hw: float
     hh: float
     w: float
     h: float
-    # the same of the mean over the cycle
+    # The same for the mean over the cycle.
     mean_ww: float
     mean_wh: float
     mean_hw: float
     mean_hh: float
     mean_w: float
     mean_h: float
-    # what a watt that is injected into the housing adds to both
+    # Effect of one watt injected into the housing on both.
     watt_w: float
     watt_h: float
     mean_watt_w: float
@@ -311,7 +318,7 @@ class CycleMap(NamedTuple):
 
 @law
 def cycle_map(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> Any:
-    """The map of a cycle, with the integrals that are there."""
+    """The map of a cycle, from the integrals in ``losses``."""
     b, c, d = flow.b, flow.c, flow.d
     a00, a01, a10, a11, r0, r1 = 1.0, 0.0, 0.0, 1.0, 0.0, 0.0
     b00, b01, b10, b11, w0, w1, length = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -348,9 +355,9 @@ def cycle_map(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> Any:
 
 @law
 def cycle_trace(steps: Any, losses: Any, begin: Any, end: Any, flow: Any, start: Any, ambient: Any) -> Any:
-    """The temperatures at the ends of all intervals from a start, in rises; the winding's largest rise and its time.
+    """Set the temperatures at the ends of all intervals for initial rises; the winding's largest rise and its time.
 
-    With the integrals that are there; inside long intervals finer steps are taken, which count.
+    Uses the integrals in ``losses``; long intervals are subdivided for the largest rise.
     """
     b, c, d, winding, housing = flow.b, flow.c, flow.d, losses.winding_at, losses.housing_at
     x0, x1 = start
@@ -378,12 +385,14 @@ def cycle_trace(steps: Any, losses: Any, begin: Any, end: Any, flow: Any, start:
     return peak, peak_time
 
 
-# The periodic state of one part
+# The periodic state of one part.
 
 
 @law
 def _still(nodes: Any, cold: Any, slope: Any, part: Any, shared: Any) -> Any:
-    """A part whose temperatures rest, by itself or as a line over the housing's mean rise; whether there is one."""
+    """State of a part with constant temperatures, for itself or as a linear function of the mean housing rise; and
+    whether it exists.
+    """
     rise = slope * part.square
     left = 1.0 - nodes.inner * rise
     copper = cold * part.square / left
@@ -398,7 +407,7 @@ def _still(nodes: Any, cold: Any, slope: Any, part: Any, shared: Any) -> Any:
 
 @law
 def _start_of(cycle: Any, winding: Any, housing: Any) -> Any:
-    """The rises that a cycle adding these brings back to themselves: (I - A) x = r."""
+    """Initial rises that a cycle with these additions reproduces: (I - A) x = r."""
     determinant = (1.0 - cycle.ww) * (1.0 - cycle.hh) - cycle.wh * cycle.hw
     return (
         ((1.0 - cycle.hh) * winding + cycle.wh * housing) / determinant,
@@ -408,7 +417,7 @@ def _start_of(cycle: Any, winding: Any, housing: Any) -> Any:
 
 @law
 def _means_of(cycle: Any, winding: Any, housing: Any, mean_winding: Any, mean_housing: Any) -> Any:
-    """Mean rises of a cycle from a start, with what is added to them."""
+    """Mean rises of a cycle from its initial rises and the additions."""
     return (
         cycle.mean_ww * winding + cycle.mean_wh * housing + mean_winding,
         cycle.mean_hw * winding + cycle.mean_hh * housing + mean_housing,
@@ -417,28 +426,29 @@ def _means_of(cycle: Any, winding: Any, housing: Any, mean_winding: Any, mean_ho
 
 @law
 def _radius(cycle: Any) -> Any:
-    """The share of a small extra rise that is left after a cycle, infinite where its losses run away at once.
+    """Share of a small temperature disturbance that remains after a cycle; infinite if its losses run away at once.
 
-    Both rises only ever warm each other, so the larger eigenvalue is real and the spectral radius.
+    The coupling of the rises is never negative, so the larger eigenvalue is real and is the spectral radius.
     """
     if not abs(cycle.ww) + abs(cycle.hh) + abs(cycle.w) + abs(cycle.h) + abs(cycle.mean_w) < GROWN_BEYOND:
         return np.inf
     mean, half = 0.5 * (cycle.ww + cycle.hh), 0.5 * (cycle.ww - cycle.hh)
-    return mean + math.sqrt(max(half * half + cycle.wh * cycle.hw, 0.0))  # rounding may leave less than nothing
+    return mean + math.sqrt(max(half * half + cycle.wh * cycle.hw, 0.0))  # rounding may give less than 0
 
 
 @law
 def _moving(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any, shared: Any) -> Any:
-    """A part whose temperatures move, by itself or as a line over the housing's mean rise; its spectral radius.
+    """State of a part with varying temperatures, for itself or as a linear function of the mean housing rise; its
+    spectral radius.
 
-    Infinite where it runs away.
+    Infinite in a runaway.
     """
     begin, end = intervals(periods, i)
     flow = flow_of(nodes, part.length, cold, slope, 0.0)
     integrals_of(periods.step, losses, begin, end, flow)
     cycle = cycle_map(periods.step, losses, begin, end, flow)
     radius = _radius(cycle)
-    if shared and radius < np.inf:  # a housing that the other parts cool holds what would run away alone
+    if shared and radius < np.inf:  # a housing cooled by the other parts stabilises what would run away alone
         radius = 0.0 if flow.growth * part.square < flow.a else np.inf
     if not radius < 1.0:
         return radius
@@ -447,7 +457,7 @@ def _moving(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any
     part.injected = 0.0
     if nodes.inner == 0.0:
         part.housing = part.winding
-    if shared:  # all of it as lines over the housing's mean rise
+    if shared:  # all values as linear functions of the mean housing rise
         winding, housing = _start_of(cycle, cycle.watt_w, cycle.watt_h)
         mean, warm = _means_of(cycle, winding, housing, cycle.mean_watt_w, cycle.mean_watt_h)
         part.injected_slope, part.injected = 1.0 / warm, -part.housing / warm
@@ -462,7 +472,7 @@ def _moving(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any
 
 @law
 def _settled(part: Any, rise: Any) -> None:
-    """A part at a mean rise of the housing, from its lines."""
+    """State of a part at a mean rise of the housing, from its linear functions."""
     part.start_winding += rise * part.start_winding_slope
     part.start_housing += rise * part.start_housing_slope
     part.winding += rise * part.winding_slope
@@ -470,12 +480,12 @@ def _settled(part: Any, rise: Any) -> None:
     part.housing = rise
 
 
-# The periodic state of the use
+# The periodic state of the mix.
 
 
 @law
 def _mean_housing(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, magnets: Any, moves: Any) -> Any:
-    """Mean housing rise with magnets of a temperature, infinite in a runaway, and the spectral radius of one cycle."""
+    """Mean housing rise for a magnet temperature, infinite in a runaway, and the spectral radius of one cycle."""
     cold, slope = per_torque(copper, magnets)
     if cold == np.inf:
         return np.inf, np.inf
@@ -489,10 +499,10 @@ def _mean_housing(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
             return np.inf, radius
         needed += periods.shares[i] * part.injected
         steep += periods.shares[i] * part.injected_slope
-        hottest = max(hottest, part.housing)  # whose magnets are the weakest, where each stands alone
+        hottest = max(hottest, part.housing)  # its magnets are the weakest, if each part is on its own
     if not shared:
         return hottest, radius
-    if not steep > 0.0:  # a warmer housing would need no more heat: it grows for ever
+    if not steep > 0.0:  # a warmer housing would not dissipate more heat: it grows without bound
         return np.inf, UNKNOWN
     for i in range(len(parts)):
         _settled(parts[i], -needed / steep)
@@ -501,16 +511,17 @@ def _mean_housing(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
 
 @law
 def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, ambient: Any) -> Any:
-    """The temperatures of a use: ``square`` and ``housing`` of the losses are given.
+    """The temperatures of a use; ``square`` and ``housing`` of the losses are given.
 
-    The magnets are as warm as the mean housing that they make. Weaker magnets heat more, and the more the warmer they
-    are: a convex map, on which the secant from the cold side never passes the answer; a slope of 1 or more means there
-    is none. The balance of means of a single cycle is near, and costs nothing: from there the search begins.
+    The magnets are at the resulting mean housing temperature. Weaker magnets heat more, at a rate that rises with their
+    temperature: the fixed point of a convex map, on which the secant from the cold side never overshoots; a slope of 1
+    or more means that there is none. The heat balance of the means is a close and cheap approximation for a single
+    cycle, from which the search starts.
     """
     part_means(periods, losses, parts)
     moves, magnets, used, slope, rise, radius = known(nodes.winding), ambient, ambient, 0.0, 0.0, 0.0
     converged = False
-    for state in (False, True):  # of a single cycle first its means, whose slope is near that of its state
+    for state in (False, True):  # for a single cycle first its means, whose slope is close to that of its state
         if len(parts) > 1 and not state:
             continue
         reached = 0.0
@@ -528,7 +539,7 @@ def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
     if not magnets < np.inf:
         losses.winding_at[:], losses.housing_at[:] = np.inf, np.inf
         return Heat(ambient, np.inf, np.inf, np.inf, 0.0, 0, converged, np.inf)
-    magnets = used  # of which the state is
+    magnets = used  # those of the state
     cold, slope = per_torque(copper, magnets)
     winding, housing, peak, peak_time, peak_part = ambient, ambient, -np.inf, 0.0, 0
     for i in range(len(parts)):
@@ -547,7 +558,7 @@ def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
 
 @law
 def _traced(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any, ambient: Any) -> Any:
-    """The temperatures of a part over its period; the winding's largest rise and its time."""
+    """Set the temperatures of a part over its period; the winding's largest rise and its time."""
     begin, end = intervals(periods, i)
     flow = flow_of(nodes, part.length, cold, slope, part.injected)
     found = cycle_trace(
@@ -559,17 +570,18 @@ def _traced(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any
     return found
 
 
-# The phase that stands still under load
+# The most loaded phase at rest.
 #
-# Turning, all phases share the loss; at rest one may carry the amplitude, and twice its share of the loss. What it has
-# above that warms it alone, through its own part of the way to the housing: as the loss of all warms them, once more.
+# While turning, all phases share the loss; at rest one of them may carry the amplitude and twice its share of the loss.
+# The excess heats that phase alone, through its own share of the thermal path to the housing: the rise equals that
+# which the loss of all phases causes in the winding.
 
 
 @law(fastmath=FAST)
 def shares_within(rate: Any, steps: Any, share: Any) -> None:
-    """How much of its way a response of first order goes within each step: 1 - e^(-rate step).
+    """Share of its final value that a first-order response covers within each step: 1 - e^(-rate step).
 
-    A series, which vectorises; long steps, of a dwell, are taken anew.
+    Truncated series, which vectorise; long steps (dwells) are computed again.
     """
     for k in range(len(steps)):
         x = rate * steps[k]
@@ -582,9 +594,10 @@ def shares_within(rate: Any, steps: Any, share: Any) -> None:
 
 @law(fastmath=FAST)
 def settled(periods: Any, i: Any, rate: Any, values: Any, out: Any) -> Any:
-    """The response of first order to values from sample to sample of a part that repeats, at its samples; its largest.
+    """Set the first-order response to values that are constant from sample to sample of a repeated part; its largest
+    value.
 
-    A rate of NaN is unknown: the mean is returned.
+    If the rate is NaN (unknown), the mean is returned.
     """
     begin, end = intervals(periods, i)
     last = periods.edges[i + 1] - 1
@@ -612,10 +625,10 @@ def settled(periods: Any, i: Any, rate: Any, values: Any, out: Any) -> Any:
 
 @law
 def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any, ambient: Any) -> Any:
-    """Largest temperature of the phase that carries most at rest; ``held`` is given.
+    """Largest temperature of the most loaded phase at rest; ``held`` is given.
 
-    What it is warmer than the winding by has the resistance of its warmest instant, and more of it by all of the
-    phase's loss; infinite where that grows faster than the cooling.
+    The excess over the winding temperature is computed with the resistance at its warmest instant, increased by the
+    phase's own rise; infinite where that grows faster than the cooling.
     """
     peak = heat.peak
     cold, slope = per_torque(copper, heat.magnets)
@@ -640,7 +653,9 @@ def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any,
 
 @law
 def quick_nodes(nodes: Any, time: Any) -> Any:
-    """The nodes with a winding of another time constant [s]; of one node a share of the way is the winding's."""
+    """The nodes with another time constant of the winding [s]; a single node is split by the assumed share of the
+    winding.
+    """
     inner = nodes.inner if nodes.inner > 0.0 else WINDING_SHARE * nodes.outer
     housing = nodes.housing if nodes.inner > 0.0 else nodes.winding
     return Nodes(inner, nodes.inner + nodes.outer - inner, time / inner, housing)
@@ -648,9 +663,9 @@ def quick_nodes(nodes: Any, time: Any) -> Any:
 
 @law
 def hottest_bound(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, magnets: Any, ambient: Any) -> Any:
-    """What ``hottest_phase`` does not exceed with magnets of a temperature, without the state being solved [C].
+    """Upper bound of ``hottest_phase`` for a magnet temperature without solving the periodic state [C].
 
-    As if the resistance were that of its warmest instant all the time, and the housing as warm as that makes it.
+    It takes the resistance at the warmest instant for all times, and the housing temperature that results from it.
     """
     cold, slope = per_torque(copper, magnets)
     rate, own = 1.0 / (nodes.outer * nodes.housing), 1.0 / (nodes.inner * nodes.winding)

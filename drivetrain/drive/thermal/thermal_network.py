@@ -1,4 +1,4 @@
-"""The two thermal nodes of a motor, winding and housing, from its sheet."""
+"""The two thermal nodes of a motor, winding and housing, from its data sheet."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from drivetrain.records import UNKNOWN, as_record, known
 
 @dataclass(frozen=True)
 class ThermalNetwork:
-    """The way of the heat from the winding over the housing to the air.
+    """Thermal path from the winding over the housing to ambient.
 
     Attributes:
-        resistance_winding_housing: [K/W]; 0: winding and housing are one node.
-        resistance_housing_ambient: [K/W].
-        winding_capacity: [J/K]; of the whole motor when it is one node; None: unknown, so only means can be computed.
-        housing_capacity: [J/K]; None: unknown, so the housing rests at its mean.
+        resistance_winding_housing: Thermal resistance [K/W]; 0: winding and housing are one node.
+        resistance_housing_ambient: Thermal resistance [K/W].
+        winding_capacity: Heat capacity [J/K], of the whole motor if it is one node; None: unknown, so that only mean
+            temperatures can be computed.
+        housing_capacity: Heat capacity [J/K]; None: unknown, so that the housing stays at its mean temperature.
         ambient: Air temperature [C].
     """
 
@@ -45,24 +46,24 @@ class ThermalNetwork:
 
     @property
     def winding_time_constant(self) -> float | None:
-        """How fast the winding follows its loss [s]; None when unknown."""
+        """Time constant of the winding over the housing [s]; None if unknown."""
         resistance = self.resistance_winding_housing or self.resistance_housing_ambient
         return None if self.winding_capacity is None else resistance * self.winding_capacity
 
 
 def thermal_network(motor: Motor, ambient: float, *, housing_to_ambient: float | None = None) -> ThermalNetwork | None:
-    """The two thermal nodes of a motor, or one where its sheet prints one resistance from winding to ambient.
+    """The two thermal nodes of a motor, or one if its data sheet gives a single resistance from winding to ambient.
 
     Capacities are time constants over resistances of the data sheet, so another mounting changes the housing's time
-    constant and not its capacity.
+    constant but not its capacity.
 
     Args:
-        motor: The sheet.
+        motor: Data sheet.
         ambient: Air temperature [C].
-        housing_to_ambient: Replaces the sheet's thermal resistance, for the real mounting [K/W].
+        housing_to_ambient: Thermal resistance of the real mounting, which replaces the data sheet's [K/W].
 
     Returns:
-        The network; None when the sheet's resistances do not say enough.
+        The network; None if the resistances of the data sheet do not suffice.
     """
     mounting = UNKNOWN
     if housing_to_ambient is not None:

@@ -1,8 +1,8 @@
-"""A motor that warms up: its temperatures over thousands of cycles, each cycle one exact affine map.
+"""Warm-up of a motor: temperatures over thousands of cycles, each of which is one exact affine map.
 
-While a cycle of current repeats, the two temperature rises at its end are an affine function of those at its start.
-Hours of a duty of a second or less cost as many products of 2 x 2 matrices as there are cycles, and no step of a solver
-can miss a pulse: there is none.
+While a current cycle is repeated, the two temperature rises at its end are an affine function of those at its start.
+Hours of cycles of a second cost one product of 2 x 2 matrices per cycle, and because there is no time integration no
+pulse can be missed.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ from drivetrain.records import as_record
 
 @dataclass(frozen=True, eq=False)
 class WarmUp:
-    """Temperatures of repeated cycles from a start.
+    """Temperatures over repeated cycles.
 
     Attributes:
-        time: Starts of the cycles, and the end of the last [s], (K + 1,).
-        winding, housing: Then [C], (K + 1,); infinite from where they run away.
-        peak_winding: Largest within the last cycle [C].
+        time: Start of each cycle, and end of the last one [s], (K + 1,).
+        winding, housing: Temperatures at these times [C], (K + 1,); infinite after a thermal runaway.
+        peak_winding: Largest winding temperature within the last cycle [C].
     """
 
     time: Array
@@ -57,23 +57,23 @@ def warm_up(
     start: tuple[float, float] | None = None,
     housing_loss: Any = None,
 ) -> WarmUp:
-    """The temperatures of a current cycle that is repeated a number of times, with the winding as warm as it makes it.
+    """Temperatures while a current cycle is repeated a number of times; the resistance follows the winding temperature.
 
     Args:
-        network: From ``thermal_network``; its winding capacity must be known.
-        motor: Resistance and its change with temperature.
-        time: Of one cycle, never decreasing [s], (N,), N >= 2.
-        current: [A], DC equivalent, (N,), linear between samples.
-        cycles: How often it runs [-].
-        start: Temperatures of winding and housing at the start [C]. None: both at ambient.
+        network: Thermal network from ``thermal_network``, with a known winding capacity.
+        motor: Motor with resistance and its change with temperature.
+        time: Times of one cycle, never decreasing [s], (N,), N >= 2.
+        current: DC-equivalent current [A], (N,), linear between samples.
+        cycles: Number of cycles [-].
+        start: Initial temperatures of winding and housing [C]; None: both at ambient.
         housing_loss: Iron and friction loss that heats the housing [W], (N,); None: none.
 
     Returns:
         Temperatures at the ends of all cycles.
 
     Raises:
-        InputError: Lengths that differ, time that decreases or stands still, no whole positive number of cycles, or a
-            network without the capacity of the winding.
+        InputError: Lengths differ, time decreases or does not advance, the number of cycles is not a positive integer,
+        or the winding capacity is unknown.
     """
     amperes = checked_array(current, (None,), "current")
     faults = []
@@ -103,7 +103,9 @@ def warm_up(
 def _repeated(
     nodes: Any, cold: float, slope: float, steps: Array, losses: Any, current: Array, loss: Array, rises: Array
 ) -> float:
-    """Fill the rises after each cycle, (K + 1, 2), until they are beyond all bounds; the winding's peak in the last."""
+    """Fill the rises after each cycle, (K + 1, 2), until they are unbounded; return the winding's peak rise in the last
+    cycle.
+    """
     interval_means(current, loss, losses)
     count = len(steps)
     flow = flow_of(nodes, steps.sum(), cold, slope, 0.0)
