@@ -22,7 +22,7 @@ from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, every_drive
 from drivetrain.study.model import Study
 
-ROUNDING = 1e-12  # of the largest current
+ROUNDING = 1e-12  # relative to the largest current
 PARTS = (
     "inertia", "gravity", "velocity", "counterbalance", "given torque", "joint friction", "mesh loss", "gear drag",
     "motor friction", "rotor inertia",
@@ -45,7 +45,7 @@ def current_commands(
 
     Args:
         evaluation: Evaluation of the drives, the selection that chose them, or the study that names them.
-        rate: Of the amplifier's commands [Hz]; None: the samples of the cycle.
+        rate: Rate of the amplifier's commands [Hz]; None: the samples of the cycle.
         hold: Order of interpolation between two samples: 1 linear (after a jump of the cycle, the later sample), 0 the
             earlier sample. The amplifier is assumed to hold each command until the next.
 
@@ -57,7 +57,7 @@ def current_commands(
         Rows are in the order of joints, then of time. ``attrs`` has ``rate`` and ``hold``.
 
     Raises:
-        InputError: A rate that is not positive, another order of hold; a study that names no drives.
+        InputError: The rate is not positive, the order of interpolation is unknown, or a study names no drives.
     """
     faults = [] if hold in (0, 1) else [Fault("hold", "must be 0 or 1", hold)]
     if rate is not None and not 0.0 < rate < np.inf:
@@ -122,18 +122,18 @@ def _joint_table(evaluation: Evaluation, joint: JointResult, loads: dict[str, Ar
     for name, values in _motor_parts(evaluation.study, joint, loads).items():
         columns[f"{name} current [A]"] = values / constant
     for name, values in columns.items():
-        if name.endswith("[A]"):  # parts are differences: what is left by rounding is 0
+        if name.endswith("[A]"):  # parts are differences: a remainder by rounding is set to 0
             columns[name] = np.where(np.abs(values) > ROUNDING * np.abs(series.current).max(), values, 0.0)
     columns |= over
     columns["lost acceleration [rad/s^2]"] = _lost_acceleration(joint, series.motor_torque - torque)
     if not joint.torque_known:
         columns |= {name: np.full(len(series.time), np.nan) for name in columns if name.startswith(ON_ALL_DATA)}
-    # No minus before a zero.
+    # avoids negative zeros
     return pd.DataFrame({name: one + 0.0 if np.asarray(one).dtype == float else one for name, one in columns.items()})
 
 
 def _constant(torque: Array, current: Array, cold: float) -> float:
-    """The torque constant of the warm motor, by which the series were computed [N m/A]."""
+    """The torque constant of the warm motor with which the series were computed [N m/A]."""
     at = int(np.argmax(np.abs(current)))
     return float(torque[at] / current[at]) if current[at] != 0.0 else cold
 
@@ -157,7 +157,7 @@ def _motor_parts(study: Study, joint: JointResult, loads: dict[str, Array]) -> d
 
 
 def _possible(study: Study, joint: JointResult, constant: float) -> tuple[dict[str, Any], Array]:
-    """Where the command exceeds each limit, and the torque that is available instead [N m], (N,)."""
+    """Where the command exceeds each limit, and the available torque in its place [N m], (N,)."""
     series, motor = joint.series, joint.drive.motor
     amplifier = next(task.amplifier for task in study.joints if task.name == joint.name)
     volts = available_voltage(amplifier, study.supply.voltage)
@@ -169,7 +169,7 @@ def _possible(study: Study, joint: JointResult, constant: float) -> tuple[dict[s
         "over voltage": np.abs(series.voltage) > volts,
     }
     hot: Array | float | None = series.winding_temperature
-    if hot is None:  # as the voltage was computed
+    if hot is None:  # the temperature at which the voltage was computed
         hot = study.ambient if motor.max_winding_temperature is None else motor.max_winding_temperature
     resistance = winding_resistance(motor, np.asarray(hot))
     back = series.voltage - resistance * series.current  # back-EMF and inductive voltage of the command
@@ -179,7 +179,7 @@ def _possible(study: Study, joint: JointResult, constant: float) -> tuple[dict[s
 
 
 def _lost_acceleration(joint: JointResult, lacking: Array) -> Array:
-    """Loss of acceleration at the gear's output where the motor lacks some torque [rad/s^2], (N,)."""
+    """Loss of acceleration at the gear's output where the motor lacks torque [rad/s^2], (N,)."""
     series, drive = joint.series, joint.drive
     load = np.full(len(lacking), np.nan) if series.load_inertia is None else series.load_inertia
     slope = mesh_slope(mesh_of(as_record(complete(drive.gear))), series.gear_torque * series.speed)

@@ -30,21 +30,20 @@ class JointSeries:
     """Series of one drive over the cycle, for plots and current commands; all (N,).
 
     Attributes:
-        time: [s].
-        position: [rad or m].
-        speed, acceleration: Of the gear's output [rad/s], [rad/s^2].
-        gear_torque: At the gear's output, joint friction included [N m].
-        motor_speed: [rad/s].
-        motor_torque: Electromagnetic, losses and rotor included [N m].
-        rotor_torque: The part of it that accelerates the rotor [N m].
-        friction_torque: The part of it that overcomes motor friction and gear loss [N m].
-        current: DC equivalent [A].
-        voltage: At the terminals, hot [V].
-        electrical_power: Drawn from the supply; negative when regenerating [W].
-        least_power: Lower bound of it: without losses of gear and motor shaft and with a cold winding [W].
-        winding_temperature, housing_temperature: In the periodic steady state [C]; None when not computed.
-        bearing_load: Six components (moment, force) of the joint wrench in the joint frame [N m], [N], (N, 6); None
-            without an arm.
+        time: Time [s].
+        position: Position of the joint [rad or m].
+        speed, acceleration: Speed and acceleration of the gear's output [rad/s], [rad/s^2].
+        gear_torque: Torque at the gear's output, joint friction included [N m].
+        motor_speed: Speed of the rotor relative to its stator [rad/s].
+        motor_torque: Electromagnetic torque, losses and rotor included [N m].
+        rotor_torque: Part of the motor torque that accelerates the rotor [N m].
+        friction_torque: Part of the motor torque for motor friction and gear loss [N m].
+        current: DC-equivalent current [A].
+        voltage: Terminal voltage of the warm motor [V].
+        electrical_power: Power drawn from the supply; negative when regenerating [W].
+        least_power: Lower bound of that power: without losses of gear and motor shaft and with a cold winding [W].
+        winding_temperature, housing_temperature: Temperatures in the periodic steady state [C]; None if not computed.
+        bearing_load: Joint wrench in the joint frame, (moment, force) [N m], [N], (N, 6); None without an arm.
         load_inertia: Load inertia at the gear's output, rotor excluded [kg m^2]; None if unknown.
     """
 
@@ -75,17 +74,17 @@ class JointResult:
     """One joint's drive with its checks and series.
 
     Attributes:
-        name: Of the joint.
+        name: Name of the joint.
         motor, gear: Catalogue keys.
         drive: The drive with the study's assumptions filled in.
         checks: Every check, in a fixed order.
-        series: What the drive does over the cycle.
-        remarks: In words: standstill rule, RMS rule validity, assumptions.
-        gear_loss: Mean power loss of the gear at its steady temperature [W]; None without a gear, or if unknown.
-        housing_temperature: Mean over the cycle, or of a single-node model [C]; None: unknown, or thermal runaway.
-        amplifier: Of the study, or the chosen one of several.
-        power_allowance: Additional power that the motor's data sheet does not specify (friction, warmth), peak and
-            mean [W].
+        series: Series of the drive over the cycle.
+        remarks: Remarks as text: standstill rule, RMS rule validity, assumptions.
+        gear_loss: Mean loss of the gear at its steady temperature [W]; None without a gear, or if unknown.
+        housing_temperature: Mean over the cycle, or that of a single-node model [C]; None: unknown, or thermal runaway.
+        amplifier: Amplifier of the study, or the chosen one of several.
+        power_allowance: Additional power, peak and mean, for friction and heating that the data sheets do not specify
+            [W].
     """
 
     name: str
@@ -102,7 +101,7 @@ class JointResult:
 
     @property
     def brake(self) -> str:
-        """Catalogue key of its holding brake; empty where it has none."""
+        """Catalogue key of the holding brake; empty if there is none."""
         return self.drive.motor.brake.key
 
     @property
@@ -121,7 +120,7 @@ class JointResult:
 
     @property
     def binding(self) -> Check | None:
-        """The check closest to, or furthest over, its limit; None when nothing was checked."""
+        """The check with the highest utilisation; None if no check was made."""
         judged = [check for check in self.checks if check.utilisation is not None]
         return max(judged, key=lambda check: check.utilisation or 0.0, default=None)
 
@@ -136,7 +135,7 @@ class Evaluation:
 
     Attributes:
         study: The task.
-        joints: By joint name, in the arm's order.
+        joints: Results by joint name, in the arm's order.
         shared: Checks of all joints together (supply, stiffness, stops).
         objective: Value of the study's objective for these drives; NaN where data are missing.
         criteria: ``mass`` [kg], ``price``, ``energy`` of a cycle [J] and largest ``utilisation``; NaN where unknown.
@@ -160,29 +159,29 @@ class Evaluation:
 
     @property
     def verdict(self) -> Verdict:
-        """Of all joints' checks and those of all together, see ``verdict_of``."""
+        """Verdict of the checks of all joints and of those of all joints together, see ``verdict_of``."""
         return verdict_of(check for _, check in placed_checks(self))
 
     @property
     def lacking(self) -> tuple[Check, ...]:
-        """The essential checks that could not be made, of all joints and of all together."""
+        """The essential checks that could not be made, of each joint and of all joints together."""
         return lacking(check for _, check in placed_checks(self))
 
     @property
     def feasible(self) -> bool:
-        """True when no check failed and every essential one could be made."""
+        """True if no check failed and every essential one could be made."""
         return self.verdict in (Verdict.PASS, Verdict.MARGINAL)
 
     @property
     def checks(self) -> pd.DataFrame:
-        """Every check as a table, one a row: joint, check, verdict, utilisation, required, available and their unit."""
+        """Every check as a table, one per row: joint, check, verdict, utilisation, required, available and unit."""
         from drivetrain.sizing.tables import ALL, check_table
 
         return check_table({**{name: joint.checks for name, joint in self.joints.items()}, ALL: self.shared})
 
     @property
     def summary(self) -> pd.DataFrame:
-        """The joints as a table: drive, verdict, and the check nearest to its limit with its utilisation."""
+        """Every check as a table, one per row: joint, check, verdict, utilisation, required, available and unit."""
         import pandas as pd
 
         rows = {
@@ -212,13 +211,13 @@ class Evaluation:
 
         Args:
             ax: Where to draw; None: a new figure.
-            joint: Name, or a part that no other has; None: the joint nearest to a limit.
+            joint: Name of the joint, or a part of it that no other name contains; None: the joint nearest to a limit.
 
         Returns:
             The axes.
 
         Raises:
-            InputError: No such joint, or no joint at all.
+            InputError: There is no such joint, or no joint at all.
         """
         used = {name: one.binding.utilisation or 0.0 if one.binding else 0.0 for name, one in self.joints.items()}
         chosen = max(used, key=used.__getitem__, default="") if joint is None else joint
@@ -250,12 +249,12 @@ class RejectedPair:
     """A rejected candidate of a joint, given the drives chosen for the joints after it.
 
     Attributes:
-        joint, motor, gear: Names.
+        joint, motor, gear: Name of the joint and catalogue keys.
         check: The check with the highest utilisation among those it failed.
-        required, available: Of that check [unit].
-        unit: Of both.
-        utilisation: Of that check; above 1.
-        objective: Its contribution to the objective; NaN if unknown.
+        required, available: Required value and limit of that check [unit].
+        unit: Unit of both.
+        utilisation: Utilisation of that check, above 1.
+        objective: Contribution of the pair to the objective; NaN if unknown.
     """
 
     joint: str
@@ -275,7 +274,7 @@ class DriveSet:
 
     Attributes:
         drives: Keys of (motor, gear) by joint name.
-        objective: Of the set.
+        objective: Value of the objective.
         criteria: ``mass`` [kg], ``price``, ``energy`` of a cycle [J] and largest ``utilisation``; NaN where unknown.
     """
 

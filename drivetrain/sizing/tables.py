@@ -10,7 +10,7 @@ import pandas as pd
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check
 
-ALL = "all joints"  # where a check of all joints together stands
+ALL = "all joints"  # place of the checks of all joints together
 CHECK_COLUMNS = [
     "joint", "check", "verdict", "utilisation", "required", "available", "unit", "factor", "time", "essential",
     "source", "remark",

@@ -1,1 +1,1 @@
-"""What changes when one number does."""
+"""Questions about a sized arm: curves over the task, free ratios, ratio studies, reasons for rejection, cycle time."""

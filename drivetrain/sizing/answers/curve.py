@@ -39,11 +39,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 POINTS = 17
-TOLERANCE = 1e-6  # of a breakpoint, relative to the range of values
-EQUAL = 1e-9  # relative: rounding of objectives summed in another order
-NARROW = 0.1  # of a grid step: narrower pieces are found by chance and have no practical use, so they are merged
+TOLERANCE = 1e-6  # accuracy of a breakpoint, relative to the range of values
+EQUAL = 1e-9  # relative difference of objectives by rounding
+NARROW = 0.1  # share of a grid step; narrower pieces are found by chance and have no practical use, so they are merged
 PIECE_POINTS = 9  # evaluated points of each piece
-SAMPLES = 2048  # of each selected set, if tolerances are stated and no probability is required
+SAMPLES = 2048  # number of samples for each selected set, if tolerances are stated and no probability is required
 PROVEN = "optimal"
 PROVEN_ROBUST = "optimal among the sets that hold often enough"
 Progress = Callable[[int, int, str], None]
@@ -54,11 +54,11 @@ Drives = dict[str, Pair]
 class CurvePoint:
     """The best set at one value."""
 
-    value: float  # of the varied quantity
+    value: float  # value of the varied quantity
     drives: Drives  # keys of (motor, gear) by joint name; empty if nothing is feasible
     objective: float  # NaN if nothing is feasible
     criteria: dict[str, float]  # mass [kg], price, energy per cycle [J] and largest utilisation
-    proof: str  # of the search that found it; empty if the set was found at another value and evaluated here
+    proof: str  # proof of the search that found it; empty if the set was found at another value and evaluated here
     chance: Chance | None = None  # probability of feasibility within the tolerances; None if not estimated
 
     @property
@@ -89,12 +89,12 @@ class OptimumCurve:
     """The best set as a function of one quantity of the task.
 
     Attributes:
-        study: The task as it is.
+        study: The task with its own value.
         vary: The varied quantity.
         payload: Name of the payload whose mass is varied; empty otherwise.
         now: Its value in the study.
-        points: All selections, by value.
-        pieces: By rising value, without gaps.
+        points: All selections, ordered by value.
+        pieces: Pieces ordered by value, without gaps.
         tolerance: Accuracy of the breakpoints [unit of the quantity].
         notes: Remarks: what was not proven, and what may have been missed.
     """
@@ -170,17 +170,18 @@ def optimum_curve(
     Args:
         study: The task.
         vary: The varied quantity.
-        span: Smallest and largest value: mass [kg], length of the cycle [s], [V] or [C]; or texts such as "6 kg".
+        span: Smallest and largest value: mass [kg], cycle time [s], [V] or [C]; or texts such as "6 kg".
         points: Size of the grid at which sets are selected; a set that is best only between two grid values can be
             missed.
         payload: Name of the payload whose mass is varied; None: the heaviest.
-        progress: Called with (done, total, text).
+        progress: Called with (steps done, total, text).
 
     Returns:
         The pieces with their breakpoints.
 
     Raises:
-        InputError: An unknown quantity or payload, a range that is empty or not possible, or fewer than two points.
+        InputError: The quantity or payload is unknown, the range is empty or impossible, or there are fewer than two
+        points.
     """
     what = varied(vary)
     unit = "degC" if what.unit == "C" else what.unit
@@ -198,7 +199,7 @@ def optimum_curve(
     for before, one in itertools.pairwise(found):
         if search.wanted is None:
             _find_breakpoints(search, starts, one, tolerance, NARROW * (grid[1] - grid[0]))
-        elif one.drives != before.drives:  # testing a probability is too expensive for bisection
+        elif one.drives != before.drives:  # bisection would be too expensive with a probability
             starts.append((0.5 * (before.value + one.value), one))
     step = grid[1] - grid[0]
     pieces, folded = _pieces(search, starts, grid[-1], tolerance, NARROW * step)
@@ -332,7 +333,7 @@ def _find_breakpoints(
             continue
         after = far = search.selected(high, end)
         if before.objective == after.objective and after.drives != end.drives:
-            # Of many tied sets that become infeasible one by one, the one that lasts longest represents all.
+            # Of many tied sets that become infeasible one by one, the last one represents all.
             far = search.selected(0.5 * (high + end.value), after)
             if search.worth(far.drives, high) <= after.objective * (1.0 + EQUAL):
                 after = replace(after, drives=far.drives)

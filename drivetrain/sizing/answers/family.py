@@ -42,10 +42,10 @@ class FamilySelection:
         drives: Keys of (motor, gear) by joint name of the first member; those of members with other parts are in
             ``evaluations``; empty if no set is feasible for all members.
         objective: Mean of all members [kg, or the unit of the price]; NaN if no set is feasible.
-        evaluations: Of each member with its drives, in order; empty if no set is feasible.
+        evaluations: Evaluation of each member with its drives, in order; empty if no set is feasible.
         proven: Whether it is proven that no better set is feasible for all members, or none at all.
         bound: Lower bound on the objective; infinite if no set is feasible.
-        counters: Work done.
+        counters: Counters of the work done.
     """
 
     drives: dict[str, Pair]
@@ -109,7 +109,8 @@ def select_family(
     """The drives of smallest objective that are feasible for all of several studies, with common parts.
 
     Args:
-        studies: Of arms with the same joint names: other payloads (``dt.study.changed``), reaches, motions, supplies.
+        studies: Studies of arms with the same joint names: other payloads (``dt.study.changed``), reaches, motions,
+            supplies.
             Of the candidates of each joint those count that every study offers.
         wanted: As of ``select``; None: what the first study says. Mass or price, as each weighs alike in all members.
         common: What is the same in all members: ``drives``, motor and gear of every joint; ``motors``, with gears that
@@ -145,7 +146,8 @@ def select_family(
     others: Any = _OtherMembers(problems[1:])
     tree = Tree(problems[0], chance_constraint=others if problems[1:] and common == "drives" else None)
     tree.begin()
-    deadline = time.perf_counter() + options.time_limit  # what a first run compiles is no search
+    # compilation before this point does not count towards the time limit
+    deadline = time.perf_counter() + options.time_limit
     if common != "drives":
         return _with_own_parts(problems, COMMON.index(common) - 1, deadline)
     tree, first = run_search(tree, deadline, lambda *_: None)
@@ -176,7 +178,7 @@ def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) ->
         found = list(before)
         for k, one in enumerate(problems):
             if found[k].best and all(part in may for part, may in zip(chosen(k, found[k]), allowed, strict=True)):
-                continue  # the best of a larger choice is still allowed
+                continue  # the best set of a superset of parts is still allowed
             eligible = tuple(
                 own[np.isin(named, [*may])] for own, named, may in zip(one.eligible, parts[k], allowed, strict=True)
             )

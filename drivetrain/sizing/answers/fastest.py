@@ -44,12 +44,12 @@ class MoveTime:
     """One move of the fastest cycle.
 
     Attributes:
-        name: Of its segment.
-        start: Of the move in the fastest cycle [s].
+        name: Name of its segment.
+        start: Start of the move in the fastest cycle [s].
         before, after: Duration in the study and in the fastest cycle [s].
         place: Joint, or ``supply``, with the binding limit; empty if none was found.
         check: The binding limit.
-        time: Of the limit in the fastest cycle [s]; NaN for a limit over the whole cycle.
+        time: Instant of the limit in the fastest cycle [s]; NaN for a limit over the whole cycle.
     """
 
     name: str
@@ -66,10 +66,10 @@ class Fastest:
     """The fastest cycle of a study's drives.
 
     Attributes:
-        study: With the fastest cycle.
-        evaluation: Of the drives with this cycle.
+        study: The study with the fastest cycle.
+        evaluation: Evaluation of the drives with this cycle.
         before: Duration of the study's own cycle [s].
-        moves: In their order.
+        moves: The moves in order.
         share: Smallest share of the duration of a move that limits over the whole cycle allow; 0 if they do not bind.
     """
 
@@ -101,8 +101,8 @@ def fastest(study: Study | Evaluation | Selection, drives: Mapping[str, Given] |
     paths, which makes accelerations discontinuous.
 
     Args:
-        study: Of an arm; or an evaluation or a selection, whose drives are meant.
-        drives: As for ``evaluate``; None: those the study gives.
+        study: Study of an arm; or an evaluation or a selection, whose drives are used.
+        drives: As for ``evaluate``; None: the drives of the study.
 
     Returns:
         The cycle, its evaluation, and the binding limit of each move. If not even a cycle 50 times slower is feasible,
@@ -139,7 +139,7 @@ class _ScaledCycle:
     moves: list[slice]
     edges: Array  # smallest factor of each move by the limits at an instant, (moves,)
     share: float  # as ``Fastest.share``
-    pace: Array  # factor of each move, (moves,)
+    pace: Array  # factor on the duration of each move, (moves,)
     evaluation: Evaluation  # of the drives with these factors
     over_cycle: tuple[str, str]  # place and name of the binding check over the whole cycle
 
@@ -175,7 +175,7 @@ class _MovePath(NamedTuple):
     position: Array  # of the joints [rad or m], (N, n)
     first: Array  # first derivative of the position, (N, n)
     second: Array  # second derivative, (N, n)
-    sample: Indices  # of the cycle, at or after each place, (N,)
+    sample: Indices  # sample of the cycle at or after each place, (N,)
 
 
 def _retimed_along_paths(
@@ -210,7 +210,7 @@ def _retimed_along_paths(
     blocks = []
     for path, rate, held, more, quick in zip(paths, rates, still, pushed, running, strict=True):
         turn = by_turn * quick[3] / rate
-        # Three rows a joint: torque at the gear, at the motor, and volts over what there are.
+        # Three rows per joint: torque at the gear, at the motor, and share of the available voltage.
         parts = (more - held) / rate**2, (quick - held) / rate**2, held
         p, q, need = (np.hstack([part[0], part[1], by_torque * part[1]]) for part in parts)
         friction = quick[2]

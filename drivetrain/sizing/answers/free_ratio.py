@@ -40,11 +40,11 @@ class CatalogueGear:
     """A gear of the catalogue in the place of the continuous gear, the other joints at their best ratios."""
 
     key: str
-    ratio: float  # as printed, with its sign
+    ratio: float  # ratio of the data sheet, with its sign
     excess: float  # of the goal over that of the continuous gear, relative; NaN where the data sheet lacks values
-    verdict: Verdict  # of the joint's checks with the gear's own sheet
+    verdict: Verdict  # of the joint's checks with the data sheet of the gear
     binding: str  # the check of highest utilisation
-    utilisation: float  # of that check
+    utilisation: float  # utilisation of that check
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +56,9 @@ class FreeJoint:
     family: GearFamily
     best: float  # ratio that minimises the goal of the arm
     least_rms: float  # ratio of the smallest RMS torque of this motor alone, in closed form, without limits
-    low: float  # ends of the range in which the limits of speed and voltage are met
-    high: float
-    ended_by: str  # the check that ends this range above, or that the stated range does
+    low: float  # lower end of the range in which the limits of speed and voltage are met
+    high: float  # its upper end
+    ended_by: str  # the check that limits this range above, or the stated range
     gear: Gear  # the continuous gear at the best ratio
     ratios: Array  # of a sweep, rising, (M,)
     goal: Array  # of the arm at these ratios, the other joints at their best ratios, (M,)
@@ -78,8 +78,8 @@ class FreeRatios:
         goal: The quantity that is minimised.
         value: The goal at the best ratios, over all joints [the goal's unit].
         value_at_least_rms: The goal if every joint has the ratio ``least_rms`` of its own motor, within its limits.
-        joints: Those with a free ratio.
-        rounds: Of the coordinate descent, until no ratio changed.
+        joints: Results of the joints with a free ratio.
+        rounds: Number of rounds of the coordinate descent until no ratio changed.
         notes: Remarks: where the gear families come from, and which gears are larger than any in the catalogue.
     """
 
@@ -107,21 +107,21 @@ def free_ratios(
     free: Mapping[str, FreeRatio] | None = None,
     drives: Mapping[str, Pair] | None = None,
 ) -> FreeRatios:
-    """The best ratios of gears that may have any ratio in a range, the arm coupled.
+    """The gear ratios within a range for each joint that minimise a goal of the whole coupled arm.
 
     Args:
         study: The task.
-        goal: What the ratios make small over all joints together.
-        free: By joint name, the range of ratios and the family; None: as the study's joints say.
-        drives: Keys of (motor, gear) by joint name: motors of the free joints, drives of the others; what is not named
-            is as the study gives it, and else selected.
+        goal: The quantity to minimise over all joints together.
+        free: Range of ratios and gear family by joint name; None: those that the study states.
+        drives: Keys of (motor, gear) by joint name: motors of the free joints, drives of the others. Joints that are
+            not named keep the drive of the study, or else a selected one.
 
     Returns:
         The ratios, what limits them, and the nearest gears of the catalogue.
 
     Raises:
-        InputError: No joint with a free ratio, unknown joints, series or motors, or data without which the goal
-            cannot be computed.
+        InputError: There is no joint with a free ratio; joints, series or motors are unknown; or data are missing
+        without which the goal cannot be computed.
     """
     wanted = free if free is not None else {t.name: t.free_ratio for t in study.joints if t.free_ratio is not None}
     design = _design(study, goal_of(goal), wanted, drives or {})
@@ -175,7 +175,7 @@ def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: M
 
 
 def _pairs(study: Study, wanted: Mapping[str, FreeRatio], drives: Mapping[str, Pair]) -> dict[str, Pair]:
-    """A drive for every joint that needs one: named, given, or selected."""
+    """A drive for every joint that needs one: the named one, the given one, or a selected one."""
     pairs: dict[str, Pair] = {}
     for task in study.joints:
         pair = drives.get(task.name, task.drive)
@@ -253,7 +253,7 @@ def _catalogue_gears(search: LineSearch, ratio: float) -> tuple[CatalogueGear, .
 
 
 def _partners(design: ArmDesign, joint: int) -> Sequence[str]:
-    """Gears that may replace the continuous gear: those of its series, else those that go with the motor."""
+    """Gears that may replace the continuous gear: those of its series, else those compatible with the motor."""
     rows, family, motor = design.study.catalog.gears, design.families[joint], design.motors[joint]
     paired = [gear for one, gear in design.study.joints[joint].pairs if one == motor and gear]
     among = paired or (gears_at(design.study.joints[joint], design.study.catalog) if family.laws else [])

@@ -23,15 +23,16 @@ MOST_SAMPLES = 20_000
 
 @dataclass(frozen=True, eq=False)
 class JointLoops:
-    """One joint's loops."""
+    """Loops of one joint's servo."""
 
-    joint: str  # its name
+    joint: str  # name of the joint
     axis: ServoAxis  # with the heaviest load of the cycle
     lightest: float  # smallest load inertia of the cycle [kg m^2]
-    timing: ServoTiming  # of its servo
+    timing: ServoTiming  # current loop and sampling of its servo
     design: LoopDesign  # with the heaviest load
     light: LoopDesign  # the same gains with the lightest load
-    current_gain: float | None  # of the current loop [V/A], [V/(A s)]; None if the inductance is unknown
+    # proportional gain [V/A] and integral gain [V/(A s)] of the current loop; None if the inductance is unknown
+    current_gain: float | None
     current_integral: float | None
     time: Array  # of the step responses [s], (M,)
     step: Array  # step response of the motor's angle without speed feedforward [-], (M,)
@@ -89,7 +90,7 @@ def servo_axes(joint: JointResult, damping: float) -> tuple[ServoAxis, float] | 
         return None
     constant = float(torque_constant(drive.motor, drive.motor.reference_temperature))
     rotor, ratio, stiffness = drive_inertia(drive), drive.gear.ratio, drive.gear.stiffness_1
-    # As scenes take it from the joint's whole inertia; from the least, it damps no more than there.
+    # as in scenes, from the largest inertia; with the smallest inertia the damping ratio is no larger
     along = 2.0 * damping * math.sqrt((stiffness or 0.0) * (float(load.min()) + ratio**2 * rotor))
     return ServoAxis(constant, ratio, rotor, float(load.max()), stiffness, along), float(load.min())
 

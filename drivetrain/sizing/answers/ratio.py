@@ -52,22 +52,22 @@ class RatioPoint:
     peak_torque: float  # of the motor, starting from rest included [N m]
     motor_speed: float  # largest [rad/s]
     winding_temperature: float  # largest in the repeated cycle [C]; infinite: thermal runaway, NaN: not computed
-    utilisations: Mapping[str, float]  # of every check, by its name; NaN where it could not be judged
+    utilisations: Mapping[str, float]  # by name of the check; NaN where it could not be made
 
     @property
     def binding(self) -> str:
-        """The check of highest utilisation; empty when none was judged."""
+        """The check of highest utilisation; empty if none was made."""
         judged = {name: used for name, used in self.utilisations.items() if not math.isnan(used)}
         return max(judged, key=lambda name: judged[name], default="")
 
     @property
     def utilisation(self) -> float:
-        """The highest of all checks; 1 is the limit; infinite when none was judged."""
+        """The highest utilisation of all checks; infinite if none was made."""
         return self.utilisations[self.binding] if self.binding else math.inf
 
     @property
     def fits(self) -> bool:
-        """Whether no check is over its limit."""
+        """Whether no utilisation exceeds 1."""
         return self.utilisation <= 1.0
 
 
@@ -89,11 +89,11 @@ class NearGear:
     """A gear of the catalogue evaluated with the same task and motor."""
 
     key: str
-    ratio: float  # as printed, with its sign
-    utilisation: float  # the highest of all checks; infinite when none was judged
+    ratio: float  # ratio of the data sheet, with its sign
+    utilisation: float  # the highest of all checks; infinite if none was made
     binding: str  # the check it belongs to
     verdict: Verdict
-    inside: bool  # whether its ratio lies in a window of the template; its own limits may still differ
+    inside: bool  # whether its ratio lies in a window of the template gear; its own limits may differ
 
 
 @dataclass(frozen=True)
@@ -111,10 +111,10 @@ class ClosedForms:
     """Ratios by closed-form solutions for the same motion."""
 
     matching: float | None  # sqrt(mean load inertia over rotor inertia); None without an arm
-    least_rms: float  # of the smallest RMS motor torque, all but Stribeck friction counted; NaN where data are missing
-    least_peak: float  # of the smallest peak motor torque, starting from rest not counted; NaN where data are missing
-    rated: tuple[RatioRange, ...] | None  # RMS torque within the continuous one; None where that is unknown
-    load_match: LoadMatch | None  # the same with one efficiency for all of the motion; None where unknown
+    least_rms: float  # of the smallest RMS motor torque, without Stribeck friction; NaN where data are missing
+    least_peak: float  # of the smallest peak motor torque, without starting from rest; NaN where data are missing
+    rated: tuple[RatioRange, ...] | None  # ratios with an RMS torque within the continuous one; None if that is unknown
+    load_match: LoadMatch | None  # the same with one efficiency for the whole motion; None if unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,8 +124,8 @@ class RatioStudy:
     study: Study
     joint: str
     motor: str
-    gear: str  # whose ratio is varied; "" is an ideal gear
-    drive: Drive  # the template, assumptions filled in
+    gear: str  # key of the gear whose ratio is varied; "" for an ideal gear
+    drive: Drive  # motor and template gear, with assumptions filled in
     points: tuple[RatioPoint, ...]  # by rising ratio
     windows: tuple[RatioWindow, ...]  # lowest first
     best: RatioPoint  # smallest maximum utilisation of the checks that depend on the ratio
@@ -155,7 +155,7 @@ class RatioStudy:
         return np.array([getattr(point, field) for point in self.points], dtype=np.float64)
 
     def utilisation_of(self, check: str) -> Array:
-        """Utilisation of one check; NaN where it could not be judged, (M,)."""
+        """Utilisation of one check over the ratios, (M,); NaN where it could not be made."""
         return np.array([point.utilisations.get(check, math.nan) for point in self.points])
 
 
@@ -177,16 +177,17 @@ def ratio_study(
     Args:
         study: The task.
         joint: Name of the joint, or a part that no other name has.
-        drives: Keys of (motor, gear) by joint name; a joint that is not named keeps the drive the study gives it.
-        motor, gear: Keys for this joint, in place of those; gear "" is an ideal gear without limits, taken also where
-            only a motor is known.
-        ratios: To sweep, positive; None: chosen around the ratio of least RMS torque and the template's.
+        drives: Keys of (motor, gear) by joint name; a joint that is not named keeps the drive of the study.
+        motor, gear: Keys for this joint that replace those of ``drives``; gear "" is an ideal gear without limits,
+            which is also used if only a motor is known.
+        ratios: Ratios of the sweep, positive; None: chosen around the ratio of smallest RMS torque and that of the
+            gear.
 
     Returns:
         The sweep, its windows and marks.
 
     Raises:
-        InputError: Unknown joints, motors or gears, a joint without a drive, or ratios that are not positive.
+        InputError: Joints, motors or gears are unknown, a joint has no drive, or a ratio is not positive.
     """
     names = [task.name for task in study.joints]
     [joint] = whole_names("joint", "joint of the study", [joint], names)
@@ -200,7 +201,7 @@ def ratio_study(
     def at(ratio: float) -> RatioPoint:
         return _point(number.put(ratio), index)
 
-    # Where torque cannot be judged nothing ends a window, and there is no sense in looking further.
+    # Where the torque is unknown no check ends a window, so the grid is not extended.
     points = _sweep(at, _grid(setup, index, ratios), fixed=ratios is not None or not template.torque_known)
     runs = edges(lambda ratio: at(ratio).fits, [point.ratio for point in points])
     windows = tuple(
@@ -217,7 +218,7 @@ def ratio_study(
 
 
 def ratio_studies(study: Study, *, drives: Mapping[str, Pair] | None = None) -> tuple[RatioStudy, ...]:
-    """The ratio of every joint that moves, one at a time.
+    """Ratio studies of every joint that moves, one at a time.
 
     Args:
         study: The task.
@@ -237,12 +238,12 @@ def ratio_studies(study: Study, *, drives: Mapping[str, Pair] | None = None) -> 
 
 
 def chosen_drives(study: Study) -> dict[str, Pair]:
-    """Keys of the drives that the study gives, else of those selected for it, or the nearest when nothing fits."""
+    """Keys of the drives that the study gives, else of the selected ones, or of the nearest if nothing is feasible."""
     return study.given_drives if study.gives_all_drives else select(study, advise=False).evaluation.drives
 
 
 def _point(setup: Setup, joint: int) -> RatioPoint:
-    with np.errstate(over="ignore", invalid="ignore"):  # far from any ratio that fits, heat leaves the range of numbers
+    with np.errstate(over="ignore", invalid="ignore"):  # far from feasible ratios the heat overflows
         result = setup.joint(joint)
     series, checks = result.series, {check.name: check for check in result.checks}
     peak, heat = checks["motor peak torque"].required, checks["winding temperature"].required
@@ -375,7 +376,9 @@ def near_gears(
     setup: Setup, joint: int, motor: str, keys: Sequence[str], ratio: float,
     *, last: Callable[[str], bool] = lambda key: False,
 ) -> Iterator[tuple[NearGear, JointResult]]:  # fmt: skip
-    """Evaluate gears with a motor, ordered by their distance from a ratio; of ties those with ``last`` come last."""
+    """Evaluate gears with a motor, ordered by their distance from a ratio; of ties, those for which ``last`` is true
+    come last.
+    """
     rows = setup.study.catalog.gears
     for key in sorted(keys, key=lambda key: (abs(math.log(abs(rows[key].ratio) / ratio)), last(key), key)):
         result = setup.with_keys(joint, motor, key).joint(joint)

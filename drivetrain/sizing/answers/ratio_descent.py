@@ -32,17 +32,19 @@ MAX_ROUNDS = 12
 RATIO_TOLERANCE = 1e-6  # largest relative change of any ratio in a round after which the descent ends
 GRID_POINTS = 20  # ratios at which a line search brackets the minimum
 EDGE_TOLERANCE = 1e-9  # relative error of the ends of the allowed range
-MAX_SIZINGS = 12  # a gear that rides on the link it moves is sized again until its own weight is included
+# largest number of sizings of a gear mounted on the link that it moves, until its own weight is included
+MAX_SIZINGS = 12
 SIZE_TOLERANCE = 1e-10  # relative change of the gear's torque between two sizings
 # The checks that limit the range of ratios; the others are reported at the best ratio.
 RANGE_CHECKS = ("motor speed", "gear maximum input speed", "gear mean input speed", "motor voltage")
 
 
 class Goal(StrEnum):
-    """What the ratios are to make small, over all joints together.
+    """Quantity that the ratios minimise, over all joints together.
 
     HEAT: mean copper loss at ambient temperature [W]. CURRENT: root mean square over the joints of RMS current over the
-    motor's continuous current [-]. ENERGY: drawn a cycle, what is fed back credited [J]. MASS: of all drives [kg].
+    motor's continuous current [-]. ENERGY: drawn per cycle, with energy fed back subtracted [J]. MASS: of all drives
+    [kg].
     """
 
     HEAT = "heat"
@@ -63,7 +65,7 @@ class ArmDesign:
     filled_parts: FilledParts
     motors: Mapping[int, str]  # catalogue keys by joint index, as the following
     families: Mapping[int, GearFamily]  # of the joints with a free ratio
-    fixed: Mapping[int, Drive]  # of the others
+    fixed: Mapping[int, Drive]  # drives of the other joints
     goal: Goal
 
     @property
@@ -79,7 +81,7 @@ class ArmDesign:
         return self._sized_up_to(len(self.study.joints) - 1, ratios, dict(self.fixed))
 
     def setup_with(self, joint: int, ratios: Mapping[int, float], current: Setup) -> Setup:
-        """The same, where the drives of the joints after one are those of a current setup."""
+        """The drives with some ratios, where the drives of the joints after ``joint`` are those of a current setup."""
         after = {i: drive for i, drive in current.drives.items() if i > joint}
         return self._sized_up_to(joint, ratios, {**self.fixed, **after})
 
@@ -114,7 +116,7 @@ class ArmDesign:
         return Setup(self.work, drives)
 
     def _sized_drive(self, joint: int, ratio: float, drives: Mapping[int, Drive]) -> Drive:
-        """The drive with a ratio, its gear as small as its load allows; drives: of the joints after it."""
+        """The drive with a ratio, its gear as small as its load permits; ``drives``: those of the joints after it."""
         task, family, work = self.study.joints[joint], self.families[joint], self.work.at(joint, drives)
         motor = self.filled_parts.motor(self.motors[joint])
 
@@ -140,9 +142,9 @@ class ArmDesign:
 
 
 def coordinate_descent(design: ArmDesign) -> tuple[dict[int, float], int]:
-    """The ratios at which no change of a single one lowers the objective, by joint index, and the number of rounds.
+    """Ratios by joint index at which no change of a single ratio lowers the objective, and the number of rounds.
 
-    A round is one line search a joint, from the tip to the base.
+    A round is one line search per joint, from the tip to the base.
     """
     ratios = design.middle_ratios()
     for turn in range(1, MAX_ROUNDS + 1):
@@ -161,9 +163,9 @@ class LineMinimum:
     """The minimum along one ratio, and the allowed range that contains it."""
 
     ratio: float
-    low: float  # ends of the range in which the limits of speed and voltage are met
-    high: float
-    ended_by: str  # the check that ends the range above, or that the family's own range does
+    low: float  # lower end of the range in which the limits of speed and voltage are met
+    high: float  # its upper end
+    ended_by: str  # the check that limits the range above, or the family's own range
 
 
 class LineSearch:
@@ -177,7 +179,7 @@ class LineSearch:
         self._unaffected = {i: design.contribution(self.current, i) for i in joints_after}
 
     def objective(self, ratio: float) -> float:
-        """Infinite where it cannot be computed."""
+        """Objective at a ratio; infinite where it cannot be computed."""
         value = self.design.objective(self.setup(ratio), self._unaffected)
         return math.inf if math.isnan(value) else value
 

@@ -11,8 +11,9 @@ from drivetrain.sizing.search.front import Front, check_criteria, pareto_front
 from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import CurveWanted
 
-FACTORS = {Vary.PAYLOAD: (0.5, 1.5), Vary.CYCLE_TIME: (0.75, 1.5), Vary.VOLTAGE: (0.75, 1.25)}  # of the study's value
-AROUND = 20.0  # K below and above the study's ambient temperature
+# range relative to the study's value
+FACTORS = {Vary.PAYLOAD: (0.5, 1.5), Vary.CYCLE_TIME: (0.75, 1.5), Vary.VOLTAGE: (0.75, 1.25)}
+AROUND = 20.0  # half width of the range of ambient temperatures [K]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +29,7 @@ def trade_offs(study: Study, *, progress: Progress | None = None) -> TradeOffsFo
 
     Args:
         study: The task; the time limit of its search applies to the front and to every point of a curve.
-        progress: Called with (done, total, text).
+        progress: Called with (steps done, total, text).
 
     Returns:
         The front and the curves.

@@ -65,14 +65,14 @@ class Standing(StrEnum):
 
 @dataclass(frozen=True)
 class SmallestChange:
-    """The smallest change of one quantity that makes a drive feasible; or why none does."""
+    """The smallest change of one quantity that makes a drive feasible, or the reason why none does."""
 
     what: str  # ``gear ratio``, ``payload``, ``cycle time`` or ``supply voltage``
     unit: str  # of the numbers; empty for a ratio
     before: float
     after: float | None = None  # value at which it is feasible, by a full evaluation; None: no change helps
     short: float | None = None  # value just short of it, at which it is infeasible, by a full evaluation
-    check: str = ""  # that fails at ``short``; if no change helps, the one that remains over its limit
+    check: str = ""  # check that fails at ``short``; if no change helps, the one that still exceeds its limit
     utilisation: float = 0.0  # of that check, at ``short`` or at the largest change tried
     set_holds: bool = False  # whether the whole set of drives is feasible with the change
     reason: str = ""  # why no change helps
@@ -88,12 +88,12 @@ class PairAnswer:
     gear: str
     standing: Standing
     passed_over: tuple[str, ...]  # rules of the study and missing data that exclude it, in sentences
-    partners: int  # number of pairs of the part that were judged; 1 if a pair was named
+    partners: int  # number of evaluated pairs with the part; 1 if a pair was named
     holding: int  # number of these that are feasible given the other chosen drives
     result: JointResult | None  # every check given the other chosen drives; None without a partner
-    failed: Check | None  # the failed check that is furthest over its limit
+    failed: Check | None  # the failed check with the highest utilisation
     lacking: tuple[str, ...]  # essential checks for which data are missing
-    changes: tuple[SmallestChange, ...]  # one of each kind; empty if it is feasible
+    changes: tuple[SmallestChange, ...]  # one for each quantity; empty if the drive is feasible
     best: Selection | None  # the best set with a pair of the part; None if not requested, or if it is the chosen one
 
 
@@ -105,7 +105,7 @@ class WhyNot:
         study: The task.
         motor, gear: Keys of the part in question; None for one that is not specified.
         selection: The chosen set.
-        answers: One for each joint in question.
+        answers: One answer for each joint in question.
     """
 
     study: Study
@@ -173,7 +173,7 @@ def why_not(
     selection: Selection | None = None,
     cost: bool = True,
 ) -> WhyNot:
-    """Why a motor, a gear or a pair of both was not chosen, at one joint or at every one.
+    """Why a motor, a gear or a pair was not chosen, at one joint or at every joint.
 
     The part replaces the chosen drive, and the other drives of the chosen set remain. If it is infeasible, the smallest
     changes of gear ratio, payload, cycle time and supply voltage that would make it feasible are found and evaluated.
@@ -181,18 +181,18 @@ def why_not(
 
     Args:
         study: The task.
-        joint: Name of the joint, or a part that no other name has; None: all of them.
-        motor: Key or part number; None: any that goes with the gear.
-        gear: Key or part number, "" or "none" for a direct drive; None: any that goes with the motor.
-        selection: From ``select``; None: selected here.
+        joint: Name of the joint, or a part of it that no other name contains; None: all joints.
+        motor: Key or part number; None: any motor compatible with the gear.
+        gear: Key or part number, "" or "none" for a direct drive; None: any gear compatible with the motor.
+        selection: Result of ``select``; None: the selection is made here.
         cost: Whether to search for the best set with the part.
 
     Returns:
-        One answer a joint.
+        One answer per joint.
 
     Raises:
-        InputError: Neither motor nor gear is named, or no joint, motor or gear has the name; all of them at once, with
-            the nearest names.
+        InputError: Neither motor nor gear is named, or no joint, motor or gear has the name; all faults at once, with
+        the nearest names.
     """
     joint, key, wheel = _named(study, joint, motor, gear)
     found = select(study) if selection is None else selection
@@ -269,7 +269,7 @@ def _pairs(question: _Question, task: JointTask) -> tuple[Pair, ...]:
     braked = [key for brake in task.brakes if (key := f"{motor}+{brake.key}") in catalog.motors]
     named = braked or (
         [] if motor is None else [motor]
-    )  # where a brake must hold the joint a motor is meant with any of its brakes
+    )  # if the joint needs a brake, a motor key stands for the motor with any of its brakes
     if motor is not None and gear is not None:
         return tuple((key, gear) for key in named)
 
@@ -279,7 +279,7 @@ def _pairs(question: _Question, task: JointTask) -> tuple[Pair, ...]:
     allowed = meant(task.pairs if task.drive is None else (*task.pairs, task.drive))
     if allowed or question.gear == "":
         return allowed
-    own = {staged: key for key, staged in task.staged.items()}  # pairs are published of gears alone
+    own = {staged: key for key, staged in task.staged.items()}  # published pairs name gears without stages
     motors = sorted({pair[0] for pair in task.pairs}) if motor is None else named
     gears = (
         sorted({own.get(pair[1], pair[1]) for pair in task.pairs if pair[1]}) if gear is None else [own.get(gear, gear)]
@@ -307,7 +307,7 @@ def _passed_over(question: _Question, joint: int, shown: _Tried) -> tuple[str, .
 
 
 def _best_with(study: Study, joint: int, pairs: Sequence[Pair]) -> Selection:
-    """The best set in which one joint has one of some pairs."""
+    """The best set in which one joint has one of several pairs."""
     task = replace(study.joints[joint], drive=None, pairs=tuple(pairs))
     if len(pairs) == 1:
         task = replace(study.joints[joint], drive=pairs[0])

@@ -24,7 +24,7 @@ NORMAL_95 = 1.959963984540054
 class Chance:
     """A probability estimated from independent samples."""
 
-    held: int  # number of samples in which it was feasible
+    held: int  # number of samples in which the checks were satisfied
     samples: int  # number of samples
 
     @property
@@ -58,8 +58,8 @@ class Robustness:
 
     evaluation: Evaluation  # with nominal values
     samples: int  # number of samples
-    seed: int  # of the random numbers
-    scattering: tuple[str, ...]  # uncertain quantities, in words
+    seed: int  # seed of the random numbers
+    scattering: tuple[str, ...]  # uncertain quantities, as text
     checks: dict[str, dict[str, Chance]]  # that each check is satisfied, by joint (or ``supply``) and name
     joints: dict[str, Chance]  # that all checks of a joint are satisfied, by name; the supply's last
     whole: Chance  # that all checks are satisfied
@@ -82,9 +82,9 @@ def robustness(
     where one of them fails, the whole set holds in no sample.
 
     Args:
-        evaluation: Of the drives with nominal values; its study states the tolerances.
+        evaluation: Evaluation of the drives with nominal values; its study states the tolerances.
         samples: Number of samples; None: that of the study.
-        seed: Of the random numbers; None: the study's own.
+        seed: Seed of the random numbers; None: that of the study.
         threads: Number of threads; the result does not depend on it.
 
     Returns:

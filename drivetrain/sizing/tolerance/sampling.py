@@ -37,8 +37,8 @@ from drivetrain.study.parts.verdicts import Check, Verdict
 
 NAMES = tuple(check.name for check in CHECKS)
 SUPPLY_NAMES = tuple(check.name for check in SUPPLY_CHECKS)
-BLOCK = 1024  # samples of one task of a thread
-AT_ONCE = 64  # samples judged in one call: their power over the cycle takes a megabyte
+BLOCK = 1024  # samples evaluated by a thread at a time
+AT_ONCE = 64  # samples evaluated in one call: their power over the cycle takes a megabyte
 PATHS = ("resistance_winding_housing", "resistance_housing_ambient", "resistance_winding_ambient")
 TIMES = ("winding_time_constant", "housing_time_constant")  # scaled with the resistances: heat capacities stay
 DRAGS = ("drag_torque", "seal_drag_torque", "starting_torque")
@@ -108,7 +108,7 @@ def _payload_rows(work: Workload, without: Mapping[str, Workload], joint: int) -
 def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
     """A set of drives, prepared for random samples; drives: keys of (motor, gear) by joint name.
 
-    Each joint has the amplifier that its drive takes with nominal values: that is the one that is bought.
+    Each joint has the amplifier that is chosen with nominal values, because that one is installed.
     """
     evaluation = evaluated(nominal.work, given_drives(nominal.study, drives))
     study, filled_parts = evaluation.study, FilledParts(nominal.study)
@@ -132,7 +132,7 @@ def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: A
         study: The task.
         nominal: The nominal case, (1,).
         lossy: Whether the gear is a real one.
-        factors: On the nominal values, in the order of ``draws.PARTS``, (S, 6).
+        factors: Factors on the nominal values, in the order of ``draws.PARTS``, (S, 6).
         ambient: Ambient temperature [C], (S,).
     """
     cases = np.repeat(nominal, len(ambient))
@@ -154,7 +154,7 @@ def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: A
         better, back = factors[:, EFFICIENCY], gear["backdriving_efficiency"]
         for name in ("efficiency", "mesh_efficiency"):
             gear[name] = np.minimum(gear[name] * better, 1.0)
-        # A negative efficiency (self-locking) is a loss too: a better gear locks less.
+        # For a negative efficiency (self-locking) a better gear is one that locks less.
         gear["backdriving_efficiency"] = np.minimum(np.where(back < 0.0, back / better, back * better), 1.0)
         gear["no_load_torque"] *= factors[:, FRICTION]
         for name in DRAGS:
@@ -163,7 +163,7 @@ def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: A
 
 
 def judged(ready: Candidate, draws: Draws, *, threads: int = 1) -> Iterator[Samples]:
-    """Judge samples block by block; the results do not depend on blocks or threads."""
+    """Evaluate samples block by block; the results do not depend on blocks or threads."""
     parts = [slice(first, min(first + BLOCK, len(draws))) for first in range(0, len(draws), BLOCK)]
     threads = max(min(threads, len(parts)), 1)
     most = np.abs(draws.payload - 1.0).max(axis=0)
@@ -262,7 +262,7 @@ def undrawn(evaluation: Evaluation) -> tuple[Check, ...]:
 
 
 def failed_undrawn(evaluation: Evaluation) -> tuple[str, ...]:
-    """Names of those that fail: then no sample counts as feasible."""
+    """Names of the checks of the whole arm that fail, in which case no sample counts as feasible."""
     return tuple(check.name for check in undrawn(evaluation) if check.verdict is Verdict.FAIL)
 
 

@@ -29,7 +29,7 @@ from drivetrain.sizing.tolerance.sampling import (
     nominal_of,
 )
 
-FELT = 1e-9  # relative: a smaller change of a utilisation is rounding
+FELT = 1e-9  # relative change of a utilisation below which it counts as rounding
 ARMS, BINS = 4096, 64  # samples and bins of the Sobol indices, which are accurate to about 0.01
 
 
@@ -139,7 +139,7 @@ def effects(evaluation: Evaluation) -> Effects:
         deviations[source] = values
     ready, n = candidate(nominal_of(study), drives_of(evaluation)), len(study.joints)
     joints, supply = _figures(ready, deviated(study, count, deviations))
-    uniform = np.random.default_rng(study.tolerances.seed).random((ARMS, len(found)))  # the first arms of ``drawn``
+    uniform = np.random.default_rng(study.tolerances.seed).random((ARMS, len(found)))  # the first samples of ``drawn``
     shape = (2, len(found))
     return Effects(
         evaluation, found, joints.reshape(*shape, n, len(NAMES)), supply.reshape(*shape, len(SUPPLY_NAMES)),
