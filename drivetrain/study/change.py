@@ -13,10 +13,10 @@ from drivetrain.study.model import Payload, Study, refuse_moving_base
 
 @dataclass(frozen=True)
 class TaskChange:
-    """What is changed of a task; the default changes nothing.
+    """Changes of a task; the default changes nothing.
 
     Attributes:
-        payload: Factor on mass and inertia of payloads: the same shape of another density; 0 or more.
+        payload: Factor on mass and inertia of payloads (same shape, other density); 0 or more.
         time: Factor on the length of the cycle: the same path, uniformly slower or faster; positive.
         voltage: Factor on the supply's voltage; positive.
         ambient: Added to the ambient temperature [K].
@@ -56,7 +56,8 @@ def changed(study: Study, change: TaskChange) -> Study:
         The changed task; the name of the study and its digest stay.
 
     Raises:
-        InputError: A payload that the study does not have; another pace on a base that moves by its own clock.
+        InputError: The study does not have a named payload, or ``time`` is not 1 while the base moves: the motion of
+            the base does not scale with the cycle.
     """
     if change.time != 1.0:
         refuse_moving_base(study, "another pace of the cycle")
@@ -80,15 +81,16 @@ def changed(study: Study, change: TaskChange) -> Study:
 
 
 def heaviest(study: Study) -> tuple[Payload, ...]:
-    """The heaviest payload, none where nothing of any mass is carried; a gripper beside it stays as it is where one
-    payload is varied.
+    """The heaviest payload as a tuple of one; empty if the study has no payload with a mass.
+
+    It is the payload that a curve over payload varies; all lighter ones, such as a gripper, keep their mass.
     """
     weighing = [one for one in study.payloads if one.mass > 0.0]
     return tuple(sorted(weighing, key=lambda one: -one.mass)[:1]) if study.arm is not None else ()
 
 
 def carrying_mass(study: Study, mass: float) -> Study:
-    """The task with its heaviest payload of another mass [kg], the same shape of another density; in its name too."""
+    """The task with another mass of its heaviest payload [kg] (same shape, other density); the name states the mass."""
     most = heaviest(study)
     if not most:
         raise InputError(Fault("payload", "cannot be varied: the study carries none of any mass", study.name))
@@ -97,12 +99,12 @@ def carrying_mass(study: Study, mass: float) -> Study:
 
 
 def scales(payloads: Collection[str], name: str) -> bool:
-    """Whether a change of some payloads is one of a certain payload."""
+    """Whether a change restricted to ``payloads`` (empty: all) scales the payload ``name``."""
     return not payloads or name in payloads
 
 
 def slowed(cycle: Cycle, factor: float) -> Cycle:
-    """The same path in more time, or less."""
+    """The cycle along the same path with its duration multiplied by ``factor``."""
     if factor == 1.0:
         return cycle
     return replace(

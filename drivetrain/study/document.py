@@ -20,8 +20,8 @@ _DEEPEST = 20
 _LARGEST = 4 << 20  # bytes
 _MOST_ENTRIES = 100_000  # counting each use of an anchor
 _LONGEST_TEXT = 20_000  # characters
-_MOST_SHOWN = 60  # characters of a name that is none
-_MOST_NAMED = 5  # files of a folder that is no study
+_MOST_SHOWN = 60  # characters shown of an invalid name
+_MOST_NAMED = 5  # files listed when a folder is given instead of a study file
 _PLAIN = ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq")
 _MERGE_KEY = "tag:yaml.org,2002:merge"
 
@@ -37,11 +37,11 @@ class Document:
 
     @property
     def folder(self) -> Path:
-        """What relative file names in it start from."""
+        """Folder to which relative file names in the document refer."""
         return self.path.parent
 
     def where(self, place: Place) -> str:
-        """File and line of an entry, or of the nearest entry around it; empty where the study is no file."""
+        """File and line of an entry, or of the nearest entry that contains it; empty if there is no file."""
         if not self.lines:
             return ""
         for end in range(len(place), 0, -1):
@@ -64,13 +64,17 @@ def spelled(place: Place) -> str:
 
 
 def read_document(path: str | Path) -> Document:
-    """A YAML file with the line of each entry; raises where it is none, or where keys are given twice, all of them."""
+    """Read a YAML file with the line of each entry.
+
+    Raises:
+        InputError: The file cannot be read as YAML, or keys are given twice; all duplicates are listed.
+    """
     file = Path(path)
     return parsed_document(file, _content(file))
 
 
 def parsed_document(file: Path, content: bytes) -> Document:
-    """A YAML text with the line of each entry; its file is where names of files in it start from."""
+    """Parse a YAML text with the line of each entry; file names in it are relative to the folder of ``file``."""
     node = _root(file, content)
     if not isinstance(node, yaml.MappingNode):
         problem = "must be a mapping of names to values, such as 'name: my arm'"
@@ -83,7 +87,7 @@ def parsed_document(file: Path, content: bytes) -> Document:
 
 
 def compose_document(document: Document) -> tuple[str, yaml.MappingNode]:
-    """The text of a file that was read, and its nodes with the places where they stand in it."""
+    """The text of a document and its YAML nodes, which know their positions in the text."""
     node = _root(document.path, document.content)
     assert isinstance(node, yaml.MappingNode)  # as read
     return document.content.decode("utf-8"), node
@@ -109,12 +113,12 @@ def _content(file: Path) -> bytes:
 
 
 class _Loader(yaml.SafeLoader):
-    """Gives up before it builds more than a study can mean."""
+    """Loader that stops with an error at more entries than any study needs."""
 
     entries = 0
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """One more."""
+        """Compose one node and count it."""
         self.entries += 1
         if self.entries > _MOST_ENTRIES:
             raise yaml.YAMLError(f"it has more than {_MOST_ENTRIES} entries; long series belong in a CSV file")
@@ -150,7 +154,7 @@ def _yaml_hint(words: str) -> str:
 
 
 def _data(node: yaml.Node, place: Place, file: Path, lines: dict[Place, int], faults: list[Fault]) -> Any:
-    """The value of a node; fills the lines and the faults."""
+    """The value of a node; fills ``lines`` and ``faults``."""
     lines.setdefault(place, node.start_mark.line + 1)
     if len(lines) > _MOST_ENTRIES:
         raise InputError(Fault("the file", f"its anchors stand for more than {_MOST_ENTRIES} entries", file=str(file)))
@@ -171,7 +175,7 @@ def _data(node: yaml.Node, place: Place, file: Path, lines: dict[Place, int], fa
 
 
 def _refused(node: yaml.Node, place: Place) -> str:
-    """Why a node is not taken at all: tags that make objects, anchors that hold themselves, texts that are none."""
+    """Why a node is rejected (a tag, an anchor that contains itself, an unsuitable text); empty if it is accepted."""
     if isinstance(node, yaml.ScalarNode):
         if place[:1] == ("motions",) and place[2:] == ("samples",):  # a table, however long
             return "" if plain(str(node.value)) == node.value else "has control characters"
@@ -182,7 +186,7 @@ def _refused(node: yaml.Node, place: Place) -> str:
 
 
 def _refused_text(text: str) -> str:
-    """Why a text or a name is not taken."""
+    """Why a text or a name is rejected; empty if it is accepted."""
     if len(text) > _LONGEST_TEXT:
         return f"has {len(text)} characters, more than {_LONGEST_TEXT}"
     return "has control characters" if plain(text) != text else ""
@@ -212,7 +216,11 @@ def _mapping(
 
 
 def place_of(document: Document, text: str) -> Place:
-    """The place that a text such as ``payloads.box.mass`` names; raises where the file lacks a name before the last."""
+    """The place that a text such as ``payloads.box.mass`` names.
+
+    Raises:
+        InputError: The document has no entry for one of the names before the last.
+    """
     place: Place = ()
     found: Any = document.data
     names = text.split(".")

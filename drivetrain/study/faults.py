@@ -1,7 +1,7 @@
-"""Every fault of a file at once: those of its form, and those found while it is resolved.
+"""Collects all faults of a study file, so that they are reported together.
 
-What is wrong in the form is cut out and the rest read again; what may only be the consequence of a known fault is not
-reported.
+Entries that do not have the required form are cut out, and the rest is read again. A fault that may be only the
+consequence of a known one is not reported.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ _WORDS = {
 
 
 class Places:
-    """Places of faults: what stands around one, or inside it, may be wrong as a consequence only."""
+    """Places of faults: faults of entries around or inside such a place may be mere consequences."""
 
     def __init__(self) -> None:
         self._faulty: set[Place] = set()
         self._around: set[Place] = set()
 
     def add(self, place: Place) -> None:
-        """One more."""
+        """Add a place."""
         self._faulty.add(place)
         self._around |= {place[:end] for end in range(len(place) + 1)}
 
@@ -60,7 +60,7 @@ class Places:
 
 
 def read_form(form: type[F], document: Document) -> tuple[F, list[Fault], Places]:
-    """A file by its form, as far as it can be read."""
+    """Read a file by its form: what could be read, the faults, and their places."""
     data: dict[str, Any] = copy.deepcopy(document.data)
     faults: list[Fault] = []
     places = Places()
@@ -78,7 +78,7 @@ def read_form(form: type[F], document: Document) -> tuple[F, list[Fault], Places
 
 
 def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Fault]]:
-    """What one error of pydantic means to the user."""
+    """Translate one pydantic error to faults with their places."""
     place: Place = tuple(part for part in details["loc"] if not str(part).startswith("<"))
     context = details.get("ctx", {})
     kind, found = details["type"], details["input"]
@@ -112,28 +112,31 @@ def _meant(name: str, known: Iterable[str]) -> str:
 
 
 def _choices(place: Place) -> str:
-    """What a column of a sheet that is missing may be, where it is one of a few words."""
+    """The allowed values of a missing column of a data sheet, if it has a fixed set of them; else empty."""
     columns = _SHEETS[str(place[0])].model_fields if place[0] in _SHEETS else {}
     words = get_args(columns[str(place[-1])].annotation) if place[-1] in columns else ()
     return " or ".join(words) if all(isinstance(word, str) for word in words) else ""
 
 
 def _near(found: str, names: list[str]) -> str:
-    """The nearest allowed word, only when there is one: the problem already lists them all."""
+    """The nearest allowed word as a hint; empty if none is near, since the problem already lists all of them."""
     hint = nearest(found, names)
     return hint if hint.startswith("did you mean") else ""
 
 
 def _shown(found: object) -> object:
-    """The value as shown in a fault: mappings and long lists say too much."""
+    """The value as shown in a fault; mappings and long lists are left out."""
     return found if isinstance(found, str | int | float | bool) else None
 
 
 def _cut(data: dict[str, Any], place: Place, assumed_limits: Mapping[str, Any]) -> None:
-    """Takes the faulty entry out: the nearest name around it, or what lacks a name; at the top a stand-in goes in."""
+    """Remove a faulty entry (the nearest named one around it, or the one that lacks a name).
+
+    Required top-level entries that are then missing get their value of ``assumed_limits``.
+    """
     names = place
     while names and isinstance(names[-1], int):
-        names = names[:-1]  # a list with a faulty entry goes as a whole: others count its entries
+        names = names[:-1]  # a list with a faulty entry is removed whole: other entries refer to its positions
     for end, part in enumerate(names):
         if isinstance(part, int):
             names = names[:end]
@@ -151,7 +154,7 @@ def _cut(data: dict[str, Any], place: Place, assumed_limits: Mapping[str, Any]) 
 
 @dataclass(eq=False)
 class Ledger:
-    """Faults and notes of one study, gathered until all of it has been looked at."""
+    """Collector of the faults and notes of one study while it is read and resolved."""
 
     document: Document  # the study file
     faults: list[Fault] = field(default_factory=list)  # found so far
@@ -159,26 +162,26 @@ class Ledger:
     notes: list[str] = field(default_factory=list)  # warnings and remarks, in the order found, each once
 
     def fault(self, place: Place, problem: str, value: object = None, hint: str = "") -> None:
-        """Notes down a fault of the study file, unless it can only be the consequence of one already known."""
+        """Add a fault of the study file, unless it may be the consequence of one already known."""
         if not self.spoiled(place):
             self.faults.append(self.document.fault(place, problem, value, hint))
             self.faulty.add(place)
 
     def note(self, notes: Iterable[str]) -> None:
-        """Notes down remarks for the report."""
+        """Add remarks for the report."""
         self.notes.extend(note for note in dict.fromkeys(notes) if note not in self.notes)
 
     def warning(self, place: Place, problem: str, hint: str = "") -> None:
-        """Notes down what is hard to believe of an entry, and what was probably meant."""
+        """Add a warning on an implausible entry; the hint says what was probably meant."""
         self.note([f"warning: {self.document.fault(place, problem, hint=hint)}"])
 
     def spoiled(self, place: Place) -> bool:
-        """Whether an entry has a fault already, so that what depends on it need not be looked at."""
+        """Whether an entry already has a fault, so that whatever depends on it need not be checked."""
         return self.faulty.touch(place)
 
     @contextmanager
     def gather(self, place: Place) -> Iterator[None]:
-        """Takes up the faults and physics warnings of what is done inside, and goes on."""
+        """Context that collects the InputErrors and physics warnings of its body instead of letting them through."""
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             try:
@@ -192,7 +195,7 @@ class Ledger:
                 warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
 
     def read(self, form: type[F], data: Mapping[str, Any], place: Place) -> F | None:
-        """An entry of the file by its form; None, with its faults noted down, where it is none."""
+        """Read an entry of the file by its form; None if it has faults, which are added here."""
         known = form.model_fields
         for name in data:
             if name not in known:  # which would keep the rest from being looked at
@@ -207,12 +210,12 @@ class Ledger:
         return None
 
     def raise_any(self) -> None:
-        """Raises what has been found, in the order of the file's lines."""
+        """Raise InputError with all faults found, in the order of the file's lines; nothing if there are none."""
         if self.faults:
             raise InputError(sorted(self.faults, key=_line))
 
     def _take(self, place: Place, faults: Iterable[Fault]) -> None:
-        """Faults of another reader: those without a file stand at the entry that asked."""
+        """Add faults of another reader; those without a file are placed at the entry that was being read."""
         for fault in faults:
             if fault.file:
                 self.faults.append(fault)
@@ -224,6 +227,6 @@ class Ledger:
 
 
 def _line(fault: Fault) -> tuple[str, int]:
-    """Where a fault is sorted: by file, then by line; sorting keeps the order found within a line."""
+    """Sort key of a fault: file, then line; faults of one line keep the order in which they were found."""
     file, _, line = fault.file.rpartition(":")
     return (file, int(line)) if line.isdigit() else (fault.file, 0)

@@ -1,9 +1,9 @@
-"""How parts of the study file are read: as forms, made of the dataclasses that say already what they hold.
+"""Pydantic models ("forms") that read parts of the study file, derived from the dataclasses of those parts.
 
-A dataclass says once what a part of a study holds: its annotations the units and limits of each field, its docstring
-the words that editors show (and, of a plain float, the unit, in brackets as everywhere). ``Entry[Friction]`` is that
-part as it stands in a file: values in SI, still without the dataclass's own checks, and knowing which names were given,
-so that an entry can go over a default one. ``made`` makes the dataclass of it.
+A dataclass defines a part of a study once: its annotations give units and limits of each field, its docstring the help
+text that editors show (and the unit of a plain float, in square brackets). ``Entry[Friction]`` is the form of such a
+part: it holds values in SI, does not yet run the dataclass's own checks, and knows which names were given, so that an
+entry can be merged over a default one. ``made`` turns it into the dataclass.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 
 class Form(BaseModel):
-    """A mapping of the study file whose names are known beforehand."""
+    """A mapping in the study file with a fixed set of names."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     stands_for: ClassVar[Any] = None
@@ -47,11 +47,15 @@ class Form(BaseModel):
 
 @cache
 def form_of(kind: type, without: tuple[str, ...] = (), needed: tuple[str, ...] = ()) -> type[Form]:
-    """The form of a dataclass: its fields with their annotations, defaults and words.
+    """The form of a dataclass, with the annotations, defaults and descriptions of its fields.
 
     Args:
-        without: Fields that no file states.
-        needed: Fields that a file must state though they have a default.
+        kind: The dataclass.
+        without: Names of fields that a study file cannot state.
+        needed: Names of fields that a study file must state although the dataclass has a default.
+
+    Returns:
+        A class derived from ``Form``; its ``made`` returns a ``kind``.
     """
     hints, words = get_type_hints(kind, include_extras=True), attribute_words(kind)
     entries: dict[str, Any] = {}
@@ -63,7 +67,7 @@ def form_of(kind: type, without: tuple[str, ...] = (), needed: tuple[str, ...] =
             default = {"default_factory": one.default_factory}
         text = words.get(one.name, "")
         unit = re.search(r"\[([^\]]*)\]", text)
-        tells_more = text and not (unit and text == f"{unit[0]}.")  # than its reader says of the unit
+        tells_more = text and not (unit and text == f"{unit[0]}.")  # than the unit, which its reader states already
         about = Field(description=text if tells_more else None, **default)
         if one.name not in without:
             entries[one.name] = (_as_written(hints[one.name], unit[1] if unit else ""), about)
@@ -74,7 +78,7 @@ def form_of(kind: type, without: tuple[str, ...] = (), needed: tuple[str, ...] =
 
 
 def attribute_words(kind: type) -> dict[str, str]:
-    """What the docstring of a class says of each of its attributes."""
+    """Description of each attribute of a class, from the "Attributes" section of its docstring."""
     words: dict[str, str] = {}
     names: list[str] = []
     for base in kind.__mro__[1:-1]:
@@ -89,7 +93,7 @@ def attribute_words(kind: type) -> dict[str, str]:
 
 
 def _as_written(hint: Any, unit: str) -> Any:
-    """An annotation as a file takes it: dataclasses by their forms, numbers with the unit of their description."""
+    """The annotation of a form's field: dataclasses become forms, plain floats get the unit of their description."""
     if is_dataclass(hint):
         return Annotated[hint, AsForm()]
     if hint is float:
@@ -105,9 +109,9 @@ def _as_written(hint: Any, unit: str) -> Any:
 
 @dataclass(frozen=True)
 class AsForm:
-    """Says of a field that its dataclass is read by its form."""
+    """Annotation of a field: its dataclass is read by its form."""
 
-    # as of ``form_of``
+    # arguments of ``form_of``
     without: tuple[str, ...] = ()
     needed: tuple[str, ...] = ()
 
@@ -120,8 +124,9 @@ Entry = Annotated[T, AsForm()]
 
 @dataclass(frozen=True)
 class Shaped:
-    """Says of a field of two kinds that these values are of the second one: faults are then reported for one kind
-    alone.
+    """Annotation of a field that is a union of two types: values of the given Python types belong to the second one.
+
+    Faults are then reported for one of the two types only.
     """
 
     values: Any  # types of Python
@@ -134,12 +139,12 @@ class Shaped:
 
 
 def given(entry: object, name: str) -> bool:
-    """Whether a field of an entry stands in the file."""
+    """Whether the file states a field of an entry."""
     return isinstance(entry, Form) and name in entry.model_fields_set and getattr(entry, name) is not None
 
 
 def over(own: T, default: T) -> T:
-    """An entry with what it does not say filled from another: mappings are merged name by name."""
+    """An entry completed by the fields of a default one that it does not state; mappings are merged name by name."""
     assert isinstance(own, Form) and isinstance(default, Form)
     merged = {name: getattr(own, name) for name in own.model_fields_set}
     for name, value in merged.items():
@@ -151,7 +156,7 @@ def over(own: T, default: T) -> T:
 
 
 def made(entry: T) -> T:
-    """The dataclass that an entry of the file stands for, and those inside of it; raises what its own checks raise."""
+    """The dataclass of an entry, with those nested in it; raises InputError if the dataclass's own checks fail."""
     found: Any = entry
     if isinstance(entry, Form):
         found = entry.made()

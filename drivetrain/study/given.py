@@ -1,4 +1,4 @@
-"""What Python gives a study, as entries of a study file: an arm, motions, rows of motors and gears, drives."""
+"""Converts Python objects (arms, motions, rows of motors and gears, drives) to entries of a study file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from drivetrain.study.schema import DEFAULT, SCHEMA_VERSION, StudyForm
 from drivetrain.study.written import python_document
 from drivetrain.units import split_header
 
-SOURCE = "given in Python"  # of sheets that do not say where they are from
+SOURCE = "given in Python"  # source of data sheets that do not state one
 _ARM_NUMBERS = ("home", "screws", "masses", "inertias", "tip", "gravity", "joint_points", "lower", "upper",
                 "speed_limits")  # fmt: skip
 _ARM_NAMES = ("joint_names", "link_names", "name", "notes")
@@ -35,7 +35,7 @@ _SHAPES = "must be (t, q) or (t, q, qd, qdd): t of N instants, the others of N r
 
 
 def add_arm(data: dict[str, Any], arm: Any) -> list[str]:
-    """The arm's entry, and what an arm asks for beside it; notes on what was left out or assumed."""
+    """Add the entry of the arm and the entries that it requires; returns notes on what was left out or assumed."""
     if arm is None:
         return []
     if not isinstance(arm, str | Path | Arm | Mapping):
@@ -59,7 +59,7 @@ def add_arm(data: dict[str, Any], arm: Any) -> list[str]:
 
 
 def add_rows(data: dict[str, Any], part: str, given: Any) -> None:
-    """The own rows of motors, gears or brakes; they are then the whole catalogue unless another one is named."""
+    """Add the study's own rows of motors, gears or brakes; they are the whole catalogue unless another is named."""
     if given is None:
         return
     if isinstance(given, str | Path):
@@ -82,12 +82,12 @@ def add_rows(data: dict[str, Any], part: str, given: Any) -> None:
 def _csv(path: str | Path, part: str) -> pd.DataFrame:
     try:
         return pd.read_csv(path, comment="#")
-    except (OSError, ValueError) as error:  # of which pandas' errors of parsing are some
+    except (OSError, ValueError) as error:  # ValueError includes the parsing errors of pandas
         raise InputError(Fault(part, f"cannot be read: {error}", str(path))) from None
 
 
 def _row(one: Any) -> Any:
-    """A sheet as a file states it."""
+    """A data sheet as the mapping that a study file contains."""
     if isinstance(one, Motor | Gear):
         if isinstance(one, Motor) and one.brake is not NO_BRAKE:
             raise InputError(Fault(f"motors.{one.key}", "must be without a brake: `brakes` and `joints` name those"))
@@ -120,7 +120,7 @@ def _table_rows(table: pd.DataFrame, part: str) -> dict[str, Any]:
 
 
 def add_joints(data: dict[str, Any], joints: Mapping[str, Any] | None, drives: Any, *, own: bool) -> None:
-    """What drives each joint: the drives named, or every pair there is."""
+    """Add what drives each joint: the drives named, or all pairs as candidates."""
     if joints is not None and not isinstance(joints, Mapping):
         hint = 'such as joints={"default": {...}, "elbow": {...}}'
         raise InputError(Fault("joints", "must be a mapping of joint names", type(joints).__name__, hint))
@@ -145,7 +145,7 @@ def add_joints(data: dict[str, Any], joints: Mapping[str, Any] | None, drives: A
 
 
 def _by_joint(data: Mapping[str, Any], drives: list[Any]) -> dict[str, Any]:
-    """Drives given in the order of the arm's joints."""
+    """Drives by joint name, from a list in the order of the arm's joints."""
     names = [name for name, _ in _joints(data)]
     if names and len(names) != len(drives):
         raise InputError(Fault("drives", f"must be one for each of {', '.join(names)}", len(drives)))
@@ -153,7 +153,7 @@ def _by_joint(data: Mapping[str, Any], drives: list[Any]) -> dict[str, Any]:
 
 
 def _pair(data: dict[str, Any], pair: Any, place: str) -> Any:
-    """A drive as a file states it; objects join the rows."""
+    """A drive as a study file states it; ``Motor`` and ``Gear`` objects are added to the study's own rows."""
     if isinstance(pair, Mapping):
         return pair
     if not isinstance(pair, tuple | list) or len(pair) != 2:
@@ -170,7 +170,7 @@ def _pair(data: dict[str, Any], pair: Any, place: str) -> Any:
 
 
 def add_motion(data: dict[str, Any], motion: Any) -> None:
-    """The motions, and the cycle that a list of them is."""
+    """Add the motions; a list of them becomes the cycle."""
     if motion is None:
         return
     motions = data["motions"] = dict(data.get("motions", {}))
@@ -222,7 +222,7 @@ def _samples(motion: Any, data: Mapping[str, Any], place: str) -> dict[str, str]
 
 
 def _joints(data: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Name and unit of each driven joint of the arm; none where it has faults, which are reported with all others."""
+    """Name and unit of each driven joint of the arm; empty if the arm has faults, which are reported later."""
     names = ("arm", "tip", "gravity", "drive_mass", "external_axes", "closures", "passive")
     stated = {name: data[name] for name in names if name in data}
     document = python_document({"schema_version": SCHEMA_VERSION, **stated})
@@ -253,7 +253,7 @@ def _table(time: Any, parts: Iterable[Any], names: list[str], place: str) -> dic
 
 
 def _turned(time: Any, parts: Iterable[Any]) -> str:
-    """What arrays that do not fit together look like."""
+    """A hint on arrays whose shapes do not fit together."""
     if np.ndim(time) == 2 and any(np.ndim(part) == 1 for part in parts):
         return "the time comes first"
     if np.ndim(time) == 1 and any(np.shape(part)[1:] == np.shape(time) for part in parts):

@@ -80,16 +80,16 @@ class Payload:
 
 @dataclass(frozen=True)
 class Mount:
-    """Where a drive sits.
+    """Where a drive is mounted on the arm.
 
-    A drive of coupled joints may sit where its group begins (``group``): on the link before the first joint of them, at
-    and along that joint's axis. As read, that is ``parent`` of another joint.
+    A study file may mount the drive of a coupled joint at the first joint of its group (``carrier: group``): on the
+    link before that joint, along that joint's axis. It is read as ``parent`` with the index of that joint in ``joint``.
 
     Attributes:
         carrier: Link that holds the stator: ``parent`` (before the joint), ``child`` (after it) or ``base``.
-        offset: Of the drive's centre of mass from the joint's point, along the joint axis [m].
-        joint: Index of the joint that the two others speak of, where a drive of coupled joints sits at another than
-            its own; None: its own.
+        offset: Distance of the drive's centre of mass from the joint's point, along the joint axis [m].
+        joint: Index of the joint to which ``carrier`` and ``offset`` refer if it is not the drive's own joint; None:
+            the drive's own joint.
     """
 
     carrier: Carrier = "parent"
@@ -99,11 +99,11 @@ class Mount:
 
 @dataclass(frozen=True, eq=False)
 class ContainedDrive:
-    """What an arm's links already hold at one joint, to be taken out before another drive is put in.
+    """The drive that an arm's links already contain at one joint; its mass is removed before another drive is added.
 
     Attributes:
-        mass: Of motor and gear together [kg].
-        mount: Where it sits in the links.
+        mass: Mass of its motor and gear together [kg].
+        mount: Where it is mounted.
     """
 
     mass: Mass
@@ -112,12 +112,12 @@ class ContainedDrive:
 
 @dataclass(frozen=True)
 class FreeRatio:
-    """Gears of any ratio in a range, for early design: ideal, or of a series of the catalogue, scaled.
+    """Hypothetical gears of any ratio in a range, for early design: ideal gears, or scaled rows of a catalogue series.
 
     Attributes:
-        low, high: Ends of the range.
-        series: Of the catalogue, whose rows are scaled; None: ideal gears.
-        motor: Key; None: the motor of the joint's drive.
+        low, high: Smallest and largest ratio.
+        series: Series of the catalogue whose rows are scaled to the ratio; None: ideal gears.
+        motor: Key of the motor; None: the motor of the joint's drive.
     """
 
     low: float
@@ -128,17 +128,19 @@ class FreeRatio:
 
 @dataclass(frozen=True)
 class Stop:
-    """The emergency stop, from any state of the cycle, and how often it comes.
+    """The emergency stop, which may begin at any instant of the cycle, and how often it occurs.
 
     Attributes:
-        current: With which the motor brakes [A], in the convention of the amplifier; None: its peak current.
-        ramp: Time in which every speed falls to 0 on a straight line [s]; None: the motor brakes with that current.
-        rise: Time in which the current comes, without a ramp [s].
-        stops_per_day: How many; None: the permitted number of momentary peaks is not checked.
-        service_life: Of the arm [s]; None: the same.
-        jam: Whether the gear must bear an output that is held fast at full speed; else for information.
-        power_off: Whether gears and holding brakes must bear the power going off at any instant; false where the supply
-            outlives it, so that brakes bite at rest alone.
+        current: Current with which the motor brakes [A], in the convention of the amplifier (dc, rms or peak); None:
+            the amplifier's peak current.
+        ramp: Time in which every joint speed decreases linearly to 0 [s]; None: the motor brakes with ``current``.
+        rise: Time in which the braking current rises from 0 [s]; for stops without a ramp.
+        stops_per_day: Number of emergency stops per day; None: the permitted number of momentary peaks is not checked.
+        service_life: Service life of the arm [s]; None: the permitted number of momentary peaks is not checked.
+        jam: Whether the gear must withstand a collision that blocks its output at full speed; false: the torque of such
+            a jam is shown for information.
+        power_off: Whether gears and holding brakes must withstand a loss of power at any instant; false if the supply
+            is buffered until the arm is at rest, so that brakes engage only at rest.
     """
 
     current: Current | None = None
@@ -155,36 +157,39 @@ class JointTask:
     """One joint of the study: its given drive, or the catalogue rows that may drive it.
 
     Attributes:
-        name: Of the joint.
+        name: Name of the joint.
         drive: Keys of the given (motor, gear), or None; gear key "" is a direct drive.
         pairs: The (motor key, gear key) pairs that may be chosen, in a fixed order; empty when only a drive is given.
-        passed_over: How many catalogue rows each rule of the study excluded, in words: shown in the report.
-        mount: Where the drive sits.
-        contained: What the arm's links already hold here (``replaced`` only).
-        friction: At the joint, outside the gear's mesh.
-        motor_friction: At the motor shaft, replacing the sheet's no-load data; None: from the sheet.
-        amplifier: Of this joint.
-        travel_per_turn: Of a prismatic joint, travel a radian of the gear's output [m/rad]; None for a revolute joint.
-        housing_to_ambient: Thermal resistance that replaces the sheet's [K/W], of the real mounting; None: the sheet's.
-        coupled: Names of the joints that its motor drives together with others; empty: this one alone. Friction, speed
-            and torque are then those of the shaft behind the gear.
-        rules: By which the pairs were found, as the study file states them; None where it states none.
-        output_bearing: What carries the joint across its axis: the ``gear``'s output bearing or an ``external`` one.
+        passed_over: One text per table and rule on how many catalogue rows were excluded; shown in the report.
+        mount: Where the drive is mounted.
+        contained: The drive that the arm's links already contain here (``drive_mass: replaced`` only).
+        friction: Friction at the joint, in addition to the friction of the gear.
+        motor_friction: Friction at the motor shaft, which replaces the data sheet's no-load data; None: data sheet.
+        amplifier: The amplifier of this joint; with several ``amplifiers``, one that allows what any of them allows.
+        travel_per_turn: Travel of a prismatic joint per radian of the gear's output [m/rad]; None for a revolute joint.
+        housing_to_ambient: Thermal resistance from the housing to ambient in the real mounting [K/W]; None: that of
+            the data sheet.
+        coupled: Names of the joints that the motor moves through a coupling with other motors; empty: it moves this
+            joint alone. In a coupling, friction, speed and torque are those of the shaft behind the gear.
+        rules: Candidate rules by which the pairs were found; None where the study file states none.
+        output_bearing: What supports the tilting moment and the forces across the joint axis: the output bearing of the
+            ``gear``, or an ``external`` one.
         gear_heat: Share of the gear's loss that warms the motor's housing; 0: the gear is mounted elsewhere.
-        amplifier_heat: The same of its amplifier's loss; 0: that is mounted elsewhere.
-        load_inertia: Without an arm, what the gear turns, whose acceleration is already in the table's torque [kg m^2];
-            None: not stated.
-        stop: Its emergency stop, the current DC equivalent.
-        free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
-        amplifiers: One of which is chosen, the first that holds; empty: ``amplifier``, which else allows what any of
-            them allows.
-        brakes: One of which must hold the joint; empty: it needs none. Motor keys name theirs: ``MOTOR+BRAKE``.
-        counterbalances: Torques on the link behind the joint that its angle alone decides; their masses are the arm's.
-        staged: Keys of the catalogue's gears with the joint's stages behind them, by the gear's own key ("" the direct
-            drive); empty: it has no stages.
-        preload: Of two motors on one axis, what it gives beside half of the load, and the other takes away [N m]; None:
-            it has its axis alone.
-        sharing: Names of the two motors, this one among them; empty: it has its axis alone.
+        amplifier_heat: Share of the amplifier's loss that warms the motor's housing; 0: it is mounted elsewhere.
+        load_inertia: In studies without an arm, the inertia at the gear's output [kg m^2]; the torque of the load
+            table already includes its acceleration. None: not stated.
+        stop: Emergency stop of this joint; its current as DC equivalent.
+        free_ratio: Range of hypothetical gear ratios for early design; None: not requested.
+        amplifiers: Candidate amplifiers, of which the first that satisfies all checks is chosen; empty: ``amplifier``.
+        brakes: Candidate holding brakes, of which one is chosen; empty: the joint needs none. The key of a motor with a
+            brake is ``MOTOR+BRAKE``.
+        counterbalances: Torques on the link behind the joint that depend on the joint angle alone; their masses belong
+            to the arm.
+        staged: For a joint with stages behind its gear, the key of each gear combined with them, by the gear's own key
+            ("" for a direct drive); empty: no stages.
+        preload: Torque of this motor's gear in addition to half of the axis load where two motors share the axis
+            [N m]; the second motor has the opposite sign. None: the motor does not share its axis.
+        sharing: Names of the two motors that share the axis, this one included; empty: it does not share its axis.
     """
 
     name: str
@@ -224,21 +229,22 @@ class JointTask:
 
 @dataclass(frozen=True)
 class Safety:
-    """Factors on what is required, and the reserve below which a pass is MARGINAL.
+    """Safety factors on the required values, and the reserve below which a pass is MARGINAL.
 
     Attributes:
-        peak_torque: On gear and motor peak torque, peak current, and the share of torque in the motor's voltage.
-        rms: On RMS current.
-        speed: On speeds.
-        voltage: On terminal voltage.
+        peak_torque: Factor on gear and motor peak torque, peak current, and the torque's share of the motor voltage.
+        rms: Factor on the RMS current.
+        speed: Factor on speeds.
+        voltage: Factor on the terminal voltage.
         reserve: A check that passes with utilisation above ``1 - reserve`` is MARGINAL.
-        temperature_margin: Kept below the winding's limit [K].
-        inertia_ratio: Largest reflected load inertia over rotor inertia; None: for information.
-        life: Wanted of gears and their output bearings [s]; None: for information.
-        bearing_static_safety: On the static load of an output bearing: 1.5 is usual, 2 with shocks, 3 for precision.
-        bearing_load_factor: On the mean load of an output bearing in its life: up to 1.2 smooth, up to 1.5 usual, up
-            to 3 with shocks.
-        brake: On the torque that a holding brake must hold; B&R asks 2 for the brakes of its 8JSA motors.
+        temperature_margin: Margin between the highest winding temperature and its limit [K].
+        inertia_ratio: Largest permitted ratio of reflected load inertia to rotor inertia; None: for information.
+        life: Required life of gears and their output bearings [s]; None: for information.
+        bearing_static_safety: Factor on the static load of an output bearing: usually 1.5, with shocks 2, for precision
+            3.
+        bearing_load_factor: Factor on the mean load in the life of an output bearing: up to 1.2 for smooth operation,
+            usually up to 1.5, with shocks up to 3.
+        brake: Factor on the torque that a holding brake must hold; B&R specifies 2 for the brakes of its 8JSA motors.
     """
 
     peak_torque: Factor = 1.0
@@ -256,13 +262,13 @@ class Safety:
 
 @dataclass(frozen=True)
 class StiffnessWish:
-    """How stiff the arm must be on the springs of its gears, anywhere in the cycle; None: not asked.
+    """Required stiffness of the arm with elastic gears, at every instant of the cycle; None: no requirement.
 
     Attributes:
-        first_resonance: Its lowest natural frequency at least, motors held still [Hz].
-        tip_deviation: Of the tip under weight, payload and inertia at most [m].
-        lost_motion: Of the tip at most, between the ends of all gears' backlash [m].
-        scatter: By which a gear may be softer than printed.
+        first_resonance: Smallest permitted first natural frequency with the motors held fixed [Hz].
+        tip_deviation: Largest permitted deflection of the tip under weight, payload and inertia [m].
+        lost_motion: Largest permitted motion of the tip within the backlash of all gears [m].
+        scatter: Share by which the stiffness of a gear may be below the value of its data sheet.
     """
 
     first_resonance: Rate | None = None
@@ -277,13 +283,14 @@ class StiffnessWish:
 
 @dataclass(frozen=True)
 class GearAssumption:
-    """What the study assumes of gears of one kind where the data sheet gives no value; None: nothing.
+    """Values that the study assumes for gears of one kind where the data sheet gives none; None: no assumption.
 
     Attributes:
-        efficiency: Power out over power in when the motor drives.
-        backdriving_efficiency: When the load drives; None: from the same mesh friction.
+        efficiency: Output power over input power when the motor drives.
+        backdriving_efficiency: Output power over input power when the load drives; None: computed from the same mesh
+            friction.
         no_load_torque_share: No-load running torque at the input, as a share of continuous torque over ratio.
-        source: Where the assumption is from.
+        source: Source of the assumed values.
     """
 
     efficiency: Efficiency | None = None
@@ -294,14 +301,15 @@ class GearAssumption:
 
 @dataclass(frozen=True)
 class MotorAssumption:
-    """What the study assumes of motors where the data sheet gives no value; None: nothing.
+    """Values that the study assumes for motors where the data sheet gives none; None: no assumption.
 
     Attributes:
-        max_winding_temperature: [C].
-        winding_time_constant, housing_time_constant: Thermal [s].
-        winding_share: Of a thermal resistance printed from winding to ambient alone, what lies between winding and
-            housing: before a mounting that the study states.
-        source: Where the assumption is from.
+        max_winding_temperature: Largest permitted winding temperature [C].
+        winding_time_constant, housing_time_constant: Thermal time constants [s].
+        winding_share: Share of the thermal resistance between winding and housing in the total from winding to ambient,
+            where the data sheet gives the total alone; it splits the total before the study's ``housing_to_ambient``
+            replaces the rest.
+        source: Source of the assumed values.
     """
 
     max_winding_temperature: Temperature | None = None
@@ -313,11 +321,12 @@ class MotorAssumption:
 
 @dataclass(frozen=True)
 class Prices:
-    """In which currency prices are, and what others are worth in it.
+    """The currency of all prices, and exchange rates from other currencies.
 
     Attributes:
-        currency: Three letters, of the column ``price`` of catalogues too; empty: not stated, only that column counts.
-        rates: What one unit of another currency is worth in it, by its three letters.
+        currency: Three-letter code; also the currency of the column ``price`` in catalogues. Empty: not stated, and
+            only that column is used.
+        rates: Value of one unit of each other currency in ``currency``, by three-letter code.
     """
 
     currency: Name = ""
@@ -329,32 +338,35 @@ class Study:
     """Everything one job needs, in SI.
 
     Attributes:
-        name, description: Of the study.
+        name, description: Name and free text of the study.
         path: The study file, as given.
         digest: SHA-256 over the study and all files it names.
-        arm: None when a load table gives the torques.
-        drive_mass: Whose mass the drives are; None without an arm.
-        payloads: Those the cycle names, in the order of ``cycle.payload_names``.
+        arm: The robot arm; None if a load table gives the torques.
+        drive_mass: Whether the masses of the drives are added to the links or already in them; None without an arm.
+        payloads: The payloads that the cycle names, in the order of ``cycle.payload_names``.
         cycle: The repeated task.
-        base: Given motion of what carries the arm, at the samples of the cycle; None: it stands still.
-        joints: One a joint, in the arm's order.
-        supply: Behind all amplifiers.
+        base: Given motion of the arm's base, at the samples of the cycle; None: the base is fixed.
+        joints: One task per joint, in the arm's order.
+        supply: DC supply of all amplifiers.
         ambient: Temperature around the drives [C].
-        safety: Factors and reserves.
-        stiffness: How stiff the arm must be.
-        holding: Motor torque that counts for heat while a mesh holds a load: ``least``, ``lossless``, ``most``.
-        gear_temperature: At which the drag of gears is taken [C]; None: 20 C or colder air, a machine just switched on.
-        cold_start: Of gears and motors in a start that is checked beside the task [C]; None: none is.
-        gear_assumptions: By gear kind.
-        motor_assumptions: By ``brushed``, ``brushless`` or ``frameless``.
+        safety: Safety factors and reserves.
+        stiffness: Required stiffness of the arm.
+        holding: Motor torque used for heating while a gear holds a load at rest: ``least``, ``lossless`` or ``most`` of
+            the torques at which mesh friction keeps the load at rest.
+        gear_temperature: Temperature at which the drag of the gears is computed [C]; None: 20 C, or the ambient
+            temperature if lower, as in a machine just switched on.
+        cold_start: Temperature of gears and motors at which a cold start is checked in addition to the task [C]; None:
+            not checked.
+        gear_assumptions: Assumed values by gear kind.
+        motor_assumptions: Assumed values by motor group: ``brushed``, ``brushless`` or ``frameless``.
         catalog: The rows that may be used.
-        wanted: What selection minimises and must respect.
-        tolerances: How far what is built may lie from these numbers.
-        simulation: What a simulation of it holds, and how it is run.
+        wanted: Objective and constraints of a selection.
+        tolerances: Scatter of part data and loads about their nominal values.
+        simulation: Effects and numerical settings of a simulation.
         trade_offs: What the report of a selection shows besides the best set.
-        prices: In which currency.
+        prices: Currency and exchange rates.
         notes: Warnings raised while reading (arm, motion, catalogue), for the report.
-        document: What it was read from; None of one that was changed since.
+        document: The file or data that it was read from; None if the study was changed after reading.
     """
 
     name: str
@@ -391,10 +403,10 @@ class Study:
         return f"Study({self.name}: {arm}, {joints}, cycle of {self.cycle.duration:.4g} s{self.warned('notes')})"
 
     def warned(self, place: str) -> str:
-        """How many warnings its notes hold, as the end of a short text; nothing where there are none.
+        """Number of warnings in the notes as the end of a sentence, such as "; 2 warnings in .notes"; empty if none.
 
         Args:
-            place: Where the notes are, for who reads the text.
+            place: Name of the attribute in which the reader of the text finds the notes.
         """
         count = sum(note.startswith("warning:") for note in self.notes)
         return f"; {count} warning{'s' * (count > 1)} in .{place}" if count else ""
@@ -415,28 +427,30 @@ class Study:
         return shown(title, pd.DataFrame.from_dict(rows, orient="index"))
 
     def to_yaml(self) -> str:
-        """The study as the text of a study file, arrays inside; ``load_study`` of it evaluates identically.
+        """The study as the text of a study file that contains its arrays; ``load_study`` of it evaluates identically.
 
-        Names of other files in it start from the folder in which this is called.
+        Paths of other files in the text are relative to the current working directory.
 
         Raises:
-            InputError: The study was made from another one, not read from a file or from ``study``.
+            InputError: The study was changed after it was read, so there is no document to write.
         """
         if self.document is None:
             raise InputError(Fault("study", "was changed after it was read: only what was read can be written"))
         return written(replace(self.document, data={**self.document.data, "name": self.name}))
 
     def drag_temperature(self, ambient: Any) -> Any:
-        """At which the drag of gears is taken in air of a temperature [C]: that of a machine just switched on.
+        """Temperature at which the drag of the gears is computed [C]: that of a machine that was just switched on.
 
-        Data sheets are for 20 C, and colder air makes a colder gear. Warmth of its own does not count, nor do hotter
-        surroundings: a warm gear drags less, and a worse mounting or hotter air would make verdicts better.
+        Data sheets give the drag at 20 C; colder ambient air makes the gear colder and its drag larger. Heating by
+        losses and air above 20 C are ignored, because a warm gear has less drag: counting them would let poorer cooling
+        or hotter air improve a verdict.
 
         Args:
-            ambient: [C], one or many.
+            ambient: Ambient temperature [C], scalar or array.
 
         Returns:
-            The study's ``gear_temperature`` where it states one, of the shape of ``ambient``.
+            The study's ``gear_temperature`` if stated, otherwise the smaller of ``ambient`` and 20 C; same shape as
+            ``ambient``.
         """
         if self.gear_temperature is None:
             return np.minimum(ambient, DRAG_REFERENCE)
@@ -459,21 +473,21 @@ class Study:
 
     @property
     def objective_unit(self) -> str:
-        """Its unit; empty for a price without a stated currency, and for a weighted sum."""
+        """Unit of the objective; empty for a price without a stated currency, and for a weighted sum."""
         return {"mass": "kg", "energy": "J", "price": self.prices.currency}.get(self.objective, "")
 
 
 def pair_name(motor: str, gear: str) -> str:
-    """A motor and its gear, by keys or names, in words; the gear of a direct drive is empty."""
+    """A motor and its gear (keys or names) as text; an empty gear stands for a direct drive."""
     return f"{motor} with {gear or 'no gear'}"
 
 
 def gear_name(gear: str) -> str:
-    """A gear in a table; empty: that of a direct drive."""
+    """Text for a gear key in a table; the empty key is a direct drive."""
     return gear or "direct drive"
 
 
 def refuse_moving_base(study: Study, what: str) -> None:
-    """Raises InputError where the base of the study's arm moves, with which something is not computed."""
+    """Raise InputError if the base of the study's arm moves, because ``what`` is not computed for a moving base."""
     if study.base is not None:
         raise InputError(Fault("base", f"moves as the study gives it, with which {what} is not computed"))

@@ -29,16 +29,16 @@ def study(
         arm: Name of a built-in arm, path of a file, or an ``Arm``; None: the motion is a load table.
         motion: ``(t, q)`` or ``(t, q, qd, qdd)`` with t [s], (N,), and the others [rad or m], (N, n); a ``Motion``, a
             ``LoadTable``, a DataFrame with the columns of a motion file, or the path of one. A list of these is the
-            cycle, in which ``{"dwell": "0.5 s"}`` and ``{"motion": (t, q), "payload": "box"}`` may stand too.
+            cycle; it may also contain ``{"dwell": "0.5 s"}`` and ``{"motion": (t, q), "payload": "box"}``.
         motors, gears: Data sheets by key, as in a study file; ``Motor`` and ``Gear`` objects; or a DataFrame or a CSV
             file with the columns of a catalogue. Without ``catalogs`` they are the only ones considered.
         drives: ``(motor key, gear key)`` for all joints, or such pairs by joint name or in a list in the arm's order;
-            gear None: direct drive; ``Motor`` and ``Gear`` objects may stand for keys. Left out: all pairs may be
-            chosen, those of own parts without asking whether they are published as fitting.
+            gear None: direct drive; ``Motor`` and ``Gear`` objects may be given instead of keys. If omitted, all pairs
+            may be chosen; pairs of own parts need not be published as fitting.
         supply: As in a study file, or its voltage alone.
         joints: As in a study file.
-        entries: All others of a study file. ``drive_mass`` left out is "added": bare links, the heavier case, and
-            a warning in ``notes``; so are rotors of an ``Arm``, which are left out.
+        entries: All other entries of a study file. If ``drive_mass`` is omitted, "added" is assumed (bare links, the
+            heavier case). Rotors of an ``Arm`` are left out. Both give a warning in ``notes``.
 
     Returns:
         The study, for ``evaluate``, ``select``, ``simulate``; ``to_yaml`` writes it as a file.

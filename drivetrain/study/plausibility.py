@@ -1,7 +1,7 @@
-"""What a study states and can hardly mean: millimetres given as metres, grams as kilograms, degrees as radians.
+"""Warnings on values that are probably in the wrong unit: millimetres as metres, grams as kilograms, degrees as rad.
 
-Each is a note that begins with "warning:", never a fault. The bounds lie well beyond what is built, so that nothing
-plausible is doubted.
+Each is a note that begins with "warning:", never a fault. The bounds lie far above what real arms have, so that
+plausible values give no warning.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from drivetrain.units import quantity
 # Density of the ellipsoid of a payload's mass and inertia [kg/m^3]. Inertias are often guessed, so that metals reach
 # 1e6 and frames 1; grams given as kilograms beside a right inertia change it 3e7-fold.
 DENSEST, LIGHTEST = 1e8, 1e-3
-CARRIED = 20.0  # times the mass of all links: robots carry about their own mass at most
-TRAVELLED = 50.0  # [m] of a sliding joint, beyond any gantry
-SPEED = 50.0  # [rad/s] joints of arms stay below 30
+CARRIED = 20.0  # payload mass over the mass of all links: robots carry about their own mass at most
+TRAVELLED = 50.0  # [m] travel of a prismatic joint, longer than any gantry
+SPEED = 50.0  # [rad/s] joint speed; joints of arms stay below 30
 DEGREES = (40.0, 720.0)  # whole numbers in between are limits of a joint in degrees; multiples of a turn are not whole
 
 
@@ -40,9 +40,9 @@ def note_implausible(
     joints: Sequence[JointTask],
     ledger: Ledger,
 ) -> None:
-    """Notes down what is implausible in a study without faults."""
+    """Add a warning for each implausible value of a study without faults."""
     if arm is not None:
-        if form.arm is not None and form.arm.dh is None:  # rows of a table are doubted as they are read
+        if form.arm is not None and form.arm.dh is None:  # a DH table is checked while it is read
             _check_links(arm, ledger)
         _check_limits(arm, ledger)
         for payload in payloads.values():
@@ -56,7 +56,7 @@ def note_implausible(
 
 
 def _check_factors(form: StudyForm, ledger: Ledger) -> None:
-    """Safety factors that take load away."""
+    """Safety factors below 1, which reduce the load."""
     for name in ("peak_torque", "rms", "speed", "voltage", "bearing_static_safety", "bearing_load_factor", "brake"):
         factor = getattr(form.safety, name)
         if factor < 1.0:
@@ -65,7 +65,7 @@ def _check_factors(form: StudyForm, ledger: Ledger) -> None:
 
 
 def _reach(arm: Arm) -> float:
-    """From the first joint over all others to the tip, stretched [m]."""
+    """Length of the stretched arm: from the first joint over all others to the tip [m]."""
     return float(np.linalg.norm(np.diff(np.vstack([arm.joint_points, arm.tip[:3, 3]]), axis=0), axis=1).sum())
 
 
@@ -85,7 +85,7 @@ def _check_links(arm: Arm, ledger: Ledger) -> None:
 
 
 def _check_density(payload: Payload, place: Place, ledger: Ledger) -> None:
-    """A mass that no body of such an inertia has; without any inertia it is a point mass, and nothing is said."""
+    """A mass that does not fit the inertia, by the implied density; point masses (no inertia) are not checked."""
     if not payload.mass > 0.0 or not np.linalg.eigvalsh(payload.inertia)[-1] > 0.0:
         return
     density = mean_density(RigidBody(payload.mass, payload.com, payload.inertia))
@@ -97,7 +97,7 @@ def _check_density(payload: Payload, place: Place, ledger: Ledger) -> None:
 
 
 def _check_limits(arm: Arm, ledger: Ledger) -> None:
-    """Ranges of turning joints that look like degrees."""
+    """Ranges of revolute joints that look like degrees."""
     for i, name in enumerate(arm.joint_names):
         widest = max(abs(arm.lower[i]), abs(arm.upper[i]))
         if not arm.slides[i] and DEGREES[0] <= widest <= DEGREES[1] and float(widest).is_integer():
@@ -106,7 +106,7 @@ def _check_limits(arm: Arm, ledger: Ledger) -> None:
 
 
 def _check_payload(payload: Payload, arm: Arm, ledger: Ledger) -> None:
-    """Where its mass is, and how much of it."""
+    """Centre of mass and mass of a payload."""
     place: Place = ("payloads", payload.name)
     away, most, links = float(np.linalg.norm(payload.com)), farthest(_reach(arm)), float(arm.masses.sum())
     if payload.mass > 0.0 and away > most:
@@ -120,7 +120,7 @@ def _check_payload(payload: Payload, arm: Arm, ledger: Ledger) -> None:
 
 
 def _check_motion(motion: Motion, form: MotionForm, arm: Arm, ledger: Ledger) -> None:
-    """Waypoints, then speeds; a file's columns have been doubted as they were read."""
+    """Waypoints, then speeds; the columns of a motion file are checked while it is read."""
     place: Place = ("motions", motion.name)
     if any(note.startswith("warning: column") for note in motion.notes) or _check_waypoints(form, arm, place, ledger):
         return
@@ -132,7 +132,7 @@ def _check_motion(motion: Motion, form: MotionForm, arm: Arm, ledger: Ledger) ->
 
 
 def _check_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -> bool:
-    """The worst waypoint of a motion, where its unit is the doubtful one; whether there is any."""
+    """Warn of the most extreme waypoint whose value looks like a wrong unit; returns whether there is one."""
     worst: tuple[float, Place, str, str] | None = None
     units = form.unit or ("",)
     for row, values in enumerate(form.waypoints or []):
@@ -143,7 +143,7 @@ def _check_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -
             at = quantity(text, unit, "")
             limit = arm.upper[i] if at > 0.0 else -arm.lower[i]
             most = PLAUSIBLE_ANGLE if turns else TRAVELLED
-            allowed = limit < (DEGREES[0] if turns else math.inf)  # else the range is unknown, or doubted itself
+            allowed = limit < (DEGREES[0] if turns else math.inf)  # else the range is unknown, or implausible itself
             deliberate = "deg" in text or "°" in text if turns else "mm" in text
             share = abs(at) / most
             if share > 1.0 and not allowed and not deliberate and (worst is None or share > worst[0]):
@@ -157,7 +157,7 @@ def _check_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -
 
 
 def _check_ratios(form: StudyForm, ledger: Ledger) -> None:
-    """Ratios of the study's own gears: upside down, or of a sign that such gears have not."""
+    """Ratios of the study's own gears: inverted, or with a sign that gears of this kind cannot have."""
     for key in form.gears:
         ratio, kind = getattr(form.gears[key], "ratio", None), getattr(form.gears[key], "kind", None)
         if ratio is not None and 0.0 < abs(ratio) < 1.0:
@@ -171,7 +171,7 @@ def _check_ratios(form: StudyForm, ledger: Ledger) -> None:
 
 
 def _check_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) -> None:
-    """Lengths at the joints, and joints that no row may drive; those of one rule are reported together."""
+    """Lengths at the joints, and joints without candidates; those excluded by one rule are reported together."""
     idle: dict[tuple[Place, tuple[str, ...]], list[str]] = {}
     for task in joints:
         place: Place = ("joints", task.name if task.name in form.joints else DEFAULT)
@@ -190,7 +190,7 @@ def _check_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) 
 
 
 def _remedy(words: tuple[str, ...]) -> str:
-    """What to do where no pair remains, by the first table of which the rules leave nothing."""
+    """What to do if no pair remains, by the first table from which the rules exclude every row."""
     empty = next((line.partition(":")[0] for line in words if ": 0 of " in line), "pairs")
     if empty == "pairs":
         return "pairs: all lets every motor go with every gear, where you know that they fit; or list pairs that do"

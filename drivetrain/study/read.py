@@ -29,19 +29,19 @@ from drivetrain.study.plausibility import note_implausible
 from drivetrain.study.schema import DEFAULT, SCHEMA_VERSION, StudyForm
 from drivetrain.study.written import entry_at, file_places, python_document
 
-LARGEST_GAIN = 2.0  # of bandwidth times period: a faster loop diverges from sample to sample
+LARGEST_GAIN = 2.0  # largest bandwidth times sample period: beyond it a sampled loop is unstable
 T = TypeVar("T")
 
 
 def load_study(source: str | Path | Mapping[str, Any]) -> Study:
-    """A study, read with all the files it names, checked as a whole, in SI.
+    """Read a study with all the files it names, and check it as a whole; the result is in SI.
 
     Args:
-        source: The YAML file, in whose folder the names of other files start; or its text, of more than one line or in
-            braces; or the same as nested mappings, in which a bare number is in SI.
+        source: Path of the YAML file (names of other files are relative to its folder); or YAML text of more than one
+            line or in braces; or nested mappings, in which bare numbers are in SI.
 
     Returns:
-        The study; warnings are in its notes.
+        The study; warnings are in its ``notes``.
 
     Raises:
         InputError: Every fault found, with place, line, value, what is allowed and the nearest known name.
@@ -54,7 +54,7 @@ def load_study(source: str | Path | Mapping[str, Any]) -> Study:
 
 
 def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
-    """A study from its file as read, or as changed since; notes go before those found here."""
+    """A study from a document; ``notes`` are put before the notes found here."""
     form, faults, places = read_form(StudyForm, document)
     ledger = Ledger(document, faults, places, list(notes))
     arm = resolve_coupling(form, resolve_closures(form, resolve_arm(form, ledger), ledger), ledger)
@@ -113,7 +113,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
         trade_offs=trade_offs,
         notes=tuple(ledger.notes),
     )
-    object.__setattr__(study, "document", document)  # no field of __init__, so that a changed study has none
+    object.__setattr__(study, "document", document)  # not set by __init__, so that a study made by ``replace`` has none
     return study
 
 
@@ -133,10 +133,10 @@ def resolve_wanted(form: StudyForm, names: Sequence[str], ledger: Ledger) -> Sel
 def resolve_trade_offs(
     form: StudyForm, cycle: Cycle | None, payloads: Mapping[str, Payload], ledger: Ledger
 ) -> TradeOffs:
-    """What the report shows besides the best set; no cycle where other faults keep it from being built."""
+    """What the report shows besides the best set; ``cycle`` is None if it could not be built because of faults."""
     curves = form.selection.curves
     carried = () if cycle is None else cycle.payload_names
-    # A payload that is missing here is one with faults of its own.
+    # A payload that the cycle names but ``payloads`` lacks has faults, which are reported elsewhere.
     weighs = [name not in payloads or payloads[name].mass > 0.0 for name in carried]
     heavy = cycle is None or (form.arm is not None and any(weighs))
     for index, curve in enumerate(curves):
@@ -151,7 +151,7 @@ def resolve_trade_offs(
 
 
 def resolve_simulation(form: StudyForm, joints: Sequence[str], ledger: Ledger) -> Simulation:
-    """The simulation that a study states, with the control and the teeth of each joint."""
+    """The simulation options of a study, with the control and the cogging of each joint."""
     stated = form.simulation
     control = _named(stated.control, joints, "control", ledger)
     cogging = _named(stated.cogging, joints, "cogging", ledger)
@@ -184,7 +184,7 @@ def _named(entries: Mapping[str, T], joints: Sequence[str], what: str, ledger: L
 
 
 def _check_rates(name: str, entries: Mapping[str, Control], bandwidth: float, ledger: Ledger) -> None:
-    """Rates of which nothing good can come."""
+    """Check that the amplifier's rate is at least that of the outer loops and high enough for a stable current loop."""
     own = over(entries[name], entries.get(DEFAULT, entries[name]))
     rate, place = own.amplifier_rate, ("simulation", "control", name)
     if rate is None or not own.sampled:
@@ -197,7 +197,7 @@ def _check_rates(name: str, entries: Mapping[str, Control], bandwidth: float, le
 
 
 def _added(entries: Sequence[Any], joints: Sequence[str], ledger: Ledger) -> tuple[AddedEffect, ...]:
-    """The effects that a study adds, from mappings of their names and fields; those at fault are left out."""
+    """The effects that a study adds, from mappings of their names and fields; those with faults are left out."""
     found = []
     for i, entry in enumerate(entries):
         place, known = ("simulation", "add", i), known_effects()
@@ -213,7 +213,7 @@ def _added(entries: Sequence[Any], joints: Sequence[str], ledger: Ledger) -> tup
         try:
             form = form_of(kind, without=tuple(drive_fields(kind)))
         except PydanticSchemaGenerationError:
-            ledger.fault((*place, "effect"), "takes what no study can state, such as a whole motion", name)
+            ledger.fault((*place, "effect"), "has fields that a study file cannot state, such as a whole motion", name)
             continue
         fields = {key: value for key, value in entry.items() if key not in ("effect", "joint")}
         stated = ledger.read(form, fields, place)
@@ -240,6 +240,6 @@ def study_digest(form: StudyForm, document: Document) -> str:
         ASSUMPTIONS.read_bytes(),
         *(file.read_bytes() for file in files if file.is_file()),
     ):
-        digest.update(len(content).to_bytes(8, "big"))  # so that bytes cannot move from one file to the next unseen
+        digest.update(len(content).to_bytes(8, "big"))  # separates the files in the digest
         digest.update(content)
     return digest.hexdigest()

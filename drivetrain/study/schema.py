@@ -1,6 +1,7 @@
-"""What a study file may say, as a whole and part by part, and its JSON Schema for editors.
+"""The forms of a study file as a whole and of its parts, and its JSON Schema for editors.
 
-A part that a dataclass describes already is ``Entry`` of it; only what a file says otherwise has a form of its own.
+A part that has a dataclass is read by ``Entry`` of it; a part whose entries in the file differ from the dataclass has a
+form of its own here.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ from drivetrain.study.parts.simulation import Simulation
 from drivetrain.study.parts.tolerances import Tolerances
 
 SCHEMA_VERSION = 1
-DEFAULT = "default"  # the entry of `joints` and of `motions` that holds where the others give no value
+DEFAULT = "default"  # the entry of `joints` and of `motions` with values for all entries that state none
 
 MountEntry = Annotated[Mount, AsForm(without=("joint",))]
 
@@ -120,7 +121,7 @@ class AxisAngleForm(Form):
 
 
 class PoseForm(Form):
-    """Where the tool is and how it is turned, in the base frame; without a rotation it keeps the one before."""
+    """Position and orientation of the tool in the base frame; without a rotation it keeps the orientation before."""
 
     position: Point
     rpy: Annotated[tuple[float, float, float], f.Vector("rad")] | None = Field(
@@ -158,35 +159,40 @@ class MoveForm(form_of(Move, without=("kind", "target"))):  # type: ignore[misc]
 
 
 class ToolForm(form_of(ToolLimits)):  # type: ignore[misc]
-    """What the tool may do along lines and circles, and where it sits on the arm's tip."""
+    """Limits of the tool along lines and circles, and its pose on the arm's tip."""
 
-    at: PoseForm | None = Field(default=None, description="the tool's frame in the tip's; without, the tip is the tool")
+    at: PoseForm | None = Field(
+        default=None, description="the tool's frame in the tip frame; default: the tip frame itself"
+    )
 
 
 class MotionForm(Form):
     """One motion: a file of joint positions, waypoints or moves with a profile, or a table of torque and speed.
 
-    The entry `default` is no motion: what it says of waypoints holds for every motion that does not say otherwise.
+    The entry `default` is not a motion: its values apply to every motion with waypoints or moves that states no own.
     """
 
     file: f.Name | None = Field(default=None, description="CSV file of joint positions over time")
     smoothing: Annotated[float, f.Quantity("s", minimum=0.0)] | None = Field(
-        default=None, description="window for differentiating the file; 0 s: none; left out: as its resolution needs"
+        default=None,
+        description="smoothing window for differentiating the file; 0 s: none; default: from the file's resolution",
     )
     table: f.Name | None = Field(default=None, description="CSV file of torque and speed over time, without an arm")
-    samples: str | None = Field(default=None, description="the lines of such a CSV file, written here")
+    samples: str | None = Field(default=None, description="the lines of such a CSV file, instead of its name")
     waypoints: list[Any] | None = Field(default=None, description="one row a waypoint, one value a joint")
     start: list[Any] | None = Field(default=None, description="joint positions before the first of `moves`")
     moves: list[MoveForm] | None = Field(default=None, description="moves of joints and tool, in their order")
     tool: ToolForm | None = Field(default=None, description="limits of the tool along lines and circles")
     unit: f.Names | None = Field(
-        default=None, description="of bare numbers in waypoints, start and joints, for all or one a joint"
+        default=None, description="unit of bare numbers in waypoints, start and joints: one for all, or one per joint"
     )
     profile: Literal["trapezoid", "quintic", "s_curve"] | None = None
     speed: Any = Field(default=None, description="largest speed, for all joints or one each")
     acceleration: Any = Field(default=None, description="largest acceleration, for all joints or one each")
     jerk: Any = Field(default=None, description="largest jerk, for all joints or one each")
-    durations: list[f.Duration] | None = Field(default=None, description="of each move; without, as fast as allowed")
+    durations: list[f.Duration] | None = Field(
+        default=None, description="duration of each move; default: the shortest allowed"
+    )
     dwell: Any = Field(default=None, description="rest at each waypoint, one for all or a list")
 
 
@@ -203,10 +209,10 @@ class SwingForm(form_of(Swing)):  # type: ignore[misc]
 
 
 class BaseForm(Form):
-    """How what carries the arm moves, along the cycle: a motion of six joints, or swings of a ship."""
+    """Given motion of the arm's base during the cycle: a motion of six joints, or harmonic swings as on a ship."""
 
     motion: MotionForm | None = Field(
-        default=None, description="of joints base_x, base_y, base_z, base_yaw, base_pitch, base_roll"
+        default=None, description="motion of the joints base_x, base_y, base_z, base_yaw, base_pitch, base_roll"
     )
     x: HeaveForm | None = None
     y: HeaveForm | None = None
@@ -237,8 +243,8 @@ class CycleForm(form_of(Step, without=("name",))):  # type: ignore[misc]
 class MixForm(Form):
     """One part of a mix: a cycle that repeats by itself, and its share of the time of use."""
 
-    name: f.Name | None = Field(default=None, description="in reports; default part 1 and so on")
-    share: f.Share = Field(description="of the time of use; all parts together 100 %")
+    name: f.Name | None = Field(default=None, description="name in reports; default: part 1 and so on")
+    share: f.Share = Field(description="share of the time of use; all parts together 100 %")
     cycle: Annotated[list[CycleForm], Field(min_length=1)]
 
 
@@ -283,7 +289,7 @@ class CouplingForm(Form):
 
 
 class AxisForm(form_of(LoopLink, without=("slides", "driven", "lower", "upper", "speed_limit"))):  # type: ignore[misc]
-    """A body, and the joint by which it hangs on the one before; base frame, all joints at zero."""
+    """A body and the joint that connects it to the body before it; in the base frame, all joints at zero."""
 
     kind: Literal["revolute", "prismatic"] = "revolute"
     inertia: InertiaForm | None = Field(default=None, description="about the centre of mass, in axes of the base")
@@ -294,26 +300,27 @@ class AxisForm(form_of(LoopLink, without=("slides", "driven", "lower", "upper", 
 
 
 class LoopLinkForm(AxisForm):
-    """A body of a linkage, and the joint by which it hangs on the one before; base frame, all joints at zero."""
+    """A body of a linkage and the joint that connects it to the body before it; in the base frame, joints at zero."""
 
     driven: bool = Field(default=False, description="whether the joint has a drive")
 
 
 class ExternalAxesForm(Form):
-    """Driven axes that carry the arm, a track or a turntable: its first joints; frame of the ground."""
+    """Driven axes that carry the arm, such as a track or a turntable, as its first joints; in the ground frame."""
 
-    links: list[AxisForm] = Field(min_length=1, description="what each axis moves, from the ground on")
-    point: Point = Field(default=(0.0, 0.0, 0.0), description="where the arm's base stands, all joints at zero")
+    links: list[AxisForm] = Field(min_length=1, description="the body that each axis moves, from the ground upwards")
+    point: Point = Field(default=(0.0, 0.0, 0.0), description="position of the arm's base, all joints at zero")
     rpy: Annotated[tuple[float, float, float], f.Vector("rad")] = Field(
-        default=(0.0, 0.0, 0.0), description="how it is turned there, about the fixed axes of the ground"
+        default=(0.0, 0.0, 0.0),
+        description="orientation of the arm's base: roll, pitch, yaw about the fixed axes of the ground",
     )
 
 
 class ClosureForm(form_of(Closure)):  # type: ignore[misc]
-    """A linkage between two links of the arm, which closes a loop; without links a pin between the two."""
+    """A linkage between two links of the arm, which closes a loop; without links of its own, a pin between the two."""
 
-    start: f.Name = Field(default=BASE, description="link or joint on which the first link hangs")
-    links: list[LoopLinkForm] = Field(default_factory=list, description="from the start on")
+    start: f.Name = Field(default=BASE, description="link or joint of the arm to which the first link is connected")
+    links: list[LoopLinkForm] = Field(default_factory=list, description="links of the linkage, beginning at `start`")
 
 
 class FreeRatioForm(form_of(FreeRatio, without=("low", "high"))):  # type: ignore[misc]
@@ -323,13 +330,13 @@ class FreeRatioForm(form_of(FreeRatio, without=("low", "high"))):  # type: ignor
 
 
 class ContainedForm(form_of(ContainedDrive)):  # type: ignore[misc]
-    """The drive that the arm's links already hold at a joint (drive_mass: replaced)."""
+    """The drive that the arm's links already contain at a joint (drive_mass: replaced)."""
 
     mount: MountEntry = Field(default_factory=Mount)
 
 
 class AmplifierForm(form_of(Amplifier, without=("price", "key", "source"))):  # type: ignore[misc]
-    """Limits of an amplifier; current_basis says whether its ampere is dc, rms or peak of a sine."""
+    """Limits of an amplifier; current_basis states whether its currents are dc, rms or peak values of a sine."""
 
     current_basis: CurrentBasis | None = None
     modulation: f.Efficiency | None = Field(
@@ -351,7 +358,7 @@ Parts = Annotated[tuple[str, ...] | bool, _Part()]
 
 
 class JointForm(Form):
-    """One joint: a given drive, or which catalogue rows may drive it; `default` holds for all joints."""
+    """One joint: a given drive, or which catalogue rows may drive it; the entry `default` applies to all joints."""
 
     drive: DriveForm | None = None
     candidates: CandidatesForm | None = None
@@ -360,40 +367,48 @@ class JointForm(Form):
     contained: ContainedForm | None = None
     friction: Entry[Friction] = Friction()
     stages: tuple[Entry[Stage], ...] = Field(
-        default=(), description="what stands between gear and joint, in order: screw, belt, rack, worm, gear"
+        default=(), description="stages between gear and joint, in order: screw, belt, rack, worm, gear"
     )
-    motors: Literal[1, 2] = Field(default=1, description="2: two of its drive on the axis, each with half of the load")
+    motors: Literal[1, 2] = Field(default=1, description="2: two equal drives on the axis, each with half of the load")
     preload: Annotated[float, f.Quantity("N m", minimum=0.0)] | None = Field(
-        default=None, description="of two motors: what one gives and the other takes away, which closes the backlash"
+        default=None,
+        description="with two motors: torque by which one exceeds half of the load and the other falls below it, "
+        "so that backlash is closed",
     )
     counterbalances: tuple[Entry[Counterbalance], ...] = Field(
-        default=(), description="springs, gas springs and biases: torques on the link that the joint's angle decides"
+        default=(),
+        description="springs, gas springs and biases: torques on the link that depend on the joint angle alone",
     )
     motor_friction: Entry[Friction] | None = Field(
-        default=None, description="replaces what the motor's no-load data imply"
+        default=None, description="friction at the motor shaft; replaces that of the motor's no-load data"
     )
     amplifier: Annotated[Parts | AmplifierForm, Shaped(dict | AmplifierForm)] = Field(
-        default=AmplifierForm(), description="its limits, or a key, some keys, or true: any of the catalogue"
+        default=AmplifierForm(),
+        description="limits of the amplifier; or a key, several keys, or true: any of the catalogue",
     )
     travel_per_turn: Annotated[float, f.Quantity("m/rad")] | None = Field(
         default=None, description="prismatic joints: travel per turn of the gear"
     )
-    housing_to_ambient: f.ThermalResistance | None = Field(default=None, description="of the real mounting")
+    housing_to_ambient: f.ThermalResistance | None = Field(
+        default=None, description="thermal resistance from the motor's housing to ambient in the real mounting"
+    )
     amplifier_heat: f.Share = Field(
-        default=0.0, description="of the amplifier's loss, that warms the motor's housing; 0 %: it is mounted elsewhere"
+        default=0.0, description="share of the amplifier's loss that warms the motor's housing; 0 %: mounted elsewhere"
     )
     gear_heat: f.Share | None = Field(
         default=None, description="share of the gear's loss that warms the motor's housing; default: the study's"
     )
     output_bearing: Literal["gear", "external"] = Field(
-        default="gear", description="what carries the joint across its axis: the gear's own bearing, or one beside it"
+        default="gear",
+        description="what supports tilting moment and forces of the joint: the gear's own bearing, or another one",
     )
-    stop: Entry[Stop] | None = Field(default=None, description="what of the study's stop is another at this joint")
+    stop: Entry[Stop] | None = Field(default=None, description="values of the study's stop that differ at this joint")
     brake: Parts = Field(
-        default=False, description="holding brake at the motor: a key, some keys, or true: any of the catalogue"
+        default=False, description="holding brake at the motor: a key, several keys, or true: any of the catalogue"
     )
     load_inertia: f.Inertia | None = Field(
-        default=None, description="without an arm: what the gear turns, already in the table's torque"
+        default=None,
+        description="without an arm: inertia at the gear's output, whose torque the load table already includes",
     )
 
 
@@ -408,11 +423,11 @@ Weight = Annotated[float, f.Quantity("", minimum=0.0)]
 
 
 class WeightsForm(Form):
-    """Weights of a mixed objective, pure numbers: a kilogram, a unit of the price, a joule of each cycle."""
+    """Weights of a weighted objective, as pure numbers."""
 
-    mass: Weight = Field(default=0.0, description="what one kilogram of motors and gears counts")
-    price: Weight = Field(default=0.0, description="what one unit of the catalogue's price counts")
-    energy: Weight = Field(default=0.0, description="what one joule a cycle counts")
+    mass: Weight = Field(default=0.0, description="weight of one kilogram of motors and gears")
+    price: Weight = Field(default=0.0, description="weight of one unit of the catalogue's price")
+    energy: Weight = Field(default=0.0, description="weight of one joule per cycle")
 
     @model_validator(mode="after")
     def _something_counts(self) -> Self:
@@ -432,7 +447,7 @@ class _Criterion(f.Reader):
 
 
 class _Curve(f.Reader):
-    """A curve: what is varied, and where it is given its range."""
+    """A curve: the quantity that is varied, and optionally its range."""
 
     def read(self, value: Any) -> CurveWanted:
         return read_curve(value)
@@ -444,7 +459,7 @@ class _Curve(f.Reader):
 
 
 def _listed(value: Any) -> Any:
-    """Only a list is one; anything else says what is wanted."""
+    """Accept lists only, so that a fault states the expected form."""
     if not isinstance(value, list | tuple):
         raise f.refused("must be a list", "such as [mass, energy] for front, [payload, cycle_time] for curves")
     return value
@@ -455,11 +470,11 @@ Curves = Annotated[tuple[Annotated[CurveWanted, _Curve()], ...], BeforeValidator
 
 
 class SelectionForm(form_of(SelectionOptions, without=("weights",))):  # type: ignore[misc]
-    """What a selection must respect, how far it goes, and what is reported beside the best set."""
+    """Constraints and time limit of a selection, and what is reported besides the best set."""
 
     front: Criteria = Field(default=(), description="criteria of a Pareto front in the report, such as [mass, energy]")
     curves: Curves = Field(
-        default=(), description="the best drives over payload, cycle_time, voltage or ambient, in the report"
+        default=(), description="curves of the best drives over payload, cycle_time, voltage or ambient in the report"
     )
 
 
@@ -484,36 +499,42 @@ class StudyForm(Form):
     arm: Annotated[ArmForm | None, BeforeValidator(_arm)] = None
     tip: f.Name | None = Field(default=None, description="link of the arm's file that carries the payload")
     gravity: Annotated[tuple[float, float, float], f.Vector("m/s^2")] | None = Field(
-        default=None, description="in the base frame; default [0, 0, -9.81] m/s^2"
+        default=None, description="gravitational acceleration in the base frame; default [0, 0, -9.81] m/s^2"
     )
     external_axes: ExternalAxesForm | None = Field(default=None, description="a track or a turntable under the arm")
-    coupling: list[CouplingForm] = Field(default_factory=list, description="joints whose motors work together")
+    coupling: list[CouplingForm] = Field(
+        default_factory=list, description="joints whose motors drive them together (differentials, belts)"
+    )
     closures: list[ClosureForm] = Field(default_factory=list, description="linkages that close loops in the arm")
     passive: f.Names = Field(default=(), description="joints of the arm that have no drive and follow the closures")
-    base: BaseForm | None = Field(default=None, description="given motion of what carries the arm")
+    base: BaseForm | None = Field(default=None, description="given motion of the arm's base")
     drive_mass: Literal["added", "included", "replaced"] | None = None
     payloads: dict[str, PayloadForm] = Field(default_factory=dict)
     motions: dict[str, MotionForm]
     cycle: list[CycleForm] | None = None
-    mix: list[MixForm] | None = Field(default=None, description="instead of cycle: several, with shares of use")
+    mix: list[MixForm] | None = Field(
+        default=None, description="instead of cycle: several cycles, each with its share of the time of use"
+    )
     open_cycle: bool = Field(default=False, description="true: the task need not end where it starts")
     supply: Entry[Supply]
     amplifier: AmplifierForm = AmplifierForm()
     ambient: f.Temperature = 25.0
     safety: Entry[Safety] = Safety()
     holding: Literal["least", "lossless", "most"] = Field(
-        default="lossless", description="motor torque that counts for heat while a gear's mesh holds a load at rest"
+        default="lossless",
+        description="motor torque used for heating while mesh friction of a gear helps to hold a load at rest",
     )
     stop: Entry[Stop] = Stop()
     gear_heat: f.Share = Field(
-        default=1.0, description="share of each gear's loss that warms its motor's housing; 0 % where it sits elsewhere"
+        default=1.0, description="share of each gear's loss that warms its motor's housing; 0 %: mounted elsewhere"
     )
     gear_temperature: f.Temperature | None = Field(
         default=None,
-        description="at which the gears' drag is taken; default: 20 degC, or the ambient if that is colder",
+        description="temperature at which the gears' drag is computed; default: 20 degC, or the ambient if colder",
     )
     cold_start: f.Temperature | None = Field(
-        default=None, description="of gears and motors: checks torque, current and voltage of a cold start too"
+        default=None,
+        description="temperature of gears and motors at which torque, current and voltage of a cold start are checked",
     )
     stiffness: Entry[StiffnessWish] = StiffnessWish()
     objective: Annotated[Literal["mass", "price", "energy"] | WeightsForm, Shaped(dict | WeightsForm)] = "mass"

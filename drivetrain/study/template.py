@@ -1,4 +1,4 @@
-"""A commented study to start from: it works as it stands, and three edits make it one's own."""
+"""A commented study to start from: it runs unchanged, and three edits adapt it to the user's own task."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from drivetrain.arrays import Mask
 from drivetrain.errors import PhysicsWarning
 from drivetrain.study.written import scalar
 
-SWING = math.radians(40.0)  # of each revolute joint, where its range allows
-SLIDE = 0.1  # [m], of each prismatic joint
-SPEED, SLIDE_SPEED = math.radians(90.0), 0.25  # [rad/s], [m/s], where the arm's own limits are not lower
+SWING = math.radians(40.0)  # [rad] swing of each revolute joint, where its range allows
+SLIDE = 0.1  # [m] stroke of each prismatic joint
+SPEED, SLIDE_SPEED = math.radians(90.0), 0.25  # [rad/s], [m/s] speed limits, unless the arm's own are lower
 TEMPLATE = Path(__file__).with_name("template.yaml")
 _SCREW = """
   {name}: # prismatic: a screw driven by the motor without a gear
@@ -30,9 +30,10 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
     """The text of a study that loads and runs, with comments on what to change.
 
     Args:
-        arm: A built-in one, or a file.
-        folder: In which the study will stand, and from which it names the file; None: the working directory.
-        name: Of the study, and so of the folder of its reports.
+        arm: Name of a built-in arm, or path of a robot file.
+        folder: Folder of the future study file, to which the path of ``arm`` is made relative; None: the working
+            directory.
+        name: Name of the study; the folder of its reports is named after it.
     """
     file = None if arm in builtin_names() or arm.startswith(PACKAGE) else Path(arm)
     tip = None if arm in builtin_names() else usual_tip(arm)
@@ -66,7 +67,7 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
 
 
 def _row(arm: Arm, slides: Mask, side: float) -> str:
-    """A waypoint: the middle of each joint's range, and a share of the swing to one side."""
+    """A waypoint: the middle of each joint's range plus ``side`` times the swing."""
     entries = []
     for lower, upper, sliding in zip(arm.lower, arm.upper, slides, strict=True):
         bounded = math.isfinite(lower) and math.isfinite(upper)
@@ -79,12 +80,12 @@ def _row(arm: Arm, slides: Mask, side: float) -> str:
 
 
 def _speed(limit: float, slide: bool) -> str:
-    """An easy speed, or the joint's own limit where that is lower."""
+    """The template's speed limit as text, or the joint's own limit if that is lower."""
     usual = SLIDE_SPEED if slide else SPEED
     value = limit if 0.0 < limit < usual else usual
     return f"{value:.4g} m/s" if slide else f"{math.degrees(value):.4g} deg/s"
 
 
 def _together(each: list[str]) -> str:
-    """One limit for all joints, or one each where they differ."""
+    """One limit for all joints, or a list with one per joint if they differ."""
     return each[0] if len(set(each)) == 1 else f"[{', '.join(each)}]"

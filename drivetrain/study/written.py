@@ -1,4 +1,4 @@
-"""A study without a file: from nested mappings of Python, and back to the text of a study file."""
+"""Converts studies between nested Python mappings and the text of a study file."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.study.document import Document, Place, compose_document, read_document
 from drivetrain.units import PURE, SI
 
-VERSION = "schema_version"  # which is reported by itself, not measured
+VERSION = "schema_version"  # kept as a plain number, not a quantity with a unit
 SHIPPED = "shipped"
 
 
 def python_document(entries: Mapping[str, Any]) -> Document:
-    """The document of a study that Python states; bare numbers count in SI."""
+    """The document of a study given as Python mappings; bare numbers are in SI."""
     data = {str(name): value if name == VERSION else plain(value, str(name)) for name, value in entries.items()}
     content = json.dumps(data, sort_keys=True, default=str).encode()
     return Document(Path("study"), content, data, {})
 
 
 def plain(value: Any, place: str) -> Any:
-    """Python's values as a file has them: mappings, lists, texts, and numbers in SI."""
+    """Convert Python values to those of a study file: mappings, lists, texts, and numbers in SI."""
     if value is None or isinstance(value, bool | np.bool_ | SI):
         return bool(value) if isinstance(value, np.bool_) else value
     if isinstance(value, Enum | Path):
@@ -56,7 +56,7 @@ def plain(value: Any, place: str) -> Any:
 
 
 def written(document: Document, place: Path = Path()) -> str:
-    """The text of a study file; names of other files start from its place, left out: where this is called."""
+    """The text of a study file at ``place``; names of other files become relative to that folder (default: cwd)."""
     data = copy.deepcopy(document.data)
     _relocate(data, document.folder, place)
     ordered = {name: data[name] for name in ("schema_version", "name") if name in data} | data
@@ -78,7 +78,7 @@ def _with_units(value: Any) -> Any:
 
 
 def file_places(data: Mapping[str, Any]) -> Iterator[Place]:
-    """Where the data of a study name files and folders, the shipped catalogue and files of ROS packages left out."""
+    """Places at which a study names files or folders, except the shipped catalogue and files of ROS packages."""
     arm, catalogs = data.get("arm"), data.get("catalogs")
     named = {(): arm} if isinstance(arm, str) else {(name,): arm.get(name) for name in ("source", "dh")} if arm else {}
     yield from (
@@ -99,7 +99,7 @@ def entry_at(data: Any, place: Place) -> Any:
 
 
 def _relocate(data: dict[str, Any], folder: Path, place: Path) -> None:
-    """Names of files, from those of the study's folder to those of another."""
+    """Make the file names of a study, which are relative to its folder, relative to another folder."""
     for at in file_places(data):
         name = entry_at(data, at)
         if not Path(name).is_absolute():
@@ -107,7 +107,7 @@ def _relocate(data: dict[str, Any], folder: Path, place: Path) -> None:
 
 
 class _Dumper(yaml.SafeDumper):
-    """Tables as blocks of lines, short lists of numbers in one line."""
+    """Writes tables as blocks of lines, and short lists of numbers in one line."""
 
 
 def _text(dumper: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
@@ -123,16 +123,19 @@ _Dumper.add_representer(str, _text)
 _Dumper.add_representer(list, _list)
 
 
-# A study's file with its drives named: the user's own text and comments, and what was chosen beside them
+# Write chosen drives into the text of a study file; the user's text and comments are kept
 
 
-Edit = tuple[int, int, str]  # from, to, and what stands there instead
+Edit = tuple[int, int, str]  # start, end, replacement text
 
 
 def with_drives(path: str | Path, target: Path, drives: Mapping[str, Mapping[str, str]]) -> str:
-    """The text of a study with its drives named; names of other files start from the folder of the target.
+    """The text of a study file with the given drives written into it.
 
-    ``drives``: by joint what is named there, ``motor`` and ``gear`` ("": none), ``brake``, ``amplifier``.
+    Args:
+        path: The study file.
+        target: File to which the text will be written; names of other files become relative to its folder.
+        drives: By joint name, the keys of ``motor`` and ``gear`` ("": none), ``brake``, ``amplifier`` to write.
     """
     document = read_document(path)
     text, root = compose_document(document)
@@ -160,7 +163,7 @@ def _node_at(node: yaml.Node, place: Place) -> yaml.Node:
 
 
 def _joints(root: yaml.MappingNode, drives: Mapping[str, Mapping[str, str]], file: str) -> Iterator[Edit]:
-    """What is chosen, written at the beginning of each joint's entry; entries that are there are replaced."""
+    """Edits that write the chosen parts at the beginning of each joint's entry; existing entries are replaced."""
     joints = next(value for key, value in root.value if key.value == "joints")
     own, fresh = _entries(joints), []
     if any(value.start_mark.index < key.start_mark.index for key, value in joints.value):
@@ -176,7 +179,7 @@ def _joints(root: yaml.MappingNode, drives: Mapping[str, Mapping[str, str]], fil
         if node is None:
             fresh.append(f"{scalar(name)}: {whole}")
             continue
-        if not isinstance(node, yaml.MappingNode):  # a name with nothing behind it
+        if not isinstance(node, yaml.MappingNode):  # a key without a value
             yield node.start_mark.index, node.end_mark.index, f" {whole}"
             continue
         there = _entries(node)
@@ -187,7 +190,7 @@ def _joints(root: yaml.MappingNode, drives: Mapping[str, Mapping[str, str]], fil
 
 
 def _inserted(mapping: yaml.MappingNode, entries: list[str]) -> Iterator[Edit]:
-    """Entries before the first one of a mapping, in its own style."""
+    """Edits that insert entries before the first one of a mapping, in the style of the mapping."""
     if not entries:
         return
     if mapping.flow_style or not mapping.value:
@@ -199,7 +202,7 @@ def _inserted(mapping: yaml.MappingNode, entries: list[str]) -> Iterator[Edit]:
 
 
 def _end(node: yaml.Node) -> int:
-    """Where a value ends, without the blanks and comments after it."""
+    """Index of the end of a value, without the blanks and comments after it."""
     if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
         last = node.value[-1]
         return _end(last[1] if isinstance(last, tuple) else last)
@@ -207,5 +210,5 @@ def _end(node: yaml.Node) -> int:
 
 
 def _entries(node: yaml.Node | None) -> dict[str, yaml.Node]:
-    """The values of a mapping by name; none of anything else."""
+    """Value nodes of a mapping by name; empty for any other node."""
     return {key.value: value for key, value in node.value} if isinstance(node, yaml.MappingNode) else {}

@@ -249,7 +249,7 @@ def test_a_study_names_its_amplifiers(tmp_path):
     ("entry", "more", "told"),
     [
         ("beckhoff_ELM7212", "", "no amplifier has this key"), ("{peak_current: 3 A}", "", "current_basis"),
-        ("true", "selection: {holds: 0.9}\ntolerances: {resistance: 5 %}", "must be one where selection.holds"),
+        ("true", "selection: {holds: 0.9}\ntolerances: {resistance: 5 %}", "must be a single one if selection.holds"),
     ],
 )  # fmt: skip
 def test_faults_of_amplifiers_are_told(tmp_path, entry, more, told):

@@ -304,7 +304,7 @@ def test_what_does_not_go_with_two_motors():
     with pytest.raises(InputError, match="motors"):
         task({"motors": 3})
     study = task({"motors": 2, "preload": 3.0}, gears={"G": {**GEAR, **SPRUNG}})
-    with pytest.raises(InputError, match=r"joints.joint_1.preload.*push against each other"):
+    with pytest.raises(InputError, match=r"joints.joint_1.preload.*preload against each other"):
         vibration(evaluate(study))
 
 

@@ -111,7 +111,7 @@ def test_every_fault_at_once(load: Any) -> None:
     assert "missing" in found["simulation.add[2].amplitudes"]
     assert "whole numbers" in found["simulation.add[3], Cogging.orders"]
     assert "whole scene" in found["simulation.add[4].joint"]
-    assert "no study can state" in found["simulation.add[5].effect"]
+    assert "a study file cannot state" in found["simulation.add[5].effect"]
     assert len(found) == 8
 
 

@@ -1,1 +1,1 @@
-"""The parts of a study: arm, motions, joints, sheets, and what it wants of jobs."""
+"""The parts of a study: arm, motions, joints, data sheets, and the options of selections and simulations."""

@@ -59,7 +59,7 @@ def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
 
 
 def resolve_payloads(form: StudyForm, ledger: Ledger) -> dict[str, Payload]:
-    """The bodies the tip may carry."""
+    """The payloads of a study by name."""
     payloads = {}
     for name, body in form.payloads.items():
         tensor = np.zeros((3, 3)) if body.inertia is None else body.inertia.made()
@@ -118,14 +118,14 @@ def _refuse_without_arm(form: StudyForm, ledger: Ledger) -> None:
 
 
 def resolve_closures(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | None:
-    """The arm with the loops that the study closes, its joints those that have drives; None without one."""
+    """The arm with the closed loops of the study, in which only driven joints count as joints; None without an arm."""
     if not form.closures and not form.passive:
         return arm
     if form.arm is None:
         ledger.fault(("closures",), "go with an arm: load tables already hold what each gear must give")
     if arm is None:
         return None
-    own = with_rotors(arm, [None] * arm.n)  # the drives of the study bring theirs
+    own = with_rotors(arm, [None] * arm.n)  # the study's drives have their own rotors
     closed = None
     with ledger.gather(("closures",)):
         closures: list[Closure] = [one.made() for one in form.closures]
@@ -137,7 +137,7 @@ def resolve_closures(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | 
 
 
 def resolve_coupling(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | None:
-    """The arm with its motors coupled to its joints as the study says; None without one."""
+    """The arm with the couplings of its motors that the study states; None without an arm."""
     if arm is None:
         if form.coupling and form.arm is None:
             ledger.fault(("coupling",), "goes with an arm: load tables already hold what each gear must give")
@@ -154,7 +154,7 @@ def resolve_coupling(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | 
 
 
 def _matrix(entries: list[CouplingForm], arm: Arm, ledger: Ledger) -> Array:
-    """The coupling of the whole arm; entries at fault are left out."""
+    """The coupling matrix of the whole arm; entries with faults are left out."""
     matrix, taken = np.eye(arm.n), set[str]()
     for i, entry in enumerate(entries):
         place: Place = ("coupling", i)

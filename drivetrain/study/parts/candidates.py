@@ -22,7 +22,7 @@ from drivetrain.study.model import JointTask
 from drivetrain.study.parts.rules import CandidatesForm, DriveForm
 from drivetrain.units import PURE, Interval
 
-DIRECT_DRIVE = "none"  # what a study calls the gear of a direct drive; its key in results is ""
+DIRECT_DRIVE = "none"  # gear of a direct drive in study files; its key in results is ""
 
 Pair = tuple[str, str]
 
@@ -30,9 +30,9 @@ Pair = tuple[str, str]
 def candidate_pairs(
     form: CandidatesForm, catalog: Catalog, ledger: Ledger, place: Place
 ) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
-    """The (motor key, gear key) that may drive a joint, and in words how many rows each rule excluded.
+    """The (motor key, gear key) pairs that may drive a joint, and texts on how many rows each rule excluded.
 
-    They stand by combined mass, then by keys, rows of unknown mass last.
+    The pairs are sorted by combined mass, then by keys; those of unknown mass are last.
     """
     motors, motor_words = _kept("motors", catalog.motors, form.motors, ledger, (*place, "motors"))
     words = [motor_words]
@@ -50,7 +50,7 @@ def candidate_pairs(
 def with_brakes(
     catalog: Catalog, pairs: Iterable[Pair], brakes: Iterable[Brake]
 ) -> tuple[tuple[Pair, ...], dict[str, Motor]]:
-    """Every pair with every brake beside its motor, and the motors with brakes by their keys."""
+    """All combinations of the pairs with the brakes, and the motors with brakes by their keys."""
     listed, motors, keys = tuple(pairs), dict[str, Motor](), dict[str, list[str]]()
     for motor in dict.fromkeys(motor for motor, _ in listed):
         rows = [braked(catalog.motors[motor], brake) for brake in brakes]
@@ -88,7 +88,7 @@ def known_pair(drive: DriveForm, catalog: Catalog, ledger: Ledger, place: Place)
 def _paired(
     form: CandidatesForm, catalog: Catalog, motors: list[str], gears: list[str], ledger: Ledger, place: Place
 ) -> list[Pair]:
-    """The pairs of the rows that were kept."""
+    """The permitted pairs of the given motors and gears."""
     if not isinstance(form.pairs, str):
         listed = [known_pair(drive, catalog, ledger, (*place, "pairs", i)) for i, drive in enumerate(form.pairs)]
         return [
@@ -108,7 +108,7 @@ def _rule_words(form: CandidatesForm, frameless: bool) -> str:
     if form.gears == DIRECT_DRIVE:
         return "are considered, as direct drives"
     if form.pairs == "all":
-        return "are considered: the study vouches that they fit"
+        return "are considered: the study states that they fit"
     if form.pairs == "published" or not frameless:
         return "are published as fitting"
     rule = made(form.frameless_rule)
@@ -121,7 +121,7 @@ def _rule_words(form: CandidatesForm, frameless: bool) -> str:
 def _kept(
     part: str, rows: Mapping[str, Motor] | Mapping[str, Gear], rules: Form, ledger: Ledger, place: Place
 ) -> tuple[list[str], str]:
-    """Keys of the rows that every rule keeps, in catalogue order; and the count in words."""
+    """Keys of the rows that satisfy all rules, in catalogue order, and a text with the counts."""
     kept = list(rows)
     aside: list[str] = []
     units = {column.name: column.unit for column in (MOTOR_COLUMNS if part == "motors" else GEAR_COLUMNS)}
@@ -140,7 +140,7 @@ def _kept(
 
 
 def keeps(name: str, wanted: object, key: str, row: Motor | Gear) -> bool:
-    """Whether a row keeps one rule, a range in SI, names, or yes and no; a row whose value is unknown does not."""
+    """Whether a row satisfies a rule (a range in SI, names, or a bool); a row whose value is unknown does not."""
     value: Any = key if name == "keys" else getattr(row, name)
     if isinstance(wanted, bool):
         return bool(value) is wanted
@@ -151,7 +151,7 @@ def keeps(name: str, wanted: object, key: str, row: Motor | Gear) -> bool:
 
 
 def _range(wanted: object) -> Interval | None:
-    """The ends of a rule that is a range; None of any other."""
+    """The ends of a rule that is a range; None for any other rule."""
     ends = isinstance(wanted, tuple) and len(wanted) == 2 and not any(isinstance(end, str) for end in wanted)
     return wanted if ends else None  # type: ignore[return-value]
 
@@ -159,7 +159,7 @@ def _range(wanted: object) -> Interval | None:
 def _check_names(
     name: str, wanted: Iterable[str], rows: Mapping[str, Motor] | Mapping[str, Gear], ledger: Ledger, place: Place
 ) -> None:
-    """Names that no row has are faults: they would silently exclude everything."""
+    """Report names that no row has as faults, because they would silently exclude all rows."""
     known = set(rows) if name == "keys" else {str(getattr(row, name)) for row in rows.values()}
     folded = {word.casefold() for word in known}
     for word in wanted:
@@ -170,7 +170,7 @@ def _check_names(
 
 
 def limits_in_words(wanted: object, unit: str) -> str:
-    """What a rule allows, a range in SI, names, or yes and no, as words."""
+    """What a rule (a range in SI, names, or a bool) allows, as text."""
     if (ends := _range(wanted)) is not None:
         low, high = ("open" if end is None else f"{end:g}" for end in ends)
         return f"{low} to {high} {unit if unit not in PURE else ''}".strip()
@@ -178,23 +178,25 @@ def limits_in_words(wanted: object, unit: str) -> str:
 
 
 def gears_at(task: JointTask, catalog: Catalog) -> list[str]:
-    """Keys of all gears of the catalogue as they stand at a joint: with its stages behind them, if it has any."""
+    """Keys of all gears of the catalogue at a joint: combined with its stages, if it has any."""
     if task.staged:
         return [key for own, key in task.staged.items() if own]
     return [key for key, row in catalog.gears.items() if not row.staged]
 
 
 def excluded_by(task: JointTask, catalog: Catalog, motor: str | None, gear: str | None) -> tuple[str, ...]:
-    """By which rules of the study a part or a pair may not drive a joint.
+    """The rules of the study by which a part or a pair may not drive a joint, as texts.
 
-    A key of None asks after the other part alone; gear "" is a direct drive.
+    With a key of None only the other part is checked; gear "" is a direct drive.
     """
     if (motor, gear) in task.pairs or (motor, gear) == task.drive:
         return ()
     if task.rules is None:
         return () if task.pairs else (f"the study gives {task.name} its drive and considers no other",)
     words: list[str] = []
-    gear = next((own for own, key in task.staged.items() if key == gear), gear)  # the rules are for gears alone
+    gear = next(
+        (own for own, key in task.staged.items() if key == gear), gear
+    )  # the rules apply to the gear without stages
     if motor is not None:
         words += _broken("motor", motor, catalog.motors[motor], task.rules.motors, MOTOR_COLUMNS)
     if gear == "" and task.rules.gears != DIRECT_DRIVE:
@@ -209,7 +211,7 @@ def excluded_by(task: JointTask, catalog: Catalog, motor: str | None, gear: str 
 
 
 def _broken(what: str, key: str, row: Motor | Gear, rules: Form, columns: tuple[object, ...]) -> list[str]:
-    """The rules for rows of one table that a row does not keep."""
+    """The rules for rows of one table that a row does not satisfy, as texts."""
     units = {column.name: column.unit for column in columns}  # type: ignore[attr-defined]
     found = []
     for name in type(rules).model_fields:
@@ -232,7 +234,7 @@ def _shown(value: object, unit: str) -> str:
 
 
 def _unpaired(rules: CandidatesForm, catalog: Catalog, motor: str, gear: str) -> list[str]:
-    """Why motor and gear may not be put together."""
+    """Why a motor and a gear may not be combined."""
     if not isinstance(rules.pairs, str):
         listed = any((pair.motor, pair.gear) == (motor, gear) for pair in rules.pairs)
         return [] if listed else ["the study lists the pairs that may be used, and this is none of them"]
@@ -246,7 +248,7 @@ def _unpaired(rules: CandidatesForm, catalog: Catalog, motor: str, gear: str) ->
 
 
 def _room(motor: Motor, gear: Gear, rule: FramelessRule) -> str:
-    """What the geometric rule says of a frameless motor and a gear."""
+    """Why the geometric rule rejects a frameless motor with a gear."""
     if gear.kind not in rule.kinds:
         return f"a {gear.kind} gear is not built around a frameless motor"
     if motor.diameter is None:

@@ -1,4 +1,4 @@
-"""The joints of a study: drives or candidates, mounting, friction and amplifier, one a joint of the arm."""
+"""The joints of a study: drives or candidates, mounting, friction and amplifier of each joint of the arm."""
 
 from __future__ import annotations
 
@@ -29,30 +29,30 @@ from drivetrain.study.parts.candidates import Pair, candidate_pairs, known_pair,
 from drivetrain.study.parts.rules import CandidatesForm
 from drivetrain.study.schema import DEFAULT, AmplifierForm, FreeRatioForm, JointForm, StudyForm
 
-Found = tuple[tuple[tuple[str, str], ...], tuple[str, ...]]  # pairs, and what was excluded in words
-_AMPLIFIER_NEEDS = ("continuous_current", "peak_current", "min_voltage", "max_voltage")  # to be chosen unnamed
-_BRAKE_NEEDS = ("static_torque", "inertia", "power")  # without which no check of its drive can be made
+Found = tuple[tuple[tuple[str, str], ...], tuple[str, ...]]  # pairs, and texts on what was excluded
+_AMPLIFIER_NEEDS = ("continuous_current", "peak_current", "min_voltage", "max_voltage")  # data for `amplifier: true`
+_BRAKE_NEEDS = ("static_torque", "inertia", "power")  # data without which the checks of its drive cannot be made
 _CONTAINED = "write contained: {mass: 0 kg} where the links hold no drive"
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What a joint is resolved against."""
+    """What is needed to resolve a joint of the study."""
 
     form: StudyForm  # the study file
-    arm: Arm | None  # none without one
+    arm: Arm | None  # the arm, if the study has one
     catalog: Catalog  # the rows
     ledger: Ledger  # takes faults and notes
-    # rules that were applied before, with the pairs they leave
+    # rules that were applied before, with the remaining pairs
     found: list[tuple[CandidatesForm, Found]] = field(default_factory=list)
-    # motors with a brake, by key: those that joints may be driven by
+    # motors with a brake that may drive a joint, by key
     braked: dict[str, Motor] = field(default_factory=dict)
-    chains: dict[Chain, dict[str, str]] = field(default_factory=dict)  # keys of all gears before stages, by their own
-    staged: dict[str, Gear] = field(default_factory=dict)  # gears with stages behind them, likewise
+    chains: dict[Chain, dict[str, str]] = field(default_factory=dict)  # keys of gears with stages, by gear key
+    staged: dict[str, Gear] = field(default_factory=dict)  # gears combined with stages, by key
 
 
 def resolve_joints(around: Surroundings, names: Sequence[str]) -> tuple[JointTask, ...]:
-    """Every joint's task."""
+    """The tasks of all joints, without those that have faults in their entry."""
     forms, ledger = around.form.joints, around.ledger
     for name in forms:
         if names and name not in (*names, DEFAULT):
@@ -70,9 +70,9 @@ def resolve_joints(around: Surroundings, names: Sequence[str]) -> tuple[JointTas
 
 
 def merged_joint(own: JointForm | None, default: JointForm | None) -> JointForm | None:
-    """What holds for a joint: its own entry over the default one; None when there is neither.
+    """The entry of a joint merged over the default one; None if there is neither.
 
-    An own drive is not joined by the default's candidates, nor own candidates by the default's drive.
+    If the joint states a drive, the default's candidates are ignored; if it states candidates, the default's drive is.
     """
     if own is None or default is None:
         return own if default is None else default
@@ -85,14 +85,14 @@ def merged_joint(own: JointForm | None, default: JointForm | None) -> JointForm 
 
 
 def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledger, place: Place) -> Amplifier:
-    """An amplifier with its limits in DC-equivalent ampere, each converted by the basis that stands beside it."""
+    """An amplifier with its current limits as DC equivalents, converted by the ``current_basis`` of their entry."""
     study = _limits(default, default.current_basis, ledger, ("amplifier",))
     own = _limits(form, form.current_basis or default.current_basis, ledger, (*place, "amplifier"))
     return Amplifier(**{**study, **own})
 
 
 def _amplifiers(around: Surroundings, form: JointForm, place: Place) -> tuple[Amplifier, ...]:
-    """The amplifier whose limits are stated, or rows of the catalogue: by price, by mass, the weakest first."""
+    """The amplifier whose limits are stated, or rows of the catalogue by rising price, mass and continuous current."""
     stated, rows, ledger = form.amplifier, around.catalog.amplifiers, around.ledger
     place = (*place, "amplifier")
     if isinstance(stated, AmplifierForm) or stated is False:
@@ -107,7 +107,7 @@ def _amplifiers(around: Surroundings, form: JointForm, place: Place) -> tuple[Am
     if not found and stated is True and not spoiled:
         ledger.fault(place, f"no amplifier of the catalogue has {', '.join(_AMPLIFIER_NEEDS)}")
     if len(found) > 1 and around.form.selection.holds is not None:
-        ledger.fault(place, "must be one where selection.holds is asked for", [row.key for row in found])
+        ledger.fault(place, "must be a single one if selection.holds is given", [row.key for row in found])
     found.sort(
         key=lambda row: [
             math.inf if value is None else value for value in (row.price, row.mass, row.continuous_current)
@@ -117,7 +117,7 @@ def _amplifiers(around: Surroundings, form: JointForm, place: Place) -> tuple[Am
 
 
 def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, Any]:
-    """What an entry states, currents in DC-equivalent ampere."""
+    """The limits that an entry states, with currents as DC equivalents [A]."""
     plain = (
         "modulation", "standby_power", "on_resistance", "peak_time", "thermal_time_constant", "min_voltage",
         "max_voltage",
@@ -136,7 +136,7 @@ def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place
 
 
 def resolve_stop(around: Surroundings, form: JointForm, place: Place) -> Stop:
-    """The stop of a joint: its own words over those of the study, the current by the basis beside the amplifier's."""
+    """The stop of a joint: its own values over those of the study; the current is converted to its DC equivalent."""
     own, study = form.stop, around.form.stop
     both = study if own is None else over(own, study) if isinstance(study, Form) else own
     stop: Stop = made(both)
@@ -218,7 +218,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
 
 
 def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: Place) -> None:
-    """What a joint must state of an arm with closures, on a moving base or with two motors on an axis."""
+    """Report what a joint lacks that closed loops, a moving base or two motors on an axis require."""
     arm, ledger, stop = around.arm, around.ledger, resolve_stop(around, form, place)
     assert arm is not None
     loops, moves = None if arm.linkage is None else arm.linkage.loops, around.form.base is not None
@@ -229,13 +229,13 @@ def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: 
             (*place, "output_bearing"), problem + "not determined, so a gear's bearing cannot be checked there"
         )
     if moves and form.mount.carrier == "base":
-        problem = "must be the link on which it sits, on a base that moves: what it asks at the base is not computed"
+        problem = "must be parent or child with a base that moves: drives mounted on such a base are not computed"
         ledger.fault((*place, "mount", "carrier"), problem, form.mount.carrier, "parent")
     if not moves and all(one.motors == 1 for one in around.form.joints.values()):
         return
     named = "a base that moves" if moves else "two motors on one axis"
     if form.brake and stop.power_off:
-        problem = f"must be false with {named}: how an arm then falls until brakes bite is not computed"
+        problem = f"must be false with {named}: the fall of such an arm until the brakes engage is not computed"
         ledger.fault((*place, "stop", "power_off"), problem)
     if stop.ramp is None:
         problem = f"is missing: with {named} a stop is checked along a ramp, not at the limit of a current"
@@ -243,11 +243,11 @@ def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: 
 
 
 def _check_second_motor(around: Surroundings, form: JointForm, place: Place) -> None:
-    """What does not go with two motors on the axis of a joint."""
+    """Report entries of a joint that are not allowed with two motors on its axis."""
     arm, ledger = around.arm, around.ledger
     if form.motors == 1:
         if form.preload is not None:
-            ledger.fault((*place, "preload"), "goes with two motors on the axis", hint="motors: 2 beside it")
+            ledger.fault((*place, "preload"), "requires two motors on the axis", hint="add motors: 2")
         return
     beside = {
         "closures": around.form.closures,
@@ -262,7 +262,7 @@ def _check_second_motor(around: Surroundings, form: JointForm, place: Place) -> 
 
 
 def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[Brake, ...], tuple[str, ...]]:
-    """The brakes that may hold a joint, and in words how many of the catalogue were excluded."""
+    """The brakes that may hold a joint, and texts on how many of the catalogue were excluded."""
     rows, ledger = around.catalog.brakes, around.ledger
     found: list[Brake] = []
     keys = form.brake if isinstance(form.brake, tuple) else tuple(rows) if form.brake else ()
@@ -289,7 +289,7 @@ def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[
 
 
 def _counterbalances(around: Surroundings, index: int, form: JointForm, place: Place) -> tuple[Counterbalance, ...]:
-    """Those of a joint that turns."""
+    """The counterbalances of a joint, which must be revolute."""
     place, found = (*place, "counterbalances"), []
     if form.counterbalances and around.arm is not None and around.arm.slides[index]:
         around.ledger.fault(place, "go with a joint that turns")
@@ -312,7 +312,7 @@ def _chain(form: JointForm, ledger: Ledger, place: Place) -> Chain | None:
 
 
 def _with_stages(around: Surroundings, name: str, chain: Chain) -> dict[str, str]:
-    """Keys of all gears with the stages behind them, by their own; they distinguish them from another joint's."""
+    """Keys of all gears combined with the stages of a joint, by gear key; they are unique for each chain of stages."""
     if chain not in around.chains:
         keys = around.chains[chain] = {}
         for gear, own in {"": NO_GEAR, **around.catalog.gears}.items():
@@ -324,7 +324,7 @@ def _with_stages(around: Surroundings, name: str, chain: Chain) -> dict[str, str
 
 
 def check_gas_springs(joints: Sequence[JointTask], cycle: Cycle | None, ledger: Ledger) -> None:
-    """That no gas spring is pulled out or pushed together further in the cycle than it goes."""
+    """Report gas springs whose length in the cycle leaves their range from compressed to extended."""
     if cycle is None:
         return
     for i, task in enumerate(joints):
@@ -338,7 +338,7 @@ def check_gas_springs(joints: Sequence[JointTask], cycle: Cycle | None, ledger: 
 
 
 def _with_brakes(around: Surroundings, pairs: Sequence[Pair], brakes: Sequence[Brake]) -> tuple[Pair, ...]:
-    """Every pair with every brake beside its motor."""
+    """All combinations of the pairs with the brakes."""
     found, motors = with_brakes(around.catalog, pairs, brakes)
     around.braked.update(motors)
     return found
@@ -379,7 +379,7 @@ def _drive(around: Surroundings, name: str, form: JointForm, place: Place) -> tu
 
 
 def _mount(around: Surroundings, index: int, form: Mount, place: Place) -> Mount:
-    """Where a drive sits; with its group, that is on the link before the first joint of it."""
+    """Where a drive is mounted; ``group`` becomes the link before the first joint of its group."""
     if form.carrier != "group":
         return Mount(form.carrier, form.offset)
     group = () if around.arm is None else _group(around.arm, index)
@@ -390,12 +390,12 @@ def _mount(around: Surroundings, index: int, form: Mount, place: Place) -> Mount
 
 
 def _group(arm: Arm, index: int) -> tuple[int, ...]:
-    """The joints that a joint's motor drives together with others; empty when it drives one alone."""
+    """Indices of the joints that are coupled with a joint, itself included; empty if its motor drives it alone."""
     return next((group for group in coupled_groups(arm) if index in group), ())
 
 
 def _contained(around: Surroundings, index: int, form: JointForm, place: Place) -> ContainedDrive | None:
-    """What the links hold; asked for with `replaced`, out of place without."""
+    """The drive that the links contain; required with ``drive_mass: replaced``, a fault otherwise."""
     replaced = around.form.drive_mass == DriveMass.REPLACED
     if form.contained is None:
         if replaced:
@@ -411,18 +411,24 @@ def _contained(around: Surroundings, index: int, form: JointForm, place: Place) 
 
 
 def _load_inertia(around: Surroundings, form: JointForm, place: Place) -> float | None:
-    """What a joint without an arm turns; an arm overrides it."""
+    """Load inertia of a joint in a study without an arm; a fault in a study with one."""
     if form.load_inertia is not None and around.arm is not None:
-        around.ledger.fault((*place, "load_inertia"), "goes with studies without an arm: the arm says what it moves")
+        around.ledger.fault(
+            (*place, "load_inertia"), "is for studies without an arm: an arm's inertia is computed from its links"
+        )
     return form.load_inertia
 
 
 def _travel(around: Surroundings, index: int, form: JointForm, place: Place, chain: Chain | None) -> float | None:
-    """Travel a radian of a prismatic joint: needed there, out of place elsewhere."""
+    """Travel per radian of the gear's output [m/rad]: required at a prismatic joint, a fault at any other."""
     slides = around.arm is not None and around.arm.slides[index]
     travel, own = form.travel_per_turn, None if chain is None else chain.travel
     if own is not None and (travel is not None or not slides):
-        problem = "say what the joint travels: travel_per_turn goes without" if slides else "slide, but the joint turns"
+        problem = (
+            "say what the joint travels: travel_per_turn goes without"
+            if slides
+            else "contain a sliding one, but the joint turns"
+        )
         around.ledger.fault((*place, "stages"), problem)
     travel = own or travel
     if slides and not travel:
@@ -433,7 +439,7 @@ def _travel(around: Surroundings, index: int, form: JointForm, place: Place, cha
 
 
 def resolve_free_ratio(form: FreeRatioForm | None, catalog: Catalog, ledger: Ledger, place: Place) -> FreeRatio | None:
-    """The range of ratios of a joint, and of which gears; None where nothing is written, or with a fault."""
+    """The free ratio of a joint; None if the study states none, or after a fault."""
     if form is None:
         return None
     low, high = form.ratio

@@ -38,7 +38,7 @@ KINDS: dict[str, frozenset[str]] = {
     "samples": frozenset({"smoothing"}),
     "waypoints": frozenset({"unit", "profile", "speed", "acceleration", "jerk", "durations", "dwell"}),
     "moves": frozenset({"start", "tool", "unit", "profile", "speed", "acceleration", "jerk"}),
-}  # what may stand beside each kind of motion
+}  # entries allowed with each kind of motion
 
 Motions = dict[str, Motion | LoadTable]
 
@@ -46,13 +46,13 @@ LIMITS = {
     "speed": ("rad/s", "m/s"),
     "acceleration": ("rad/s^2", "m/s^2"),
     "jerk": ("rad/s^3", "m/s^3"),
-}  # of a revolute and of a prismatic joint
+}  # units for a revolute and for a prismatic joint
 MOVES: tuple[Literal["joints", "to", "line", "circle"], ...] = ("joints", "to", "line", "circle")
-LONGEST_MOVE = 3600.0  # [s]; sampled every few milliseconds, so more is a slip of units
+LONGEST_MOVE = 3600.0  # [s]; a longer move is taken for an error of units, as moves are sampled every few milliseconds
 
 
 def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions:
-    """Every motion of a study, held against the arm's ranges; without an arm only load tables."""
+    """All motions of a study, checked against the arm's joint ranges; without an arm, load tables."""
     motions: Motions = {}
     default = form.motions.get(DEFAULT, MotionForm())
     stray = sorted(default.model_fields_set - ((KINDS["waypoints"] | KINDS["moves"]) - {"durations", "start"}))
@@ -131,7 +131,7 @@ def resolve_base(
 
 
 def _check_return(motion: Motion, swings: dict[str, Swing], duration: float, ledger: Ledger) -> None:
-    """That the base ends a cycle as it begins it; where it stands on the ground does not matter."""
+    """Report a base whose state at the end of the cycle differs from the start, apart from its place on the ground."""
     gaps = np.abs([motion.position[-1] - motion.position[0], motion.velocity[-1] - motion.velocity[0]])
     gaps[0, :3] = 0.0
     for at in np.flatnonzero(gaps.max(axis=0) > GAP_ALLOWED):
@@ -169,11 +169,11 @@ def _mix(form: StudyForm, parts: list[MixForm], arm: Arm | None, motions: Motion
 def _cycle(
     form: StudyForm, entries: list[CycleForm], place: Place, arm: Arm | None, motions: Motions, ledger: Ledger
 ) -> Cycle | None:
-    """One repeated run of motions; None after a fault."""
+    """One cycle from its list of steps; None after a fault."""
     known = len(ledger.faults)
     names = [name for name in form.motions if name != DEFAULT]
     written = ledger.document.data.get("payloads")
-    payloads = list(written) if isinstance(written, dict) else []  # those at fault are reported elsewhere
+    payloads = list(written) if isinstance(written, dict) else []  # payloads with faults are reported elsewhere
     for i, entry in enumerate(entries):
         if entry.motion is not None and entry.motion not in names:
             hint = nearest(entry.motion, names)
@@ -192,7 +192,7 @@ def _cycle(
 
 
 def _only_motion(form: StudyForm, ledger: Ledger) -> list[CycleForm]:
-    """The cycle of a study that does not give one."""
+    """The cycle of a study that states none: its only motion."""
     names = [name for name in form.motions if name != DEFAULT]
     if len(names) != 1 or len(form.payloads) > 1:
         choice = "motions" if len(names) > 1 else "payloads"
@@ -204,7 +204,7 @@ def _only_motion(form: StudyForm, ledger: Ledger) -> list[CycleForm]:
 
 
 def _kind(own: MotionForm, ledger: Ledger, place: Place) -> str:
-    """Which kind of motion an entry is; empty after a fault."""
+    """The kind of a motion (an entry of ``KINDS``); empty after a fault."""
     kinds = [name for name in KINDS if getattr(own, name) is not None]
     if len(kinds) != 1:
         ledger.fault(place, f"must have one of: {', '.join(KINDS)}", ", ".join(kinds) or None)
@@ -216,7 +216,7 @@ def _kind(own: MotionForm, ledger: Ledger, place: Place) -> str:
 
 
 def _belongs(kind: str, ledger: Ledger, place: Place) -> bool:
-    """Motions of joints need an arm, load tables can have none; says so where it is not so."""
+    """Whether a kind of motion fits the study, else a fault: joint motions need an arm, load tables exclude one."""
     has_arm = "arm" in ledger.document.data
     if kind == "table" and has_arm:
         ledger.fault((*place, "table"), "is for studies without an arm: the arm decides the torques")
@@ -235,7 +235,7 @@ def _load_table(name: str, own: MotionForm, ledger: Ledger) -> LoadTable | None:
 
 
 def _source(own: MotionForm, ledger: Ledger) -> tuple[Path | StringIO, str]:
-    """What samples are read from, and the entry that names it or holds them."""
+    """The file or text that samples are read from, and the name of its entry."""
     if own.samples is not None:
         return StringIO(own.samples), "samples"
     return ledger.document.folder / (own.file or own.table or ""), "file" if own.file else "table"
@@ -244,7 +244,7 @@ def _source(own: MotionForm, ledger: Ledger) -> tuple[Path | StringIO, str]:
 def _motion(
     name: str, own: MotionForm, default: MotionForm, arm: Arm | None, ledger: Ledger, place: Place
 ) -> Motion | None:
-    """A motion of joints, held against the arm's ranges."""
+    """A motion of joints, checked against the arm's joint ranges."""
     if arm is None:
         return None
     motion: Motion | None = None
@@ -263,14 +263,14 @@ def _motion(
 
 
 def _smoothing(own: MotionForm) -> Smoothing | None:
-    """As the resolution of the file asks; none at all; or in a window."""
+    """Smoothing by the window that the entry states: None by the resolution of the file, 0 s none."""
     if own.smoothing is None:
         return None
     return SavitzkyGolay(own.smoothing) if own.smoothing > 0.0 else Parabolas()
 
 
 def _hold_against(motion: Motion, arm: Arm, ledger: Ledger, place: Place) -> None:
-    """Positions outside the joints' ranges are faults, speeds above theirs warnings."""
+    """Report positions outside the joint ranges as faults, and speeds above the joints' limits as warnings."""
     found = limit_notes(motion, arm.lower, arm.upper, arm.speed_limits, name=motion.name, slides=arm.slides)
     for fault in found.faults:
         believed = PLAUSIBLE_ANGLE * (math.degrees(1.0) if "[deg]" in fault.problem else 1.0)
@@ -281,7 +281,7 @@ def _hold_against(motion: Motion, arm: Arm, ledger: Ledger, place: Place) -> Non
 
 
 def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> Motion | None:
-    """The motion through the waypoints; None when it cannot be made."""
+    """The motion through the waypoints; None after a fault."""
     known = len(ledger.faults)
     rows = [_row(row, form, arm, ledger, (*place, "waypoints", i)) for i, row in enumerate(form.waypoints or [])]
     points = np.array([row for row in rows if row is not None]).reshape(-1, arm.n)
@@ -313,7 +313,7 @@ def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, pla
 
 
 def _moves(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> Motion | None:
-    """The motion through moves of joints and tool; None when it cannot be made."""
+    """The motion through moves of joints and tool; None after a fault."""
     known = len(ledger.faults)
     limits = {what: _limit(getattr(form, what), what, arm, ledger, (*place, what)) for what in LIMITS}
     start = None if form.start is None else _row(form.start, form, arm, ledger, (*place, "start"))
@@ -354,7 +354,7 @@ def _move(form: MoveForm, motion: MotionForm, arm: Arm, ledger: Ledger, place: P
 
 
 def _pose(form: PoseForm) -> Array:
-    """The pose that a form states; without a rotation, one that is not turned."""
+    """The pose that a form states, (4, 4); without a rotation, that of the base frame."""
     rotation = np.eye(3)
     if form.rpy is not None:
         rotation = rotation_from_rpy(form.rpy)
@@ -366,7 +366,7 @@ def _pose(form: PoseForm) -> Array:
 
 
 def _row(row: Any, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> list[float] | None:
-    """One waypoint: a value a joint, each with its own unit or that of the entry."""
+    """One waypoint with one value per joint, in SI; bare numbers have the unit of the entry."""
     n = arm.n
     if not isinstance(row, list) or len(row) != n:
         found = f"{len(row)} values" if isinstance(row, list) else row
@@ -384,7 +384,7 @@ def _row(row: Any, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> 
 
 
 def _value(value: Any, unit: str, wanted: str, ledger: Ledger, place: Place) -> float | None:
-    """A quantity; a bare number takes the unit of the entry."""
+    """A quantity in SI; a bare number has the unit of the entry."""
     bare = isinstance(value, int | float) and not isinstance(value, bool)
     try:
         return quantity(f"{value} {unit}" if bare and unit else value, wanted, "")
@@ -396,7 +396,7 @@ def _value(value: Any, unit: str, wanted: str, ledger: Ledger, place: Place) -> 
 
 
 def _limit(value: Any, what: str, arm: Arm, ledger: Ledger, place: Place) -> Array | None:
-    """A limit a joint."""
+    """A limit of each joint, (n,); None if it is not stated, or after a fault."""
     if value is None:
         return None
     n = arm.n
@@ -412,7 +412,7 @@ def _limit(value: Any, what: str, arm: Arm, ledger: Ledger, place: Place) -> Arr
 
 
 def _takes_too_long(points: Array, limits: dict[str, Array | None], durations: list[float] | None) -> bool:
-    """Whether a move takes too long by its duration, or cannot be quicker by its limits."""
+    """Whether a move lasts longer than ``LONGEST_MOVE``, by its duration or by its limits."""
     moves = np.abs(np.diff(points, axis=0))
     times = [0.0, *(durations or [])]
     for order, limit in enumerate(limits.values(), 1):
@@ -422,7 +422,7 @@ def _takes_too_long(points: Array, limits: dict[str, Array | None], durations: l
 
 
 def _dwell(value: Any, count: int, ledger: Ledger, place: Place) -> Array:
-    """A rest at each waypoint; one value for all counts at every waypoint but the first, where the motion begins."""
+    """The dwell at each waypoint [s]; a single value applies to all but the first."""
     if value is None:
         return np.zeros(count)
     listed = value if isinstance(value, list) else [0.0, *[value] * (count - 1)]

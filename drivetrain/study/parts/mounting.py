@@ -1,4 +1,4 @@
-"""The arm as a set of drives loads it: their masses on the links that carry them, their rotors behind the gears."""
+"""The arm with a set of drives: their masses on the links that carry them, and their rotors behind the gears."""
 
 from __future__ import annotations
 
@@ -29,10 +29,12 @@ DRIVE_DENSITY = 5200.0  # kg/m^3; median of the rows that print diameter, length
 def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) -> Arm:
     """The arm with drives in its joints and a payload at its tip.
 
-    Where the study says ``replaced``, what the links hold is first taken out at every joint, as a point (its own
-    inertia is unknown and stays: a small excess on the safe side); ``added`` and ``replaced`` put each drive in as
-    solid cylinders; ``included`` moves no mass. The rotor turns behind its gear in all three. Raises InputError where
-    the study has no arm, or a link would be left without mass.
+    With ``drive_mass: replaced``, the mass of the contained drive is first removed at every joint, as a point mass (its
+    own inertia is unknown and remains: a small excess on the safe side). ``added`` and ``replaced`` add each drive as
+    solid cylinders; ``included`` changes no mass. The rotor behind its gear is added in all three cases.
+
+    Raises:
+        InputError: The study has no arm, or a link would have no mass left.
     """
     arm = emptied(study)
     rotors: list[Rotor | None] = [None] * arm.n
@@ -58,7 +60,10 @@ def payload_index(study: Study, name: str | None) -> int:
 
 @lru_cache(maxsize=8)
 def carrying(study: Study, arm: Arm, payload_index: int) -> Arm:
-    """An arm with one of the study's payloads at its tip; -1: none. Kept, as what kernels take of an arm is."""
+    """An arm with one of the study's payloads at its tip (index -1: none).
+
+    The result is cached, so that the arrays that kernels need are computed once per arm.
+    """
     if payload_index < 0 or study.payloads[payload_index].mass == 0.0:
         return arm
     payload = study.payloads[payload_index]
@@ -80,11 +85,13 @@ def mass_counts(study: Study, joint: int) -> bool:
 
 
 def drive_body(drive: Drive) -> tuple[float, float, float]:
-    """Motor and gear as solid cylinders with one centre, the rotor's inertia about its axis left out.
+    """Motor and gear as solid cylinders with a common centre, without the rotor's inertia about its axis.
 
-    That part belongs to the rotor, which is a body of its own; counted here too it would count twice. Sizes that a
-    sheet does not print follow from DRIVE_DENSITY, with both unknown from a cylinder as long as wide. Mass [kg];
-    inertia about the centre, across the axis and along it [kg m^2].
+    The rotor is a separate body, so its inertia would be counted twice. Dimensions that a data sheet does not give
+    follow from DRIVE_DENSITY; if diameter and length are unknown, they are taken as equal.
+
+    Returns:
+        Mass [kg]; inertia about the centre, across the axis and along it [kg m^2].
     """
     motor, gear = drive.motor, drive.gear
     cylinders = [cylinder_inertia(part.mass, part.diameter, part.length) for part in (motor, gear)]
@@ -107,12 +114,12 @@ def carrier_link(arm: Arm, joint: int, mount: Mount) -> int:
 
 
 def seat(joint: int, mount: Mount) -> int:
-    """Index of the joint at which a drive sits."""
+    """Index of the joint at which a drive is mounted."""
     return joint if mount.joint is None else mount.joint
 
 
 def seated_rotor(arm: Arm, joint: int, mount: Mount, ratio: float, inertia: float) -> Rotor:
-    """A rotor where its drive sits, along the axis of the joint there; ratio [- or rad/m], inertia [kg m^2]."""
+    """A rotor at the place of its drive, along the axis of the joint there; ratio [- or rad/m], inertia [kg m^2]."""
     axis = arm.axes[seat(joint, mount)]
     line = np.concatenate([axis, np.cross(arm.joint_points[seat(joint, mount)], axis)])
     return Rotor(ratio, inertia, screw=line, carrier=carrier_link(arm, joint, mount))
@@ -120,10 +127,13 @@ def seated_rotor(arm: Arm, joint: int, mount: Mount, ratio: float, inertia: floa
 
 @lru_cache(maxsize=4)
 def emptied(study: Study) -> Arm:
-    """The study's arm without rotors, and without the drives that its links hold where these are to be replaced; kept.
+    """The study's arm without rotors and, with ``drive_mass: replaced``, without its contained drives; cached.
 
-    Rotors that an arm states are those of its own drives; those that the study judges bring theirs. As points are taken
-    out, the drives' own inertia stays in the links. Raises InputError for all joints whose link cannot hold so much.
+    Rotors that an arm states belong to its own drives; the drives of the study have their own. Contained drives are
+    removed as point masses, so their inertia about their own centre remains in the links.
+
+    Raises:
+        InputError: The study has no arm, or links are lighter than the contained drives; all such joints are listed.
     """
     arm = study.arm
     if arm is None:
@@ -142,7 +152,7 @@ def emptied(study: Study) -> Arm:
 
 
 def _without(arm: Arm, joint: int, task: JointTask) -> Arm:
-    """The arm without what its links hold at one joint, taken out as a point."""
+    """The arm without the contained drive of one joint, removed as a point mass."""
     held = task.contained
     if held is None or held.mass == 0.0:
         return arm
@@ -151,7 +161,7 @@ def _without(arm: Arm, joint: int, task: JointTask) -> Arm:
 
 
 def mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
-    """Where a drive's centre of mass sits, base frame, all joints at zero [m], (3,)."""
+    """Centre of mass of a drive in the base frame with all joints at zero [m], (3,)."""
     at = seat(joint, mount)
     point: Array = arm.joint_points[at] + mount.offset * arm.axes[at]
     return point
@@ -168,33 +178,36 @@ def with_counterbalances(arm: Arm, joints: Sequence[JointTask]) -> Arm:
 
 
 def cylinder_inertia(mass: float | None, diameter: float | None, length: float | None) -> tuple[float, float]:
-    """Inertia of a motor or gear as a solid cylinder about its centre, across and along its axis, sizes as known."""
+    """Inertia of a motor or gear as a solid cylinder about its centre, across and along its axis [kg m^2].
+
+    Unknown dimensions follow from ``cylinder_size``; an unknown mass counts as zero.
+    """
     if not mass:
         return 0.0, 0.0
     diameter, length = cylinder_size(mass, diameter, length)
-    # Modern Robotics, figure 8.5; in plain numbers, as a search asks it of every candidate.
+    # Modern Robotics, figure 8.5; plain floats for speed, because a search calls it for every candidate
     return mass * (0.75 * diameter**2 + length**2) / 12.0, mass * diameter**2 / 8.0
 
 
 def cylinder_size(mass: float, diameter: float | None, length: float | None) -> tuple[float, float]:
-    """Diameter and length of a motor or gear as a solid cylinder."""
+    """Diameter and length of a motor or gear as a solid cylinder of DRIVE_DENSITY [m]; known values are kept."""
     area = 4.0 * mass / (DRIVE_DENSITY * math.pi)  # diameter squared times length
     if diameter is None:
         diameter = area ** (1.0 / 3.0) if length is None else math.sqrt(area / length)
     return diameter, area / diameter**2 if length is None else length
 
 
-# Two motors on one axis: a second one behind some joints, each with half of the load, plus or minus a preload.
+# Two motors on one axis: each carries half of the load, plus or minus a preload.
 #
-# Master and slave push against each other by the preload, so that the teeth of neither gear leave their flank while the
-# axis asks for less than twice that. To all that judges drives the second motor is a joint like any other, with the
+# The two gears are braced against each other by the preload, so that neither changes its tooth flank while the load of
+# the axis is less than twice the preload. For all checks of drives, the second motor is a joint of its own with the
 # same motion.
 
 
 def with_sharing(
     arm: Arm | None, cycle: Cycle, joints: Sequence[JointTask]
 ) -> tuple[Arm | None, Cycle, tuple[JointTask, ...]]:
-    """Arm, cycle and joints with the second motors behind the first; as they are where every motor has its axis."""
+    """Arm, cycle and joints with each second motor as a joint after the first one; unchanged if there is none."""
     pairs = [i for i, task in enumerate(joints) if task.preload is not None]
     if not pairs:
         return arm, cycle, tuple(joints)
@@ -210,14 +223,14 @@ def with_sharing(
 
 
 def _of_rows(cycle: Cycle, rows: Any, shares: Array, joints: Sequence[JointTask]) -> Cycle:
-    """A cycle whose joints are rows of another one, torques of a load table multiplied by shares."""
+    """A cycle whose joints are columns of another one, with the torques of a load table multiplied by ``shares``."""
     series = {name: getattr(cycle, name)[:, rows] for name in ("position", "velocity", "acceleration")}
     torque = None if cycle.torque is None else cycle.torque[:, rows] * shares
     return replace(cycle, joint_names=tuple(task.name for task in joints), torque=torque, **series)
 
 
 def _both(task: JointTask, preload: float) -> tuple[JointTask, JointTask]:
-    """The two motors of an axis."""
+    """The tasks of the first and the second motor of an axis; the preload [N m] is positive for the first."""
     sharing, inertia = (task.name, second_motor(task.name)), task.load_inertia
     half = replace(
         task, friction=times_as_large(task.friction, 0.5), load_inertia=None if inertia is None else 0.5 * inertia,
@@ -228,11 +241,11 @@ def _both(task: JointTask, preload: float) -> tuple[JointTask, JointTask]:
     halves = []
     for name, push in zip(sharing, (preload, -preload), strict=True):
         halves.append(replace(half, name=name, preload=push, counterbalances=own + _pushed(half, push)))
-    return halves[0], replace(halves[1], contained=None)  # what the links hold is taken out once
+    return halves[0], replace(halves[1], contained=None)  # the contained drive is removed once
 
 
 def _pushed(task: JointTask, push: float) -> tuple[Counterbalance, ...]:
-    """How the other motor pushes against one of two, in the joint's own coordinate."""
+    """The preload of one of two motors as a constant torque of a counterbalance, in the joint's coordinate."""
     return (Counterbalance(torque=-push / (task.travel_per_turn or 1.0)),) if push else ()
 
 
@@ -240,17 +253,17 @@ def _balance(one: Counterbalance, times: float) -> Counterbalance:
     return replace(times_as_large(one, times), torques=tuple(times * torque for torque in one.torques))
 
 
-TWO_AS_ONE = "two motors as one of twice the size, currents and torques those of both"
+TWO_AS_ONE = "two motors are computed as one of twice the size; currents and torques are the sum of both"
 
 
 def two_as_one(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[str, Drive]]:
-    """A study and its drives with the two motors of each axis as one of twice the size.
+    """A study and its drives with the two motors of each axis replaced by one of twice the size.
 
-    Which is exact where both are equal, move with the joint and take half of the load each: currents in parallel, at
-    the voltage of one. As it is where every motor has its axis.
+    This is exact if both are equal and take half of the load each: their currents add, at the voltage of one. A study
+    without such axes is returned unchanged.
 
     Raises:
-        InputError: Motors that push against each other, of which each carries another load, or that are not equal.
+        InputError: Two motors of an axis have a preload, so that their loads differ, or are not equal.
     """
     pairs = motor_pairs(study)
     if not pairs:
@@ -265,7 +278,7 @@ def two_as_one(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[s
 
 
 def run_apart(study: Study, drives: Mapping[str, Drive]) -> bool:
-    """Whether two motors of an axis push against each other or are unequal, so that none of twice the size is both."""
+    """Whether two motors of an axis have a preload or differ, so that one of twice the size cannot replace them."""
     return bool(_apart(study, drives))
 
 
@@ -277,8 +290,8 @@ def motor_pairs(study: Study) -> list[tuple[str, str]]:
 def _apart(study: Study, drives: Mapping[str, Drive]) -> list[Fault]:
     tasks = {task.name: task for task in study.joints}
     return [
-        Fault(f"joints.{name}.preload", "two motors that push against each other are not computed here",
-              tasks[name].preload, "without a preload they are, as one of twice the size; simulations know them")
+        Fault(f"joints.{name}.preload", "two motors with a preload against each other are not computed here",
+              tasks[name].preload, "without a preload they are computed as one of twice the size; simulate covers both")
         for name, _ in motor_pairs(study) if tasks[name].preload
     ] + [
         Fault(f"joints.{name}", "has two motors that are not equal, which is not computed here")
@@ -287,7 +300,7 @@ def _apart(study: Study, drives: Mapping[str, Drive]) -> list[Fault]:
 
 
 def as_single(study: Study) -> Study:
-    """A study with one task and one row for each axis with two motors, that of both; no preload."""
+    """A study in which each axis with two motors has a single task, with the sum of both motors and no preload."""
     if not motor_pairs(study):
         return study
     rows = [i for i, task in enumerate(study.joints) if task.sharing[1:] != (task.name,)]
@@ -299,7 +312,7 @@ def as_single(study: Study) -> Study:
 
 
 def _whole(task: JointTask) -> JointTask:
-    """The task of both motors of an axis, as one; of another joint its own."""
+    """The task of both motors of an axis as a single one; other tasks are returned unchanged."""
     if not task.sharing:
         return task
     inertia, way, pushed = task.load_inertia, task.housing_to_ambient, _pushed(task, task.preload or 0.0)
@@ -315,7 +328,7 @@ def _whole(task: JointTask) -> JointTask:
 
 
 def _twice(drive: Drive) -> Drive:
-    """Two drives as one; motors and gears keep their length and width."""
+    """Two equal drives as one of twice the size; motors and gears keep their length and diameter."""
     parts: dict[str, Any] = {}
     for name in ("motor", "gear", "joint_friction", "motor_friction"):
         part = getattr(drive, name)

@@ -1,6 +1,6 @@
-"""What a study file may say of parts: sheets of its own, and the rules by which parts may drive a joint.
+"""The forms of parts in a study file: its own data sheets, and the rules that select candidates for a joint.
 
-The names are those of the catalogue's columns; every value carries its own unit, and what is unknown is left out.
+The names are those of the catalogue's columns; every value has its own unit, and unknown values are omitted.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from drivetrain.study.form import Entry, Form, Shaped
 
 
 def _row(columns: tuple[Column, ...]) -> type[Form]:
-    """The columns that the catalogue's reader keeps, but for the key before it; a sheet says where it is from."""
+    """Form of a data sheet with the columns of a catalogue table except the key; ``source`` is required."""
     kept = [column for column in columns if not column.lint_only and column.name != "key"]
     cells: dict[str, Any] = {one.name: _cell(one, one.needed or one.name == "source") for one in kept}
     return create_model("Row", __base__=Form, **cells)
@@ -34,7 +34,7 @@ def _cell(column: Column, needed: bool) -> tuple[Any, Any]:
 
 
 def _filter(columns: tuple[Column, ...], *names: str) -> type[Form]:
-    """Rules for rows: a range of a number, the words allowed in a text, yes or no; and keys."""
+    """Form of rules for the rows of a table: ranges of numbers, allowed texts, booleans; and keys."""
     known = {column.name: column for column in columns}
     rules: dict[str, Any] = {name: (_rule(known[name]) | None, None) for name in names}
     return create_model("Filter", __base__=Form, keys=(f.Names | None, None), **rules)
@@ -64,11 +64,11 @@ _GEAR_RULES = ("maker", "series", "kind", "ratio", "size", "stages", "continuous
 
 
 class MotorFilter(_filter(MOTOR_COLUMNS, *_MOTOR_RULES)):  # type: ignore[misc]
-    """Which motors may be considered; every line must hold."""
+    """Rules for the motors that may be considered; a motor must satisfy all of them."""
 
 
 class GearFilter(_filter(GEAR_COLUMNS, *_GEAR_RULES)):  # type: ignore[misc]
-    """Which gears may be considered; every line must hold."""
+    """Rules for the gears that may be considered; a gear must satisfy all of them."""
 
 
 class DriveForm(Form):

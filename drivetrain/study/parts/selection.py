@@ -1,4 +1,4 @@
-"""What a study wants of a selection: objective, constraints, how far to search, and what else to report."""
+"""Options of a selection: objective, constraints, limits of the search, and additional results to report."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.units import Duration, Quantity, Reader, quantity, read_name, refused
 
-TERMS = ("mass", "price", "energy")  # of the objective
-CRITERIA = (*TERMS, "utilisation")  # of a front
-UNITS = {"payload": "kg", "cycle_time": "s", "voltage": "V", "ambient": "degC"}  # of what a curve may go along
+TERMS = ("mass", "price", "energy")  # terms of the objective
+CRITERIA = (*TERMS, "utilisation")  # criteria of a Pareto front
+UNITS = {"payload": "kg", "cycle_time": "s", "voltage": "V", "ambient": "degC"}  # quantities that a curve may vary
 POSITIVE = ("cycle_time", "voltage")
 FORM = "such as payload, or payload: 0 kg..8 kg"
 
@@ -22,7 +22,7 @@ Count = Annotated[int, Ge(1)]
 
 
 class _Probability(Quantity):
-    """A probability that can be reached: nothing holds for certain under tolerances."""
+    """A probability below 1: with tolerances, nothing is satisfied with certainty."""
 
     def read(self, value: Any) -> float:
         found = super().read(value)
@@ -57,16 +57,16 @@ class _Groups(Reader):
 
 @dataclass(frozen=True)
 class SelectionOptions:
-    """What a selection minimises and must respect.
+    """Objective and constraints of a selection.
 
     Attributes:
-        weights: What each term counts in the objective: ``mass`` [1/kg], ``price`` [1/unit of the catalogue's price]
-            and ``energy`` [1/J a cycle]; terms that count nothing are left out.
-        most_motor_types, most_gear_types: Different keys over all joints, at most; None: any number.
+        weights: Weight of each term of the objective: ``mass`` [1/kg], ``price`` [1/unit of the catalogue's price] and
+            ``energy`` [1/J per cycle]; terms with weight 0 are omitted.
+        most_motor_types, most_gear_types: Largest number of different keys over all joints; None: no limit.
         same_family: Groups of joint names whose motors must be of one family, and whose gears too (see ``family``).
-        sets: How many of the best sets are wanted.
-        time_limit: Of the search [s]; what is left unproven then is reported.
-        holds: Probability with which the chosen set must be feasible under the study's tolerances; None: not asked.
+        sets: Number of best sets to find.
+        time_limit: Time limit of the search [s]; what is then not proven is reported.
+        holds: Probability with which the chosen set must be feasible under the study's tolerances; None: not required.
     """
 
     weights: tuple[tuple[str, float], ...] = (("mass", 1.0),)
@@ -79,7 +79,7 @@ class SelectionOptions:
 
     @property
     def objective(self) -> str:
-        """``mass``, ``price`` or ``energy`` when that alone counts, as it is; ``weighted`` otherwise."""
+        """``mass``, ``price`` or ``energy`` if it is the only term and its weight is 1; ``weighted`` otherwise."""
         name, weight = self.weights[0]
         return name if len(self.weights) == 1 and weight == 1.0 else "weighted"
 
@@ -88,7 +88,7 @@ Wanted = SelectionOptions  # its older name
 
 
 def family(row: Motor | Gear) -> str:
-    """What parts share a family: those of one maker and series; a part whose sheet names no series stands alone."""
+    """Identifier of a part's family (maker and series); a part without a series is a family of its own."""
     return f"{row.maker} {row.series}".strip() if row.series else f"{row.maker} {row.key}".strip()
 
 
@@ -98,7 +98,7 @@ class CurveWanted:
 
     Attributes:
         vary: ``payload`` [kg], ``cycle_time`` [s], ``voltage`` [V] or ``ambient`` [C].
-        span: Its smallest and largest value; None: around the study's own.
+        span: Smallest and largest value, in the unit above; None: a range around the study's own value.
     """
 
     vary: str
@@ -107,36 +107,38 @@ class CurveWanted:
 
 @dataclass(frozen=True)
 class TradeOffs:
-    """What is wanted beside the best set; nothing of it unless asked for.
+    """Additional results of a selection besides the best set; by default none.
 
     Attributes:
-        front: Criteria of a Pareto front; empty for none.
-        curves: Each of another number of the task.
+        front: Criteria of a Pareto front; empty: none.
+        curves: Curves of the best set, each over another quantity of the task.
     """
 
     front: tuple[str, ...] = ()
     curves: tuple[CurveWanted, ...] = ()
 
     def __bool__(self) -> bool:
-        """Whether anything is asked for."""
+        """Whether any additional result is requested."""
         return bool(self.front or self.curves)
 
 
 def read_criterion(name: object, place: str = "front") -> str:
     if name not in CRITERIA:
-        raise InputError(Fault(place, "is none that sets can be compared by", name, nearest(str(name), CRITERIA)))
+        raise InputError(
+            Fault(place, "is not a criterion by which sets can be compared", name, nearest(str(name), CRITERIA))
+        )
     return str(name)
 
 
 def read_curve(text: object, place: str = "curves") -> CurveWanted:
-    """A curve as it is written on one line, ``payload`` or ``payload: 0 kg..8 kg``."""
+    """Read a curve from one line such as ``payload`` or ``payload: 0 kg..8 kg``."""
     if isinstance(text, dict) and len(text) == 1:
         text = ": ".join(str(part) for part in next(iter(text.items())))
     if not isinstance(text, str):
         raise InputError(Fault(place, "must name what is varied", text, FORM))
     name, _, span = (part.strip() for part in text.partition(":"))
     if name not in UNITS:
-        raise InputError(Fault(place, "is nothing that can be varied", name, nearest(name, UNITS)))
+        raise InputError(Fault(place, "is not a quantity that can be varied", name, nearest(name, UNITS)))
     if not span:
         return CurveWanted(name)
     ends = [part.strip() for part in span.split("..")]
@@ -146,7 +148,7 @@ def read_curve(text: object, place: str = "curves") -> CurveWanted:
 
 
 def read_span(vary: str, ends: tuple[str, str], places: tuple[str, str]) -> tuple[float, float]:
-    """The ends of a curve in SI, temperatures in [C]; raises every fault of both."""
+    """The ends of a curve in SI (temperatures [C]); raises InputError with the faults of both."""
     faults = Faults()
     least = 0.0 if vary == "payload" else None
     above = 0.0 if vary in POSITIVE else None

@@ -1,4 +1,4 @@
-"""The sheets of a study: its catalogues, the rows written into it, and what it assumes where they give no value."""
+"""The data sheets of a study: its catalogues, its own rows, and assumed values where they give none."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from drivetrain.study.model import GearAssumption, MotorAssumption, Prices
 from drivetrain.study.schema import AssumptionsForm, StudyForm
 from drivetrain.whole_files import shipped
 
-SHIPPED_CATALOG = "shipped"  # what a study calls the catalogue that comes with the package
+SHIPPED_CATALOG = "shipped"  # name of the catalogue that comes with the package
 MOTOR_GROUPS = ("brushed", "brushless", "frameless")
 ASSUMPTIONS = Path(__file__).with_name("assumptions.yaml")
 
-SHEETS: dict[str, type[Any]] = {"motors": Motor, "gears": Gear, "brakes": Brake}  # that a study may hold itself
+SHEETS: dict[str, type[Any]] = {"motors": Motor, "gears": Gear, "brakes": Brake}  # tables of a study's own rows
 
 
 def catalog_folders(form: StudyForm, folder: Path) -> list[Path]:
@@ -37,7 +37,7 @@ def catalog_folders(form: StudyForm, folder: Path) -> list[Path]:
 
 
 def resolve_catalog(form: StudyForm, ledger: Ledger) -> Catalog:
-    """The rows of a study: a row of the study itself replaces one of the same key in a folder."""
+    """The catalogue of a study; its own rows replace those of the same key in its folders."""
     catalog = Catalog()
     folders = catalog_folders(form, ledger.document.folder)
     with ledger.gather(("catalogs",)):
@@ -53,7 +53,10 @@ def resolve_catalog(form: StudyForm, ledger: Ledger) -> Catalog:
 
 
 def _priced(catalog: Catalog, wanted: Prices, ledger: Ledger) -> Catalog:
-    """The rows, those without a price with that of the catalogue's list of prices; never one in a currency unsaid."""
+    """The catalogue with the prices of ``prices.csv`` for rows without one, converted to the study's currency.
+
+    A price whose currency has no rate is a fault.
+    """
     if not re.fullmatch("[A-Z]{3}", wanted.currency):
         ledger.fault(("prices", "currency"), "must be three capital letters such as EUR", wanted.currency)
         return catalog
@@ -81,7 +84,7 @@ def _priced(catalog: Catalog, wanted: Prices, ledger: Ledger) -> Catalog:
 
 
 def _with_offers(rows: Mapping[str, Any], offers: Mapping[str, Offer]) -> dict[str, Any]:
-    """Rows of one table with what some of them are offered for, and where that is from."""
+    """Rows of one table with the prices of their offers and the source of these."""
     priced = {
         key: replace(rows[key], price=offer.value, source=f"{rows[key].source}; {offer.words}")
         for key, offer in offers.items() if key in rows

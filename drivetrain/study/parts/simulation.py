@@ -1,4 +1,4 @@
-"""What a study wants of its simulation, and the effects that it may add to it: any class of ``effects/`` by its name.
+"""Options of a simulation, and the effects that a study may add to it: any class of ``effects/`` by its name.
 
 No other place lists the effects that can be added: a new file in ``effects/`` is a new name in study files. Of each
     field
@@ -43,7 +43,7 @@ KNOWN_EFFECTS = {
 
 
 class _Added(Reader):
-    """Effects by their names, each with its fields: read further where they are looked up."""
+    """A list of effects with their names and fields, which are checked when the effects are looked up."""
 
     def read(self, value: Any) -> Any:
         if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
@@ -79,14 +79,14 @@ class _Effects(Reader):
 
 @dataclass(frozen=True)
 class Control:
-    """How a joint is controlled, where that is not a continuous loop.
+    """Digital control of a joint; without it, all loops are continuous.
 
     Attributes:
-        sampled: Whether position and speed loop run at samples, on a measured angle.
-        rate: Of those loops [Hz].
-        amplifier_rate: Of the current loop [Hz]; None: it is continuous.
-        delay: From measuring to giving out [samples].
-        encoder_bits: Of the motor's encoder, a turn; None: as fine as numbers are.
+        sampled: Whether position and speed loop are sampled and use the measured angle.
+        rate: Sample rate of the position and speed loop [Hz].
+        amplifier_rate: Sample rate of the current loop [Hz]; None: it is continuous.
+        delay: Delay from measurement to output [samples].
+        encoder_bits: Resolution of the motor's encoder per turn [bit]; None: ideal.
     """
 
     sampled: bool = True
@@ -98,11 +98,11 @@ class Control:
 
 @dataclass(frozen=True)
 class Teeth:
-    """What a motor's magnets pull at its teeth; data sheets do not give it.
+    """Cogging torque of a motor, between its magnets and the stator teeth; data sheets do not give it.
 
     Attributes:
-        amplitude: Of the cogging torque at the motor's shaft [N m]; 0: none.
-        periods: A turn of the motor: the least common multiple of teeth and poles.
+        amplitude: Amplitude of the cogging torque at the motor's shaft [N m]; 0: none.
+        periods: Periods per turn of the motor: the least common multiple of the numbers of teeth and poles.
     """
 
     amplitude: Torque = 0.0
@@ -111,12 +111,12 @@ class Teeth:
 
 @dataclass(frozen=True)
 class AddedEffect:
-    """An effect beside those that sheets and control bring.
+    """An effect in addition to those that follow from data sheets and control.
 
     Attributes:
-        joint: Its name; empty for the whole scene.
+        joint: Name of its joint; empty: the effect applies to the whole scene.
         kind: Class of the effect.
-        values: Of its fields, in SI, but for those of the drive.
+        values: Values of its fields in SI, except those that the drive provides.
     """
 
     joint: str
@@ -131,13 +131,13 @@ class AddedEffect:
 
 
 def drive_fields(kind: type) -> dict[str, type]:
-    """The fields of an effect that the joint's drive fills, and with what."""
+    """The fields of an effect that the joint's drive provides, with the class of each value."""
     return {name: hint for name, hint in get_type_hints(kind).items() if hint in (Motor, Gear)}
 
 
 def known_effects() -> dict[str, type[Effect]]:
-    """Every effect of the package, and every other that is imported, by the name of its class."""
-    from drivetrain import effects  # compiled code, which only a study that adds some needs
+    """All effects of the package and all others that were imported, by class name."""
+    from drivetrain import effects  # imported here because it loads compiled code that few studies need
     from drivetrain.effects.effect import Effect
 
     for module in pkgutil.walk_packages(effects.__path__, f"{effects.__name__}."):
@@ -153,22 +153,23 @@ def _below(kind: Any) -> Iterator[Any]:
 
 @dataclass(frozen=True)
 class Simulation:
-    """What a study's simulation holds, and how it is run.
+    """Effects and numerical settings of a study's simulation.
 
     Attributes:
         effects: ``auto``, ``all``, or names from ``KNOWN_EFFECTS``.
-        tolerance: Of the decision quantities, where effects are chosen [-].
-        tip_tolerance: Of the tip [m]; None: the tolerance's share of the distance that the tip is commanded to go.
+        tolerance: Relative tolerance of the decision quantities by which effects are chosen [-].
+        tip_tolerance: Tolerance of the tip position by which effects are chosen [m]; None: ``tolerance`` times the
+            distance that the tip is commanded to move.
         solver: ``fixed``, ``adaptive`` or ``inverse``.
-        step: Of the fixed engine [s].
-        precision: Relative tolerance of the adaptive engine [-].
-        bandwidth: Of the position loops [rad/s].
-        current_bandwidth: Of the current loops [rad/s].
-        damping: Of the springs, as a share of the critical one [-].
-        repetitions: Of the cycle.
-        control: By joint name; a joint that is not named has continuous loops.
-        cogging: By joint name; a joint that is not named has none.
-        add: Any other effects, by the names of their classes, with their fields and the joint that they are of.
+        step: Step of the fixed-step solver [s].
+        precision: Relative tolerance of the adaptive solver [-].
+        bandwidth: Bandwidth of the position loops [rad/s].
+        current_bandwidth: Bandwidth of the current loops [rad/s].
+        damping: Damping ratio of the springs, as a share of critical damping [-].
+        repetitions: Number of repetitions of the cycle.
+        control: Control by joint name; a joint that is not named has continuous loops.
+        cogging: Cogging by joint name; a joint that is not named has none.
+        add: Additional effects, each with its class name, its fields and the joint to which it applies.
     """
 
     effects: Annotated[tuple[str, ...], _Effects()] = ("all",)

@@ -1,17 +1,18 @@
-"""How far the things that are built may lie from the numbers they were sized with; nothing is assumed by itself.
+"""Scatter of part data and loads about their nominal values; without an entry of the study a value is exact.
 
-A sheet's tolerance is a limit within which anything may lie, so a plain value is read as a uniform distribution over
-plus and minus that value. What was measured on several pieces is better described by its standard deviation:
-``{normal: 2 %}``. As a guide, where a maker says anything at all: Beckhoff prints that the data of its AM8100 motors
-hold within 10 %. For gears the tables of efficiency and no-load torque over temperature and load in the catalogues of
-strain-wave gears show by how much these change in use, which is more than between pieces.
+The tolerance of a data sheet is a limit, so a plain value is read as a uniform distribution over plus and minus that
+value. A scatter that was measured on several parts is better described by its standard deviation: ``{normal: 2 %}``.
+As a guide, as few makers state tolerances: Beckhoff states 10 % for the data of its AM8100 motors. For gears, the
+catalogues of strain-wave gears show how efficiency and no-load torque change with temperature and load; this is more
+than the scatter between parts.
 
-Motor and gear of every joint are drawn by themselves; ambient and each payload are the same for all joints. Nothing is
-correlated beyond that: where a batch of motors is off together, all of them fail together more often than is said here.
+Motor and gear of every joint are drawn independently; ambient temperature and each payload are the same for all joints.
+There is no other correlation: if all motors of a batch deviate in the same direction, they fail together more often
+than computed here.
 
-Two laws are known, uniform and normal. A normal law has no ends; it is cut only where nothing could be built: factors
-on parts at 1 % of the nominal value (what would be below lies there; with 30 %, the widest that a study file may state,
-one part in 2000), payloads at nothing, efficiencies at 1.
+The distributions are uniform and normal. A normal distribution is unbounded and is clipped only at physical limits:
+factors on parts at 1 % of the nominal value (with 30 %, the largest that a study file may state, one part in 2000 is
+clipped), payloads at zero, efficiencies at 1.
 """
 
 from __future__ import annotations
@@ -28,18 +29,18 @@ from drivetrain.units import Quantity, Reader, refused
 
 LAWS = ("uniform", "normal")
 WIDEST = {"uniform": 0.9, "normal": 0.3}  # shares of the nominal value that still leave a positive number likely
-SMALLEST = 0.01  # share of its nominal value below which nothing is drawn: a tail of the normal law, not a part
+SMALLEST = 0.01  # smallest factor on a nominal value: the tail of the normal distribution is clipped here
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How one number scatters about its nominal value.
+    """Distribution of one value about its nominal value.
 
     Attributes:
-        width: Half the range of a uniform law, or the standard deviation of a normal one; a share of the nominal value,
-            or where ``absolute`` in kg or K.
-        normal: The law is normal; else uniform.
-        absolute: The width is in the unit of the number.
+        width: Half the range of a uniform distribution, or the standard deviation of a normal one; a share of the
+            nominal value or, if ``absolute``, in kg or K.
+        normal: Whether the distribution is normal; else uniform.
+        absolute: Whether the width is in the unit of the value.
     """
 
     width: float
@@ -47,23 +48,23 @@ class Tolerance:
     absolute: bool = False
 
     def deviation(self, uniform: Array) -> Array:
-        """The deviation with a given probability of a smaller one."""
+        """Quantile of the deviation, for probabilities of a smaller deviation; same shape."""
         if self.normal:
-            from scipy.special import ndtri  # 0.3 s that only a study with tolerances needs
+            from scipy.special import ndtri  # imported here because it takes 0.3 s
 
             return np.asarray(self.width * ndtri(uniform))
         return self.width * (2.0 * uniform - 1.0)
 
     @property
     def edges(self) -> tuple[float, float]:
-        """The deviations that a tornado shows: the limits of a uniform law, twice the deviation of a normal one."""
+        """Lower and upper deviation of a tornado chart: the limits if uniform, two standard deviations if normal."""
         reach = 2.0 * self.width if self.normal else self.width
         return -reach, reach
 
 
 @dataclass(frozen=True)
 class _Scatter(Reader):
-    """A width: ``5 %``, ``{uniform: 5 %}`` or ``{normal: 2 %}``; in a unit of its own where that is given."""
+    """Reader of a tolerance: ``5 %``, ``{uniform: 5 %}`` or ``{normal: 2 %}``, or with a unit if it is absolute."""
 
     unit: str = ""
     relative: bool = True
@@ -91,20 +92,22 @@ Scatter = Annotated[Tolerance, _Scatter()]
 
 @dataclass(frozen=True)
 class Tolerances:
-    """What scatters; None: known exactly.
+    """Tolerances of a study; None: the value is exact.
 
     Attributes:
-        torque_constant: Of the motors, and with it the back-emf constant.
-        resistance: Of the windings.
-        friction: Of motor shaft, gear (no-load running torque) and joint, all of one joint together.
-        efficiency: Of the gears, relative: 5 % of 80 % are 4 points; never above 1.
-        thermal_resistance: From winding to housing and on to ambient, both of one joint together; heat capacities stay.
-        payload: Of each payload's mass, its shape and centre staying the same.
-        ambient: Of the temperature around the drives.
-        drag: Of the gears whose data sheets give mesh and drag separately: running, seals and starting. The shipped
-            strain-wave rows hold within 20 % for sizes 14 to 25 and within 40 % elsewhere (catalogs/SOURCES.md).
-        samples: How many sets of parts are drawn.
-        seed: Of the random numbers.
+        torque_constant: Tolerance of the motors' torque constants; the back-emf constants change with them.
+        resistance: Tolerance of the winding resistances.
+        friction: Tolerance of the friction of motor shaft, gear (no-load running torque) and joint; one common draw per
+            joint.
+        efficiency: Relative tolerance of the gear efficiencies: 5 % of 80 % are 4 points; never above 1.
+        thermal_resistance: Tolerance of the thermal resistances from winding to housing and from housing to ambient,
+            one common draw per joint; heat capacities do not change.
+        payload: Tolerance of each payload's mass; its shape and centre of mass do not change.
+        ambient: Tolerance of the ambient temperature.
+        drag: Tolerance of the drag (running, seals, starting) of gears whose data sheets give mesh and drag separately.
+            That of the shipped strain-wave rows is 20 % for sizes 14 to 25 and 40 % elsewhere (catalogs/SOURCES.md).
+        samples: Number of sets of parts to draw.
+        seed: Seed of the random numbers.
     """
 
     torque_constant: Scatter | None = None
@@ -120,7 +123,7 @@ class Tolerances:
 
     @property
     def given(self) -> tuple[str, ...]:
-        """Names of what scatters."""
+        """Names of the tolerances that are stated."""
         return tuple(field.name for field in fields(self) if isinstance(getattr(self, field.name), Tolerance))
 
 

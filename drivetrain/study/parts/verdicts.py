@@ -1,4 +1,4 @@
-"""What checks say, of sizing and of simulation alike: verdicts with numbers."""
+"""Results of checks, in sizing and in simulation: verdicts with numbers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from drivetrain.drive.amplifier import from_dc
 
 
 class Verdict(StrEnum):
-    """What a check says. NOT CHECKED means that data are missing; it never counts as a pass."""
+    """Verdict of a check. NOT CHECKED means that data are missing; it never counts as a pass."""
 
     PASS = "PASS"
     MARGINAL = "MARGINAL"
@@ -20,22 +20,23 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Check:
-    """One limit held against the task.
+    """Comparison of what the task requires with one limit.
 
     Attributes:
-        name: Of the check, such as ``motor peak torque``.
-        required: What the task asks, safety factor included [unit]; None when it could not be computed.
-        available: What the part can do [unit]; None when the sheet does not say.
-        unit: Of both, SI with the usual prefixes (``N m``, ``A``, ``rad/s``, ``C``, ``h``).
-        utilisation: Required over available, or the equivalent for temperatures and lives; 1 is the limit; None when
-            not checked.
+        name: Name of the check, such as ``motor peak torque``.
+        required: Value that the task requires, including the safety factor [unit]; None if it could not be computed.
+        available: Limit of the part [unit]; None if the data sheet does not give it.
+        unit: Unit of both, SI with the usual prefixes (``N m``, ``A``, ``rad/s``, ``C``, ``h``).
+        utilisation: Required over available, or the equivalent for temperatures and lives; 1 is the limit; None if not
+            checked.
         verdict: See ``Verdict``.
-        time: Instant in the cycle at which it is closest to its limit [s]; None when it belongs to no instant.
-        source: Where the limit comes from.
-        remark: What a reader should know: why it was not checked, an assumption, the fix.
-        essential: Without it nothing is proven: an evaluation says NOT CHECKED, and a search does not choose the drive.
-        factor: Safety factor in ``required``: ``actual`` times it.
-        current_basis: The ampere in which the user thinks, of a current: ``dc``, ``rms`` or ``peak``.
+        time: Instant in the cycle at which it is closest to its limit [s]; None if it belongs to no instant.
+        source: Source of the limit.
+        remark: Remark for the reader: why it was not checked, an assumption, a fix.
+        essential: Whether the drive cannot be accepted without this check: if it is NOT CHECKED, so is the evaluation,
+            and a search does not choose the drive.
+        factor: Safety factor: ``required`` is ``actual`` times it.
+        current_basis: For a current, the convention in which it is shown to the user: ``dc``, ``rms`` or ``peak``.
     """
 
     name: str
@@ -53,24 +54,24 @@ class Check:
 
     @property
     def actual(self) -> float | None:
-        """What the task asks, without the safety factor [unit]."""
+        """Value that the task requires, without the safety factor [unit]."""
         return None if self.required is None else self.required / self.factor
 
     def entered(self, name: str) -> float | None:
-        """One of its numbers as the user thinks of it: a current in the study's ampere.
+        """One of its numbers as shown to the user: currents in the convention ``current_basis``.
 
         Args:
             name: ``actual``, ``required`` or ``available``.
 
         Returns:
-            The number; None where it is not known.
+            The number [unit]; None if it is not known.
         """
         value: float | None = getattr(self, name)
         return value if value is None or self.unit != "A" else float(from_dc(value, self.current_basis))
 
 
 def worst(verdicts: object) -> Verdict:
-    """The worst of some verdicts: FAIL, then MARGINAL, then PASS; NOT CHECKED only when nothing was checked."""
+    """The worst of some verdicts: FAIL, then MARGINAL, then PASS; NOT CHECKED only if nothing was checked."""
     found = set(verdicts)  # type: ignore[call-overload]
     for verdict in (Verdict.FAIL, Verdict.MARGINAL, Verdict.PASS):
         if verdict in found:
@@ -78,11 +79,11 @@ def worst(verdicts: object) -> Verdict:
     return Verdict.NOT_CHECKED
 
 
-UNWEIGHED = "mass of the drives"  # a check of all together, made only where the mass of one is not known
+UNWEIGHED = "mass of the drives"  # check of the whole arm, made only if the mass of a drive is not known
 
 
 def shared_place(check: Check) -> str:
-    """Where a check of all joints together belongs: ``supply``, ``arm`` or ``catalogue``."""
+    """The group in which a check of all joints together is shown: ``supply``, ``arm`` or ``catalogue``."""
     first = check.name.partition(" ")[0]
     return first if first in ("supply", "arm") else "catalogue"
 
@@ -92,7 +93,7 @@ def lacking(checks: Iterable[Check]) -> tuple[Check, ...]:
 
 
 def verdict_of(checks: Iterable[Check]) -> Verdict:
-    """What checks say together: the one law of what missing data mean."""
+    """Overall verdict of some checks; the only place that decides what missing data mean."""
     made = tuple(checks)
     found = worst(check.verdict for check in made)
     return Verdict.NOT_CHECKED if found is not Verdict.FAIL and lacking(made) else found
