@@ -120,18 +120,18 @@ def test_what_a_cold_start_asks(make):
     assert slow.figures.cold_voltage == pytest.approx(still, rel=1e-4)  # back-EMF of 50 urad/s
 
 
-@pytest.mark.parametrize("cold", [None, -15.0])
-def test_a_blocked_output(make, cold):
+@pytest.mark.parametrize(("cold", "ratio"), [(None, 50.0), (-15.0, -50.0)])
+def test_a_blocked_output(make, cold, ratio):
     """Energy of the rotor at its highest speed goes into the gear's spring, and the motor pushes on at its current."""
     motor = replace(make.motor, magnet_coefficient=-0.002)
-    gear, stiff = replace(make.gear, stiffness_1=4e3), 1.3 * 4e3  # as stiff as it may be
+    gear, stiff = replace(make.gear, ratio=ratio, stiffness_1=4e3), 1.3 * 4e3  # as stiff as it may be
     amplifier = Amplifier(peak_current=12.0, continuous_current=10.0)
     op = axis(make, motor, gear, task={"amplifier": amplifier, "stop": Stop()}, cold_start=cold)
     turn = gear.ratio * np.abs(op.demand.speed).max()
     energy = 0.5 * (motor.rotor_inertia + gear.inertia) * turn**2
     assert op.figures.coast_torque == pytest.approx(math.sqrt(2.0 * stiff * energy), rel=1e-9)
     # Magnets as strong as in the cold, or as at 25 C where they are no colder; then k x^2 / 2 = energy + push x.
-    push = gear.ratio * (motor.torque_constant if cold is None else constant(motor, cold)) * 12.0
+    push = 50.0 * (motor.torque_constant if cold is None else constant(motor, cold)) * 12.0
     x = brentq(lambda x: 0.5 * stiff * x * x - energy - push * x, 0.0, 1.0)
     assert op.figures.jam_torque == pytest.approx(stiff * x, rel=1e-9)
 
@@ -323,3 +323,12 @@ def test_losses_and_temperatures_of_a_slow_winding(make):
     assert op.figures.housing_temperature == pytest.approx(warm, abs=1e-2)
     assert op.figures.winding_temperature == pytest.approx(warm + inner * copper, abs=1e-2)  # ripple: 1.2 s of 2e4 s
     assert op.figures.winding_temperature > AMBIENT + 5.0
+
+
+@pytest.mark.parametrize(("share", "stated"), [(0.0, 35.0), (1.0, 35.0), (1.0, 300.0)])
+def test_the_temperature_of_a_gear(make, share, stated):
+    """As stated where it does not warm the motor, else that of the housing, and no cooler than stated."""
+    op = axis(make, task={"gear_heat": share}, gear_temperature=stated)
+    housing = op.figures.housing_temperature
+    assert AMBIENT < housing < 300.0
+    assert op.figures.gear_temperature == (stated if share == 0.0 else max(housing, stated))
