@@ -179,3 +179,23 @@ def test_a_wrench_at_the_tip_enters_derivatives_by_its_own_jacobian(each: bool) 
         columns.append(fourth_order(values, 1e-3)[0])  # (N, 6, n) by q of one joint
     wanted = np.stack([np.einsum("kji,kj->ki", one, np.broadcast_to(tip, (2, 6))) for one in columns], axis=-1)
     assert error(added, wanted) < 1e-9
+
+
+@pytest.mark.parametrize(("joints", "kind"), [("RR", "none"), ("RP", "balanced"), ("PR", "none"), ("RR", "mixed")])
+def test_derivatives_of_two_joints(joints: str, kind: str) -> None:
+    """Of inverse dynamics by position and speed against differences, by acceleration against the mass matrix."""
+    arm, (q, qd, qdd) = random_arm(8, joints), motion(8, 2, 2)
+    arm = arm if kind == "none" else dt.with_rotors(arm, rotors_of(8, kind, 2))
+    found = inverse_dynamics_derivatives(arm, q, qd, qdd)
+    # An unbalanced rotor turns by up to 120 times the step.
+    step = 1e-5 if kind == "mixed" else 1e-3
+    columns = []
+    for unit in step * np.eye(2):
+        by_q = {k: dt.inverse_dynamics(arm, q + k * unit, qd, qdd) for k in range(-2, 3)}
+        by_qd = {k: dt.inverse_dynamics(arm, q, qd + k * unit, qdd) for k in range(-2, 3)}
+        columns.append([fourth_order(values, step)[0] for values in (by_q, by_qd)])
+    by_q, by_qd = (np.stack(parts, axis=-1) for parts in zip(*columns, strict=True))
+    # Truncation of the fourth order, and rounding over the step.
+    assert error(found.q, by_q) < (1e-6 if kind == "mixed" else 1e-9)
+    assert error(found.qd, by_qd) < (1e-8 if kind == "mixed" else 1e-9)
+    assert error(found.qdd, dt.mass_matrix(arm, q)) < 1e-12
