@@ -107,7 +107,7 @@ WITH_SIZE = {
     "stiffness_1", "stiffness_2", "stiffness_3", "torque_1", "torque_2", "stage_inertia", "stage_torque", "coulomb",
     "coulomb_negative", "viscous", "viscous_negative", "static", "static_torque", "power", "current",
     "energy_per_stop", "energy_per_hour", "continuous_current", "standby_power", "stiffness",
-    "gas_force", "torque", "stage_mass",
+    "gas_force", "torque", "stage_mass", "stage_sprung",
 }  # fmt: skip
 """Fields whose value doubles when two parts work in parallel, of motors, gears, brakes, amplifiers, frictions or
 counterbalances.

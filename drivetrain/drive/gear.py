@@ -111,6 +111,7 @@ class Gear:
             the gear drives and when the load drives.
         stage_inertia: Inertia of the stages at the input, not included in ``inertia`` where that is unknown [kg m^2].
         stage_mass: Mass of the stages, included in ``mass`` [kg].
+        stage_sprung: Inertia of the stages that the spring of gear and stages carries, at the joint [kg m^2].
         stage_torque, stage_speed: Limits of the stages at the joint [N m], [rad/s]; None: unknown.
         stage_words: The parts that set these two limits.
         staged: 1 if there are stages behind the gear, else 0 (``drive/stages.py``).
@@ -176,6 +177,7 @@ class Gear:
     stage_driven: float = 1.0
     stage_inertia: float = 0.0
     stage_mass: float = 0.0
+    stage_sprung: float = 0.0
     stage_torque: float | None = None
     stage_speed: float | None = None
     stage_words: tuple[str, str] = ("", "")

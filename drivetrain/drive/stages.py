@@ -234,6 +234,7 @@ class Chain:
             and when the load drives.
         inertia: Inertia at the gear's output [kg m^2].
         compliance: Compliance at the joint [rad/(N m)].
+        carried: Sum over the stages of inertia times the compliance before it, both at the joint [s^2].
         torque, torque_words: Torque limit at the joint [N m] and the limiting part; None: unknown.
         speed, speed_words: Speed limit of the joint [rad/s], and its reason; None: unknown.
         mass, price: Mass [kg] and price, in the currency of the study.
@@ -246,6 +247,7 @@ class Chain:
     driven: float
     inertia: float
     compliance: float
+    carried: float
     torque: float | None
     torque_words: str
     speed: float | None
@@ -272,10 +274,11 @@ def chained(stages: Sequence[Stage]) -> Chain:
         if one.travel is not None:
             raise InputError(Fault(f"stages[{k}]", "moves a slide, so nothing can stand behind it", one.type))
     whole = math.prod(one.ratio or 1.0 for one in stages if one.travel is None)
-    ratio, inertia, compliance, driving, driven = 1.0, 0.0, 0.0, 1.0, 1.0
+    ratio, inertia, compliance, carried, driving, driven = 1.0, 0.0, 0.0, 0.0, 1.0, 1.0
     torques, speeds = dict[str, float](), dict[str, float]()
     for one in stages:
         inertia += one.input_inertia / ratio**2
+        carried += one.input_inertia * (whole / ratio) ** 2 * compliance
         speeds |= {f"{why} of the {one.type}": limit * ratio / whole for why, limit in one.speed_limits.items()}
         ratio *= 1.0 if one.travel is not None else one.ratio or 1.0
         behind = whole / ratio  # output turns of the stage per turn of the joint
@@ -285,7 +288,7 @@ def chained(stages: Sequence[Stage]) -> Chain:
         driving, driven = driving * forward, back * (driven if back > 0.0 else driving)
     weak, slow = min(torques, key=torques.__getitem__, default=""), min(speeds, key=speeds.__getitem__, default="")
     return Chain(
-        "+".join(one.type for one in stages), whole, stages[-1].travel, driving, driven, inertia, compliance,
+        "+".join(one.type for one in stages), whole, stages[-1].travel, driving, driven, inertia, compliance, carried,
         torques.get(weak), weak, speeds.get(slow), slow, sum(one.mass for one in stages),
         sum(one.price for one in stages),
     )  # fmt: skip
@@ -322,10 +325,14 @@ def with_stages(gear: Gear, chain: Chain) -> Gear:
     mass = chain.mass if gear.direct else None if gear.mass is None else gear.mass + chain.mass
     inertia = chain.inertia / gear.ratio**2
     known = 0.0 if gear.kind == "ideal" and gear.inertia is None else gear.inertia
+    # w^-2 of the first resonance is at most the sum of each inertia times the compliance before it (Dunkerley).
+    before = 0.0 if gear.stiffness_1 is None else 1.0 / (chain.ratio**2 * gear.stiffness_1)
+    moved, whole = chain.inertia * chain.ratio**2 * before + chain.carried, before + chain.compliance
     changed = {**torques, **stiff, **times(1.0 / chain.ratio, "backlash")}
     return replace(  # type: ignore[arg-type]
         gear, key=f"{gear.key}+{chain.name}", source=words, stage_driving=chain.driving, stage_driven=chain.driven,
-        stage_inertia=inertia, stage_mass=chain.mass, inertia=None if known is None else known + inertia,
+        stage_inertia=inertia, stage_mass=chain.mass, stage_sprung=moved / whole if whole else 0.0,
+        inertia=None if known is None else known + inertia,
         stage_torque=chain.torque, stage_speed=chain.speed,
         stage_words=(chain.torque_words, chain.speed_words), staged=1.0, price=price, mass=mass, **changed,
     )  # fmt: skip

@@ -20,7 +20,7 @@ from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arm.coupling import shaft_motion, shaft_turns
 from drivetrain.arm.kinematics import link_poses, tip_jacobian, tip_pose
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.arrays import Array, finite_samples, real_array
+from drivetrain.arrays import Array, checked_array, finite_samples, real_array
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrices
@@ -35,7 +35,7 @@ NEGLIGIBLE_INERTIA = 1e-6
 NO_BEAMS: Mapping[int, Beam] = {}
 
 
-def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
+def locked_frequencies(arm: Arm, q: Any, stiffness: Any, *, added: Any = None) -> Array:
     """The natural frequencies with all rotors locked to their stators, as with stiff control or a brake.
 
     Args:
@@ -43,6 +43,7 @@ def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
         q: Positions [rad or m], (n,) or (N, n).
         stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) for each sample. Infinite:
             a rigid joint, which does not vibrate.
+        added: Inertia that each spring carries beside the arm, as of stages behind a gear [kg m^2 or kg], (n,).
 
     Returns:
         Frequencies [Hz], lowest first, one per elastic joint, (m,) or (N, m).
@@ -56,7 +57,10 @@ def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     masses = locked_mass(arm, positions)
     # Joint motions for a unit rotation of each elastic shaft, with the rigid ones at rest.
     motions = np.linalg.inv(shaft_turns(arm))[:, sprung]
-    return like(_frequencies(motions.T @ masses @ motions, np.eye(motions.shape[1]), springs[:, sprung]), q)
+    carried = motions.T @ masses @ motions
+    if added is not None:
+        carried = carried + np.diag(checked_array(added, (arm.n,), "added")[sprung])
+    return like(_frequencies(carried, np.eye(motions.shape[1]), springs[:, sprung]), q)
 
 
 def locked_mass(arm: Arm, q: Any) -> Array:

@@ -31,6 +31,7 @@ def lift(efficiency=0.8, **changes) -> dt.Study:
     sheets = {
         key: {**GEAR, "ratio": r, "efficiency": efficiency, "part_number": f"no {key}"} for key, r in ratios.items()
     }
+    sheets |= changes.pop("more", {})
     screw = {"type": "screw", "lead": LEAD, "efficiency": 0.9 if efficiency < 1.0 else 1.0, "inertia": SCREW,
              "force_limit": 5e3}  # fmt: skip
     joints = {"joint_1": {"stages": [screw], **changes.pop("joint", {"drive": {"motor": "M", "gear": "G2"}})}}
@@ -115,3 +116,25 @@ def test_the_mass_of_stages_is_none_of_the_gears_input() -> None:
         shown[mass] = dt.evaluate(found).joints["joint_1"].drive.gear
     assert shown[30.0].mass == GEAR["mass"] + 30.0
     assert shown[30.0].inertia == pytest.approx(shown[0.0].inertia, rel=1e-12)
+
+
+def test_a_gears_spring_carries_the_stages_behind_it() -> None:
+    """By hand: screw and mass on the gear's spring alone, then with the nut's spring between them, which is Dunkerley's
+    bound of the two masses; a screw on the motor itself swings on nothing."""
+    spring, nut = 1e4 * 0.7, 2e8 * 0.7  # of the gear [N m/rad] and along the screw [N/m], less the scatter
+    sheet = {
+        **GEAR,
+        "ratio": 2.0,
+        "efficiency": 0.8,
+        **dict.fromkeys(("stiffness_1", "stiffness_2", "stiffness_3"), 1e4),
+    }
+    sheet |= {"torque_1": 1.0, "torque_2": 2.0}
+    for gear, axial in ((True, None), (True, 2e8), (False, 2e8)):
+        stage = {"type": "screw", "lead": LEAD, "efficiency": 0.9, "inertia": SCREW, "force_limit": 5e3}
+        stage |= {} if axial is None else {"axial_stiffness": axial}
+        drive = {"motor": "M", "gear": "S" if gear else "none"}
+        study = lift(joint={"stages": [stage], "drive": drive}, stiffness={"first_resonance": 1.0}, more={"S": sheet})
+        found = next(one.available for one in dt.evaluate(study).shared if one.name == "arm first resonance")
+        k = [1.0 / spring if gear else 0.0, 0.0 if axial is None else 1.0 / (nut * LEAD**2)]
+        squared = SCREW * k[0] + MASS * LEAD**2 * sum(k)
+        assert found == pytest.approx(1.0 / math.sqrt(squared) / (2.0 * math.pi), rel=1e-9)

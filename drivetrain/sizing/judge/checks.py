@@ -173,7 +173,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "gear stiffness", "N m/rad", "figures.required_stiffness", "limits.stiffness", GEAR, "stiffness",
         essential=True, applies="setting.resonance", optional=True, instant="load_inertia", words=words.stiffness,
-        formula="(2 pi f)^2 x largest load inertia; for the joint alone, the arm may require more",
+        formula="(2 pi f)^2 x (largest load inertia + stages that it carries); for the joint alone, the arm may "
+        "require more",
     ),
     Requirement(
         "motor speed", "rad/s", "figures.input_speed", "motor.max_speed", SPEED, "maximum speed", "safety.speed",

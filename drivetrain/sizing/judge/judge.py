@@ -569,7 +569,8 @@ def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
     largest_inertia = inertia if len(load.inertia) > 0 else np.nan
     own = case.motor.rotor_inertia + known_or(gear.inertia - gear.stage_inertia, 0.0)  # the stages belong to the load
     figures.inertia_ratio = (largest_inertia + stage_load(gear)) / (gear.ratio * gear.ratio * own)
-    figures.required_stiffness = case.setting.resonance * case.setting.resonance * largest_inertia
+    carried = largest_inertia + gear.stage_sprung
+    figures.required_stiffness = case.setting.resonance * case.setting.resonance * carried
     figures.holding_torque = holding_torque(static if len(load.static) > 0 else np.nan, gear.ratio)
     turning, strength = rotor + largest_inertia / (gear.ratio * gear.ratio), case.motor.brake.static_torque
     figures.stopping_energy = stopping_energy(strength, figures.holding_torque, turning, figures.input_speed)

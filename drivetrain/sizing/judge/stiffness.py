@@ -131,8 +131,9 @@ def _resonance(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extr
     first = [one.gear.stiffness_1 for one in drives.values()]
     springs = soft_springs(study, np.array([math.inf if one is None else one for one in first]))
     lowest = np.full(len(study.cycle.time), np.inf)
+    staged = np.array([one.gear.stage_sprung for one in drives.values()]) / joint_travels(study) ** 2
     for arm, chosen in loaded_arms(study, drives):
-        found = locked_frequencies(arm, study.cycle.position[chosen], springs)
+        found = locked_frequencies(arm, study.cycle.position[chosen], springs, added=staged)
         lowest[chosen] = found.min(axis=1, initial=np.inf)
     return Extreme(float(lowest.min()), int(np.argmin(lowest)))
 

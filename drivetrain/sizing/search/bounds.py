@@ -360,7 +360,7 @@ def bound_case(
             square = larger(square, products[0, t] + lever * (lever * products[1, t] + 2.0 * products[2, t]))
         figures.tilting_moment = math.sqrt(square) + 0.0 * (arm + radial)  # NaN if one of them is not known
         figures.axial_load, figures.radial_load = least_loads[1], radial
-        figures.required_stiffness = setting.resonance * setting.resonance * least_loads[4]
+        figures.required_stiffness = setting.resonance * setting.resonance * (least_loads[4] + gear.stage_sprung)
         figures.bearing_static_load = static_load(
             gear.bearing_pitch_diameter, figures.tilting_moment, figures.radial_load, figures.axial_load
         )
