@@ -1,4 +1,4 @@
-"""The arm as data, where it is when its joints move, and the files it comes from."""
+"""The arm as data, its kinematics, and the files from which it is read."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""The arm as data: a serial chain of rigid links on screw joints, perhaps with rotors.
+"""The arm as data: a serial chain of rigid links on screw joints, optionally with rotors.
 
 All frames are given in the base frame with every joint at zero, as in Modern Robotics chapter 8; twists and
 screws are (angular, linear).
@@ -19,7 +19,7 @@ from drivetrain.errors import Fault, Faults, InputError, nearest, raise_faults
 from drivetrain.notebook import shown
 from drivetrain.spatial.poses import axis_point, pose
 
-STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, the book's rounding, and pinocchio's and MuJoCo's
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, rounded as in Modern Robotics, pinocchio and MuJoCo
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,25 +30,26 @@ class Arm:
         home: Centre-of-mass frames of the links, base frame, all joints zero, (n, 4, 4).
         screws: Joint screw axes, base frame, all joints zero, (n, 6), (angular, linear). A unit angular part is a
             revolute (or helical) joint [rad], a zero one with a unit linear part a prismatic joint [m].
-        masses: [kg], (n,).
-        inertias: About the centre of mass, in the home frame [kg m^2], (n, 3, 3).
+        masses: Masses of the links [kg], (n,).
+        inertias: Inertia tensors about the centre of mass, in the home frame [kg m^2], (n, 3, 3).
         tip: End-effector frame, fixed to the last link, base frame, all joints zero, (4, 4).
         gravity: Acceleration of free fall in the base frame [m/s^2], (3,).
-        joint_points: A point on each joint axis where the joint sits, base frame, all joints zero [m], (n, 3);
-            drives and rotors are mounted there.
-        joint_names, link_names: (n,) each.
+        joint_points: Position of each joint on its axis, base frame, all joints zero [m], (n, 3); drives and rotors are
+            mounted there.
+        joint_names, link_names: Names of joints and links, (n,) each.
         lower, upper: Position limits [rad or m], (n,); infinite where unknown.
-        speed_limits: [rad/s or m/s], (n,); infinite where unknown.
-        rotors: One rotor (or None, direct drive) a joint, (n,).
-        level: How much of the rotors' motion is counted.
-        coupling: Turns of shaft i, which motor i drives through its gear, a turn of joint j [-], (n, n); None: shaft i
-            is joint i. See ``coupling.py``.
-        linkage: The bodies of an arm with closed loops, whose rows here are its driven joints; see ``closures.py``.
-        name: What to call the arm.
-        notes: What the reader of a report should know: ignored tags, implausible numbers.
-        file: Of which it was read, where its links have shapes to draw; empty: none.
-        frames: Of every link of that file, by its name: the moving link that carries it (itself, where it moves; empty:
-            the base), and its own frame, base frame, all joints zero, (4, 4).
+        speed_limits: Speed limits [rad/s or m/s], (n,); infinite where unknown.
+        rotors: One rotor per joint (None: direct drive), (n,).
+        level: Which parts of the rotors' motion the dynamics includes.
+        coupling: Turns of shaft i, which motor i drives through its gear, per turn of joint j [-], (n, n); None: shaft
+            i is joint i. See ``coupling.py``.
+        linkage: All bodies of an arm with closed loops; the rows of the arm are then its driven joints. See
+            ``closures.py``.
+        name: Name of the arm.
+        notes: Remarks for the report: ignored tags, implausible numbers.
+        file: Path of the file from which it was read, if shapes of links can be drawn from it; empty: none.
+        frames: For every link of that file, by name: the moving link that carries it (itself if it moves; empty: the
+            base), and its frame, base frame, all joints zero, (4, 4).
     """
 
     home: Array
@@ -103,19 +104,19 @@ class Arm:
 
     @property
     def pitches(self) -> Array:
-        """How far each joint moves along its axis a radian [m/rad], (n,); zero but where it is helical."""
+        """Travel of each joint along its axis per radian [m/rad], (n,); nonzero for helical joints only."""
         pitch = np.sum(self.screws[:, :3] * self.screws[:, 3:], axis=1)
         rounding = 1e-12 * np.maximum(1.0, np.linalg.norm(self.screws[:, 3:], axis=1))
         return np.where(np.abs(pitch) <= rounding, 0.0, pitch)
 
     def body_before(self, joint: int) -> int:
-        """The body that a joint hangs on.
+        """The body before a joint, on which the joint is mounted.
 
         Args:
             joint: Index of the joint [-].
 
         Returns:
-            Index of the link, of all bodies where loops close [-]; -1 is the base.
+            Index of the link [-], among all bodies of the linkage if the arm has closed loops; -1 is the base.
         """
         return joint - 1 if self.linkage is None else self.linkage.loops.before(self.linkage.loops.driven[joint])
 
@@ -126,19 +127,19 @@ class Arm:
             joint: Index of the joint [-].
 
         Returns:
-            Index of the link, of all bodies where loops close [-].
+            Index of the link [-], among all bodies of the linkage if the arm has closed loops.
         """
         return joint if self.linkage is None else self.linkage.loops.driven[joint]
 
     def link_frame(self, name: str) -> Array:
-        """The frame of a link: where its joint sits, in which the maker of an arm's file gives its parameters.
+        """The frame of a link, at its joint, in which the arm's file gives the parameters of the link.
 
         Args:
-            name: Of a moving link or its joint, or of a link that its file fixes to one or to the base, as a flange, a
-                tool or a sensor.
+            name: Name of a moving link or its joint, or of a link that the file fixes to a moving link or to the base,
+                such as a flange, a tool or a sensor.
 
         Returns:
-            In the base frame, all joints at zero, (4, 4); translation [m].
+            Frame in the base frame, all joints at zero, (4, 4); translation [m].
 
         Raises:
             InputError: No such link.
@@ -149,10 +150,10 @@ class Arm:
         return pose(self.home[at, :3, :3], self.joint_points[at])
 
     def link_index(self, name: str) -> int:
-        """The moving link that a link is, or to which its file fixes it: what ``with_body`` takes.
+        """Index of the moving link of this name, or to which the file fixes a link of this name; for ``with_body``.
 
         Args:
-            name: As of ``link_frame``.
+            name: As in ``link_frame``.
 
         Returns:
             Index of the link [-]; -1 is the base.
@@ -191,28 +192,28 @@ class Arm:
 
         Args:
             home: Centre-of-mass frames of the links, (n, 4, 4); translation [m].
-            screws: Joint screw axes, (n, 6), (angular [-], linear [m]), unit to 1e-6 and then made exactly so. Zero
-                angular part: prismatic; angular and linear part not at right angles: helical.
-            masses: Of the links [kg], (n,); zero is allowed.
-            inertias: About the centre of mass, in the home frame [kg m^2], (n, 3, 3). One that no body can have gives
-                a PhysicsWarning that names the link, and a note.
+            screws: Joint screw axes, (n, 6), (angular [-], linear [m]), unit to 1e-6 and then normalised. Zero angular
+                part: prismatic; angular and linear part not at right angles: helical.
+            masses: Masses of the links [kg], (n,); zero is allowed.
+            inertias: Inertia tensors about the centre of mass, in the home frame [kg m^2], (n, 3, 3). A tensor that no
+                body can have gives a PhysicsWarning that names the link, and a note.
             tip: End-effector frame, fixed to the last link, (4, 4). None: the last link's home frame.
             gravity: Acceleration of free fall in the base frame [m/s^2], (3,).
-            joint_points: Where on its axis each joint sits [m], (n, 3). None: the point of the axis nearest to the
-                centre of mass of its link; of a prismatic joint, that centre itself.
+            joint_points: Position of each joint on its axis [m], (n, 3). None: the point of the axis nearest to the
+                centre of mass of its link; for a prismatic joint, that centre itself.
             joint_names, link_names: n each. None: joint_1, joint_2, ... and link_1, link_2, ...
             lower, upper: Position limits [rad or m], (n,). None: unknown, infinite.
-            speed_limits: [rad/s or m/s], (n,). None: unknown, infinite.
-            name: What to call the arm.
-            notes: What the reader of a report should know.
+            speed_limits: Speed limits [rad/s or m/s], (n,). None: unknown, infinite.
+            name: Name of the arm.
+            notes: Remarks for the report.
             check_inertias: Whether to warn of inertias that no body can have; False if the caller has done so.
 
         Returns:
             The arm.
 
         Raises:
-            InputError: Wrong shapes, NaN, frames that are none, screws not unit, negative masses, asymmetric
-                inertias, limits in the wrong order, repeated names: all of them at once.
+            InputError: Wrong shapes, NaN, invalid frames, screws not unit, negative masses, asymmetric inertias, limits
+                in the wrong order, repeated names; all faults are listed.
         """
         faults = Faults()
         n = _count(masses, {"home": home, "screws": screws, "inertias": inertias}, faults)
@@ -252,13 +253,16 @@ class Arm:
 
 @dataclass(frozen=True, eq=False)
 class Loops:
-    """Which joints are where; joints and bodies of the arm count first, then those of the linkages in their order."""
+    """Topology of an arm with closed loops.
+
+    Joints and bodies are numbered with those of the arm first, then those of the linkages in their order.
+    """
 
     paths: tuple[tuple[int, ...], ...]  # joints of each chain from the base, the arm's own first
-    owner: tuple[int, ...]  # chain that counts each body
+    owner: tuple[int, ...]  # index of the chain that contains the mass of each body
     driven: tuple[int, ...]  # joints with a drive, in the order of the arm that shows them
-    # two chains, how many joints of each stand before the pin, and its point in the base frame with all joints at zero
-    # [m], (3,)
+    # each pin: two chains, the number of joints of each before the pin, and the pin's point in the base frame with all
+    # joints at zero [m], (3,)
     pins: tuple[tuple[tuple[int, int], tuple[int, int], Array], ...]
     shared: tuple[tuple[int, int], ...] = ()  # rows of the two motors of an axis, each with half its load
 
@@ -267,19 +271,19 @@ class Loops:
         return tuple(joint for joint in range(len(self.owner)) if joint not in self.driven)
 
     def path(self, body: int) -> tuple[int, ...]:
-        """Joints from the base to a body, its own the last; none to the base, -1."""
+        """Joints from the base to a body, its own joint last; empty for the base, -1."""
         if body < 0:
             return ()
         path = self.paths[self.owner[body]]
         return path[: path.index(body) + 1]
 
     def before(self, joint: int) -> int:
-        """The body on which the body of a joint hangs; -1 is the base."""
+        """The body before a joint, on which the joint is mounted; -1 is the base."""
         path = self.path(joint)
         return path[-2] if len(path) > 1 else -1
 
     def moving(self, body: int) -> tuple[int, ...]:
-        """The driven joints, counted among these, that may move a body: all of them behind one that follows."""
+        """Indices, among the driven joints, of those that may move a body; all of them behind a passive joint."""
         path = self.path(body)
         every = any(joint not in self.driven for joint in path)
         found = {k for k, joint in enumerate(self.driven) if every or joint in path}
@@ -287,14 +291,14 @@ class Loops:
 
     @property
     def mean(self) -> Array:
-        """Of what the driven joints do, the motion in which the two motors of an axis turn alike, (n, n)."""
+        """Projection of driven joint motions onto those in which the two motors of an axis move alike, (n, n)."""
         found = np.eye(len(self.driven))
         for pair in map(list, self.shared):
             found[np.ix_(pair, pair)] = 0.5
         return found
 
     def inside(self, joint: int) -> bool:
-        """Whether a loop closes around a joint, so that what it passes on across its axis is not determined."""
+        """Whether a joint is part of a closed loop, so that its loads across the axis are statically indeterminate."""
         ends = [[joint in self.paths[chain][:count] for chain, count in pin[:2]] for pin in self.pins]
         return any(first != second for first, second in ends)
 
@@ -303,19 +307,22 @@ class Loops:
 class Linkage:
     """The bodies of an arm with loops."""
 
-    # each with all joints from the base; a body has its mass in one of them. Their rotors are the arm's.
+    # each chain has all joints from the base; a body has its mass in only one of them; the rotors are those of the arm
     chains: tuple[Arm, ...]
-    loops: Loops  # how they hang together
+    loops: Loops  # the topology
 
     def with_chain(self, index: int, chain: Arm) -> Linkage:
-        """Another chain in place of one."""
+        """The linkage with one of its chains replaced."""
         return replace(self, chains=(*self.chains[:index], chain, *self.chains[index + 1 :]))
 
 
 def refuse_loops(arm: Arm, *, shared: bool = False, closed: bool = False) -> None:
-    """Raises InputError for an arm with closed loops, whose rows are not all of its joints.
+    """Raise InputError for an arm with closed loops or with two motors on an axis.
 
-    ``shared``, ``closed``: whether two motors on an axis, and loops, may be.
+    Args:
+        arm: The arm.
+        shared: Whether two motors on one axis are allowed.
+        closed: Whether closed loops are allowed.
     """
     if arm.linkage is not None and arm.linkage.loops.shared:
         if shared:
@@ -330,7 +337,7 @@ def refuse_loops(arm: Arm, *, shared: bool = False, closed: bool = False) -> Non
 
 
 def _count(masses: Any, others: dict[str, Any], faults: Faults) -> int:
-    """The number of joints, by the masses; the other lists must have as many entries, or nothing can be checked."""
+    """The number of joints, taken from the masses; the other lists must have the same length for further checks."""
     n = len(masses) if axes_of(masses) == 1 else 0
     if n == 0:
         faults.add("masses", "must be a list of at least one mass [kg]", masses)
@@ -383,7 +390,7 @@ def _names(names: Sequence[str] | None, n: int, kind: str, faults: Faults) -> tu
 
 
 def _nearest_points(home: Array, screws: Array) -> Array:
-    """Default positions of the joints: on the axis, abreast of the link's centre of mass."""
+    """Default positions of the joints: the point of the axis nearest to the link's centre of mass."""
     centres = home[:, :3, 3]
     points = [axis_point(s, c) if s[:3].any() else c for s, c in zip(screws, centres, strict=True)]
     return read_only(np.array(points))

@@ -1,4 +1,4 @@
-"""An arm with a body added to a link, or taken away (a drive, a payload), on external axes, on a base that moves."""
+"""Changes of an arm: bodies (drives, payloads) added to or removed from links, external axes, a moving base."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from drivetrain.spatial.poses import adjoint, pose, pose_from_xyz_rpy
 
 
 def with_body(arm: Arm, link: int, mass: float, com: Any, inertia: Any) -> Arm:
-    """The arm with a body rigidly added to a link, or taken away from it.
+    """The arm with a body rigidly added to a link, or removed from it.
 
     The link's home frame moves to the new centre of mass and keeps its directions; rotors, tip and joints stay where
     they are.
@@ -27,16 +27,16 @@ def with_body(arm: Arm, link: int, mass: float, com: Any, inertia: Any) -> Arm:
     Args:
         arm: The arm.
         link: Index of the link; -1 is the base, where a body changes nothing.
-        mass: [kg]; negative takes the body away, its inertia with it.
+        mass: Mass of the body [kg]; a negative mass removes the body with its inertia.
         com: Centre of mass of the body, base frame, all joints zero [m], (3,).
-        inertia: The body's own, about its centre of mass, base axes [kg m^2], (3, 3); not negative, also when the
-            body is taken away.
+        inertia: Inertia of the body about its centre of mass, base axes [kg m^2], (3, 3); not negative, also when the
+            body is removed.
 
     Returns:
-        The arm with the changed link; exact, so that taking away what was added gives the link back to rounding.
+        The arm with the changed link; removing a body that was added restores the link to rounding.
 
     Raises:
-        InputError: No such link; no body; or more taken away than the link has.
+        InputError: No such link; invalid mass or inertia; or more removed than the link has.
     """
     body = RigidBody(mass, com, checked_inertia(inertia, "inertia"))
     if arm.linkage is not None and 0 <= link < len(arm.linkage.loops.owner):
@@ -72,15 +72,15 @@ def with_payload(arm: Arm, mass: float, com: Any, inertia: Any) -> Arm:
 
     Args:
         arm: The arm.
-        mass: [kg]; negative takes a payload away.
+        mass: Mass of the payload [kg]; a negative mass removes a payload.
         com: Centre of mass in the tip frame [m], (3,).
-        inertia: About the centre of mass, tip axes [kg m^2], (3, 3).
+        inertia: Inertia about the centre of mass, tip axes [kg m^2], (3, 3).
 
     Returns:
         The arm; its last link carries the payload.
 
     Raises:
-        InputError: As of with_body.
+        InputError: As for ``with_body``.
     """
     tensor = checked_inertia(inertia, "inertia")
     body = RigidBody(mass, checked_array(com, (3,), "com"), tensor).seen_from(arm.tip)
@@ -92,11 +92,11 @@ def on_moving_base(arm: Arm) -> Arm:
     """The arm on a vehicle, a ship or a gantry with a prescribed motion: six joints without mass before its own.
 
     The first three slide along x, y and z of the ground, the next three turn the base about its z, y and x axis (yaw,
-    pitch, roll). Give them the motion of the base; what is asked of them is what the base must bear. For a track or a
-    positioner that has a drive there is ``on_external_axes``.
+    pitch, roll). Their motion is the motion of the base, and their torques and forces are the loads on the base. For a
+    driven track or positioner, use ``on_external_axes``.
 
     Args:
-        arm: With rotors or without; what its base carries moves with the base.
+        arm: The arm, with or without rotors; rotors carried by its base move with the base.
 
     Returns:
         An arm of n + 6 joints, the arm's own the last n.
@@ -111,18 +111,18 @@ def on_external_axes(arm: Arm, links: Sequence[LoopLink], point: Any = (0.0, 0.0
     """The arm on a track, a lift or a turntable with drives of their own: joints before its own.
 
     Args:
-        arm: With rotors or without.
-        links: What each external axis moves, from the ground on, the arm's foot on the last of them counted; frame of
-            the ground, all joints at zero.
-        point: Where the arm's base stands on the last of them, in that frame [m], (3,).
-        rpy: How it is turned there: roll, pitch and yaw about the fixed axes of the ground [rad], (3,).
+        arm: The arm, with or without rotors.
+        links: Body that each external axis moves, from the ground upwards; the last one includes the foot of the arm.
+            In the ground frame, all joints at zero.
+        point: Position of the arm's base on the last of them, in the ground frame [m], (3,).
+        rpy: Orientation of the arm's base: roll, pitch and yaw about the fixed axes of the ground [rad], (3,).
 
     Returns:
-        An arm whose base frame is the ground's, its first joints the external axes. Gravity stays as it is given, now
-        in axes of the ground.
+        An arm whose base frame is the ground frame and whose first joints are the external axes. The numbers of gravity
+        do not change; they now refer to the ground axes.
 
     Raises:
-        InputError: An arm with closed loops, no axis, or one with the name of a joint or link of the arm.
+        InputError: An arm with closed loops, no axis, or an axis with the name of a joint or link of the arm.
     """
     taken = [link.joint for link in links if link.joint in (*arm.joint_names, *arm.link_names)]
     if taken or not links:
@@ -139,7 +139,7 @@ def on_external_axes(arm: Arm, links: Sequence[LoopLink], point: Any = (0.0, 0.0
 
 
 def _carried(arm: Arm, below: Arm, place: Array) -> Arm:
-    """The arm with the joints of another before its own, its base at a place in that one's base frame."""
+    """The arm with the joints of ``below`` before its own; ``place`` is its base in the base frame of ``below``."""
     refuse_loops(arm)
     k, turned, points = below.n, adjoint(place), arm.joint_points @ place[:3, :3].T + place[:3, 3]
     own = replace(arm, home=place @ arm.home, screws=arm.screws @ turned.T, joint_points=points)
@@ -162,7 +162,7 @@ def _carried(arm: Arm, below: Arm, place: Array) -> Arm:
 
 
 def moving_base(arm: Arm) -> Arm:
-    """The base alone, as six joints without mass; their tip carries the arm."""
+    """The moving base as six joints without mass, whose tip carries the arm."""
     screws = np.zeros((6, 6))
     screws[:3, 3:], screws[3:, :3] = np.eye(3), np.eye(3)[::-1]
     return Arm.from_screws(
@@ -172,7 +172,7 @@ def moving_base(arm: Arm) -> Arm:
 
 
 def _check_remainder(arm: Arm, link: int, mass: float, tensor: Array) -> None:
-    """A link must keep some mass, and a spread of it that could be."""
+    """Raise InputError if a link would have no mass left or a negative moment of inertia."""
     name = arm.link_names[link]
     if mass <= 0.0:
         problem = f"must leave the link some mass; it has {arm.masses[link]:.6g} kg"

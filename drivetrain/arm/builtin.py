@@ -1,4 +1,4 @@
-"""The built-in arms; ``robots/SOURCES.md`` says where their numbers are from. Loading one warns of nothing."""
+"""The built-in arms; ``robots/SOURCES.md`` states the sources of their data. Loading one gives no warnings."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def builtin_names() -> tuple[str, ...]:
 
 
 def builtin_arm(name: str, *, tip: str | None = None, gravity: Any = None) -> Arm:
-    """A built-in arm; gravity [m/s^2] left out: 9.81 along -z, of the planar arms along -y, as in the book."""
+    """A built-in arm; default gravity: 9.81 m/s^2 along -z, for the planar arms along -y as in Modern Robotics."""
     if name not in _BUILDERS:
         raise InputError(Fault("arm", "no built-in arm of that name; known: " + ", ".join(builtin_names()), name))
     return _BUILDERS[name](tip, gravity)
@@ -47,8 +47,8 @@ def _planar_2r_bare(tip: str | None, gravity: Any) -> Arm:
 
 def _planar_2r(tip: str | None, gravity: Any) -> Arm:
     """The same with a unit motor at each joint, gear ratio 10."""
-    # Link 1 carries motor 2 at its end: 1 kg, stator 0.005 kg m^2 about z. The book needs no moments across z; those
-    # of a disc keep the tensor possible.
+    # Link 1 carries motor 2 at its end: 1 kg, stator 0.005 kg m^2 about z. The book does not give the moments across z;
+    # those of a disc make the tensor physically possible.
     stator = np.diag([0.0025, 0.0025, 0.005])
     note = (
         "Modern Robotics, figure 8.1 with the motors of section 8.9.2, gear ratio 10; the motors' mass, rotors "
@@ -92,13 +92,13 @@ def _ur5_corrected(tip: str | None, gravity: Any) -> Arm:
 
 
 def _panda(tip: str | None, gravity: Any) -> Arm:
-    """The arm with its hand, fingers closed."""
+    """The Panda arm with its hand, fingers closed."""
     arm, _ = arm_from_model(read_model(ROBOTS / "panda.urdf"), tip=tip or "panda_hand_tcp", gravity=gravity)
     return arm
 
 
 def _table_arm(name: str, tip: str | None, gravity: Any) -> Arm:
-    """An arm from one of our Denavit-Hartenberg tables, with its rotors."""
+    """An arm from one of the package's Denavit-Hartenberg tables, with its rotors."""
     data = json.loads((ROBOTS / f"{name}.json").read_text(encoding="utf-8"))
     _refuse_tip(name, tip)
     rows = []

@@ -1,6 +1,6 @@
-"""The checks at the door of an arm: each says every fault it finds, and mends what rounding has spoilt.
+"""Checks of the data of an arm: each reports all faults that it finds and corrects deviations due to rounding.
 
-Doubtful are inertias that no body could have, or not this one: too wide and too thin for where its joints are.
+Warnings are given for inertias that no body can have, and for those that are implausible for the size of the link.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from drivetrain.errors import Fault, Faults, InputError, PhysicsWarning, raise_f
 from drivetrain.spatial.inertia import RigidBody, half_axes, triangle_excess
 from drivetrain.spatial.rotations import is_rotation, nearest_rotation
 
-TOLERANCE = 1e-6  # on unit axes and orthogonal frames: six printed digits, then made exact
-TRIANGLE_TOLERANCE = 1e-4  # on the triangle inequality: files print four digits
+TOLERANCE = 1e-6  # of unit axes and orthogonal frames, which files give to six digits; they are then normalised
+TRIANGLE_TOLERANCE = 1e-4  # of the triangle inequality: files give four digits
 
 T = TypeVar("T")
 
 
 def checked_pose(value: Any, name: str) -> Array:
-    """A pose, (4, 4), whose rotation is one to printed digits, made exactly orthogonal."""
+    """A pose, (4, 4), whose rotation is orthogonal to the digits of a file; it is made exactly orthogonal."""
     matrix = checked_array(value, (4, 4), name)
     faults = []
     if not is_rotation(matrix[:3, :3], TOLERANCE):
@@ -40,7 +40,7 @@ def checked_pose(value: Any, name: str) -> Array:
 
 
 def checked_screw(value: Any, name: str) -> Array:
-    """A screw axis, (6,), made exactly unit."""
+    """A screw axis, (6,), normalised to exact unit length."""
     screw = checked_array(value, (6,), name)
     angular, linear = float(np.linalg.norm(screw[:3])), float(np.linalg.norm(screw[3:]))
     if abs(angular - 1.0) <= TOLERANCE:
@@ -53,7 +53,7 @@ def checked_screw(value: Any, name: str) -> Array:
 
 
 def checked_inertia(value: Any, name: str) -> Array:
-    """A symmetric inertia tensor, (3, 3), made exactly so."""
+    """An inertia tensor, (3, 3), made exactly symmetric."""
     tensor = checked_array(value, (3, 3), name)
     if np.abs(tensor - tensor.T).max() > TOLERANCE * max(float(np.abs(tensor).max()), 1e-12):
         raise InputError(Fault(name, "must be symmetric", tensor.tolist()))
@@ -68,7 +68,7 @@ def each(values: Sequence[Any], check: Callable[[Any, str], Array], name: str, f
 
 
 def called(link: str) -> str:
-    """What to call a link in a sentence: "link forearm", but not "link link_1"."""
+    """Name of a link in a sentence: "link forearm", but not "link link_1"."""
     return link if link.lower().startswith("link") else f"link {link}"
 
 
@@ -89,16 +89,16 @@ def warn_of_inertias(inertias: Array, links: Sequence[str]) -> list[str]:
 
 
 def _frames_inside() -> int:
-    """The level of a warning that names the line which called the package: frames from the caller of this one out."""
+    """The ``stacklevel`` of a warning that shall point to the line outside the package that called it."""
     frame, level = sys._getframe(1), 1
     while frame.f_back is not None and str(frame.f_globals.get("__name__")).split(".")[0] == __name__.split(".")[0]:
         frame, level = frame.f_back, level + 1
     return level
 
 
-REACH_FACTOR = 2.0  # a radius of gyration may pass the link's own size, by covers and by joints drawn at one point
-DENSITY = 20.0  # kg/m^3: packing foam; the clean arms known to us lie above 50, the faulty UR5 wrists at 1 and 8
-THINNEST = 0.1  # of the widest half axis: thin plates and rods count as this thick
+REACH_FACTOR = 2.0  # radius of gyration over size of the link; covers and coincident joints make it larger than 1
+DENSITY = 20.0  # kg/m^3: packing foam; links of correct arm files are above 50, the faulty UR5 wrists at 1 and 8
+THINNEST = 0.1  # smallest over largest half axis: thin plates and rods count as this thick
 
 
 def implausible(name: str, body: RigidBody, points: Sequence[Array]) -> list[str]:
@@ -111,7 +111,7 @@ def implausible(name: str, body: RigidBody, points: Sequence[Array]) -> list[str
 
     Args:
         name: Name of the link, used in the warnings.
-        body: In the link's frame [kg, m, kg m^2].
+        body: Mass, centre of mass and inertia in the link's frame [kg, m, kg m^2].
         points: Origins of the link's own and its children's joints in the link's frame [m], (3,) each.
     """
     if body.mass <= 0.0:
@@ -132,20 +132,20 @@ def implausible(name: str, body: RigidBody, points: Sequence[Array]) -> list[str
 
 
 def mean_density(body: RigidBody) -> float:
-    """Of the uniform ellipsoid with a body's mass and inertia [kg/m^3]; infinite for a point mass."""
+    """Density of the uniform ellipsoid with a body's mass and inertia [kg/m^3]; infinite for a point mass."""
     axes = half_axes(body.mass, body.inertia)
     volume = 4.0 / 3.0 * np.pi * float(np.prod(np.maximum(axes, THINNEST * axes[0])))
     return body.mass / volume if volume > 0.0 else float("inf")
 
 
-LENGTH = 10.0  # [m] of a link; also travel a turn of the largest rack and pinion, far beyond it
-FAR = 3.0  # [m] a centre of mass from its joint or from the tip, where the arm itself does not reach farther
-NEAR = 1.0  # [m] a centre of mass so near is never doubted, however short the arm
-REACHES = 10.0  # of the arm, from which on a centre of mass is doubted
+LENGTH = 10.0  # [m] largest plausible length of a link; also a travel per turn far above any rack and pinion
+FAR = 3.0  # [m] largest plausible distance of a centre of mass from its joint or from the tip, for arms of less reach
+NEAR = 1.0  # [m] distance of a centre of mass that never gives a warning, however short the arm
+REACHES = 10.0  # distance of a centre of mass over the reach of the arm at which a warning is given
 
 
 def farthest(reach: float) -> float:
-    """How far a centre of mass may be from where its body is held [m]."""
+    """Largest plausible distance of a centre of mass from the joint or tip that holds its body [m]."""
     return min(max(FAR, reach), max(REACHES * reach, NEAR))
 
 

@@ -1,9 +1,8 @@
 """Arms with closed loops: palletisers with parallelograms, screws on a triangle, four-bars.
 
-An open chain stays what it is; linkages are chains that begin at the base or at a link and whose far end a pin holds to
-another. Some joints have drives, the others follow. As an ``Arm`` such an arm shows its driven joints alone, one row
-each; its bodies are in ``arm.linkage``. How the others follow, and what the driven ones must give:
-``dynamics/closed.py``.
+A linkage is a chain that begins at the base or at a link and whose far end is pinned to another body. Some joints are
+driven, the others are passive and follow. The rows of such an ``Arm`` are its driven joints only; all bodies are in
+``arm.linkage``. ``dynamics/closed.py`` computes the motion of the passive joints and the torques of the driven ones.
 """
 
 from __future__ import annotations
@@ -27,18 +26,18 @@ BASE = "base"
 
 @dataclass(frozen=True, eq=False)
 class LoopLink:
-    """A body of a linkage, and the joint by which it hangs on the one before; base frame, all joints at zero.
+    """A body of a linkage and the joint that connects it to the body before it; in the base frame, joints at zero.
 
     Attributes:
-        joint: Its name, also that of the body.
-        axis: Direction of the joint's axis, or of its travel [-], (3,); made unit length.
-        point: Of the axis [m], (3,).
-        mass: [kg].
+        joint: Name of the joint and of the body.
+        axis: Direction of the joint's axis, or of its travel [-], (3,); it is normalised.
+        point: Point on the joint's axis [m], (3,).
+        mass: Mass of the body [kg].
         com: Centre of mass [m], (3,); None: the joint's point.
-        inertia: About it, axes of the base [kg m^2], (3, 3).
+        inertia: Inertia about the centre of mass, axes of the base [kg m^2], (3, 3).
         slides: Whether the joint is prismatic.
-        driven: Whether it has a drive.
-        lower, upper, speed_limit: Of the joint [rad or m, and per s]; infinite where unknown.
+        driven: Whether the joint has a drive.
+        lower, upper, speed_limit: Limits of the joint [rad or m, and per s]; infinite where unknown.
     """
 
     joint: Name
@@ -74,7 +73,7 @@ class LoopLink:
 
     @property
     def screw(self) -> Array:
-        """Of the joint, base frame, (6,)."""
+        """Screw axis of the joint in the base frame, (6,)."""
         if self.slides:
             return np.concatenate([np.zeros(3), self.axis])
         return np.concatenate([self.axis, np.cross(self.point, self.axis)])
@@ -82,14 +81,15 @@ class LoopLink:
 
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """A linkage from one body to another, which closes a loop; without links a pin between two links of the arm.
+    """A linkage from one body to another, which closes a loop; without links, a pin between two links of the arm.
 
     Attributes:
-        start: Link or joint of the arm, or joint of a linkage before this one, on which the first link hangs; ``base``.
-        end: The body to which a pin holds the last link.
-        point: Of the pin, base frame, all joints at zero [m], (3,). The pin keeps two points together, as a ball joint
-            does; in a plane linkage that is a hinge.
-        links: From the start on.
+        start: Link or joint of the arm, or joint of an earlier linkage, to which the first link is connected; or
+            ``base``.
+        end: The body to which the last link is pinned.
+        point: Point of the pin, base frame, all joints at zero [m], (3,). The pin keeps two points together like a ball
+            joint; in a planar linkage it acts as a hinge.
+        links: Links of the linkage, beginning at ``start``.
     """
 
     start: Name
@@ -103,21 +103,22 @@ class Closure:
 
 
 def with_closures(arm: Arm, closures: Sequence[Closure], passive: Sequence[str] = ()) -> Arm:
-    """The arm with linkages that close loops; some of its joints then follow.
+    """The arm with linkages that close loops; its passive joints then follow the driven ones.
 
     Args:
-        arm: Without rotors and without a coupling.
-        closures: The linkages; with every joint at zero each must be closed, as its pin is one point.
-        passive: Joints of the arm that have no drive. Those of linkages have none unless their link says ``driven``.
+        arm: The open chain, without rotors and without a coupling.
+        closures: The linkages; each must be closed with all joints at zero, since its pin is given as one point.
+        passive: Names of the arm's joints without a drive. Joints of linkages have none unless their link is
+            ``driven``.
 
     Returns:
-        An arm of the driven joints: the arm's own in their order, then those of the linkages. Positions of driven
-        joints determine all others. ``inverse_dynamics``, ``drive_torques``, ``joint_loads``, ``evaluate`` and
-        ``simulate`` know such an arm; what does not know it says so.
+        An arm of the driven joints: the arm's own in their order, then those of the linkages. The positions of the
+        driven joints determine all others. ``inverse_dynamics``, ``drive_torques``, ``joint_loads``, ``evaluate`` and
+        ``simulate`` support such an arm; functions that do not raise InputError.
 
     Raises:
-        InputError: Names that are not there or stand twice, an arm with rotors, no joint that is driven, or pins that
-            cannot hold the joints that follow: all of them at once.
+        InputError: Unknown or repeated names, an arm with rotors, no driven joint, or pins that do not determine the
+            passive joints; all faults are listed.
     """
     faults = Faults()
     if any(arm.rotors) or arm.coupling is not None or arm.linkage is not None:
@@ -164,9 +165,9 @@ def with_closures(arm: Arm, closures: Sequence[Closure], passive: Sequence[str] 
 
 
 def with_second_motors(arm: Arm, joints: Collection[int]) -> Arm:
-    """The arm with a row more behind each of some joints: a second motor, which takes half of the joint's load.
+    """The arm with an additional row after each of some joints, for a second motor that takes half of the joint's load.
 
-    Both rows have the motion of the joint. The second one's link weighs nothing; its drive sits where the first's does.
+    Both rows have the motion of the joint. The link of the second row has no mass; its drive is mounted like the first.
     """
     paths, owner, chains = [tuple(range(arm.n))], [0] * arm.n, [arm]
     driven, shared = list[int](), list[tuple[int, int]]()
@@ -197,7 +198,7 @@ def _second(arm: Arm, joint: int) -> Arm:
 
 
 def _chain(carrier: Arm, count: int, closure: Closure) -> Arm:
-    """A linkage behind the first joints of another chain, whose bodies count there."""
+    """A linkage after the first ``count`` joints of another chain, whose bodies have no mass here."""
     links, none = closure.links, np.zeros((count, 3, 3))
     before = slice(0, count)
     return Arm.from_screws(

@@ -1,9 +1,9 @@
 """Motors that do not drive one joint each: differentials, belts over joints, motors on the base.
 
-Behind its gear every motor turns a shaft; the shafts turn with the joints as ``shaft speeds = C qd``, C the arm's
-``coupling``, and the rotors as ``rotor speeds = N qd`` with ``N = diag(ratio) C``. So gears and ratios stay what they
-are, and torques go the other way: ``joint torques = C^T shaft torques = N^T motor torques``. Without a coupling C is
-the identity: shaft i is joint i. Rotor speeds are those seen from the link that carries the stator.
+Each motor turns a shaft behind its gear. With the arm's ``coupling`` C, shaft speeds are ``C qd`` and rotor speeds are
+``N qd`` with ``N = diag(ratio) C``. Torques follow from the same power: ``joint torques = C^T shaft torques = N^T motor
+torques``. Without a coupling, C is the identity: shaft i is joint i. Rotor speeds are relative to the link that carries
+the stator.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from drivetrain.arm.arm import Arm, refuse_loops
 from drivetrain.arrays import Array, checked_array, checked_numbers, read_only
 from drivetrain.errors import Fault, InputError
 
-SINGULAR = 1e-9  # of the largest singular value, rows and columns scaled alike: what six printed digits leave
+SINGULAR = 1e-9  # smallest over largest singular value, rows and columns scaled alike: the error of six digits
 
 
 def with_coupling(arm: Arm, coupling: Any) -> Arm:
     """The arm with its motors coupled to its joints in this way, in place of any other.
 
     Args:
-        arm: With rotors or without; their ratios stay those of the gears before the shafts.
-        coupling: C, turns of shaft i a turn of joint j [-; rad/m or m/rad where one is prismatic], (n, n). None: every
-            shaft is its joint.
+        arm: The arm, with or without rotors; the rotors' ratios remain those of the gears before the shafts.
+        coupling: C, turns of shaft i per turn of joint j [-; rad/m or m/rad where one is prismatic], (n, n). None:
+            every shaft is its joint.
 
     Returns:
         The arm.
 
     Raises:
-        InputError: Another shape, not finite, or singular: shafts that leave a joint free. Two motors on an axis; of an
-            arm with closed loops, joints coupled that stand in no chain together.
+        InputError: Wrong shape, not finite, or singular (the shafts would leave a joint free); two motors on one axis;
+            in an arm with closed loops, coupled joints that are not in one chain.
     """
     refuse_loops(arm, closed=True)
     coupled = replace(arm, coupling=None if coupling is None else checked_coupling(coupling, arm.n))
@@ -48,7 +48,7 @@ def with_coupling(arm: Arm, coupling: Any) -> Arm:
 
 
 def checked_coupling(coupling: Any, n: int) -> Array | None:
-    """A coupling that can be inverted, read-only, (n, n); None when it is the identity."""
+    """An invertible coupling as a read-only array, (n, n); None if it is the identity."""
     matrix = checked_array(coupling, (n, n), "coupling").copy()
     if np.array_equal(matrix, np.eye(n)):
         return None
@@ -70,7 +70,7 @@ def rotor_turns(arm: Arm) -> Array:
     """N, the rotors' speeds for a unit speed of each joint.
 
     Args:
-        arm: With n joints, geared or not.
+        arm: Arm with n joints, with or without rotors.
 
     Returns:
         N [-; rad/m where a joint is prismatic], (n, n): row i is ``ratio_i`` times that of the coupling.
@@ -80,27 +80,27 @@ def rotor_turns(arm: Arm) -> Array:
 
 
 def shaft_turns(arm: Arm) -> Array:
-    """C, turns of the shafts behind the gears a turn of each joint, (n, n)."""
+    """C, turns of the shafts behind the gears per turn of each joint, (n, n)."""
     return np.eye(arm.n) if arm.coupling is None else arm.coupling
 
 
 def joint_turns(arm: Arm) -> Array:
-    """C^-1, turns of the joints for a turn of each shaft, (n, n)."""
+    """C^-1, turns of the joints per turn of each shaft, (n, n)."""
     return np.eye(arm.n) if arm.coupling is None else np.asarray(np.linalg.inv(arm.coupling))
 
 
 def shaft_motion(arm: Arm, motion: Array) -> Array:
-    """What the shafts behind the gears do in a motion of the joints."""
+    """Motion of the shafts behind the gears, from that of the joints; same shape, last axis (n,)."""
     return motion if arm.coupling is None else np.asarray(motion @ arm.coupling.T)
 
 
 def shaft_torques(arm: Arm, torque: Array) -> Array:
-    """Torques of the shafts that make torques at the joints, ``C^-T`` times these [N m or N]; the same uncoupled."""
+    """Shaft torques for given joint torques, ``C^-T`` times these [N m or N]; equal to them without a coupling."""
     return torque if arm.coupling is None else np.asarray(np.linalg.solve(arm.coupling.T, torque.T).T)
 
 
 def coupled_groups(arm: Arm) -> list[tuple[int, ...]]:
-    """The joints whose shafts depend on each other; a joint with a shaft of its own stands in none."""
+    """Groups of joints whose shafts depend on each other; a joint with a shaft of its own is in no group."""
     if arm.coupling is None:
         return []
     linked = arm.coupling != 0.0
@@ -114,7 +114,7 @@ def differential(first: float = 1.0, second: float = 1.0) -> Array:
     """The coupling of two shafts that turn one joint together and the next against each other.
 
     Args:
-        first, second: Turns of a shaft a turn of the first joint, and of the second [-].
+        first, second: Turns of a shaft per turn of the first joint, and per turn of the second [-].
 
     Returns:
         ``[[first, second], [first, -second]]`` [-], (2, 2).
@@ -122,21 +122,22 @@ def differential(first: float = 1.0, second: float = 1.0) -> Array:
     Raises:
         InputError: Values that are no finite numbers.
 
-    Reference: ros_control, transmission_interface/DifferentialTransmission, with these as the joints' reductions.
+    Reference: ros_control, transmission_interface/DifferentialTransmission; the arguments are its joint reductions.
     """
     a, b = checked_numbers({"first": (first, "-"), "second": (second, "-")})
     return np.array([[a, b], [a, -b]])
 
 
 def belts_over(passes: Sequence[float]) -> Array:
-    """The coupling of shafts that all start before the first joint and reach their own over every joint between.
+    """The coupling of shafts that all start before the first joint; each reaches its joint across all joints before.
 
-    Each is a belt, or a tube with bevel gears, with a wheel that turns freely on every axis that it passes. Wheel k
-    turns against link k by what comes in less the turn of joint k, and drives what goes on ``passes[k]`` times as far.
+    Each shaft drives a belt, or a tube with bevel gears, with a wheel that turns freely on every axis that it passes.
+    The wheel on axis k turns relative to link k by its input angle minus the angle of joint k, and turns its output by
+    ``passes[k]`` times that angle.
 
     Args:
-        passes: Of the wheels on the axes of all joints but the last [-]: 1 for wheels of one size, -1 where the way on
-            turns the other way round, another number for wheels of two sizes.
+        passes: Output over input turns of the wheels on the axes of all joints but the last [-]: 1 for wheels of equal
+            size, -1 if the direction is reversed, another number for wheels of two sizes.
 
     Returns:
         Lower triangular, 1 on the diagonal: below it, entry i, j is the product of the passes from j to i - 1 [-],

@@ -1,4 +1,4 @@
-"""Arms from Denavit-Hartenberg tables, classic or modified: the table does not say which, so the user must."""
+"""Arms from Denavit-Hartenberg tables, classic or modified; the user states which, as the table does not."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ from drivetrain.spatial.rotations import exp_rotation
 
 
 class DHConvention(StrEnum):
-    """Where the frame of link i sits.
+    """Position of the frame of link i.
 
-    CLASSIC: at its far end, z along joint i + 1; row i is turn theta about and move d along the old z, then move a
-    along and turn alpha about the new x (Denavit and Hartenberg; Paul; Corke's "standard"). MODIFIED: at its near end,
-    z along joint i; row i holds a and alpha of the link before, done first (Craig; Modern Robotics, appendix C).
+    CLASSIC: at the far end of the link, z along joint i + 1; row i is a rotation theta about and a translation d along
+    the previous z, then a translation a along and a rotation alpha about the new x (Denavit and Hartenberg; Paul;
+    Corke's "standard"). MODIFIED: at the near end of the link, z along joint i; row i has a and alpha of the link
+    before, which are applied first (Craig; Modern Robotics, appendix C).
     """
 
     CLASSIC = "classic"
@@ -31,7 +32,7 @@ class DHConvention(StrEnum):
 
 
 class JointKind(StrEnum):
-    """What a joint's position adds to: REVOLUTE to theta [rad], PRISMATIC to d [m]."""
+    """Kind of a joint: its position is added to theta [rad] if REVOLUTE, to d [m] if PRISMATIC."""
 
     REVOLUTE = "revolute"
     PRISMATIC = "prismatic"
@@ -42,16 +43,16 @@ class DHRow:
     """One row of a Denavit-Hartenberg table, with the link it moves.
 
     Attributes:
-        a: Move along x [m].
-        alpha: Turn about x [rad].
-        d: Move along z with the joint at zero [m].
-        theta: Turn about z with the joint at zero [rad].
-        kind: Whether the joint's position adds to theta or to d.
-        mass: Of the link [kg].
-        com: Centre of mass in the link's frame, the one this row leads to [m], (3,).
-        inertia: About the centre of mass, axes of the link's frame [kg m^2], (3, 3).
+        a: Translation along x [m].
+        alpha: Rotation about x [rad].
+        d: Translation along z with the joint at zero [m].
+        theta: Rotation about z with the joint at zero [rad].
+        kind: Whether the joint's position is added to theta or to d.
+        mass: Mass of the link [kg].
+        com: Centre of mass in the link's frame, to which this row leads [m], (3,).
+        inertia: Inertia about the centre of mass, axes of the link's frame [kg m^2], (3, 3).
         lower, upper: Position limits [rad or m].
-        speed_limit: [rad/s or m/s].
+        speed_limit: Speed limit [rad/s or m/s].
     """
 
     a: float
@@ -83,21 +84,21 @@ def arm_from_dh(
     """The arm of a Denavit-Hartenberg table.
 
     Args:
-        rows: One a joint, base first, (n,).
+        rows: One row per joint, base first, (n,).
         convention: Classic or modified.
         base: Frame 0 of the table in the arm's base frame, (4, 4); translation [m]. None: the same.
-        tool: Tip in the last link's frame, (4, 4); translation [m]. None: that frame.
+        tool: Tip frame in the last link's frame, (4, 4); translation [m]. None: the last link's frame.
         gravity: Acceleration of free fall in the arm's base frame [m/s^2], (3,).
         joint_names, link_names: n each; None: numbered.
-        name: What to call the arm.
-        notes: What the reader of a report should know.
+        name: Name of the arm.
+        notes: Remarks for the report.
         check_inertias: Whether to warn of inertias that no body can have.
 
     Returns:
-        The arm. Each joint sits where its axis passes nearest to its link's centre of mass.
+        The arm. The position of each joint is the point of its axis nearest to its link's centre of mass.
 
     Raises:
-        InputError: An unknown convention or joint kind, numbers that are none, or whatever Arm.from_screws finds.
+        InputError: An unknown convention or joint kind, values that are not numbers, or faults of ``Arm.from_screws``.
     """
     order = _known(DHConvention, convention, "convention")
     faults = Faults()

@@ -1,4 +1,4 @@
-"""Links that bend, as an ordinary arm: each cut into short rigid pieces on springs."""
+"""Flexible links: an arm whose links are cut into short rigid pieces connected by springs."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from drivetrain.spatial.beams import Beam
 from drivetrain.spatial.inertia import RigidBody, combined
 from drivetrain.spatial.poses import pose
 
-NOTHING = 1e-9  # share of a link's mass below which what is left beside its beam is rounding
+NOTHING = 1e-9  # share of a link's mass below which the rest besides its beam is a rounding error
 SPRINGS = 3  # at every cut: bending about x, bending about y, twisting about z
 
 
 @dataclass(frozen=True, eq=False)
 class BendingLink:
-    """How one link bends.
+    """The flexible part of one link.
 
     Attributes:
-        beam: The part that bends, base frame, every joint at zero [m].
-        mass: Of that part, even along it [kg]; the rest of the link stays rigid.
-        rest_at_end: Whether that rest sits beyond the beam's end instead of before its start.
-        pieces: Springs along the beam; the error of a frequency falls with their square.
+        beam: The beam that bends, base frame, every joint at zero [m].
+        mass: Mass of the beam, uniform along it [kg]; the rest of the link is rigid.
+        rest_at_end: Whether the rigid rest is beyond the beam's end instead of before its start.
+        pieces: Number of cuts along the beam; the error of a natural frequency decreases with its square.
     """
 
     beam: Beam
@@ -48,10 +48,10 @@ class BendingLink:
 
 @dataclass(frozen=True, eq=False)
 class SprungArm:
-    """An arm whose links bend in joints of their own."""
+    """An arm whose flexible links have additional joints with springs."""
 
-    arm: Arm  # with ``3 * pieces`` more joints for every link that bends
-    # of the springs in the links [N m/rad], one a joint, infinite at the joints that drives turn, (m,)
+    arm: Arm  # the arm with ``3 * pieces`` additional joints for every flexible link
+    # stiffness of the spring in each joint [N m/rad], infinite at driven joints, (m,)
     stiffness: Array
     driven: tuple[int, ...]  # index in the new arm of every joint of the old one, integers, (n,)
 
@@ -64,22 +64,23 @@ class SprungArm:
 
 
 def with_flexible_links(arm: Arm, links: Mapping[int, BendingLink]) -> SprungArm:
-    """The arm with links cut into short rigid pieces on springs.
+    """The arm with links cut into short rigid pieces connected by springs.
 
-    Unbent it is the same arm; only a link whose whole mass is the beam's takes on the inertia of an even beam.
+    With all springs at zero it is the same arm; only a link whose whole mass is in the beam gets the inertia of a
+    uniform beam.
 
-    A beam is cut in the middle of ``pieces`` equal parts; every cut has a spring each for bending about x and y and
-    for twisting about z, as stiff as its part of the beam: E I and G J over the part's length. Stretching and shear
-    are left out. The beam's material is taken as of one kind, which gives its pieces their inertia about their own
+    A beam is cut in the middle of each of ``pieces`` equal parts. Every cut has three springs, for bending about x and
+    y and for torsion about z, with the stiffness of its part of the beam: E I and G J over the part's length. Extension
+    and shear are neglected. The beam is of one material, from which follow the inertias of the pieces about their own
     axes.
 
     Args:
-        arm: The arm, with rotors or without; the rotor of a joint beyond a bending link rides on that link's last
-            piece, any other on its first.
-        links: How they bend, by link index; lengths [m] and masses [kg].
+        arm: The arm, with or without rotors; a rotor carried by a flexible link moves with the last piece of that link
+            if it drives a joint beyond it, else with the first piece.
+        links: The flexible part of each link, by link index; lengths [m] and masses [kg].
 
     Returns:
-        The arm with its springs.
+        The arm and its springs.
 
     Raises:
         InputError: No such link, or a beam heavier than its link.
@@ -90,7 +91,7 @@ def with_flexible_links(arm: Arm, links: Mapping[int, BendingLink]) -> SprungArm
     refuse_loops(arm)
     _check(arm, links)
     bodies: list[RigidBody] = []
-    rows: list[tuple[int, Array, Array, str]] = []  # link that gives the directions, screw, point, name
+    rows: list[tuple[int, Array, Array, str]] = []  # link whose home frame gives the directions, screw, point, name
     driven, starts, ends, stiffness = [], [], [], []
     for link in range(arm.n):
         own = _own(arm, link)
@@ -148,7 +149,7 @@ def _piece(bending: BendingLink, first: float, last: float) -> RigidBody:
 
 
 def _rest(own: RigidBody, bending: BendingLink) -> RigidBody | None:
-    """What of a link stays rigid; None when the beam is all of it."""
+    """The rigid rest of a link; None if the beam is the whole link."""
     rest = combined([own, _piece(bending, 0.0, 1.0).negative()])
     return rest if rest.mass > NOTHING * own.mass else None
 
@@ -212,7 +213,7 @@ def _assembled(arm: Arm, rows: list[tuple[int, Array, Array, str]], bodies: list
 
 
 def _rotors(arm: Arm, count: int, starts: list[int], ends: list[int]) -> tuple[MountedRotor | None, ...]:
-    """The old rotors at their joints' new places."""
+    """The rotors of the old arm, with the new indices of joints and carriers."""
     found: list[MountedRotor | None] = [None] * count
     for joint, rotor in enumerate(arm.rotors):
         if rotor is not None:

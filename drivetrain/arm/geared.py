@@ -1,4 +1,4 @@
-"""An arm with its rotors mounted, and the same arm with less of their motion counted."""
+"""An arm with mounted rotors, and the level at which the dynamics includes their motion."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ def with_rotors(
 ) -> Arm:
     """The arm with these rotors, in place of any it had.
 
-    Where a rotor leaves a choice open it is settled here, see the docstring of Rotor; the arm then holds
-    MountedRotors with concrete home, screw, carrier and tensor. A scalar inertia J becomes ``J u u^T`` with u the
-    spin axis in the rotor frame: about the spin axis alone, nothing across it.
+    Defaults of a rotor are resolved here, see the docstring of ``Rotor``; the arm then has ``MountedRotor`` objects
+    with definite home, screw, carrier and tensor. A scalar inertia J becomes ``J u u^T`` with u the spin axis in the
+    rotor frame: J about the spin axis and zero across it.
 
     Args:
         arm: The arm that carries them.
-        rotors: One a joint, None for a direct drive, (n,).
-        level: How much of their motion is counted.
-        coupling: Turns of shaft i, which motor i drives through its gear, a turn of joint j [-], (n, n): rotor i then
-            spins at ``ratio_i`` times row i of it times the joint speeds, against its carrier. None: as it was, which
-            is rotor i at ``ratio_i`` times joint i unless ``with_coupling`` has said otherwise.
+        rotors: One rotor per joint, None for a direct drive, (n,).
+        level: Which parts of the rotors' motion the dynamics includes.
+        coupling: Turns of shaft i, which motor i drives through its gear, per turn of joint j [-], (n, n): rotor i then
+            spins relative to its carrier at ``ratio_i`` times row i of it times the joint speeds. None: the coupling of
+            the arm; without one, rotor i spins at ``ratio_i`` times the speed of joint i.
 
     Returns:
-        The arm with rotors; lengths [m], masses [kg] and inertias [kg m^2] of the links are left as they were.
+        The arm with rotors; lengths [m], masses [kg] and inertias [kg m^2] of the links do not change.
 
     Raises:
-        InputError: Not n rotors, a carrier that is no link of this arm, or a coupling of another shape or singular.
+        InputError: Not n rotors, a carrier that is not a link of this arm, or a coupling of wrong shape or singular.
     """
     faults = Faults()
     shafts = arm.coupling if coupling is None else faults.attempt(checked_coupling, coupling, arm.n)
@@ -51,14 +51,14 @@ def with_rotors(
 
 
 def at_level(arm: Arm, level: RotorLevel) -> Arm:
-    """The same arm with more or less of its rotors' motion counted.
+    """The same arm with another level of its rotors' motion.
 
     Args:
-        arm: With rotors or without.
-        level: What to count.
+        arm: The arm, with or without rotors.
+        level: Which parts of the rotors' motion to include.
 
     Returns:
-        The arm at that level; rotors are kept [kg, kg m^2], so that any other level can be had from it.
+        The arm at that level; its rotors [kg, kg m^2] are kept, so that the level can be changed again.
 
     Raises:
         InputError: No such level.
@@ -75,7 +75,7 @@ def _checked_level(level: RotorLevel) -> RotorLevel:
 
 
 def _mounted(arm: Arm, joint: int, rotor: Rotor | None) -> MountedRotor | None:
-    """The rotor with its open choices settled."""
+    """The rotor with all defaults resolved."""
     place = f"rotors[{joint}]"
     if rotor is None:
         return None
@@ -95,7 +95,9 @@ def _mounted(arm: Arm, joint: int, rotor: Rotor | None) -> MountedRotor | None:
 
 
 def _joint_line(arm: Arm, joint: int) -> Array:
-    """The joint's axis as a pure rotation: the line without the pitch, or the way of a slide through its point."""
+    """The joint's axis as a pure rotation, (6,): a helical axis without its pitch; of a prismatic joint, the line along
+    its direction through its point.
+    """
     screw = arm.screws[joint]
     if not screw[:3].any():
         return np.concatenate([screw[3:], np.cross(arm.joint_points[joint], screw[3:])])

@@ -1,8 +1,8 @@
-"""Where the links and the tip are, and how they move: products of exponentials, over batches.
+"""Kinematics of links and tip: poses, Jacobians and their rates by products of exponentials, over batches.
 
-Where the book slips: exercise 8.6, how fast the Jacobians change, writes ``dJ_i/dtheta_j = ad_Ji(J_j)`` for both. That
-is right for the body Jacobian (i < j). For the space Jacobian (i > j) it has the wrong sign: joint j carries axis i
-along, which makes it ``ad_Jj(J_i) = -ad_Ji(J_j)``.
+Erratum of the book: exercise 8.6, on the derivatives of the Jacobians, gives ``dJ_i/dtheta_j = ad_Ji(J_j)`` for both.
+This is right for the body Jacobian (i < j). For the space Jacobian (i > j) the sign is wrong: joint j moves axis i,
+which gives ``ad_Jj(J_i) = -ad_Ji(J_j)``.
 
 Reference: Modern Robotics, chapters 4 and 5, exercise 8.6.
 """
@@ -100,7 +100,7 @@ def body_jacobian(arm: Arm, q: Any) -> Array:
 
 
 def displacements(arm: Arm, q: Any) -> Array:
-    """How base, link 0, link 1, ... have moved since the joints were at zero, (N, n + 1, 4, 4)."""
+    """Displacements of base, link 0, link 1, ... from their poses with all joints at zero, (N, n + 1, 4, 4)."""
     refuse_loops(arm)
     (positions,) = finite_samples(arm.n, {"q": q})
     result = np.empty((len(positions), arm.n + 1, 4, 4))
@@ -124,13 +124,13 @@ def screw_displacements(screw: Array, angles: Array) -> Array:
     rest = 2.0 * np.sin(0.5 * angles) ** 2  # 1 - cos would cancel
     rotation = np.sin(angles)[:, None, None] * turn + rest[:, None, None] * (turn @ turn)
     result[:, :3, :3] = np.eye(3) + rotation
-    # The point of the axis stays, but for the pitch.
+    # The point of the axis does not move except by the pitch.
     result[:, :3, 3] = -rotation @ (turn @ linear) + angles[:, None] * (float(axis @ linear) * axis)
     return result
 
 
 def screw_columns(displacements: Array, screws: Array) -> Array:
-    """Screws carried along with displacements, as columns, (N, 6, n)."""
+    """Screws transformed by the displacements, as columns, (N, 6, n)."""
     rotation, place = displacements[..., :3, :3], displacements[..., :3, 3]
     angular = np.swapaxes((rotation @ screws[:, :3, None])[..., 0], 1, 2)
     linear = np.swapaxes((rotation @ screws[:, 3:, None])[..., 0], 1, 2) + _cross(np.swapaxes(place, 1, 2), angular)
@@ -150,12 +150,12 @@ def space_jacobian_rate(arm: Arm, q: Any, qd: Any) -> Array:
     Raises:
         InputError: Wrong shapes, or a NaN or infinity.
 
-    Reference: Modern Robotics, exercise 8.6 (a), its sign put right.
+    Reference: Modern Robotics, exercise 8.6 (a), with the sign corrected.
     """
     positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
     columns = space_jacobian(arm, positions)
     moved = columns * speeds[:, None]
-    # The twist of the link before each joint, which carries the joint's axis along.
+    # the twist of the link before each joint, with which the joint's axis moves
     before = np.cumsum(moved, axis=2) - moved
     rate = _brackets(before, columns)
     return rate if np.ndim(q) == 2 else rate[0]
@@ -179,7 +179,7 @@ def body_jacobian_rate(arm: Arm, q: Any, qd: Any) -> Array:
     positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
     columns = body_jacobian(arm, positions)
     moved = columns * speeds[:, None]
-    # The twist of the tip against the link after each joint.
+    # the twist of the tip relative to the link after each joint
     after = np.cumsum(moved[:, :, ::-1], axis=2)[:, :, ::-1] - moved
     rate = _brackets(columns, after)
     return rate if np.ndim(q) == 2 else rate[0]
@@ -193,11 +193,12 @@ def _brackets(a: Array, b: Array) -> Array:
 
 
 def tip_jacobian(arm: Arm, q: Any) -> Array:
-    """The matrix that takes joint rates to the angular velocity of the tip and the velocity of its origin, base axes.
+    """The matrix from joint rates to the angular velocity of the tip and the velocity of its origin, in base axes.
 
-    ``space_jacobian`` gives the velocity of the point of the tip's body that passes the base's origin instead.
+    The linear part of ``space_jacobian`` is instead the velocity of that point of the tip's body that coincides with
+    the origin of the base.
 
-    Columns (angular [-], linear [m or -]) a joint, (6, n) or (N, 6, n).
+    Columns (angular [-], linear [m or -]) per joint, (6, n) or (N, 6, n).
 
     Reference: Modern Robotics, the J of equation 8.20 for any arm.
     """
@@ -215,11 +216,11 @@ def tip_pose_and_jacobian(arm: Arm, q: Array) -> tuple[Array, Array]:
 
 
 def tip_jacobian_rate(jacobian: Array, qd: Array) -> Array:
-    """The time derivative of ``tip_jacobian``, given that, (N, 6, n)."""
+    """The time derivative of ``tip_jacobian`` (argument ``jacobian``), (N, 6, n)."""
     moved = jacobian * qd[:, None]
     until = np.cumsum(moved, axis=2)
     after = until[:, 3:, -1:] - until[:, 3:]
-    # A joint turns all that comes after it; joints after it move the point that its axis turns.
+    # a joint rotates all joints after it, and these move the tip relative to its axis
     angular = _cross(until[:, :3], jacobian[:, :3])
     linear = _cross(until[:, :3], jacobian[:, 3:]) + _cross(jacobian[:, :3], after)
     return np.concatenate([angular, linear], axis=1)
@@ -231,25 +232,25 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def tip_acceleration_terms(arm: Arm, q: Any, qd: Any) -> Array:
-    """The accelerations that the tip has at constant joint speeds, one for each pair of speeds.
+    """Accelerations of the tip at constant joint speeds, one for each pair of joints.
 
-    Entry j, j is the centripetal acceleration by joint j alone; entries j, k and k, j together are the Coriolis
-    acceleration of that pair. All entries together are the acceleration of the tip when no joint accelerates.
+    Entry j, j is the centripetal acceleration due to joint j; the sum of entries j, k and k, j is the Coriolis
+    acceleration of that pair. The sum of all entries is the acceleration of the tip when no joint accelerates.
 
     Args:
-        arm: With n joints.
+        arm: Arm with n joints.
         q: Joint positions [rad or m], (n,) or (N, n).
         qd: Joint speeds [rad/s or m/s], as q.
 
     Returns:
-        Base axes [m/s^2], (n, n, 3) or (N, n, n, 3), symmetric in j and k.
+        Accelerations in base axes [m/s^2], (n, n, 3) or (N, n, n, 3), symmetric in j and k.
 
     Reference: Modern Robotics, equation 8.12 and figure 8.2, for any arm.
     """
     positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
     jacobian = tip_jacobian(arm, positions)
     angular, linear = np.swapaxes(jacobian[:, :3], 1, 2), np.swapaxes(jacobian[:, 3:], 1, 2)
-    # Joint j turns all that joints from j on do to the tip: d(J_k)/dq_j = w_j x J_k for j <= k.
+    # joint j rotates the contributions of the joints from j on: d(J_k)/dq_j = w_j x J_k for j <= k
     turned = np.cross(angular[:, :, None], linear[:, None, :])
     earlier = np.triu(np.ones((arm.n, arm.n)))[:, :, None]
     later = np.triu(np.ones((arm.n, arm.n)), 1)[:, :, None]

@@ -17,12 +17,12 @@ from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.spatial.inertia import parallel_axis
 from drivetrain.spatial.poses import inverse_pose
 
-RIGID = 1e-9  # on what makes a 6 x 6 matrix the inertia of a body, over its largest entry
-UNIT = 1e-12  # a screw is taken as unit within this
+RIGID = 1e-9  # tolerance of the structure of a rigid body's 6 x 6 inertia, over its largest entry
+UNIT = 1e-12  # tolerance of the length of a unit screw
 
 
 class BookLists(NamedTuple):
-    """An arm as the book's functions take it."""
+    """The arguments that describe an arm in the functions of the book."""
 
     Mlist: Array  # poses of the link frames, each in the one before, then of the tip in the last [m], (n + 1, 4, 4)
     Glist: Array  # spatial inertias in the link frames [kg m^2, kg m, kg], (n, 6, 6)
@@ -31,17 +31,17 @@ class BookLists(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class BookArm:
-    """The arm of the book's lists."""
+    """An arm made from the book's lists."""
 
     arm: Arm  # with unit screws
-    scale: Array  # how far each joint of ``arm`` goes for a unit of the book's theta [-], (n,): the length of its screw
+    scale: Array  # motion of each joint of ``arm`` per unit of the book's theta [-], (n,): the length of its screw
 
 
 def book_lists(arm: Arm) -> BookLists:
     """The lists of an arm, its link frames at the centres of mass.
 
     Args:
-        arm: Without rotors, for which the lists have no place.
+        arm: Arm without rotors, which the lists cannot describe.
 
     Returns:
         The lists.

@@ -1,8 +1,9 @@
-"""Joint positions that bring the tip where it is wanted: for one pose, and along a path.
+"""Inverse kinematics: joint positions for one pose of the tip, and along a path.
 
-One pose: damped least squares inside the joints' ranges, from the positions before; where that leads nowhere, from
-others drawn at random, the nearest solution found. Along a path: Newton's method from one place to the next, so the arm
-never changes its posture, and exact derivatives over the distance. A redundant arm moves as little as it can.
+One pose: damped least squares within the joint ranges, from the given positions; if that does not converge, from random
+positions, of which the solution nearest to the given ones is taken. Along a path: Newton's method from point to point,
+so that the arm keeps its posture, with exact derivatives over the distance. For a redundant arm the joint rates have
+the least norm.
 
 Reference: Modern Robotics, section 6.2; Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt
     method, IEEE Trans. Robotics 27 (2011) 984-991; Golub and Pereyra, The differentiation of pseudo-inverses, SIAM J.
@@ -26,16 +27,16 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.rotations import axial, log_rotation
 from drivetrain.spatial.tool_path import PathSamples
 
-REACHED = 1e-11  # [m over the arm's size, rad]
-STEPS = 100  # of the search for one pose
+REACHED = 1e-11  # tolerance of the pose [m over the arm's size, rad]
+STEPS = 100  # largest number of steps of the search for one pose
 NEWTON_STEPS = 8
 RESTARTS = 20
-STALLED = 1e-4  # share of what is missing that a step must bring, else the search ends where it is
+STALLED = 1e-4  # relative decrease of the squared pose error below which the search stops
 SINGULAR = 1e-3  # smallest over largest singular value of the Jacobian, lengths over the arm's size
-COARSE = 32  # pieces of a path, each halved where Newton's method does not follow
+COARSE = 32  # pieces of a path, each halved if Newton's method does not converge
 HALVINGS = 12
-FAR = 0.5  # [rad or m over the arm's size] from what was predicted: another posture
-PLACE = slice(3, 6)  # rows of a task that leaves the rotation free
+FAR = 0.5  # [rad or m over the arm's size] distance from the predicted positions that means another posture
+PLACE = slice(3, 6)  # rows of a task with free rotation
 
 
 class JointPath(NamedTuple):
@@ -51,15 +52,15 @@ def inverse_kinematics(arm: Arm, pose: Any, start: Any, *, rotation: bool = True
 
     Args:
         arm: The arm.
-        pose: Wanted of the tip in the base frame [m], (4, 4).
-        start: Positions to start from [rad or m], (n,): of several solutions, one near to it.
-        rotation: Whether the tip's rotation counts; False: its place alone.
+        pose: Required pose of the tip in the base frame [m], (4, 4).
+        start: Initial positions [rad or m], (n,); of several solutions, one near to these is returned.
+        rotation: Whether the tip's rotation is required; False: its position only.
 
     Returns:
-        Positions [rad or m], (n,); the tip is where it is wanted to 1e-11 of the arm's size and 1e-11 rad.
+        Positions [rad or m], (n,); the error of the tip is below 1e-11 of the arm's size and 1e-11 rad.
 
     Raises:
-        InputError: Wrong shapes, or a pose that is out of reach, with what is missing.
+        InputError: Wrong shapes, or a pose that is out of reach, with the remaining error.
 
     Example:
         >>> arm = dt.load_arm("ur5")
@@ -91,12 +92,12 @@ def inverse_kinematics(arm: Arm, pose: Any, start: Any, *, rotation: bool = True
 
 
 def size_of(arm: Arm) -> float:
-    """A length of the arm: the largest distance from one of its joints to the tip [m], all joints at zero."""
+    """Characteristic length of the arm: the largest distance from a joint to the tip [m], all joints at zero."""
     return float(np.linalg.norm(arm.joint_points - arm.tip[:3, 3], axis=1).max()) or 1.0
 
 
 def _searched(arm: Arm, wanted: Array, q: Array, rows: slice) -> tuple[Array, Array | None]:
-    """Damped least squares inside the ranges: where it ends, and what is missing there, None where nothing is."""
+    """Damped least squares within the joint ranges: final positions, and their pose error (None: converged)."""
     size, damping = size_of(arm), 1.0
     missing, jacobian = (one[0] for one in _missing(arm, wanted[None], q[None], size))
     for _ in range(STEPS):
@@ -106,7 +107,7 @@ def _searched(arm: Arm, wanted: Array, q: Array, rows: slice) -> tuple[Array, Ar
             return q, None
         step = _damped(columns, error, damping * power)
         stopped = ((q <= arm.lower) & (step < 0.0)) | ((q >= arm.upper) & (step > 0.0))
-        if stopped.any():  # joints at their ends leave the rest of the way to the others
+        if stopped.any():  # joints at their limits are fixed, and the others take the rest of the step
             step = _damped(columns * ~stopped, error, damping * power)
         there = np.clip(q + step, arm.lower, arm.upper)
         left, then = (one[0] for one in _missing(arm, wanted[None], there[None], size))
@@ -123,17 +124,17 @@ def _searched(arm: Arm, wanted: Array, q: Array, rows: slice) -> tuple[Array, Ar
 
 
 def _damped(jacobian: Array, error: Array, damping: float) -> Array:
-    """The step that brings the most for its length."""
+    """The damped least-squares step."""
     square = jacobian @ jacobian.T + (damping + 1e-15) * np.eye(len(error))
     return np.asarray(jacobian.T @ np.linalg.solve(square, error))
 
 
 def _missing(arm: Arm, wanted: Array, q: Array, size: float) -> tuple[Array, Array]:
-    """What leads tips to where they are wanted, (N, 6), and the Jacobians; linear rows over the arm's size."""
+    """Pose errors of the tip, (N, 6), and the Jacobians; linear rows are divided by the arm's size."""
     there, jacobian = tip_pose_and_jacobian(arm, q)
     jacobian[:, 3:] /= size
     turns = wanted[:, :3, :3] @ np.swapaxes(there[:, :3, :3], 1, 2)
-    # Of several the sine of the angle will do: it is the angle where that is small.
+    # for batches the sine of the angle is used, which equals the angle where that is small
     angular = log_rotation(turns[0])[None] if len(q) == 1 else 0.5 * axial(turns)
     return np.hstack([angular, (wanted[:, :3, 3] - there[:, :3, 3]) / size]), jacobian
 
@@ -141,9 +142,21 @@ def _missing(arm: Arm, wanted: Array, q: Array, size: float) -> tuple[Array, Arr
 def follow(
     arm: Arm, path: Callable[[Array], PathSamples], length: float, start: Array, *, rotation: bool = True
 ) -> Callable[[Array], JointPath]:
-    """Joint positions along a path of so many metres, in one posture, as a function of distances [m].
+    """Joint positions along a path in one posture, as a function of the distance.
 
-    Raises PathLostError where the path leaves the reach or comes to a singular pose; here, or of distances asked for.
+    Args:
+        arm: The arm.
+        path: Samples of the path at given distances [m].
+        length: Length of the path [m].
+        start: Joint positions at its start [rad or m], (n,).
+        rotation: Whether the tip's rotation is required.
+
+    Returns:
+        Function of distances [m], (N,).
+
+    Raises:
+        PathLostError: The path leaves the reach of the arm or comes to a singular pose; raised here, or by the returned
+            function.
     """
     from scipy.interpolate import BPoly  # takes long to import, and few studies follow paths
 
@@ -167,7 +180,7 @@ def follow(
 
 
 class PathLostError(Exception):
-    """The distance at which an arm cannot follow a path, and whether that is ``out of reach`` or ``singular``."""
+    """The distance at which an arm cannot follow a path [m], and why: ``out of reach`` or ``singular``."""
 
     def __init__(self, distance: float, why: str) -> None:
         super().__init__(distance, why)
@@ -183,7 +196,7 @@ def _go_on(
     rows: slice,
     size: float,
 ) -> None:
-    """More knots, up to a goal; steps are halved where Newton's method does not follow the prediction."""
+    """Add knots up to the distance ``goal``; steps are halved if Newton's method does not converge."""
     step, halved = goal - knots[-1], 0
     while knots[-1] < goal:
         there = min(knots[-1] + step, goal) if halved else goal
@@ -201,7 +214,7 @@ def _go_on(
 
 
 def _why(arm: Arm, path: Callable[[Array], PathSamples], goal: float, q: Array, rows: slice) -> str:
-    """Whether the path goes on within reach, the joints' ranges left aside."""
+    """Why the path cannot be followed: ``singular``, or ``out of reach`` if joint ranges are not the reason."""
     free = replace(arm, lower=np.full(arm.n, -np.inf), upper=np.full(arm.n, np.inf))
     try:
         inverse_kinematics(free, path(np.array([goal])).poses[0], q, rotation=rows != PLACE)
@@ -211,7 +224,7 @@ def _why(arm: Arm, path: Callable[[Array], PathSamples], goal: float, q: Array, 
 
 
 def _newton(arm: Arm, wanted: Array, q: Array, rows: slice, size: float) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Positions near to those given, Jacobians there, and which have been reached, (N, n), (N, 6, n), (N,)."""
+    """Newton's method from the given positions: positions, Jacobians, and convergence, (N, n), (N, 6, n), (N,)."""
     for steps_left in reversed(range(NEWTON_STEPS)):
         missing, jacobian = _missing(arm, wanted, q, size)
         reached = np.abs(missing[:, rows]).max(axis=1) <= REACHED
@@ -223,7 +236,7 @@ def _newton(arm: Arm, wanted: Array, q: Array, rows: slice, size: float) -> tupl
 
 
 def _rates(wanted: PathSamples, q: Array, jacobian: Array, rows: slice, size: float) -> JointPath:
-    """Derivatives of the joint positions over the distance, of least length where the arm is redundant."""
+    """Derivatives of the joint positions over the distance, of least norm if the arm is redundant."""
     scale = np.repeat([1.0, 1.0 / size], 3)
     first, second = (rate * scale for rate in wanted[1:])
     inverse = np.linalg.pinv(jacobian[:, rows], rcond=1e-9)

@@ -1,4 +1,4 @@
-"""Rotors as bodies: what spins behind a gear, and which link carries it."""
+"""Rotors as bodies: the part that spins at the input of a gear, and the link that carries it."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from drivetrain.spatial.inertia import RigidBody
 
 
 class RotorLevel(StrEnum):
-    """How much of the rotors' motion the dynamics counts.
+    """Which parts of the rotors' motion the dynamics includes.
 
-    NONE: rotors ride along, locked to their carriers. REFLECTED: as NONE, plus ``ratio^2 * axial inertia`` on the
-    diagonal, the usual shortcut. FULL: rotors are bodies (Modern Robotics, equations 8.103 to 8.111).
+    NONE: rotors are locked to their carriers. REFLECTED: as NONE, plus ``ratio^2 * axial inertia`` on the diagonal of
+    the mass matrix, the usual approximation. FULL: rotors are bodies (Modern Robotics, equations 8.103 to 8.111).
     """
 
     NONE = "none"
@@ -27,20 +27,20 @@ class RotorLevel(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Rotor:
-    """What spins behind the gear of one joint, seen against the link that carries its stator.
+    """The rotor of one joint's motor, which spins relative to the link that carries the stator.
 
     Attributes:
-        ratio: Rotor turns a turn of the joint [-], or rotor angle over travel of a prismatic joint [rad/m]; negative
-            when the rotor turns the other way about ``screw`` than the joint goes. Where motors are coupled
-            (``coupling.py``), read: of the shaft behind the gear.
-        inertia: Scalar about the spin axis [kg m^2] (the transverse part then counts as the carrier's), or the full
+        ratio: Rotor turns per turn of the joint [-], or rotor angle over travel of a prismatic joint [rad/m]; negative
+            if the rotor turns about ``screw`` opposite to the joint. With coupled motors (``coupling.py``), the ratio
+            to the shaft behind the gear instead of the joint.
+        inertia: Scalar about the spin axis [kg m^2] (the transverse inertia then belongs to the carrier), or the full
             tensor about the centre of mass in the rotor frame, (3, 3).
-        mass: [kg]; 0 where it is already counted in the carrier's.
+        mass: Mass [kg]; 0 if the mass of the carrier includes it.
         home: Frame at the centre of mass, base frame, all joints zero, (4, 4). None: z along the spin axis; x and y
-            are the base's, turned the shortest way that takes the base's z to the spin axis (so the base's own axes
-            when they agree); its origin is the point of the spin axis nearest to where the joint sits.
-        screw: Spin axis, base frame, all joints zero, (6,), (angular [-], linear [m]). None: the joint's axis line;
-            of a prismatic joint, the line along its direction through the point where the joint sits.
+            are those of the base, rotated by the shortest rotation that takes the base's z to the spin axis; the origin
+            is the point of the spin axis nearest to the joint.
+        screw: Spin axis, base frame, all joints zero, (6,), (angular [-], linear [m]). None: the joint's axis; for a
+            prismatic joint, the line along its direction through the joint's point.
         carrier: Index of the link that holds the stator; -1 is the base. None: the link before the joint.
     """
 
@@ -68,9 +68,9 @@ class Rotor:
 
 @dataclass(frozen=True, eq=False)
 class MountedRotor(Rotor):
-    """A rotor on an arm, every default settled; ``with_rotors`` makes these."""
+    """A rotor on an arm with all defaults resolved; made by ``with_rotors``."""
 
-    ratio: float  # as of Rotor [- or rad/m]
+    ratio: float  # as in Rotor [- or rad/m]
     inertia: Array  # tensor about the centre of mass in the rotor frame [kg m^2], (3, 3)
     mass: float  # [kg]
     home: Array  # frame at the centre of mass, base frame, all joints zero, (4, 4)
@@ -78,7 +78,7 @@ class MountedRotor(Rotor):
     carrier: int  # index of the link that holds the stator; -1 is the base
 
     def __post_init__(self) -> None:
-        # with_rotors makes these from what Rotor has checked; to check again would cost more than to mount.
+        # no checks: with_rotors makes these from a checked Rotor, and checking again would take longer than mounting
         for array in (self.inertia, self.home, self.screw):
             read_only(array)
 
@@ -90,7 +90,7 @@ class MountedRotor(Rotor):
 
     @property
     def axial_inertia(self) -> float:
-        """Inertia about the line through the spin axis [kg m^2], an unbalanced rotor's offset counted."""
+        """Inertia about the spin axis [kg m^2], including the offset of an unbalanced rotor's centre of mass."""
         axis = self.home[:3, :3].T @ self.screw[:3]
         offset = self.home[:3, 3] - np.cross(self.screw[:3], self.screw[3:])
         arm = np.cross(self.screw[:3], offset)

@@ -1,4 +1,4 @@
-"""Motions as robots make them: from pose to pose with the joints in step, along lines, and along arcs of circles."""
+"""Motions of robots: from pose to pose with synchronised joints, along lines, and along circular arcs."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from drivetrain.spatial.tool_path import SMALLEST_LENGTH, PathSamples, Piece, To
 from drivetrain.units import Quantity, Vector
 
 ALONG_PATH = ("line", "circle")
-GRID = 400  # points of a path at which the limits of its law are sought
+GRID = 400  # points of a path at which its limits are evaluated
 ROUNDING = 1e-6
-TOLD = 1.01  # times slower
+TOLD = 1.01  # factor of time above which a note says that a path is run slower
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,13 +32,14 @@ class Move:
     """One move of an arm.
 
     Attributes:
-        kind: ``joints``, to joint positions; ``to``, to a pose, the joints in step; ``line`` or ``circle``, the tool
-            straight or on an arc to a pose.
-        target: Joint positions [rad or m], (n,), or pose of the tip in the base frame [m], (4, 4), or its place alone
-            [m], (3,): the tool keeps its rotation, or on an arm of fewer than six joints turns as it must.
-        via: A point of the arc between [m], (3,).
-        blend: How far from the end of a line or arc its corner into the next one is rounded [m]; 0: at rest there.
-        dwell: Wait at the end [s].
+        kind: ``joints``: to joint positions; ``to``: to a pose with synchronised joints; ``line`` or ``circle``: the
+            tool moves along a line or an arc to a pose.
+        target: Joint positions [rad or m], (n,), or pose of the tip in the base frame [m], (4, 4), or its position only
+            [m], (3,): the tool then keeps its rotation; on an arm of fewer than six joints the rotation is free.
+        via: Point of the arc between start and end [m], (3,).
+        blend: Distance from the end of a line or arc at which its corner into the next one is rounded [m]; 0: the tool
+            stops at the corner.
+        dwell: Dwell at the end [s].
     """
 
     kind: Literal["joints", "to", "line", "circle"]
@@ -50,14 +51,14 @@ class Move:
 
 @dataclass(frozen=True)
 class ToolLimits:
-    """What the tool may do at most along lines and circles; None is free.
+    """Limits of the tool along lines and circles; None: no limit.
 
     Attributes:
-        speed: [m/s].
-        acceleration: Along its path and across it together [m/s^2].
-        jerk: Along its path [m/s^3].
-        turn_speed: [rad/s].
-        turn_acceleration: [rad/s^2].
+        speed: Speed along the path [m/s].
+        acceleration: Resultant of tangential and normal acceleration [m/s^2].
+        jerk: Jerk along the path [m/s^3].
+        turn_speed: Angular speed [rad/s].
+        turn_acceleration: Angular acceleration [rad/s^2].
     """
 
     speed: float | None = None
@@ -78,27 +79,27 @@ def tool_motion(
     tool: ToolLimits | None = None,
     sample_time: float = 0.002,
 ) -> Motion:
-    """The motion of an arm through moves of its joints and its tool, at rest where no corner is rounded.
+    """The motion of an arm through moves of its joints and its tool, at rest between moves without a blend.
 
-    Along lines and circles the tool follows the profile by its own limits; where a joint would pass its own, the whole
-    path is run slower, and the notes say why.
+    Along lines and circles the tool follows the profile within its own limits; if a joint would exceed its limits, the
+    whole path is slowed down, and the notes say why.
 
     Args:
-        name: What to call it.
+        name: Name of the motion.
         arm: The arm; its tip is the tool.
         start: Joint positions at the start [rad or m], (n,); they also choose the arm's posture.
-        moves: In their order.
-        profile: ``trapezoid``, ``quintic``, ``s_curve``, or one of one's own.
-        limits: Of the joints; needed by ``joints`` and ``to``.
-        tool: Of the tool; needed by ``line`` and ``circle``.
+        moves: The moves in their order.
+        profile: ``trapezoid``, ``quintic``, ``s_curve``, or a user's own ``Profile``.
+        limits: Limits of the joints; required by ``joints`` and ``to``.
+        tool: Limits of the tool; required by ``line`` and ``circle``.
         sample_time: Largest distance between samples [s].
 
     Returns:
         The motion, from time 0.
 
     Raises:
-        InputError: Shapes, missing limits, a pose out of reach, a path through a singular pose (with instant and
-            place): all that is wrong up to the first move whose end is not known.
+        InputError: Wrong shapes, missing limits, a pose out of reach, or a path through a singular pose (with instant
+            and position); all faults up to the first move whose end cannot be computed.
     """
     here = f"motion {name}"
     if isinstance(profile, str) and profile not in PROFILES:
@@ -148,7 +149,7 @@ def _check_moves(moves: Sequence[Move], here: str) -> None:
 
 
 def _between_rests(moves: Sequence[Move]) -> list[tuple[int, list[Move]]]:
-    """Index of the first, and the moves, of each part that is run without a stop."""
+    """The parts that are run without a stop: index of their first move, and their moves."""
     groups: list[tuple[int, list[Move]]] = []
     for k, move in enumerate(moves):
         if k and moves[k - 1].blend:
@@ -159,7 +160,7 @@ def _between_rests(moves: Sequence[Move]) -> list[tuple[int, list[Move]]]:
 
 
 def _pose(target: Any, before: Array) -> Array:
-    """The pose wanted; a place alone keeps the rotation before."""
+    """The target pose, (4, 4); a position alone keeps the rotation of ``before``."""
     if np.shape(target) == (3,):
         pose = before.copy()
         pose[:3, 3] = checked_array(target, (3,), "target")
@@ -171,7 +172,7 @@ def _pose(target: Any, before: Array) -> Array:
 
 
 def _turns(arm: Arm, move: Move) -> bool:
-    """Whether the rotation of the tool counts."""
+    """Whether the move prescribes the rotation of the tool."""
     return arm.n >= 6 or np.shape(move.target) != (3,)
 
 
@@ -184,7 +185,7 @@ def _goal(arm: Arm, q: Array, move: Move) -> Array:
 def _along(
     arm: Arm, q: Array, group: list[Move], profile: Profile, bounds: Array, tool: ToolLimits, sample_time: float
 ) -> tuple[Array, list[str]]:
-    """Samples of lines and circles run without a stop, like those of ``joint_move``; notes."""
+    """Samples of lines and circles that are run without a stop, in the form of ``joint_move``; and notes."""
     pieces, pose = [], tip_pose(arm, q)
     for move in group:
         there = _pose(move.target, pose)
@@ -213,7 +214,7 @@ def _run(
     tool: ToolLimits,
     sample_time: float,
 ) -> tuple[Array, list[str]]:
-    """A path by a law, or as much slower as the limits ask: samples and notes."""
+    """A path with a given time law, slowed down as far as the limits require: samples and notes."""
     notes: list[str] = []
     while True:
         time, share, rate, second = sampled_law(law, sample_time).T
@@ -230,7 +231,7 @@ def _run(
 
 
 def _path_limits(path: ToolPath, tool: ToolLimits) -> PathLimits:
-    """Limits of the share of the path that is done, by those of the tool, where the path lets it go quickest."""
+    """Limits of the path coordinate (share of the path covered) from those of the tool, at the fastest points."""
     _check_tool(tool)
     samples = path.at(np.linspace(0.0, path.length, GRID + 1))
     way, bend = (float(np.linalg.norm(x[:, 3:], axis=1).max()) for x in samples[1:])
@@ -262,7 +263,7 @@ def _slower(
     tool: ToolLimits,
     time: Array,
 ) -> tuple[float, str]:
-    """How many times as long the path must take, and what asks it."""
+    """Factor on the duration of the path that all limits require, and the limit that determines it."""
     ds, dds = law
     pull = samples.second * ds**2 + samples.first * dds
     needs = [(np.linalg.norm(pull[:, 3:], axis=1) / (tool.acceleration or math.inf)) ** 0.5]
@@ -280,7 +281,7 @@ def _slower(
 
 
 def _lost(lost: PathLostError, path: ToolPath, law: Law, sample_time: float) -> Fault:
-    """What keeps an arm from a path, and where and when."""
+    """The fault of an arm that cannot follow a path: why, where and when."""
     pose = path.at(np.array([lost.distance])).poses[0]
     place = "[" + ", ".join(f"{1e3 * x:.4g}" for x in pose[:3, 3]) + "] mm"
     time, share, *_ = sampled_law(law, sample_time).T

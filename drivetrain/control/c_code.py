@@ -158,14 +158,16 @@ def c_texts(commander: Commander, *, name: str = "commander", header: str = "com
     head = [
         f"Currents of {study.name}, by drivetrain {__version__}; study SHA-256 {study.digest or 'none'}",
         f"call {name}_step at {commander.rate:.9g} Hz; payload: {commander.payload or 'none'}",
-        "q, qd, qdd: wanted [rad or m, and per s, s^2]; measured_q, measured_qd: as measured by the encoders",
-        "current: DC-equivalent amperes; 0 is returned, or where nothing has changed 1: an input is not finite"
-        + (", 2: the linkage does not come there from where it was" if commander.memory[FOLLOW_AT].size else ""),
+        "q, qd, qdd: commanded position, speed, acceleration [rad or m, and per s, s^2]; measured_q, measured_qd: "
+        "position and speed measured by the encoders",
+        "current: output, DC-equivalent [A]; returns 0, or an error code and leaves state and current unchanged: "
+        "1: an input is not finite"
+        + (", 2: the linkage cannot reach q from its last position" if commander.memory[FOLLOW_AT].size else ""),
         f"joints: {', '.join(commander.joints)}",
     ]
     carried, loops = int(commander.memory[SIZES][3]), _closure_functions(commander, name)
     if carried:
-        head.append("base: its position, then velocity, then acceleration, of x, y, z, yaw, pitch, roll [m, rad, s]")
+        head.append("base: position, velocity, acceleration of the base, each x, y, z, yaw, pitch, roll [m, rad, s]")
     size, state = f"{name.upper()}_JOINTS", f"{name}_state"
     base = f" const double base[{3 * carried}]," if carried else ""
     step = (
@@ -176,7 +178,7 @@ def c_texts(commander: Commander, *, name: str = "commander", header: str = "com
     comment = [f"/* {line.replace('*/', '* /')} */" for line in head]
     places = commander.memory[WHOLE_AT]["place"] if loops else np.zeros(0)
     fields = [f"    double {field}[{size}];" for field in STATES]
-    fields += [f"    double place[{len(places)}]; /* of all joints of the linkage */"] if loops else []
+    fields += [f"    double place[{len(places)}]; /* positions of all joints of the linkage */"] if loops else []
     top = [
         *comment, f"#ifndef {guard}", f"#define {guard}", f"#define {size} {n}", "typedef struct {", *fields,
         f"}} {state};", f"void {name}_start({state} *s);", f"{step};", "#endif",
@@ -219,7 +221,8 @@ def _closure_functions(commander: Commander, name: str) -> list[str]:
     m, n, order = len(whole), len(commander.joints), np.argsort(whole["coordinate"])[-len(commander.joints) :]
     driven = f"    static const int driven[{n}] = {{{', '.join(map(str, order))}}};"
     return [
-        "/* One of Newton's steps of the joints that follow; how far pins were open before, and whether they can. */",
+        "/* One Newton step of the passive joints; error: sum of the squared gaps of the pins before it, each over its",
+        "   tolerance; room: positive if the step is possible. */",
         f"static void {name}_newton(double p[{m}], double dead, double *error, double *room)", "{",
         *(f"    {line}" for line in c_lines(tape, [error, room, *(pins.whole[w].place for w in memory[FOLLOW_AT])])),
         *steps, f"    *error = {c_number(error)};", f"    *room = {c_number(room)};", "}", "",
@@ -232,7 +235,7 @@ def _closure_functions(commander: Commander, name: str) -> list[str]:
         "            if (!(error < HUGE_VAL) || !(room > 0.0))", "                return 0;",
         "            if (error <= 1.0)", "                break;", "        }", f"        if (k == {MOST})",
         "            return 0;", "    }", "    return 1;", "}", "",
-        "/* All joints where the driven ones are wanted, on a straight way; where they do not come they stay. */",
+        "/* Moves all joints until the driven ones are at q, in steps on a straight line; on failure place is kept. */",
         f"static int {name}_close(double place[{m}], const double q[{n}])", "{", driven,
         f"    static const double span[{n}] = {{{', '.join(map(repr, whole['stride'][order].tolist()))}}};",
         f"    static const int finer[{len(FINER)}] = {{{', '.join(map(str, FINER))}}};",

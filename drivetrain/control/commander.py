@@ -262,10 +262,8 @@ class Commander:
     def _wrong(self, *given: Any) -> InputError:
         """The error for a refused tick, with all faults of its arguments."""
         if self.memory[SIZES][9] == APART:
-            problem = (
-                "is where the linkage does not come from where it was: out of reach, a dead centre, or too far off"
-            )
-            return InputError(Fault("q", problem, self._targets[0].tolist(), "start anew by reset"))
+            problem = "cannot be reached by the linkage from its last position: out of reach, a dead centre, or too far"
+            return InputError(Fault("q", problem, self._targets[0].tolist(), "call reset to start again"))
         shapes = (*[(len(self.joints),)] * 5, self._base.shape)
         names, faults = (*("q", "qd", "qdd", "measured_q", "measured_qd"), "base"), []
         for name, value, shape in zip(names, given, shapes, strict=True):

@@ -233,7 +233,7 @@ def joined(kind: str, parent: str, child: str) -> str:
         (chain("<joint name='j' type='fixed'><parent link='arn'/><child link='base'/></joint>"), "did you mean 'arm'"),
         (chain("<joint name='j' type='fixed'><parent link='tool0'/><child link='base'/></joint>"), "loop"),
         (chain(joined("type='fixed'", "x", "arm")), "child of two joints"),
-        (chain(joined("type='floating'", "arm", "x")), "joint j: is of a kind that a serial arm has not"),
+        (chain(joined("type='floating'", "arm", "x")), "joint j: is of a kind that a serial arm cannot have"),
         (chain(joined("type='ball'", "arm", "x")), "ball"),
         (chain(joined("", "arm", "x")), '"type"'),
         (chain("<link name='x'/><joint name='j' type='fixed'><child link='x'/></joint>"), "needs <parent>"),

@@ -308,7 +308,7 @@ def test_closed_loops_in_c_are_the_same(tmp_path: Path, which: str) -> None:
         try:
             ours = commander(*targets)
         except InputError as error:
-            assert "linkage does not come" in str(error) and result == 2
+            assert "cannot be reached by the linkage" in str(error) and result == 2
             np.testing.assert_array_equal(state, before)
             np.testing.assert_array_equal(places["place"], kept)
             refused += 1

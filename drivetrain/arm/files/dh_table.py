@@ -21,7 +21,7 @@ from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.units import quantity, split_header
 from drivetrain.whole_files import read_text
 
-# Unit and default of each column; "joint" is [rad] or [m] as the row's kind says, "joint/s" its rate.
+# Unit and default of each column; "joint" is [rad] or [m], depending on the kind of the row, "joint/s" its rate.
 COLUMNS: dict[str, tuple[str, float]] = {
     "a": ("m", 0.0), "alpha": ("rad", 0.0), "d": ("m", 0.0), "theta": ("rad", 0.0), "mass": ("kg", 0.0),
     "com_x": ("m", 0.0), "com_y": ("m", 0.0), "com_z": ("m", 0.0),
@@ -31,21 +31,21 @@ COLUMNS: dict[str, tuple[str, float]] = {
 }  # fmt: skip
 NEEDED = ("a", "alpha", "d", "mass")
 TEXTS = ("name", "kind")
-# As Corke's Robotics Toolbox names the fields of a link (a vector's parts as columns), capitals or not.
+# Names of the fields of a link in Corke's Robotics Toolbox (components of vectors as columns), in lower case.
 TOOLBOX = {"m": "mass", "rx": "com_x", "ry": "com_y", "rz": "com_z", "qmin": "lower", "qmax": "upper", "sigma": "kind",
            "jointtype": "kind"}  # fmt: skip
-OF_DRIVES = ("b", "jm", "g", "tc", "tc+", "tc-")  # friction, rotor and ratio: the study's drives bring their own
+OF_DRIVES = ("b", "jm", "g", "tc", "tc+", "tc-")  # friction, rotor and ratio, which the drives of a study define
 KINDS = {"0": "revolute", "r": "revolute", "1": "prismatic", "p": "prismatic"}
 
 
 def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
-    """The arm of a Denavit-Hartenberg table; raises every fault of the file.
+    """The arm of a Denavit-Hartenberg table; raises InputError with all faults of the file.
 
     A CSV file with columns ``name``, ``kind`` (revolute or prismatic), ``a [mm]``, ``alpha [deg]``, ``d [mm]``,
-    ``theta [deg]``, ``offset [deg]`` (added to what the joint moves), ``mass [kg]``, ``com_x [mm]`` to ``com_z``,
+    ``theta [deg]``, ``offset [deg]`` (added to the joint's variable), ``mass [kg]``, ``com_x [mm]`` to ``com_z``,
     ``ixx [kg m^2]`` to ``iyz``, ``lower [deg]``, ``upper [deg]``, ``speed_limit [deg/s]``; or with those of
-    ``TOOLBOX``. A cell may carry its own unit. Or the same as JSON, a list of links, each by these names; or a model of
-    the Robotics Toolbox, in MATLAB (.m) or Python (.py): read as text, never run, in SI, base and tool left out.
+    ``TOOLBOX``. A cell may have its own unit. Alternatively a JSON list of links with these names; or a model of the
+    Robotics Toolbox in MATLAB (.m) or Python (.py), which is read as text in SI, never run, without base and tool.
     """
     header, lines = _rows(path, convention)
     names = [_column(column) for column in header]
@@ -85,7 +85,7 @@ def _rows(path: Path, convention: str) -> tuple[list[str], list[tuple[int, list[
 
 
 def _csv(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Header, and the filled rows with their line numbers."""
+    """Header, and the rows that are not empty with their line numbers."""
     try:
         parsed = list(csv.reader(read_text(path).splitlines()))
     except csv.Error as error:
@@ -100,7 +100,7 @@ Link = dict[str, str]  # a cell by column
 
 
 def _json_links(path: Path) -> list[tuple[int, Link]]:
-    """Of a list of links, which may stand under ``links``; counted from 1."""
+    """Numbered links (from 1) of a JSON list, which may be the value of ``links``."""
     try:
         data = json.loads(read_text(path))
     except (ValueError, RecursionError) as error:
@@ -120,10 +120,10 @@ def _json_links(path: Path) -> list[tuple[int, Link]]:
 _CLASS = re.compile(r"(Link|DHLink|Revolute|Prismatic|RevoluteDH|PrismaticDH|RevoluteMDH|PrismaticMDH)")
 _FIELD = "m|r|I|qlim|Jm|G|B|Tc|theta|d|a|alpha|sigma|offset|mdh"
 _LOOPED = re.compile(rf"\w\s*[({{]\s*[A-Za-z]\w*\s*[)}}]\s*(\.({_FIELD})\s*=[^=]|=\s*{_CLASS.pattern}\b)")
-"""Of MATLAB: a link, or something of one, whose number is a variable."""
-_VECTOR = ("theta", "d", "a", "alpha", "sigma", "offset")  # of Link([...])
+"""MATLAB code that sets a link, or a field of one, whose index is a variable."""
+_VECTOR = ("theta", "d", "a", "alpha", "sigma", "offset")  # order in Link([...])
 _PLACES = {"Revolute": ("d", "a", "alpha", "offset", "qlim"), "Prismatic": ("theta", "a", "alpha", "offset", "qlim")}
-"""Of arguments without names, in Python."""
+"""Names of positional arguments in Python."""
 _FLIPPED = "a joint that is flipped is not read: turn its axis round in the table"
 _TENSOR = ("Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Ixz")
 _FUNCTIONS: dict[str, Any] = {
@@ -137,7 +137,7 @@ _OPERATIONS: dict[type, Any] = {
 
 
 def _toolbox_links(path: Path, convention: str) -> list[tuple[int, Link]]:
-    """Of the links that a model makes, in their order."""
+    """Line and cells of the links that a model defines, in their order."""
     text = read_text(path)
     found: list[tuple[int, dict[str, Any]]] = []
     names: dict[str, Any] = {"pi": math.pi}
@@ -175,16 +175,16 @@ def _toolbox_links(path: Path, convention: str) -> list[tuple[int, Link]]:
     return rows
 
 
-Step = tuple[int, Any, ast.expr]  # line, what is set (a name, or a link's number and field), and to what
+Step = tuple[int, Any, ast.expr]  # line, target (a name, or a link's number and field), value
 
 
 def _called(call: ast.Call) -> str:
-    """The name of a function, its module left out."""
+    """The name of a called function, without its module."""
     return str(getattr(call.func, "id", getattr(call.func, "attr", "")))
 
 
 def _python_steps(text: str) -> Iterator[Step]:
-    """Names set to values and links made, in the order of the text."""
+    """Assignments of names and definitions of links, in the order of the text."""
     nodes = list(ast.walk(ast.parse(text)))
     for loop in (one for one in nodes if isinstance(one, ast.For | ast.While | ast.ListComp | ast.GeneratorExp)):
         if any(isinstance(one, ast.Call) and _CLASS.fullmatch(_called(one)) for one in ast.walk(loop)):
@@ -216,7 +216,7 @@ def _matlab_steps(text: str) -> Iterator[Step]:
 
 
 def _parts(text: str) -> Iterator[str]:
-    """What semicolons outside of brackets divide."""
+    """Parts of a text separated by semicolons outside of brackets."""
     depth, part = 0, ""
     for sign in text:
         depth += (sign in "([{") - (sign in ")]}")
@@ -229,7 +229,7 @@ def _parts(text: str) -> Iterator[str]:
 
 
 def _made(text: str) -> Iterator[str]:
-    """The calls in a text that make links, as written."""
+    """The calls in a text that define links, as written."""
     for start in re.finditer(rf"(?<![\w.'])(?:{_CLASS.pattern})\s*\(", text):
         depth, end = 1, start.end()
         while depth and end < len(text):
@@ -259,12 +259,12 @@ def _matlab_step(text: str, made: list[str], line: int) -> Iterator[Step]:
 
 
 def _python_of(text: str) -> str:
-    """An expression of MATLAB as one of Python."""
+    """Translate a MATLAB expression to Python."""
     return re.sub(r"\[[^\]]*\]", lambda one: _listed(one[0]), text).replace("^", "**").strip()
 
 
 def _listed(text: str) -> str:
-    """A bracket of MATLAB with commas between its numbers."""
+    """A MATLAB bracket with commas between its numbers."""
     spaced = re.sub(r"(?<=[\w.)\]])\s+(?=[-+]?[\w.(])", ", ", text.replace(";", ","))
     return re.sub(r",(\s*,)+", ",", spaced)
 
@@ -329,7 +329,7 @@ def _cells(link: dict[str, Any]) -> Link:
     own = "m" if slides else "rad"
     units = {"theta": "rad", "d": "m", "a": "m", "alpha": "rad", "offset": own, "m": "kg"}
     cells = {"kind": "prismatic" if slides else "revolute"}
-    link = {**link, "d" if slides else "theta": 0.0}  # of which the toolbox takes the joint's variable alone
+    link = {**link, "d" if slides else "theta": 0.0}  # the toolbox ignores this value for the joint's variable
     cells |= {name: f"{float(link.get(name, 0.0))!r} {unit}" for name, unit in units.items()}
     tensor = np.ravel(link.get("I", np.zeros(6)))
     if tensor.size == 9:

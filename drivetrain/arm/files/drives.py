@@ -1,8 +1,8 @@
-"""What a URDF file says of its drives: joint friction, in three dialects gear ratio and rotor inertia, and couplings.
+"""Drives in a URDF file: joint friction, gear ratio and rotor inertia (in three dialects), and couplings.
 
-Transmissions that join two motors to two joints are those of ros_control. Differential: motors turn
-``n_a1 (n_j1 q1 + n_j2 q2)`` and ``n_a2 (n_j1 q1 - n_j2 q2)``. Four-bar linkage, and every belt over a joint:
-``n_a1 n_j1 q1`` and ``n_a2 (q1 + n_j2 q2)``. The reductions n_a are the gears' ratios, n_j make the coupling.
+Transmissions that couple two motors with two joints are those of ros_control. Differential: the motor angles are
+``n_a1 (n_j1 q1 + n_j2 q2)`` and ``n_a2 (n_j1 q1 - n_j2 q2)``. Four-bar linkage, and any belt across a joint:
+``n_a1 n_j1 q1`` and ``n_a2 (q1 + n_j2 q2)``. The reductions n_a are the gear ratios; n_j define the coupling.
 
 Reference: ros_control, transmission_interface, DifferentialTransmission and FourBarLinkageTransmission; its page on the
     former has a misprint, the torque of joint 2 with a plus where the code has a minus.
@@ -30,16 +30,16 @@ JOINTS, ACTUATORS = ("joint1", "joint2"), ("actuator1", "actuator2")
 
 @dataclass(frozen=True, eq=False)
 class UrdfCoupling:
-    """Joints that as many motors drive together; two in URDF."""
+    """A group of joints driven together by the same number of motors; two in URDF."""
 
     joints: tuple[str, ...]  # their names; the first has the drive of the first motor
-    matrix: Array  # turns of the shafts behind the gears a turn of each joint [-], (n, n)
-    ratios: tuple[float, ...]  # of the gears [-], (n,)
+    matrix: Array  # turns of the shafts behind the gears per turn of each joint [-], (n, n)
+    ratios: tuple[float, ...]  # gear ratios [-], (n,)
     actuators: tuple[ElementTree.Element, ...]  # the motors' elements, in the order of the joints
 
 
 def read_coupling(reader: Reader, transmission: ElementTree.Element, kind: str) -> UrdfCoupling | None:
-    """The coupling of a transmission; None where it is of another type, or roles or reductions are missing."""
+    """The coupling of a transmission; None if it is of another type, or if roles or reductions are missing."""
     which = next((name for name in (DIFFERENTIAL, FOUR_BAR) if kind.endswith(name)), None)
     joints = _by_role(transmission, "joint", JOINTS)
     actuators = _by_role(transmission, "actuator", ACTUATORS)
@@ -60,7 +60,7 @@ def read_coupling(reader: Reader, transmission: ElementTree.Element, kind: str) 
 def _by_role(
     transmission: ElementTree.Element, tag: str, roles: tuple[str, str]
 ) -> tuple[ElementTree.Element, ElementTree.Element] | None:
-    """The two elements in the order of their roles; None where roles are missing or others."""
+    """The two elements in the order of their roles; None if roles are missing or different."""
     found = {}
     for element in transmission.findall(tag):
         inner = element.find("role")
@@ -70,13 +70,13 @@ def _by_role(
 
 
 def _reduction(reader: Reader, element: ElementTree.Element, place: str) -> float | None:
-    """A reduction; None where the element has none."""
+    """A reduction [- or rad/m]; None if the element has none."""
     texts = [child.text or "" for child in element if child.tag in REDUCTIONS]
     return checked_reduction(reader, texts[0], place) if texts else None
 
 
 def checked_reduction(reader: Reader, text: str, place: str) -> float:
-    """A reduction as a number [- or rad/m]; 0, and a fault, where it is none, not finite or zero."""
+    """A reduction as a number [- or rad/m]; 0 and a fault if it is not a number, not finite or zero."""
     value = number_of(text)
     if value == 0.0 or not np.isfinite(value):
         reader.faults.add(place, "its reduction must be a finite number other than zero", text)
@@ -90,14 +90,14 @@ class UrdfDrive:
 
     damping: float | None = None  # viscous friction at the joint [N m s/rad or N s/m]
     friction: float | None = None  # Coulomb friction at the joint [N m or N]
-    ratio: float | None = None  # rotor turns a turn of the joint, signed [-], or rotor angle over travel [rad/m]
+    ratio: float | None = None  # rotor turns per turn of the joint, signed [-], or rotor angle over travel [rad/m]
     rotor_inertia: float | None = None  # about the spin axis, at the rotor [kg m^2]
 
 
 def read_drives(
     reader: Reader, root: ElementTree.Element, joints: dict[str, ElementTree.Element]
 ) -> tuple[dict[str, UrdfDrive], list[UrdfCoupling], list[str]]:
-    """A drive a movable joint, the couplings of two motors with two joints, and notes on what could not be used."""
+    """The drive of each movable joint, the couplings of two motors with two joints, and notes on unused data."""
     notes: list[str] = []
     couplings: list[UrdfCoupling] = []
     reductions: dict[str, float] = {}
@@ -146,7 +146,9 @@ def _drive(
 def _drake(reader: Reader, element: ElementTree.Element, joint: str) -> dict[str, float]:
     found = {}
     for tag in (ROTOR_INERTIA, GEAR_RATIO):
-        child = next((child for child in element if child.tag == tag), None)  # find() reads a colon otherwise
+        child = next(
+            (child for child in element if child.tag == tag), None
+        )  # find() would take the colon for a namespace
         if child is None:
             continue
         found[tag] = reader.number(child, "value", f"joint {joint}")
@@ -158,7 +160,7 @@ def _drake(reader: Reader, element: ElementTree.Element, joint: str) -> dict[str
 
 
 def _kind(reader: Reader, transmission: ElementTree.Element, names: list[str]) -> str:
-    """The type of a transmission; its joints must be there, whatever it is."""
+    """The type of a transmission; joints that do not exist are faults for any type."""
     reader.count_ignored(transmission, ("joint", "actuator", "type", "plugin", *REDUCTIONS), ("name", "type"))
     for element in transmission.findall("joint"):
         joint = element.get("name", "")
@@ -170,7 +172,7 @@ def _kind(reader: Reader, transmission: ElementTree.Element, names: list[str]) -
 
 
 def _driven_joint(transmission: ElementTree.Element, kind: str, notes: list[str]) -> str:
-    """The one joint of a simple transmission; empty when it is not simple, with a note."""
+    """The joint of a simple transmission; empty, with a note, for any other transmission."""
     joints = [element.get("name", "") for element in transmission.findall("joint")]
     if len(joints) == 1 and kind.endswith(SIMPLE):
         return joints[0]

@@ -1,7 +1,7 @@
-"""Expand one xacro file to standard output, in a process of its own: ``python -P expand_xacro.py FILE ROOT...``.
+"""Expand one xacro file to standard output, in a separate process: ``python -P expand_xacro.py FILE ROOT...``.
 
-An expression of a xacro file is Python. Only what computes is let through; files are read below the given folders
-alone, nothing is written and nothing is started, within limits of time and memory.
+Expressions in xacro files are Python. Only arithmetic and listed functions are permitted; only files below the given
+folders are read, nothing is written and no process is started; time and memory are limited.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-SECONDS, MEMORY, LONGEST = 5, 1 << 30, 1 << 25  # of processor time, bytes of memory and of what comes out
+SECONDS, MEMORY, LONGEST = 5, 1 << 30, 1 << 25  # [s] of processor time, bytes of memory, bytes of the result
 
 COMPUTING = (
     ast.Expression, ast.Constant, ast.Name, ast.Load, ast.BinOp, ast.operator, ast.UnaryOp, ast.unaryop, ast.BoolOp,
@@ -26,7 +26,7 @@ FUNCTIONS = frozenset(
     "abs_filename warning error fatal message print_location acos acosh asin asinh atan atan2 atanh ceil copysign cos "
     "cosh degrees exp fabs floor fmod hypot log log10 log2 pow radians sin sinh sqrt tan tanh trunc isnan isinf".split()
 )
-SPACES = ("math", "xacro", "python")  # whose functions are called with a dot
+SPACES = ("math", "xacro", "python")  # modules whose functions may be called
 STARTS = (
     "os.system os.exec os.fork os.posix_spawn os.spawn os.startfile os.remove os.rename os.rmdir os.mkdir os.link "
     "os.symlink os.chmod os.truncate os.kill os.putenv subprocess. socket. ctypes. shutil. pty. webbrowser."
@@ -40,7 +40,7 @@ def main() -> None:
     file, roots = Path(sys.argv[1]), [Path(one).resolve() for one in sys.argv[2:]]
     import xacro
     import xacro.substitution_args
-    import yaml  # noqa: F401  imported before the gate shuts
+    import yaml  # noqa: F401  imported before ``shut`` restricts access to files
 
     evaluate, resolve = xacro.safe_eval, xacro.substitution_args.resolve_args
 
@@ -63,7 +63,7 @@ def main() -> None:
 
 
 def check(text: str) -> None:
-    """Refuse an expression that does anything but compute."""
+    """Raise ValueError for an expression with anything but arithmetic and permitted functions."""
     for node in ast.walk(ast.parse(text.strip(), mode="eval")):
         if not isinstance(node, COMPUTING):
             raise ValueError(f"{type(node).__name__} is not evaluated")
@@ -74,7 +74,7 @@ def check(text: str) -> None:
 
 
 def _known(called: ast.expr) -> bool:
-    """Whether a function is one that computes: ``radians`` or ``math.radians``."""
+    """Whether a called function is permitted, such as ``radians`` or ``math.radians``."""
     if isinstance(called, ast.Attribute):
         return isinstance(called.value, ast.Name) and called.value.id in SPACES and called.attr in FUNCTIONS
     return isinstance(called, ast.Name) and called.id in FUNCTIONS
@@ -89,7 +89,7 @@ def package(name: str, roots: list[Path]) -> str:
 
 
 def shut(roots: list[Path]) -> None:
-    """From here on nothing is started or written, and nothing is read but below these folders and Python's own."""
+    """From now on, forbid starting processes, writing files, and reading outside of these folders and Python's own."""
     readable = [*roots, *(Path(one).resolve() for one in (*sys.path, sys.prefix, sys.base_prefix) if one)]
     writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
@@ -108,7 +108,7 @@ def shut(roots: list[Path]) -> None:
 
 
 def limit() -> None:
-    """Bound time and memory, where the system can."""
+    """Limit time and memory, if the operating system supports it."""
     try:
         import resource
     except ImportError:

@@ -1,6 +1,6 @@
-"""Arms from URDF files, read by ourselves: meshes are opened only to draw them, and what is not used is reported.
+"""Arms from URDF files, without external parsers: meshes are opened only for drawing; unused data are reported.
 
-Of the tree in a file the chain from a root to a tip is taken, with the bodies that ride on each of its links.
+From the tree of links in a file, the chain from the root to a tip is used; all other bodies are attached to its links.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
 from drivetrain.spatial.inertia import RigidBody, combined
 
 Children = dict[str, list[UrdfJoint]]
-USUAL_TIP = "tool0"  # what ROS-Industrial calls the flange frame
+USUAL_TIP = "tool0"  # name of the flange frame in ROS-Industrial
 
 
 def warn_each(texts: list[str]) -> None:
-    """Warn of each, as if the caller's caller had."""
+    """Give a warning for each text, located at the caller of the package."""
     for text in texts:
         warnings.warn(text, PhysicsWarning, stacklevel=3)
 
 
 def arm_from_model(model: UrdfModel, *, tip: str | None, gravity: Any) -> tuple[Arm, list[str]]:
-    """The arm of a parsed file without rotors, and its implausible values; gives no warning.
+    """The arm of a parsed file without rotors, and texts on implausible values; gives no warning itself.
 
-    Links on fixed joints, and on movable joints off the chain (held at zero), are lumped into the link that carries
-    them. Each joint sits at the origin of its frame in the file. What was ignored or is implausible is in the notes.
+    Links on fixed joints, and on movable joints outside the chain (held at zero), are merged into the link that carries
+    them. The point of each joint is the origin of its frame in the file. Ignored and implausible data are in the notes.
     """
     chain = choose_chain(model, tip)
     doubtful = _doubts(model, chain)
@@ -53,7 +53,7 @@ def arm_from_model(model: UrdfModel, *, tip: str | None, gravity: Any) -> tuple[
         speed_limits=[joint.speed_limit for joint in chain.joints],
         name=model.name,
         notes=[*model.notes, *_notes(chain, tip), *doubtful],
-        check_inertias=False,  # done above link by link, before lumping hides the culprit
+        check_inertias=False,  # checked above for each link, before they are merged
     )
     return replace(arm, frames=chain.links), doubtful
 
@@ -78,7 +78,7 @@ def _screw(kind: str, axis: Array, frame: Array) -> Array:
 
 
 def _notes(chain: Chain, wanted_tip: str | None) -> list[str]:
-    """What was chosen or assumed on the way to the chain."""
+    """Notes on what was chosen or assumed for the chain."""
     notes = [] if wanted_tip else [f"tip: {chain.tip}, as none was named"]
     if chain.locked:
         notes.append("held at zero, off the chain: " + ", ".join(chain.locked))
@@ -117,12 +117,12 @@ class Chain:
     tip: str  # name of the tip link
     joints: tuple[UrdfJoint, ...]  # the movable joints from root to tip, in order, (n,)
     frames: tuple[Array, ...]  # of those joints, (n, 4, 4); translation [m]
-    bodies: tuple[list[RigidBody], ...]  # that ride on each moving link, its own first, n lists [kg, m, kg m^2]
-    riders: tuple[list[str], ...]  # names of the links with a place in ``bodies``, n lists
-    tip_pose: Array  # of the tip link, (4, 4); translation [m]
-    locked: tuple[str, ...]  # names of movable joints off the chain, held at zero
-    beyond: dict[str, float]  # links behind the tip that weigh something, and their masses [kg]
-    links: dict[str, tuple[str, Array]]  # as ``Arm.frames``
+    bodies: tuple[list[RigidBody], ...]  # bodies fixed to each moving link, its own first, n lists [kg, m, kg m^2]
+    riders: tuple[list[str], ...]  # names of the links in ``bodies``, n lists
+    tip_pose: Array  # pose of the tip link, (4, 4); translation [m]
+    locked: tuple[str, ...]  # names of movable joints outside the chain, held at zero
+    beyond: dict[str, float]  # links behind the tip with a mass, and their masses [kg]
+    links: dict[str, tuple[str, Array]]  # as in ``Arm.frames``
 
 
 def choose_chain(model: UrdfModel, tip: str | None) -> Chain:
@@ -135,7 +135,7 @@ def choose_chain(model: UrdfModel, tip: str | None) -> Chain:
     refused = [joint for path in paths.values() for joint in path[-1:] if joint.kind in REFUSED]
     if refused:
         known = ", ".join(MOVABLE)
-        problem = f"is of a kind that a serial arm has not; known: {known} and fixed"
+        problem = f"is of a kind that a serial arm cannot have; known: {known} and fixed"
         raise InputError([Fault(f"joint {j.name}", problem, j.kind, file=model.file) for j in refused])
     end = _tip(model, paths, children, base, tip)
     path = [joint for joint in paths[end] if joint.movable]
@@ -145,7 +145,7 @@ def choose_chain(model: UrdfModel, tip: str | None) -> Chain:
 
 
 def _root(model: UrdfModel) -> str:
-    """The link that stands still."""
+    """The root link, which is fixed to the base."""
     held = {joint.child for joint in model.joints.values()}
     roots = [name for name in model.links if name not in held]
     if len(roots) > 1:
@@ -167,7 +167,7 @@ def _paths(base: str, children: Children) -> Children:
 
 
 def _tip(model: UrdfModel, paths: Children, children: Children, base: str, tip: str | None) -> str:
-    """The end-effector link: the one asked for, or the end of the one chain that holds all others."""
+    """The end-effector link: the requested one, or the end of the chain if one chain contains all others."""
     if tip is not None:
         if tip in paths:
             return tip
@@ -186,10 +186,10 @@ def _tip(model: UrdfModel, paths: Children, children: Children, base: str, tip: 
 
 
 def tip_among_several(model: UrdfModel) -> str | None:
-    """The likely end effector of a file with several chains; None where one chain holds all others.
+    """The likely end effector of a file with several chains; None if one chain contains all others.
 
-    Fingers hang on a hand: it is the link up to which all moving chains are one, if that is half of the longest; else
-    the end of the longest.
+    It is the last link that all moving chains have in common (the hand of several fingers) if the common part is at
+    least half of the longest chain, else the end of the longest chain.
     """
     children: Children = {name: [] for name in model.links}
     for joint in model.joints.values():

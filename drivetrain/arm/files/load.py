@@ -1,4 +1,4 @@
-"""An arm by the name of a built-in one, or from a file."""
+"""Loads an arm by the name of a built-in one, or from a file."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf", ".mjcf")
 
 
 def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None) -> Arm:
-    """The arm of a name or a file.
+    """Load a built-in arm or an arm from a file.
 
-    A URDF that gives both gear ratio and rotor inertia of a joint gives the arm a rotor there, on the joint's axis
-    and carried by the link before, with inertia about its axis only. Its differential and four-bar transmissions couple
-    the motors of two joints.
+    If a URDF file gives gear ratio and rotor inertia of a joint, the arm has a rotor on the joint's axis, carried by
+    the link before the joint, with inertia about its axis only. Differential and four-bar transmissions couple the
+    motors of two joints.
 
     Args:
         source: Name of a built-in arm, or path of a URDF (``.urdf``, ``.xacro``), SDF (``.sdf``) or MJCF (``.xml``)
-            file; ``package://NAME/...`` is looked for where ROS does (ROS_PACKAGE_PATH, AMENT_PREFIX_PATH).
-        tip: Name of the link that is the end effector. None: the end of the one chain.
-        gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: 9.81 along -z (planar-2r: -y), or as
-            an MJCF or SDF file says.
+            file; ``package://NAME/...`` is searched in the folders of ROS (ROS_PACKAGE_PATH, AMENT_PREFIX_PATH).
+        tip: Name of the link that is the end effector. None: the end of the chain, if there is only one.
+        gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: that of an MJCF or SDF file, else 9.81
+            along -z (planar-2r: -y).
 
     Returns:
-        The arm; its notes hold what was ignored, assumed, or is hard to believe (for a file, the last also warns).
+        The arm; its notes state what was ignored, assumed or is implausible (the last also gives warnings for a file).
 
     Raises:
-        InputError: No such arm or file, or everything that is wrong with the file, at once.
+        InputError: No such arm or file, or all faults of the file.
     """
     if str(source) in builtin_names():
         return builtin_arm(str(source), tip=tip, gravity=gravity)
@@ -63,13 +63,13 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
 
 
 def usual_tip(source: str) -> str | None:
-    """The likely end effector of a file with several chains; None of any other file, and of what is no file."""
+    """The likely end effector of a file with several chains; None for any other file or source."""
     path = packaged_file(source) if source.startswith(PACKAGE) else Path(source)
     return tip_among_several(_model_of(path)[0]) if path.is_file() else None
 
 
 def _model_of(path: Path) -> tuple[UrdfModel, Any]:
-    """What a file of any format says, and the gravity that it states or None."""
+    """The model of a file of any format, and the gravity that it states or None."""
     tag = read_document(path).tag if path.suffix.lower() in (".xml", ".sdf", ".mjcf") else "robot"
     if tag == "mujoco":
         return read_mjcf(path)
@@ -77,7 +77,7 @@ def _model_of(path: Path) -> tuple[UrdfModel, Any]:
 
 
 def packaged_file(address: str) -> Path:
-    """The file of a ROS package; raises InputError where there is none."""
+    """The file of a ROS package; raises InputError if there is none."""
     found = package_file(address)
     if found is None:
         name = address.removeprefix(PACKAGE).partition("/")[0]

@@ -1,4 +1,4 @@
-"""Arms from MuJoCo's files: bodies, hinges and slides; what their geoms weigh is not computed."""
+"""Arms from MJCF files: bodies, hinges and slides; masses of geoms are not computed."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ BASE = "world"
 KINDS = {"hinge": "revolute", "slide": "prismatic", "free": "floating", "ball": "floating"}
 SAVED = "let MuJoCo write it out: mujoco.mj_saveLastXML puts an <inertial> into every body"
 DROPPED = ("include", "replicate", "attach", "frame")
-# Their defaults are one: MuJoCo holds them all as "general".
+# Actuators share one set of defaults: MuJoCo treats them all as "general".
 ACTUATORS = ("motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion", "dcmotor")
-TENDON_NUMBERS = ("stiffness", "damping", "frictionloss", "armature")  # that act on joints
+TENDON_NUMBERS = ("stiffness", "damping", "frictionloss", "armature")  # attributes that act on joints
 
 
 @dataclass
 class _Reading:
-    """One file on its way to a model."""
+    """State of reading one file."""
 
     reader: Reader
     turn: float
@@ -48,8 +48,8 @@ def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
     """The contents of an MJCF file, and its gravity [m/s^2].
 
     Raises:
-        InputError: Everything that cannot be read as an arm: balls, bodies whose inertia follows only from their geoms,
-            parts in other files.
+        InputError: All parts that cannot be read as an arm: ball joints, bodies whose inertia is given only by their
+            geoms, parts in other files.
 
     Reference: MuJoCo, XML reference.
     """
@@ -102,7 +102,7 @@ def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
 
 
 def _merged(root: ElementTree.Element, path: str) -> ElementTree.Element:
-    """Of elements that stand several times the attributes together, the later ones first."""
+    """One element with the attributes of all elements of the same tag; later ones take precedence."""
     found = ElementTree.Element(path)
     for one in root.findall(path):
         found.attrib.update(one.attrib)
@@ -131,12 +131,12 @@ def _filled(reading: _Reading, element: ElementTree.Element, inherited: str) -> 
 
 
 def _kind(element: ElementTree.Element) -> str:
-    """Under which name defaults of an element stand."""
+    """Tag under which the defaults of an element are given."""
     return "general" if element.tag in ACTUATORS else element.tag
 
 
 def _first(reading: _Reading, element: ElementTree.Element, name: str, place: str) -> float:
-    """The first number of an attribute; further ones, of higher powers, are noted."""
+    """The first number of an attribute; further ones, coefficients of higher powers, give a note."""
     words = element.get(name, "0").split()
     if len(words) > 1:
         reading.notes.append(f"{place}: of its {name} the first number is used, not those of higher powers")
@@ -145,7 +145,7 @@ def _first(reading: _Reading, element: ElementTree.Element, name: str, place: st
 
 
 def _body(reading: _Reading, element: ElementTree.Element, parent: str, above: Array, inherited: str) -> None:
-    """A body with its joints, in the frame of the link that carries it; then what it carries."""
+    """Add a body with its joints, in the frame of the link that carries it; then its child bodies."""
     name = element.get("name") or f"body_{len(reading.links)}"
     inherited, place = element.get("childclass", inherited), f"body {name}"
     frame = above @ _pose(reading, element, place)
@@ -168,7 +168,7 @@ def _body(reading: _Reading, element: ElementTree.Element, parent: str, above: A
 def _joint(
     reading: _Reading, written: ElementTree.Element | None, parent: str, link: str, frame: Array, inherited: str
 ) -> Array:
-    """Add a joint that carries a link; the body's frame as seen from the link's, which sits on the joint."""
+    """Add a joint that carries a link; returns the body's frame in the link's frame, whose origin is at the joint."""
     if written is None:
         held = UrdfJoint(f"{link}_fixed", "fixed", parent, link, frame, np.eye(3)[2], 0.0, 0.0, math.inf, "", "")
         reading.joints[held.name] = held
@@ -188,7 +188,7 @@ def _joint(
     low, high = -math.inf, math.inf
     if bounded:
         ends = reader.numbers(element, "range", place, [0.0, 0.0]) * (reading.turn if kind == "hinge" else 1.0)
-        if limited == "true" or ends.any():  # "0 0" takes a limit of the class away
+        if limited == "true" or ends.any():  # "0 0" removes a limit of the class
             low, high = ends
     reading.joints[name] = UrdfJoint(
         name, KINDS.get(kind, kind), parent, link, frame @ pose(point=anchor), axis, float(low), float(high),
@@ -223,7 +223,7 @@ def _inertial(reading: _Reading, element: ElementTree.Element, frame: Array, pla
 
 
 def _pose(reading: _Reading, element: ElementTree.Element, place: str) -> Array:
-    """Where an element stands: pos, and one of five ways to turn it."""
+    """Pose of an element: pos, and an orientation in one of five forms."""
     reader = reading.reader
     point = reader.numbers(element, "pos", place, [0.0] * 3)
     if "quat" in element.attrib:
@@ -238,7 +238,9 @@ def _pose(reading: _Reading, element: ElementTree.Element, place: str) -> Array:
             reading.euler, reader.numbers(element, "euler", place, [0.0] * 3) * reading.turn, strict=True
         ):
             step = exp_rotation(np.eye(3)["xyz".index(letter.lower())] * angle)
-            rotation = rotation @ step if letter.islower() else step @ rotation  # capitals turn about fixed axes
+            rotation = (
+                rotation @ step if letter.islower() else step @ rotation
+            )  # capital letters are rotations about fixed axes
         return pose(rotation, point)
     if "xyaxes" in element.attrib:
         numbers = reader.numbers(element, "xyaxes", place, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
@@ -251,7 +253,7 @@ def _pose(reading: _Reading, element: ElementTree.Element, place: str) -> Array:
 
 
 def _direction(reader: Reader, vector: Any, element: ElementTree.Element, place: str) -> Array:
-    """A unit vector; where there is none, any."""
+    """A vector as a unit vector; for a zero vector a fault, and an arbitrary direction."""
     if not np.linalg.norm(vector) > 1e-12:
         reader.faults.add(place, "an axis must have a direction", dict(element.attrib))
         return np.array([0.0, 0.0, 1.0])
@@ -260,7 +262,7 @@ def _direction(reader: Reader, vector: Any, element: ElementTree.Element, place:
 
 @dataclass(frozen=True)
 class _Motor:
-    """One actuator: turns of its shaft a turn of each joint, and what stands before that."""
+    """One actuator: turns of its shaft per turn of each joint, and the ratio and rotor before the shaft."""
 
     place: str
     turns: dict[str, float]
@@ -269,7 +271,7 @@ class _Motor:
 
 
 def _actuators(reading: _Reading, root: ElementTree.Element) -> None:
-    """Ratio and rotor of the motors: of one joint each, or of as many joints together, by fixed tendons."""
+    """Ratio and rotor of the motors: each of one joint, or coupled to as many joints by fixed tendons."""
     shafts = {one.get("name", ""): one for one in root.findall("tendon/fixed")}
     motors, reader = [], reading.reader
     for written in (one for section in root.findall("actuator") for one in section):
@@ -308,7 +310,7 @@ def _actuators(reading: _Reading, root: ElementTree.Element) -> None:
 
 
 def _groups(sets: list[set[str]]) -> list[set[str]]:
-    """Sets that share nothing: those that do are one."""
+    """Disjoint sets: sets with common elements are merged."""
     found: list[set[str]] = []
     for one in sets:
         whole = one.union(*(other for other in found if other & one))

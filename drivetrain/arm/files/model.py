@@ -1,4 +1,4 @@
-"""What a URDF file says, before any chain is chosen: links, joints, drives."""
+"""The contents of a URDF file before a chain is chosen: links, joints, drives."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SIX = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # the entries of a symme
 class UrdfJoint:
     """One joint as written."""
 
-    name: str  # of the joint
+    name: str  # name of the joint
     kind: str  # revolute, continuous, prismatic, fixed, floating or planar
     # links it joins
     parent: str
@@ -41,8 +41,8 @@ class UrdfJoint:
     lower: float
     upper: float
     speed_limit: float  # [rad/s or m/s]
-    mimics: str  # joint that it is said to follow; empty: none
-    unsaid: str  # what the file leaves open, in words; empty: nothing
+    mimics: str  # joint that it mimics according to the file; empty: none
+    unsaid: str  # text on what the file does not state; empty: nothing
 
     @property
     def movable(self) -> bool:
@@ -60,8 +60,8 @@ class UrdfModel:
     links: dict[str, RigidBody | None]
     joints: dict[str, UrdfJoint]  # by name, as in the file
     drives: dict[str, UrdfDrive]  # what the file says of each movable joint's friction and drive, by joint name
-    couplings: tuple[UrdfCoupling, ...]  # pairs of joints whose motors work together
-    notes: tuple[str, ...]  # what was ignored, in words
+    couplings: tuple[UrdfCoupling, ...]  # pairs of joints whose motors are coupled
+    notes: tuple[str, ...]  # texts on what was ignored
 
 
 def read_model(path: Path) -> UrdfModel:
@@ -118,7 +118,7 @@ def _body(reader: Reader, name: str, element: ElementTree.Element) -> RigidBody 
 
 
 def checked_body(reader: Reader, place: str, mass: float, tensor: Array, tag: str) -> RigidBody:
-    """A body at its own centre of mass; what no body can have is a fault."""
+    """A body at its own centre of mass; negative masses and moments are faults."""
     if mass < 0.0:
         reader.faults.add(place, "its mass must not be negative [kg]", mass)
     checked = reader.faults.attempt(checked_inertia, tensor, f"{place}, {tag}")
@@ -174,7 +174,7 @@ def _end(reader: Reader, element: ElementTree.Element, tag: str, place: str) -> 
 
 
 def _axis(reader: Reader, element: ElementTree.Element, place: str) -> tuple[Array, str]:
-    """Unit direction of a joint, and what the file leaves open."""
+    """Unit direction of a joint, and a text on what the file does not state."""
     child = element.find("axis")
     if child is None:
         return np.array([1.0, 0.0, 0.0]), "no <axis>: taken along x, URDF's default"
@@ -187,13 +187,13 @@ def _axis(reader: Reader, element: ElementTree.Element, place: str) -> tuple[Arr
 
 
 def _limits(reader: Reader, element: ElementTree.Element, kind: str, place: str) -> tuple[float, float, float, str]:
-    """Lower, upper and speed limit, and what the file leaves open."""
+    """Lower, upper and speed limit, and a text on what the file does not state."""
     limit = element.find("limit")
     if limit is None:
         return -inf, inf, inf, "" if kind == "continuous" else "no <limit>: taken as unlimited"
     reader.count_ignored(limit, (), ("lower", "upper", "velocity"))
     speed = reader.limit(limit, "velocity", place, inf)
-    # A speed of zero or less is the usual way to write "none".
+    # files often give a speed of zero or less for "no limit"
     speed = speed if speed > 0.0 else inf
     if kind == "continuous":
         return -inf, inf, speed, ""
@@ -206,7 +206,7 @@ def _limits(reader: Reader, element: ElementTree.Element, kind: str, place: str)
 
 
 def check_names(reader: Reader, links: Collection[str], joints: dict[str, UrdfJoint]) -> None:
-    """Joints name links that are there, and no link hangs on two joints."""
+    """Check that joints name existing links and that no link is the child of two joints."""
     holder: dict[str, str] = {}
     for joint in joints.values():
         for end in (joint.parent, joint.child):
@@ -226,7 +226,7 @@ def check_names(reader: Reader, links: Collection[str], joints: dict[str, UrdfJo
 
 
 def _hangs_on_itself(link: str, holder: dict[str, str], joints: dict[str, UrdfJoint]) -> bool:
-    """Whether the way from a link towards the root comes back to it."""
+    """Whether the path from a link towards the root returns to it."""
     seen: set[str] = set()
     above = link
     while above in holder and above not in seen:

@@ -18,7 +18,7 @@ from drivetrain.spatial.poses import inverse_pose, pose, pose_from_xyz_rpy
 from drivetrain.spatial.rotations import rotation_from_quaternion, unit
 
 WORLD, MODEL, PIN = "world", "__model__", "drake:ball_constraint"
-AXES_OF_THE_JOINT = (1, 5)  # version since when axes are in the joint's frame, not in the model's
+AXES_OF_THE_JOINT = (1, 5)  # first version with axes in the joint's frame instead of the model's
 KINDS = {
     "revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic", "fixed": "fixed", "ball": "floating",
     "universal": "floating", "revolute2": "floating", "screw": "floating", "gearbox": "floating",
@@ -28,11 +28,11 @@ KINDS = {
 def read_sdf(path: Path) -> tuple[UrdfModel, Array | None]:
     """The contents of an SDF file with one model, and the gravity of its world [m/s^2] or None.
 
-    A link's frame is put where its joint sits.
+    The frame of a link is moved to its joint.
 
     Raises:
-        InputError: Everything that cannot be read as an arm: included or nested models, joints of other kinds, frames
-            that lead nowhere.
+        InputError: All parts that cannot be read as an arm: included or nested models, joints of other kinds, frames
+            that refer to nothing.
 
     Reference: SDFormat, http://sdformat.org/spec, and its document on pose frame semantics.
     """
@@ -63,7 +63,9 @@ def read_sdf(path: Path) -> tuple[UrdfModel, Array | None]:
     found: dict[str, RigidBody | None] = {name: _body(reader, places, own, name, one) for name, one in links.items()}
     roots = [name for name in found if not any(joint.child == name for joint in joints.values())]
     stand = inverse_pose(places.of(WORLD)) @ places.of(roots[0]) if len(roots) == 1 else np.eye(4)
-    if not np.allclose(stand[:3, :3], np.eye(3), atol=1e-9):  # nothing holds it to the world; weight falls along that
+    if not np.allclose(
+        stand[:3, :3], np.eye(3), atol=1e-9
+    ):  # the base is not fixed to the world; the direction of gravity depends on its pose
         held = UrdfJoint("world_fixed", "fixed", WORLD, roots[0], stand, np.eye(3)[2], 0.0, 0.0, math.inf, "", "")
         joints[held.name], drives[held.name] = held, UrdfDrive()
     if any(joint.parent == WORLD for joint in joints.values()):
@@ -83,7 +85,7 @@ def read_sdf(path: Path) -> tuple[UrdfModel, Array | None]:
 
 
 def _before(written: str, version: tuple[int, int]) -> bool:
-    """Whether a version is an older one; what is none counts as new."""
+    """Whether a version is older than the given one; an unreadable version counts as new."""
     parts = written.strip().split(".")
     return len(parts) == 2 and all(part.isdigit() for part in parts) and (int(parts[0]), int(parts[1])) < version
 
@@ -104,12 +106,12 @@ class _Places:
         self._known[WORLD] = placed @ inverse_pose(_pose(reader, written, "model"))
 
     def of(self, name: str) -> Array:
-        """Pose of something by its name, (4, 4); translation [m]."""
+        """Pose of a link, joint or frame by name, (4, 4); translation [m]."""
         if name in self._known:
             return self._known[name]
         element = self._elements.get(name)
         if element is None or name in self._open:
-            problem = "is no link, joint or frame" if element is None else "stands relative to itself"
+            problem = "is no link, joint or frame" if element is None else "is relative to itself"
             self._reader.faults.add("pose", problem, name, nearest(name, self._elements))
             return np.eye(4)
         self._open.add(name)
@@ -120,7 +122,7 @@ class _Places:
         return self._known[name]
 
     def link(self, name: str) -> str:
-        """The link that a frame is attached to; a name that leads to none, as it is."""
+        """The link to which a frame is attached; a name that refers to no frame is returned unchanged."""
         at, seen = name, set[str]()
         while at in self._elements and at not in seen and self._elements[at].tag != "link":
             seen.add(at)
@@ -166,7 +168,7 @@ def _pose(reader: Reader, written: ElementTree.Element | None, place: str) -> Ar
 
 def _body(reader: Reader, places: _Places, own: dict[str, Array], name: str, element: ElementTree.Element) -> RigidBody:
     inertial, place = element.find("inertial"), f"link {name}"
-    inertial = ElementTree.Element("inertial") if inertial is None else inertial  # 1 kg then
+    inertial = ElementTree.Element("inertial") if inertial is None else inertial  # default: 1 kg
     if inertial.get("auto") in ("true", "1"):
         reader.faults.add(place, "its <inertial> is to be computed from its collision shapes, which is not done")
     mass = _number(reader, inertial, "mass", place, 1.0)

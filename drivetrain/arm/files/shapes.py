@@ -1,4 +1,4 @@
-"""How the links of a URDF file look: its visual shapes, else those of its collisions; meshes by the package trimesh."""
+"""Shapes of the links of a URDF file: visual shapes, else collision shapes; meshes are read by the package trimesh."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from drivetrain.spatial.mesh_inertia import read_mesh
 from drivetrain.spatial.poses import pose_from_xyz_rpy
 from drivetrain.whole_files import is_there
 
-CELLS = 9  # along the longest side of a mesh: corners in one cell become one
+CELLS = 9  # grid cells along the longest side of a mesh; corners in one cell are merged
 ROUND = np.exp(2j * np.pi * np.arange(12) / 12)  # corners of a circle about z, as x + iy
-CORNERS = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])  # those of a square
-Triangles = tuple[Array, np.ndarray]  # corners [m], (m, 3), and three of them a triangle, seen from outside, (k, 3)
+CORNERS = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])  # corners of a square
+Triangles = tuple[Array, np.ndarray]  # corners [m], (m, 3); indices of each triangle's corners, outward normal, (k, 3)
 
 
 def link_shapes(arm: Arm) -> list[tuple[int, Triangles]]:
-    """Shapes in the base frame, all joints at zero, each with the index of the link that carries it, -1 the base.
+    """Shapes in the base frame, all joints at zero, each with the index of the link that carries it (-1: base).
 
-    Of an arm without a URDF file, and of shapes that cannot be read, there are none.
+    An arm without a URDF file has none; shapes that cannot be read are left out.
     """
     try:
         root = read_document(Path(arm.file)) if arm.file else None
@@ -37,7 +37,7 @@ def link_shapes(arm: Arm) -> list[tuple[int, Triangles]]:
     for link in root.findall("link"):
         name = link.get("name", "")
         if name not in arm.frames or arm.frames[name][0] not in (*arm.link_names, ""):
-            continue  # of another root, or of a linkage
+            continue  # link of another root, or of a linkage
         carrier, frame = arm.link_index(name), arm.link_frame(name)
         for kind in ("visual", "collision"):
             shapes = [(_origin(one), _read(one.find("geometry"), Path(arm.file))) for one in link.findall(kind)]
@@ -58,7 +58,7 @@ def _numbers(element: ElementTree.Element, name: str, default: str) -> Array:
 
 
 def _read(geometry: ElementTree.Element | None, file: Path) -> Triangles | None:
-    """One shape in its own frame; None where it cannot be read."""
+    """One shape in its own frame; None if it cannot be read."""
     for one in [] if geometry is None else geometry:
         try:
             if one.tag == "mesh":
@@ -78,7 +78,7 @@ def _read(geometry: ElementTree.Element | None, file: Path) -> Triangles | None:
 
 
 def mesh_path(name: str, file: Path) -> Path | None:
-    """The file of a mesh: beside the URDF file, or in its package."""
+    """The file of a mesh: relative to the URDF file, or in its package."""
     if name.startswith(PACKAGE):
         return package_file(name, file)
     place = file.parent / name.removeprefix("file://")
@@ -91,7 +91,7 @@ def box(size: Array) -> Triangles:
 
 
 def _stacked(rings: list[tuple[Array, float]]) -> Triangles:
-    """Rings of equally many corners, each x + iy at its height, one above the other, with flat ends."""
+    """A body with flat ends from rings of equally many corners (x + iy), each at its height."""
     points = np.array([[at.real, at.imag, z] for ring, z in rings for at in ring])
     around, one = len(rings[0][0]), np.arange(len(rings[0][0]))
     end = np.stack([np.zeros_like(one), one, (one + 1) % around], axis=1)[1:-1]
@@ -103,7 +103,7 @@ def _stacked(rings: list[tuple[Array, float]]) -> Triangles:
 
 @lru_cache(maxsize=64)
 def _coarse(path: Path, scale: tuple[float, ...]) -> Triangles:
-    """A mesh with its corners merged cell by cell, which is enough for a picture."""
+    """A mesh with the corners of each grid cell merged, which is sufficient for a picture."""
     mesh = read_mesh(path, scale=np.array(scale))
     low = mesh.vertices.min(axis=0)
     cells = np.floor((mesh.vertices - low) * (CELLS / np.ptp(mesh.vertices, axis=0).max()))

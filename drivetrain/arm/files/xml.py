@@ -21,20 +21,20 @@ from drivetrain.units import number_of
 from drivetrain.whole_files import is_there, read_bytes
 
 EXPAND = Path(__file__).with_name("expand_xacro.py")
-LONGEST_WAIT = 60.0  # s, however busy the machine is: the process itself stops after 5 s of its own
-TRUSTED = "DRIVETRAIN_TRUST_XACRO"  # set: xacro files may run anything
+LONGEST_WAIT = 60.0  # [s] of wall time, on a busy machine; the process itself stops after 5 s of processor time
+TRUSTED = "DRIVETRAIN_TRUST_XACRO"  # if set, xacro files may run any code
 REFUSALS = ("is not evaluated", "is not below", "is not allowed")
 TRUST = f"for a file you trust: drivetrain --trust-xacro, or {TRUSTED}=1 in the environment"
 PACKAGE = "package://"
 ROOTS = ("robot", "sdf", "mujoco")
-LARGEST = 1 << 25  # bytes, as of what xacro expands: elements take some twenty times that
-UNLIMITED = sys.float_info.max  # how files say "no limit" where a number must stand: most readers know no "inf"
+LARGEST = 1 << 25  # bytes, also of an expanded xacro file: parsed elements take some twenty times as much memory
+UNLIMITED = sys.float_info.max  # files use it for "no limit", since most parsers do not accept "inf"
 
 
 def read_document(path: Path) -> ElementTree.Element:
-    """The root element of a robot's file, of a xacro file once expanded: <robot>, <sdf> or <mujoco>.
+    """The root element of a robot's file (a xacro file is expanded): <robot>, <sdf> or <mujoco>.
 
-    Tags keep their prefix as written (``drake:gear_ratio``), whether or not the file declares it: many do not.
+    Tags keep their prefix as written (``drake:gear_ratio``), whether or not the file declares the namespace.
     """
     if not is_there(path):
         raise InputError(Fault(str(path), "no such file"))
@@ -51,7 +51,7 @@ def read_document(path: Path) -> ElementTree.Element:
     except expat.ExpatError as error:
         place = f"line {error.lineno}, column {error.offset}"
         raise InputError(Fault(place, f"malformed XML: {expat.ErrorString(error.code)}", file=str(path))) from None
-    except (ValueError, LookupError) as error:  # an encoding that no one-byte table holds, or an unknown one
+    except (ValueError, LookupError) as error:  # an unknown or unsupported encoding
         raise InputError(Fault("encoding", f"{error}; must be UTF-8", file=str(path))) from None
     root = builder.close()
     if root.tag not in ROOTS:
@@ -61,7 +61,7 @@ def read_document(path: Path) -> ElementTree.Element:
 
 
 def _expanded(path: Path) -> bytes:
-    """The URDF that a xacro file stands for."""
+    """The expanded URDF text of a xacro file."""
     if importlib.util.find_spec("xacro") is None:
         problem = "a xacro file needs the package xacro"
         raise InputError(Fault(str(path), problem, hint='install it with: pip install "drivetrain[xacro]"'))
@@ -94,7 +94,7 @@ def _stated(variable: str) -> list[Path]:
 
 
 def package_file(address: str, beside: Path | None = None) -> Path | None:
-    """The file of a ROS package: in a package of that name above another file, or where ROS looks; None: nowhere."""
+    """The file of a ROS package: in a folder of that name above ``beside``, or in ROS's folders; None if not found."""
     name, _, rest = address.removeprefix(PACKAGE).partition("/")
     above = () if beside is None else beside.resolve().parents
     roots = [*_stated("ROS_PACKAGE_PATH"), *(one / "share" for one in _stated("AMENT_PREFIX_PATH"))]
@@ -104,17 +104,17 @@ def package_file(address: str, beside: Path | None = None) -> Path | None:
 
 
 def _trusted(path: Path) -> bytes:
-    """The URDF of a file that may do whatever xacro can."""
+    """The expanded URDF text of a trusted xacro file, without restrictions."""
     import xacro
 
     try:
         return bytes(xacro.process_file(str(path)).toxml(encoding="utf-8"))
-    except Exception as error:  # whatever a macro's own expressions raise
+    except Exception as error:  # expressions of macros can raise anything
         raise InputError(Fault(str(path), f"xacro cannot expand it: {error}")) from error
 
 
 class Reader:
-    """Reads numbers out of elements, notes every fault, and counts unused tags and attributes."""
+    """Reads numbers from elements, collects faults, and counts unused tags and attributes."""
 
     def __init__(self, file: str) -> None:
         self.file = file
@@ -128,7 +128,7 @@ class Reader:
         return value
 
     def numbers(self, element: ElementTree.Element, attribute: str, place: str, default: Iterable[float]) -> Array:
-        """An attribute that holds as many finite numbers as its default."""
+        """An attribute with as many finite numbers as its default."""
         fallback = np.array([*default])
         written = element.get(attribute)
         if written is None:
@@ -150,7 +150,7 @@ class Reader:
         return float(self.numbers(element, attribute, place, [0.0])[0])
 
     def limit(self, element: ElementTree.Element, attribute: str, place: str, default: float) -> float:
-        """A limit, which may be infinite, also when written as the largest number there is."""
+        """A limit, which may be infinite; the largest float also counts as infinite."""
         written = element.get(attribute, str(default))
         value = number_of(written)
         if math.isnan(value):
@@ -167,7 +167,7 @@ class Reader:
         self.ignored.update(f"<{element.tag} {name}=...>" for name in strangers if not name.startswith("xmlns"))
 
     def ignored_note(self) -> str:
-        """What was ignored, in words, with counts; empty when nothing was."""
+        """A text on what was ignored, with counts; empty if nothing was."""
         if not self.ignored:
             return ""
         return "ignored: " + ", ".join(f"{tag} ({count})" for tag, count in sorted(self.ignored.items()))
