@@ -106,7 +106,7 @@ def test_every_command_takes_the_file_of_select_its_result_or_the_bare_study(
     assert "has changed" in run("size", result, "--out", "o")[2]
     bare.unlink()
     code, _, errors = run("size", result, "--out", "o")
-    assert code == 2 and "not there any more" in errors
+    assert code == 2 and "does not exist any more" in errors
 
 
 def test_nothing_is_written_where_nothing_fits_or_over_the_study(run: Run, write: Write, tmp_path: Path) -> None:  # noqa: F811

@@ -1,4 +1,4 @@
-"""The commands around a simulation: what accuracy costs in time, and the loops that close it."""
+"""The commands `accuracy` (what each effect changes and costs in time) and `loops` (design of the control loops)."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def loops(
 
     [(loaded, names)] = inputs(lambda: load_joints(study, joint), out=out)
     result = judged_as_one(chosen(loaded, runs=True))
-    with working("laying out the loops"):
+    with working("designing the loops"):
         found = study_loops(result, joints=names or None)
         files = {"loops.html": loops_report(loaded, found), "loops.json": loops_json(loaded, found)}
     lines(f"{one.joint}: {loops_sentence(one)}" for one in found.joints)

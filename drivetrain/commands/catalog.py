@@ -36,7 +36,7 @@ def lint(
     if found and screen.is_terminal:
         screen.print(lint_table(found))
     else:
-        lines(str(one) for one in found)  # one line each, to be searched and counted
+        lines(str(one) for one in found)  # one finding per line, so that the output can be searched and counted
     say(f"{folder}: {errors} errors, {len(found) - errors} warnings")
     return not errors
 
@@ -80,7 +80,7 @@ def import_(
         given = ExportMap(table) if columns is None else read_map(columns)
         imported = import_export(source, out, given, basis=_basis(basis or []), overwrite=force)
         listed("left out", [str(fault) for fault in imported.refused], most=25)
-        listed("headings that are no column of ours", list(imported.unused), most=25)
+        listed("headings that are not columns of a catalogue", list(imported.unused), most=25)
         say(f"{imported.file}: {imported.rows} rows")
         say(f"next: `drivetrain catalog lint {out}`")
         return

@@ -1,4 +1,4 @@
-"""What follows a selection: commands that take a study, the file of `select --write`, or a result.json."""
+"""Reads what commands take as input: a study, the file of `select --write`, or a result.json of a selection."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def load_chosen(path: Path) -> Study:
-    """A study from its file; of a result.json the study behind it, with the drives of the result."""
+    """A study from its file; from a result.json, the study that it names with the drives of the result."""
     from drivetrain.errors import Fault, InputError
     from drivetrain.study.read import load_study
 
@@ -24,16 +24,16 @@ def load_chosen(path: Path) -> Study:
     data = _result(path)
     file = path.parent / data["study_file"]
     if not file.is_file():
-        raise InputError(Fault("study_file", "is not there any more", str(file), file=str(path)))
+        raise InputError(Fault("study_file", "does not exist any more", str(file), file=str(path)))
     study = load_study(file)
     if data["digest"] != study.digest:
-        say(f"note: {file} has changed since {path} was written; its drives are taken", errors=True)
+        say(f"note: {file} has changed since {path} was written; the drives of the result are used", errors=True)
     drives = {name: (one["drive"]["motor"], one["drive"]["gear"]) for name, one in data["joints"].items()}
     return replace(study, joints=tuple(replace(one, drive=drives.get(one.name, one.drive)) for one in study.joints))
 
 
 def load_joints(path: Path, wanted: list[str] | None, *others: str) -> tuple[Study, list[str]]:
-    """A study as above, and the names of the joints that are asked for, or of others beside them."""
+    """A study as in ``load_chosen``, and the requested names of joints or of ``others`` (such as "supply")."""
     from drivetrain.errors import whole_names
 
     loaded = load_chosen(path)
@@ -64,7 +64,12 @@ def _result(path: Path) -> dict[str, Any]:
 
 
 def chosen(study: Study, *, runs: bool = False) -> Evaluation:
-    """The evaluation of the drives given, or of those selected where none are; ``runs``: as they will be simulated."""
+    """The evaluation of the study's drives, or of selected ones if it does not name all.
+
+    Args:
+        study: The study.
+        runs: Whether the drives will be simulated, so that they are evaluated as in a simulation.
+    """
     from drivetrain.sizing.judge.evaluate import evaluate
     from drivetrain.sizing.results import every_drive
     from drivetrain.sizing.search.search import select
@@ -82,14 +87,14 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
         found = select(study, progress=step)
     evaluation = every_drive(found)
     if not found.drives:
-        say("note: no set of drives fits; the closest candidates are taken", errors=True)
+        say("note: no set of drives fits; the closest candidates are used", errors=True)
     elif not found.feasible:
         say("note: the drives are not proven to fit: data are missing", errors=True)
     return judged_to_run(evaluation) if runs else evaluation
 
 
 def _unstaged(study: Study, gear: str) -> str:
-    """The catalogue's key of a gear; empty where the study's stages stand behind none."""
+    """The catalogue's key of a gear without the study's stages; empty if the stages follow a direct drive."""
     rows = study.catalog.gears
     if gear not in rows or not rows[gear].staged:
         return gear
@@ -109,7 +114,7 @@ def write_chosen(selection: Selection, target: Path) -> None:
     drives: dict[str, dict[str, str]] = {}
     for task in study.joints:
         joint, named = selection.evaluation.joints[task.name], dict[str, str]()
-        if task.sharing[1:] == (task.name,):  # the study names the drive of both motors of an axis once
+        if task.sharing[1:] == (task.name,):  # the study names the drive of the two motors of an axis only once
             continue
         if task.drive is None:
             named = {"motor": joint.motor.removesuffix(f"+{joint.brake}"), "gear": _unstaged(study, joint.gear)}
@@ -117,7 +122,9 @@ def write_chosen(selection: Selection, target: Path) -> None:
             named["brake"] = joint.brake
         if task.amplifiers and joint.amplifier.key:
             both = [selection.evaluation.joints[name].amplifier for name in task.sharing or (task.name,)]
-            named["amplifier"] = max(both, key=task.amplifiers.index).key  # of two motors that of the harder task
+            named["amplifier"] = max(
+                both, key=task.amplifiers.index
+            ).key  # of two motors, the amplifier of the one with the larger load
         if named:
             drives[task.name] = named
     write_files(target.parent, {target.name: with_drives(study.path, target, drives)})

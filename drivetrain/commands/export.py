@@ -1,4 +1,4 @@
-"""The commands that write what to command, and an arm with its drives, for other tools."""
+"""The commands `currents` (current commands for amplifiers) and `export` (the arm with its drives for other tools)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Scale(StrEnum):
-    """In what an amplifier takes its current."""
+    """Unit in which an amplifier expects its current command."""
 
     CIA402 = "cia402"
     AMPERES = "amperes"
@@ -26,7 +26,7 @@ class Scale(StrEnum):
 
 
 class Basis(StrEnum):
-    """What its ampere is."""
+    """Basis of an amplifier's currents."""
 
     DC = "dc"
     RMS = "rms"
@@ -35,7 +35,7 @@ class Basis(StrEnum):
 
 
 class Format(StrEnum):
-    """Of other tools."""
+    """Export formats."""
 
     MJCF = "mjcf"
     URDF = "urdf"
@@ -160,7 +160,7 @@ def export(
         lambda: refuse(joint is None and to is Format.FMU, "--joint", "is needed: an FMU holds the drive of one joint"),
         lambda: load_chosen(study),
     )
-    if loaded.arm is not None:  # before drives are sought for it
+    if loaded.arm is not None:  # checked before drives are selected
         refuse_unsupported(loaded.arm, to.value)
     result = chosen(loaded)
     notes: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""The command that serves a page which answers, to this machine alone."""
+"""The command `serve`: an interactive report page, reachable from this machine only."""
 
 from __future__ import annotations
 

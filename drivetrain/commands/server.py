@@ -1,4 +1,4 @@
-"""The server of a page that answers, to this machine alone."""
+"""The web server of an interactive report page, reachable from this machine only."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from drivetrain.report.json_text import json_text
 from drivetrain.report.pages.live_page import LivePage
 
 LOOPBACK = "127.0.0.1"
-MOST_BYTES = 1_000_000  # of a question
+MOST_BYTES = 1_000_000  # largest size of a request
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; connect-src 'self'"
 )
@@ -21,17 +21,17 @@ POLICY = (
 
 def server_of(page: LivePage, port: int = 0) -> ThreadingHTTPServer:
     """A server of one page, reachable from this machine only."""
-    gc.freeze()  # what is loaded stays: to look through it all for garbage would cost an answer 0.15 s now and then
+    gc.freeze()  # no garbage collection of what is loaded: it would occasionally delay an answer by 0.15 s
     server = ThreadingHTTPServer((LOOPBACK, port), type("Answers", (_Answers,), {"page": page}))
     server.daemon_threads = True
     return server
 
 
 class _Answers(BaseHTTPRequestHandler):
-    """GET / is the page, POST /evaluate and /select answer questions in JSON."""
+    """Handler: GET / returns the page, POST /evaluate and /select return results as JSON."""
 
     page: LivePage
-    at_once = threading.Lock()  # one question at a time
+    at_once = threading.Lock()  # one request at a time
 
     def do_GET(self) -> None:
         if self._is_own():
@@ -61,7 +61,10 @@ class _Answers(BaseHTTPRequestHandler):
                 self._refuse(400, *map(str, error.faults if isinstance(error, InputError) else [error]))
 
     def _is_own(self) -> bool:
-        """Whether the page itself asks: another site's page may know our port, or name us by a host of its own."""
+        """Whether the request is from the page itself: pages of other sites must not use this server.
+
+        Such a page may know the port, or reach this machine by a host name of its own.
+        """
         port = self.request.getsockname()[1]
         hosts = [f"{name}:{port}" for name in (LOOPBACK, "localhost")]
         origin = self.headers.get("Origin")
@@ -84,7 +87,7 @@ class _Answers(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nothing: the page says what it answers."""
+        """No log: results and faults are shown on the page."""
 
 
 def _json(data: dict[str, Any]) -> str:

@@ -1,7 +1,7 @@
-"""What every command shares: its shape, faults reported as a list, lines on the terminal, progress, exit codes.
+"""Shared parts of the commands: reporting of faults, lines on the terminal, progress, exit codes.
 
-A command is a function under ``command``: ``inputs`` reads all that it is given, so that all faults are reported at
-once; then comes its own work; what it returns is whether the drives fit.
+A command is a function decorated with ``command``. It first reads all its arguments by ``inputs``, so that all faults
+are reported together, then does its work, and returns whether the drives fit.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ Joints = Annotated[list[str] | None, typer.Option(help="Only this joint; may be 
 
 
 def folder_for(files: str, *, ends: str = "") -> Any:
-    """The option that names the folder of what a command writes."""
+    """The option for the output folder of a command."""
     return typer.Option("--out", metavar="DIR", help=f"Folder for {files}.{ends}", show_default=False)
 
 
 def command(function: Callable[..., bool | None]) -> Callable[..., None]:
-    """A command: faults, failures and Ctrl-C become lines, and whether it fits the exit code."""
+    """Decorator of a command: errors and Ctrl-C become lines of text, and its return value the exit code."""
 
     @wraps(function)
     def run(*args: Any, **named: Any) -> None:
@@ -58,7 +58,7 @@ def command(function: Callable[..., bool | None]) -> Callable[..., None]:
 
 
 def inputs(*reads: Callable[[], Any], out: Path | None = None) -> list[Any]:
-    """What the functions read, in their order, and whether ``out`` can be written: all faults are reported at once."""
+    """Results of the functions in their order, after a check that ``out`` is writable; all faults are collected."""
     from drivetrain.errors import Faults
 
     faults = Faults()
@@ -68,7 +68,7 @@ def inputs(*reads: Callable[[], Any], out: Path | None = None) -> list[Any]:
 
 
 def refuse(wrong: object, option: str, problem: str, value: object = None, hint: str = "") -> None:
-    """Raise the fault of an option where something is wrong with it."""
+    """Raise InputError for an option if ``wrong`` is true."""
     from drivetrain.errors import Fault, InputError
 
     if wrong:
@@ -76,14 +76,14 @@ def refuse(wrong: object, option: str, problem: str, value: object = None, hint:
 
 
 def positive(text: str | None, unit: str, option: str) -> Any:
-    """The SI number of an option above zero; None where it is not given."""
+    """The positive value of an option in SI; None if the option is not given."""
     from drivetrain.units import quantity
 
     return None if text is None else quantity(text, unit, option, above=0.0)
 
 
 def write_page(study: Study, out: Path | None, files: Mapping[str, str]) -> None:
-    """Write a page and what belongs to it into a folder, the study's own where none is named, and say where it is."""
+    """Write a page and its other files into a folder (default: that of the study's reports), and print the paths."""
     from drivetrain.whole_files import write_files
 
     written = write_files(out or report_folder(study.name), files)
@@ -92,7 +92,7 @@ def write_page(study: Study, out: Path | None, files: Mapping[str, str]) -> None
 
 @contextmanager
 def report_faults() -> Iterator[None]:
-    """Wrong input ends as a list of faults, Ctrl-C and failures in one line; warnings become notes."""
+    """Context that prints InputErrors as a list, other failures and Ctrl-C in one line, and warnings as notes."""
     from drivetrain.errors import DrivetrainError
 
     with warnings.catch_warnings():
@@ -115,7 +115,7 @@ def report_faults() -> Iterator[None]:
 
 
 def failure(error: Exception) -> int:
-    """Report an unexpected error in one line, or with its traceback if wanted; returns the exit code."""
+    """Report an unexpected error in one line, or with its traceback in debug mode; returns the exit code."""
     if isinstance(error, BrokenPipeError):  # such as `| head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return NOBODY_READS
@@ -131,7 +131,7 @@ def failure(error: Exception) -> int:
 
 
 def writable(out: Path | None, *, file: bool = False, option: str = "--out") -> None:
-    """Refuse a place for results, a folder or a file, before any work is done for them."""
+    """Raise InputError if an output folder or file cannot be written; called before any computation."""
     if out is None:
         return
     refuse(file and out.is_dir(), option, "must be a file, but is a folder", str(out), f"such as {out / 'results.csv'}")
@@ -142,7 +142,7 @@ def writable(out: Path | None, *, file: bool = False, option: str = "--out") -> 
 
 
 def say(text: str, *, errors: bool = False) -> None:
-    """One line on the terminal, never wrapped."""
+    """Print one line to the terminal without wrapping."""
     from drivetrain.errors import plain
 
     typer.echo(plain(text), err=errors)
@@ -154,7 +154,7 @@ def lines(texts: Iterable[str]) -> None:
 
 
 def listed(heading: str, texts: list[str], *, most: int) -> None:
-    """A list on standard error, cut when it is long."""
+    """Print a list to standard error, with at most ``most`` entries."""
     if texts:
         say(f"{heading} ({len(texts)}):", errors=True)
     for line in texts[:most]:
@@ -165,7 +165,7 @@ def listed(heading: str, texts: list[str], *, most: int) -> None:
 
 @contextmanager
 def working(text: str) -> Iterator[Callable[[int, int, str], None]]:
-    """Says what takes time, and shows how far it is by what it yields; the first run also compiles."""
+    """Context that prints what is being computed and yields a function to show progress; notes first compilations."""
     from drivetrain.jit import cold, kept
     from drivetrain.report.terminal import console, progress
 
@@ -178,5 +178,5 @@ def working(text: str) -> Iterator[Callable[[int, int, str], None]]:
 
 
 def report_folder(name: str) -> Path:
-    """The folder for what a command writes when none is named: ``<study name>_report`` in the working directory."""
+    """The default output folder of a command: ``<study name>_report`` in the working directory."""
     return Path(re.sub(r"[^\w.-]+", "_", name).strip("_.") + "_report")

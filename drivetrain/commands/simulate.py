@@ -1,4 +1,4 @@
-"""The command that lets things run: a study's arm with its drives, or an arm without any."""
+"""The command `simulate`: runs a study's arm with its drives, or a bare arm without drives."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ if TYPE_CHECKING:
     from drivetrain.solvers.solver import Solver
     from drivetrain.study.parts.simulation import Simulation
 
-STUDIES = (".yaml", ".yml", ".json")  # what the file of a study or a result ends in
+STUDIES = (".yaml", ".yml", ".json")  # suffixes of study files and results
 
 
 class Method(StrEnum):
-    """Solvers that can be asked for by name."""
+    """Solvers that can be requested by name."""
 
     ADAPTIVE = "adaptive"
     FIXED = "fixed"
@@ -108,7 +108,7 @@ def simulate(
 
 
 def _not_of(whose: str, given: Mapping[str, object]) -> list[Callable[[], None]]:
-    """Refuse the options that are given and mean nothing here."""
+    """Checks that raise InputError for given options that do not apply here."""
     return [partial(refuse, True, name, f"is for {whose}") for name, value in given.items() if value]
 
 
@@ -116,7 +116,7 @@ def _run_arm(
     what: str, misplaced: list[Callable[[], None]], request: tuple[str | None, str, str | None, str | None],
     method: Method, out: Path | None,
 ) -> None:  # fmt: skip
-    """Let an arm go and write what it does."""
+    """Simulate a bare arm and write the recording."""
     from drivetrain.arm.files.load import load_arm
     from drivetrain.simulation.passive import simulate_passive
 
@@ -136,7 +136,7 @@ def _run_arm(
 
 
 def _solver(method: Method) -> Callable[[float], Solver]:
-    """Makes the solver from its step [s]."""
+    """A function that makes the solver from its step [s]."""
     from drivetrain.solvers.solver import DormandPrince853, Euler, RungeKutta4, SemiImplicitEuler
 
     known: dict[Method, Callable[[float], Solver]] = {
@@ -151,7 +151,7 @@ def _solver(method: Method) -> Callable[[float], Solver]:
 
 
 def _start(arm: Arm, text: str) -> Array:
-    """Positions of all joints: radians or degrees, metres where a joint slides and only one unit is given."""
+    """Positions of all joints from text in rad or deg; with a single unit, prismatic joints are in metres."""
     import numpy as np
 
     from drivetrain.units import quantities, quantity
@@ -185,7 +185,7 @@ def _run_study(
     path: Path, misplaced: list[Callable[[], None]], changes: Mapping[str, str | None],
     duration: str | None, resume: Path | None, out: Path | None, start: str | None, *, verify: bool,
 ) -> bool:  # fmt: skip
-    """Run a study's cycle with its drives, and write what happens; whether every check holds on what was simulated."""
+    """Simulate a study's cycle with its drives and write the results; returns whether all checks are satisfied."""
     from drivetrain.accuracy.costs import interval_of
     from drivetrain.accuracy.decision import basis_of, decision
     from drivetrain.accuracy.study_run import engine_of, run_scene, study_scene
@@ -263,13 +263,13 @@ def _given(text: str | None, scene: Plan) -> str | dict[str, float]:
 
 @contextmanager
 def _share(text: str) -> Iterator[Callable[[float], None]]:
-    """Progress of a run as the share of its time that is done."""
+    """Context that shows the progress of a run as the simulated share of its time."""
     with working(text) as step:
         yield lambda share: step(round(100.0 * share), 100, text)
 
 
 def _options(study: Simulation, given: Mapping[str, str | None]) -> Simulation:
-    """What the study says of its simulation, with what the command line says over it; None: as the study says."""
+    """The study's simulation options with those of the command line over them; None: the study's value."""
     from drivetrain.errors import Faults, nearest
     from drivetrain.study.parts.simulation import KNOWN_EFFECTS
 
@@ -295,7 +295,7 @@ def _options(study: Simulation, given: Mapping[str, str | None]) -> Simulation:
 
 
 def _limits(result: Evaluation) -> dict[str, dict[str, float]]:
-    """Of the amplifier's current, and of the voltage that it can give."""
+    """Limits of the amplifier's current [A] and of its output voltage [V], by joint."""
     from drivetrain.drive.amplifier import available_voltage
 
     study = result.study
@@ -310,7 +310,7 @@ def _limits(result: Evaluation) -> dict[str, dict[str, float]]:
 
 
 def _save(recording: Recording, folder: Path) -> None:
-    """The recording in both forms, as far as the libraries are there."""
+    """Save the recording as .npz, and as .parquet if the library for it is installed."""
     from importlib.util import find_spec
 
     where = recording.save(folder / "recording.npz")

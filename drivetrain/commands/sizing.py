@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation, Selection
     from drivetrain.study.model import Study
 
-MOST_NOTES = 8  # warnings and notes listed on the terminal; the report holds them all
+MOST_NOTES = 8  # warnings and notes listed on the terminal; the report contains all of them
 
 OutFolder = Annotated[
     Path | None,

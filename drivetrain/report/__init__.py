@@ -1,4 +1,4 @@
-"""Reports: figures, page, files, the only door through which results go out."""
+"""Reports: all output of results as text, charts, HTML pages and files."""
 
 from typing import TYPE_CHECKING
 

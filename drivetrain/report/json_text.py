@@ -1,4 +1,4 @@
-"""JSON that every reader takes: numbers that are none are null."""
+"""Standard JSON text, in which NaN and infinity are null."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import numpy as np
 from drivetrain.study.model import Study
 from drivetrain.version import __version__
 
-SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without
+SCHEMA_VERSION = 1  # increased if a key is removed or changes its meaning, not for new keys
 
 
 def json_text(data: Mapping[str, Any], *, packed: bool = False) -> str:
     """Plain data as JSON text, NaN and infinity as null; packed: in one line, for a script to read."""
     if packed:
-        try:  # what is plain already needs no walk through every number
+        try:  # fast path: plain data need no conversion of every number
             return json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
         except (TypeError, ValueError):
             return json.dumps(plain(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
@@ -26,7 +26,7 @@ def json_text(data: Mapping[str, Any], *, packed: bool = False) -> str:
 
 
 def job_data(study: Study, job: str, **data: Any) -> dict[str, Any]:
-    """What a job found, headed by what it is the answer to."""
+    """The results of a job after a header with versions, study and job."""
     head = {"schema_version": SCHEMA_VERSION, "drivetrain": __version__, "study": study.name}
     return head | {"digest": study.digest, "job": job} | data
 
@@ -36,7 +36,7 @@ def drives_data(drives: Mapping[str, tuple[str, str]]) -> dict[str, dict[str, st
 
 
 def plain(value: Any) -> Any:
-    """A value that strict JSON can hold: None for what is no finite number, Python's numbers for numpy's."""
+    """A value that strict JSON can represent: None for NaN and infinity, Python numbers for numpy numbers."""
     if isinstance(value, Mapping):
         return {str(name): plain(one) for name, one in value.items()}
     if isinstance(value, np.ndarray | np.generic):

@@ -1,4 +1,4 @@
-"""The files of one job, and the verdict for machines among them: ``result.json``."""
+"""The output files of one job, among them ``result.json`` with the results for other programs."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ if TYPE_CHECKING:
 def write_outputs(
     out_dir: str | Path, result: Evaluation | Selection, *, spread: Spread | None = None, extra: Extra | None = None
 ) -> dict[str, Path]:
-    """Write ``report.html``, ``result.json`` and ``currents.csv``, of a selection also ``rejected.csv``.
+    """Write ``report.html``, ``result.json`` and ``currents.csv``; for a selection also ``rejected.csv``.
 
-    Everything is made before anything is written, and written beside its place before any old file is replaced.
+    All texts are made before any file is written, and all are written to temporary files before old ones are replaced.
 
     Args:
-        out_dir: Folder, made when missing.
-        result: Of ``evaluate`` or ``select``.
-        spread: What the scatter of its numbers means, where the study states tolerances.
-        extra: What was asked for beside, such as ``trade_off_extra``.
+        out_dir: Output folder; it is made if missing.
+        result: Result of ``evaluate`` or ``select``.
+        spread: Effect of the tolerances, if the study states any.
+        extra: Additional results for the report, such as ``trade_off_extra``.
 
     Returns:
-        Where each file is, by name.
+        Path of each file by name.
 
     Raises:
         InputError: The folder cannot be made or written to.
@@ -56,12 +56,12 @@ def write_outputs(
 
 
 def currents_csv(evaluation: Evaluation, *, rate: float | None = None, hold: int = 1) -> str:
-    """The current commands as CSV text; at a rate [Hz] a comment line says which, and how values are held."""
+    """The current commands as CSV text; with a rate [Hz], a comment line states it and the order of hold."""
     table = current_commands(evaluation, rate=rate, hold=hold)
     text = StringIO()
     if rate is not None:
         text.write(f"# rate: {rate:.9g} Hz, order of hold between samples: {hold}\n")
-    lines = writer(text, lineterminator="\n")  # pandas takes three times as long where it formats numbers
+    lines = writer(text, lineterminator="\n")  # pandas would take three times as long to format the numbers
     lines.writerow(table.columns)
     lines.writerows(zip(*(_printed(table[name]) for name in table.columns), strict=True))
     return text.getvalue()
@@ -81,7 +81,7 @@ def result_json(
     extra: Extra | None = None,
     folder: Path | None = None,
 ) -> str:
-    """An evaluation or a selection as JSON text, in SI; ``folder``: where it will stand, to name the study's file."""
+    """An evaluation or a selection as JSON text in SI; the path of the study file is relative to ``folder``."""
     data = result_data(result, folder=folder)
     if spread is not None:
         data["robustness"] = spread_data(spread)
@@ -119,12 +119,12 @@ def result_data(result: Evaluation | Selection, *, folder: Path | None = None) -
 
 
 def _study_file(path: str, folder: Path | None) -> str | None:
-    """The study's file from the folder of the result; None where it has none."""
+    """Path of the study file relative to the folder of the result; None if the study has no file."""
     if not Path(path).is_file():
         return None
     try:
         return Path(os.path.relpath(path, folder or ".")).as_posix()
-    except ValueError:  # another drive of Windows
+    except ValueError:  # on another Windows drive
         return str(Path(path).resolve())
 
 
@@ -132,7 +132,7 @@ CHECK = ("name", "actual", "factor", "required", "available", "unit", "utilisati
 
 
 def _check(check: Check) -> dict[str, Any]:
-    """One check; says in the remark which number was not finite."""
+    """Data of one check; its remark states numbers that are not finite."""
     names = ("required", "available", "utilisation")
     endless = [name for name in names if (value := getattr(check, name)) is not None and not math.isfinite(value)]
     notes = [check.remark] if check.remark else []
@@ -148,7 +148,7 @@ def _check(check: Check) -> dict[str, Any]:
 
 
 def _amperes(check: Check) -> dict[str, Any] | None:
-    """A current in the ampere that the study uses; nothing for what is none, or where both are one."""
+    """A current in the convention of the study (rms or peak); None for other quantities and for dc."""
     if check.unit != "A" or check.current_basis == "dc":
         return None
     return {"basis": check.current_basis} | {name: check.entered(name) for name in ("actual", "required", "available")}

@@ -1,4 +1,4 @@
-"""Numbers as engineers read them: revolutions a minute, millinewton metres, degrees Celsius, three digits."""
+"""Numbers in common engineering units (rpm, mN m, degrees Celsius) with a suitable number of digits."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.units import from_si, readable_unit
 
-DASH = "–"  # what stands where a number is unknown
-# Units that the study's quantities carry, and what people say instead of the SI unit.
+DASH = "–"  # shown for an unknown number
+# SI units of the study's quantities, and the common units in which they are shown
 _SPOKEN = {"rad/s": "rpm", "rad": "deg", "rad/s^2": "rad/s^2"}
 _PRINTED = {"C": "°C", "degC": "°C", "deg": "°", "ohm": "Ω", "mohm": "mΩ", "uH": "µH", "1": ""}
 
 
 def shown_unit(largest: float | None, unit: str) -> str:
-    """The unit in which values of an SI unit are shown that are at most so large; ``C``, ``h`` and ``1`` stay."""
+    """The unit in which values of an SI unit are shown, chosen by the largest; ``C``, ``h`` and ``1`` are kept."""
     if unit in ("", "1", "C", "degC", "h"):
         return unit
     if unit in _SPOKEN:
@@ -31,7 +31,7 @@ def convert(values: Any, unit: str, shown: str) -> Array:
 
 
 def scaled(values: Array, unit: str, *others: float | None) -> tuple[Array, str]:
-    """A series of an SI unit in the unit that suits the largest of its and the other values, and that unit."""
+    """A series of an SI unit converted to the unit that suits the largest of its and the other values; and the unit."""
     known = [abs(other) for other in others if other is not None and math.isfinite(other)]
     largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
     shown = shown_unit(max([largest, *known]), unit)
@@ -43,7 +43,7 @@ def printed_unit(unit: str) -> str:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """A number with so many significant digits, whole digits never cut; None and NaN give a dash."""
+    """A number with ``digits`` significant digits, without rounding integer digits; None and NaN give a dash."""
     if value is None or math.isnan(value):
         return DASH
     if math.isinf(value):

@@ -1,4 +1,4 @@
-"""The rejected candidates, half a million perhaps: as CSV text, counted, and the closest of them for the page."""
+"""The rejected candidates (up to some half a million): as CSV text, counted by check, and the closest for the page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from drivetrain.study.model import gear_name
 
 _ROW = ",".join("%.6g" if name in _NUMBERS else "%s" for name in COLUMNS) + "\n"
 _AT_ONCE = 4096  # rows formatted by one call
-MOST = 3000  # on the page; rejected.csv holds them all
+MOST = 3000  # largest number on the page; rejected.csv contains all
 SHOWN = ("joint", "motor", "gear", "check", "utilisation", "objective")
 SHARES = {
     "mass": "mass of motor and gear [kg]", "price": "price of motor and gear", "energy": "energy a cycle [J]",
@@ -47,7 +47,7 @@ def _cell(text: str) -> str:
 
 
 def counted(rejected: pd.DataFrame) -> dict[tuple[str, str], int]:
-    """How many candidates each check rejected at each joint, by (joint, check); what never occurs is left out."""
+    """Number of candidates that each check rejected at each joint, by (joint, check); zeros are left out."""
     joints, checks = (list(rejected[name].cat.categories) for name in ("joint", "check"))
     joint, check = (rejected[name].cat.codes.to_numpy().astype(np.int64) for name in ("joint", "check"))
     counts = np.bincount(joint * len(checks) + check, minlength=1)
@@ -56,7 +56,7 @@ def counted(rejected: pd.DataFrame) -> dict[tuple[str, str], int]:
 
 
 def rejected_data(selection: Selection, rejected: pd.DataFrame) -> dict[str, Any]:
-    """Rows as places in lists of names and as numbers, and the chosen drives."""
+    """The rejected rows as indices into lists of names and as numbers, and the chosen drives."""
     used = rejected["utilisation"].to_numpy(dtype=float)
     closest = rejected.iloc[np.sort(np.argsort(used, kind="stable")[:MOST])]
     columns: list[list[Any]] = []
@@ -82,7 +82,7 @@ def rejected_data(selection: Selection, rejected: pd.DataFrame) -> dict[str, Any
 
 
 def _chosen(selection: Selection) -> list[list[Any]]:
-    """Joint, motor, gear, share of the objective, utilisation and what it is, where both numbers are known."""
+    """Joint, motor, gear, share of the objective, utilisation and its check, for drives with both numbers known."""
     found: list[list[Any]] = []
     study, word = selection.study, "chosen" if selection.drives else "closest"
     for name, joint in selection.evaluation.joints.items():

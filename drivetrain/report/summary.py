@@ -1,4 +1,4 @@
-"""For those who decide: one page as PDF with verdict, drives and limits."""
+"""A summary of one page as PDF with verdict, drives and limits."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from drivetrain.study.model import gear_name
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.version import __version__
 
-PAGE = (8.27, 11.0)  # [in]: as wide as A4 and as high as Letter, so that it prints on both at full size
+PAGE = (8.27, 11.0)  # [in] width of A4 and height of Letter, so that it prints on both at full size
 COLUMNS = {"joint": 0.13, "motor": 0.27, "gear": 0.27, "verdict": 0.11, "used": 0.06, "closest to a limit": 0.16}
 WRAP = 105  # letters
 COLOURS = {Verdict.PASS: GREEN, Verdict.MARGINAL: ORANGE, Verdict.FAIL: VERMILLION, Verdict.NOT_CHECKED: "#5b6775"}
@@ -69,7 +69,7 @@ def summary_pdf(result: Evaluation | Selection) -> bytes:
 
 
 def _cells(joint: JointResult) -> list[str]:
-    """One row of the table, long part names on two lines."""
+    """One row of the table, with long part names in two lines."""
     parts = [
         "\n".join(textwrap.wrap(named(key, part), 34, break_on_hyphens=False)[:2])
         for key, part in ((joint.motor, joint.drive.motor), (gear_name(joint.gear), joint.drive.gear))

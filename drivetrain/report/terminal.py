@@ -1,4 +1,4 @@
-"""What the commands print besides verdicts: faults of the input, findings of a catalogue, notes, progress."""
+"""Terminal output other than verdicts: faults of the input, findings of a catalogue, notes, progress."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from drivetrain.catalog.findings import Severity
 from drivetrain.catalog.linting import LintFault
 from drivetrain.errors import DrivetrainError, Fault, InputError, plain
 
-WIDTH_WITHOUT_TERMINAL = 160  # columns when the output is piped: no line is cut to a screen that is not there
+WIDTH_WITHOUT_TERMINAL = 160  # columns if the output is piped, so that lines are not cut
 
 
 def console(*, errors: bool = False) -> Console:
-    """The terminal, or the pipe without colours."""
+    """Console for the terminal, or for a pipe without colours."""
     found = Console(stderr=errors, highlight=False, markup=False, emoji=False)
     if not found.is_terminal:
         found = Console(stderr=errors, highlight=False, markup=False, emoji=False, width=WIDTH_WITHOUT_TERMINAL)
@@ -26,7 +26,7 @@ def console(*, errors: bool = False) -> Console:
 
 
 def fault_lines(error: DrivetrainError) -> list[Text]:
-    """Wrong input as a list: file, place, value, what is allowed, the fix."""
+    """The faults of an error as lines: file, place, value, what is allowed, the fix."""
     if not isinstance(error, InputError):
         return [Text.assemble(("error ", "bold red"), str(error))]
     count = len(error.faults)
@@ -37,7 +37,7 @@ def fault_lines(error: DrivetrainError) -> list[Text]:
 
 
 def _fault_lines(fault: Fault) -> list[Text]:
-    """One fault: where it stands and what is wrong, then what was found and the fix."""
+    """One fault: place and problem, then the value found and the fix."""
     where = " ".join(part for part in (f"{fault.file}:" if fault.file else "", fault.place) if part)
     lines = [Text.assemble("  ", (plain(where), "bold"), plain(f": {fault.problem}"))]
     if fault.value is not None:
@@ -48,7 +48,7 @@ def _fault_lines(fault: Fault) -> list[Text]:
 
 
 def lint_table(found: Sequence[LintFault]) -> Table:
-    """The findings of a catalogue, printed against predicted."""
+    """The findings of a catalogue, with the printed and the expected value of each."""
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     for heading in ("file", "row", "key", "column", "", "problem", "printed", "predicted"):
         table.add_column(
@@ -70,7 +70,7 @@ def _value(value: object) -> str:
 
 @contextmanager
 def progress(to: Console, text: str) -> Iterator[Callable[[int, int, str], None]]:
-    """A bar while something long is done, moved by (done, of how many, what); nothing without a terminal."""
+    """Context with a progress bar; yields its update function (done, total, what). No bar without a terminal."""
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),

@@ -36,7 +36,7 @@ from drivetrain.sizing.results import Evaluation, JointResult, JointSeries, Sele
 from drivetrain.study.model import Study, pair_name
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
-if TYPE_CHECKING:  # brings splines, which few answers need
+if TYPE_CHECKING:  # imports splines, which few commands need
     from drivetrain.sizing.answers.family import FamilySelection
     from drivetrain.sizing.answers.fastest import Fastest
 
@@ -49,7 +49,7 @@ STYLES = {
 
 
 def verdict_table(evaluation: Evaluation) -> Table:
-    """One line a joint: its drive, how much of it is used, the verdict and what limits it."""
+    """Table with one line per joint: its drive, utilisations, verdict and the limiting check."""
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     table.add_column("joint", no_wrap=True)
     table.add_column("motor", overflow="fold")
@@ -85,13 +85,13 @@ def _cells(joint: JointResult) -> list[str | Text]:
 
 
 def _limit(check: Check) -> str:
-    """A check and how much of its limit is used, where that is a number."""
+    """A check with its utilisation, if that is known."""
     used = check.utilisation
     return check.name if used is None or math.isinf(used) else f"{check.name} {percent(used)}"
 
 
 def family_lines(found: FamilySelection, names: Sequence[str]) -> list[str]:
-    """The drives of a family, and what limits them in each member."""
+    """The drives of a family, and the limiting check in each member."""
     if not found.drives:
         proof = "no set of drives fits every member" if found.proven else "none was found in the time given"
         return [f"DOES NOT FIT: {proof}"]
@@ -111,7 +111,7 @@ def family_lines(found: FamilySelection, names: Sequence[str]) -> list[str]:
 
 
 def part_lines(evaluation: Evaluation) -> list[str]:
-    """What the makers call the parts, each once."""
+    """Maker's names of the parts, each once."""
     rows = [row for joint in evaluation.joints.values() for row in (joint.drive.motor, joint.drive.gear)]
     return list(dict.fromkeys(f"{row.key}: {identity(row)}" for row in rows if row.key and identity(row)))
 
@@ -123,7 +123,7 @@ def _largest(joint: JointResult, names: tuple[str, ...]) -> float | None:
 
 
 def verdict_lines(result: Evaluation | Selection) -> list[Text]:
-    """What stands under the table: the verdict in words, the objective, how sure the choice is, what would fix it."""
+    """The lines below the table: verdict, objective, proof of the selection, and possible fixes."""
     evaluation, selection = both(result)
     lines = [
         Text.assemble((str(result.verdict), STYLES[result.verdict]), "  ", headline(evaluation, selection)),
@@ -150,15 +150,15 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
 
 
 def explanation(evaluation: Evaluation, joints: Sequence[str] = (), checks: Sequence[str] = ()) -> Iterator[str]:
-    """Every wanted check of every wanted joint.
+    """Lines that explain the requested checks of the requested joints.
 
     Args:
-        evaluation: Of the drives.
-        joints: Names or parts that no other has, ``supply`` and ``arm`` among them; empty: all.
-        checks: Names, the same; empty: all.
+        evaluation: Evaluation of the drives.
+        joints: Names or unique parts of names, including ``supply`` and ``arm``; empty: all.
+        checks: Names or unique parts of names of checks; empty: all.
 
     Raises:
-        InputError: Names that none or several have.
+        InputError: A name matches no or several joints or checks.
     """
     places = ("supply", "arm", "catalogue")
     joints = whole_names("joint", "joint of the study", joints, [*evaluation.joints, *places])
@@ -171,7 +171,7 @@ def _explained(evaluation: Evaluation, joints: Collection[str], checks: Collecti
         found = [one for one in joint.checks if not checks or one.name in checks]
         if found and (not joints or name in joints):
             yield f"{name}: {_parts(joint)}"
-            drive = joint.drive  # sources of its rows stand once, not with every check
+            drive = joint.drive  # sources of its rows are given once, not with every check
             rows = [(kind, row) for kind, row in (("motor", drive.motor), ("gear", drive.gear)) if row.source]
             yield from (f"    {kind} {row.key}: {row.source}" for kind, row in rows)
             yield f"    {_constants(drive)}"
@@ -188,7 +188,7 @@ def _explained(evaluation: Evaluation, joints: Collection[str], checks: Collecti
 
 
 def _constants(drive: Drive) -> str:
-    """What the symbols of formulas stand for, of a drive; what its sheets do not say is left out."""
+    """Values of the formula symbols that are constants of a drive; unknown values are left out."""
     motor, gear = drive.motor, drive.gear
     mesh = 1.0 if gear.direct else gear.efficiency if gear.mesh_efficiency is None else gear.mesh_efficiency
     parts = [
@@ -201,7 +201,7 @@ def _constants(drive: Drive) -> str:
 
 
 def _values(series: JointSeries, time: float) -> str:
-    """What the symbols stand for at an instant of the cycle."""
+    """Values of the formula symbols at an instant of the cycle [s]."""
     t = int(np.argmin(np.abs(series.time - time)))
     parts = [
         ("w", series.speed, "rad/s"), ("dw/dt", series.acceleration, "rad/s^2"), ("T", series.gear_torque, "N m"),
@@ -211,12 +211,12 @@ def _values(series: JointSeries, time: float) -> str:
 
 
 def _told(row: Array, t: int) -> float:
-    """A value of a series; 0 for what is rounding beside its largest."""
+    """A value of a series; 0 if it is a rounding error relative to the largest."""
     return 0.0 if abs(row[t]) < 1e-9 * np.abs(row[np.isfinite(row)]).max() else float(row[t])
 
 
 def check_lines(check: Check, series: JointSeries | None = None) -> Iterator[str]:
-    """One check; with the series of its joint what they are at its instant."""
+    """Lines on one check; with the series of its joint, also their values at its instant."""
     shown = common_unit(check)
     unit, digits = printed_unit(shown), digits_near_limit(check.utilisation)
     limit = DASH if check.available is None else number(float(convert(check.available, check.unit, shown)), digits)
@@ -237,18 +237,19 @@ def check_lines(check: Check, series: JointSeries | None = None) -> Iterator[str
 
 
 def _parts(joint: JointResult) -> str:
-    """The drive of a joint: keys, and what the maker calls them."""
+    """The drive of a joint: keys and maker's names."""
     motor, gear = joint.drive.motor, joint.drive.gear
     return pair_name(named(motor.key, motor), named(gear.key, gear) if joint.gear else "")
 
 
 def fastest_lines(found: Fastest) -> Iterator[str]:
-    """What the terminal shows."""
+    """Lines for the terminal on the fastest cycle."""
     if found.feasible:
         change = 100.0 * (found.duration / found.before - 1.0)
         yield f"fastest cycle: {found.duration:.4g} s instead of {found.before:.4g} s ({change:+.3g} %)"
     else:
-        yield f"no pace holds, not even a cycle of {found.duration:.4g} s: {overall_sentence(found.evaluation)}"
+        reason = overall_sentence(found.evaluation)
+        yield f"no cycle time meets all limits, not even {found.duration:.4g} s: {reason}"
     for move in found.moves:
         words = f"  {move.name}, from {move.start:.4g} s: {move.after:.4g} s instead of {move.before:.4g} s"
         if move.check:
@@ -258,7 +259,7 @@ def fastest_lines(found: Fastest) -> Iterator[str]:
 
 
 def motion_csv(study: Study) -> str:
-    """Joint positions over the cycle, one row an instant."""
+    """Joint positions over the cycle as CSV text, one row per instant."""
     cycle, arm = study.cycle, study.arm
     slides = np.zeros(len(cycle.joint_names), bool) if arm is None else arm.slides
     names = [f"{name} [{'m' if slide else 'rad'}]" for name, slide in zip(cycle.joint_names, slides, strict=True)]

@@ -1,4 +1,4 @@
-"""Results in sentences: what limits a joint, by how much, when; and what the model leaves out."""
+"""Results as sentences: the limiting check of a joint, its values and instant; and what the model does not cover."""
 
 from __future__ import annotations
 
@@ -65,11 +65,11 @@ OUTSIDE = (
         "the maker's current data sheet of each chosen part",
     ),
 )
-"""What lies outside the checks, and what it would take to check it."""
+"""What the checks do not cover, and what is needed to check it."""
 
 
 def check_sentence(check: Check) -> str:
-    """A judged check in words."""
+    """A checked limit as a sentence."""
     if check.utilisation is None:
         return f"{check.name}: not checked"
     shown = common_unit(check)
@@ -87,7 +87,7 @@ def check_sentence(check: Check) -> str:
 
 
 def in_study_amperes(check: Check) -> str:
-    """A current and its limit in the ampere that the study uses; nothing for what is none, or where both are one."""
+    """A current and its limit in the convention of the study (rms or peak); empty for other quantities and for dc."""
     if check.unit != "A" or check.current_basis == "dc" or check.required is None:
         return ""
     digits = digits_near_limit(check.utilisation)
@@ -97,13 +97,13 @@ def in_study_amperes(check: Check) -> str:
 
 
 def common_unit(check: Check) -> str:
-    """The unit in which both numbers of a check are shown."""
+    """The unit in which the required value and the limit of a check are shown."""
     known = [abs(value) for value in (check.required, check.available) if value is not None]
     return shown_unit(max(known) if known else None, check.unit)
 
 
 def required_text(check: Check, shown: str, unit: str = "") -> str:
-    """What a check requires, in the unit shown; with a safety factor ``actual × factor = required``."""
+    """The required value of a check in the unit shown; with a safety factor ``actual × factor = required``."""
     if check.required is None or check.actual is None:
         return DASH
     digits = digits_near_limit(check.utilisation)
@@ -117,12 +117,12 @@ def required_text(check: Check, shown: str, unit: str = "") -> str:
 
 
 def digits_near_limit(utilisation: float | None) -> int:
-    """How many digits distinguish the two numbers of a check."""
+    """Number of digits that distinguish the required value of a check from its limit."""
     return 5 if utilisation is not None and 0.99 < utilisation < 1.01 else 3
 
 
 def identity(record: Motor | Gear | Brake | None) -> str:
-    """Maker, series and part number, as far as known and not said by the next."""
+    """Maker, series and part number as far as known; each is left out if the next one contains it."""
     if record is None:
         return ""
     names = (record.maker, record.series, record.part_number)
@@ -134,18 +134,18 @@ def both(result: Evaluation | Selection) -> tuple[Evaluation, Selection | None]:
 
 
 def objective_tail(study: Study, space: str = "\u00a0") -> str:
-    """The unit behind a number of the objective; nothing for a price or a weighted sum."""
+    """The unit after a value of the objective; empty for a price or a weighted sum."""
     return {"mass": f"{space}kg", "energy": f"{space}J"}.get(study.objective, "")
 
 
 def named(key: str, record: Motor | Gear | None) -> str:
-    """A part by its key and what its maker calls it."""
+    """A part by its key and its maker's name."""
     name = identity(record)
     return f"{key} ({name})" if name else key
 
 
 def study_facts(study: Study) -> list[str]:
-    """Arm, cycle (of a mix its shares), supply and air in a few words each."""
+    """Short texts on arm, cycle (for a mix its shares), supply and ambient temperature."""
     cycle, arm = study.cycle, f"{len(study.joints)} joint{'s' if len(study.joints) > 1 else ''}"
     shares = (f"{percent(share)} {name}" for share, name in zip(cycle.shares, cycle.part_names, strict=True))
     return [
@@ -157,13 +157,18 @@ def study_facts(study: Study) -> list[str]:
 
 
 def nearness(check: Check | None) -> str:
-    """What the check with the highest utilisation is."""
+    """Heading of the check with the highest utilisation."""
     over = check is not None and check.utilisation is not None and not check.utilisation <= 1.0
     return "furthest over its limit" if over else "closest to a limit"
 
 
 def heat_model(motor: Motor, mounting: float | None) -> str:
-    """The way of a motor's heat from winding to air, and who says so; mounting: of the study, housing to air [K/W]."""
+    """Text on a motor's thermal model from winding to ambient, with the sources of its resistances.
+
+    Args:
+        motor: The motor.
+        mounting: Thermal resistance from housing to ambient that the study states [K/W], or None.
+    """
     network = thermal_network(motor, 0.0, housing_to_ambient=mounting)
     if network is None:
         return "temperatures not computed: thermal resistances are not in the catalogue row"
@@ -186,13 +191,13 @@ def joint_sentence(joint: JointResult) -> str:
 
 
 def binding_place(evaluation: Evaluation) -> tuple[str, Check] | None:
-    """Joint, ``supply``, ``arm`` or ``catalogue``, and check that decide the verdict; None when nothing was judged."""
+    """Place (joint, ``supply``, ``arm`` or ``catalogue``) and check that decide the verdict; None without any check."""
     judged = [one for one in placed_checks(evaluation) if one[1].utilisation is not None]
     return max(judged, key=lambda pair: pair[1].utilisation or 0.0, default=None)
 
 
 def overall_sentence(evaluation: Evaluation) -> str:
-    """The limit that decides the whole verdict, in words."""
+    """A sentence on the limit that decides the overall verdict."""
     found = binding_place(evaluation)
     if found is None and evaluation.verdict is Verdict.FAIL:
         reason = next(check.remark or check.name for check in evaluation.shared if check.verdict is Verdict.FAIL)
@@ -222,7 +227,7 @@ def headline(evaluation: Evaluation, selection: Selection | None) -> str:
 
 
 def gaps(evaluation: Evaluation) -> tuple[str, ...]:
-    """Which essential checks could not be made, and which numbers of which sheets would let them be."""
+    """Texts on essential checks that could not be made, and on the missing values of data sheets."""
     missing: dict[str, list[str]] = {}
     for joint in evaluation.joints.values():
         for check in joint.lacking:
@@ -259,7 +264,7 @@ def objective_text(evaluation: Evaluation, selection: Selection | None = None) -
 
 
 def _nothing_known(evaluation: Evaluation) -> bool:
-    """Whether no drive at all has a known share of the objective; what a search adds to put equals in order is none."""
+    """Whether no drive has a known share of the objective, apart from the tie-break of a search."""
     every, objective = evaluation.joints.values(), evaluation.study.objective
     if objective == "price":
         return all(drive_price(joint.drive, joint.amplifier) is None for joint in every)
@@ -289,23 +294,23 @@ NEGLIGIBLE = 1e-9  # m or rad
 
 @dataclass(frozen=True)
 class End:
-    """What deviates."""
+    """The quantity whose deviation from the command is shown: the tip or an axis."""
 
     name: str
     unit: str
 
     def far(self, deviation: float) -> str:
         """A deviation [m or rad] in words."""
-        shown = "mrad" if self.unit == "rad" else ""  # as pictures and tables say it
+        shown = "mrad" if self.unit == "rad" else ""  # as in charts and tables
         return "0" if deviation < NEGLIGIBLE else with_unit(deviation, self.unit, shown=shown)
 
 
 def end_of(study: Study) -> End:
-    """What deviates in a study's run: the tip, without an arm the axis."""
+    """The quantity whose deviation is shown in a study's run: the tip, or the axis in a study without an arm."""
     return End("axis", "rad") if study.arm is None else End("tip", "m")
 
 
-# The best sets of drives of a selection, side by side: what each is worth and where it differs from the first
+# Comparison of the best sets of drives of a selection: objective of each, and its differences from the first
 
 
 CRITERIA = {
@@ -322,7 +327,7 @@ SHARED = {"mass": "mass", "price": "price", "energy": "energy a cycle", "weighte
 
 
 def equals_sentence(selection: Selection) -> str:
-    """How many feasible sets share the objective of the chosen one, and what puts it before them."""
+    """Number of feasible sets with the same objective as the chosen one, and the criterion that decides."""
     what, count = SHARED[selection.study.objective], selection.equals
     if not selection.drives or not count:
         return ""
@@ -336,7 +341,7 @@ def equals_sentence(selection: Selection) -> str:
 
 @dataclass(frozen=True)
 class SetRow:
-    """One set as texts, 1 the best; ``changes``: joints at which it differs from the first, with motor and gear."""
+    """One set as texts; rank 1 is the best. ``changes``: joints with another drive than the first, with that drive."""
 
     rank: int
     objective: str

@@ -117,7 +117,7 @@ def test_weight_that_no_pace_can_hold_is_an_answer(study: Study) -> None:
     gears = study.catalog.gears
     weak = replace(gears["hd_CSG-32-120-2UH"], repeated_peak_torque=0.1)
     found = fastest(replace(study, catalog=replace(study.catalog, gears={**gears, weak.key: weak})), DRIVES)
-    assert not found.feasible and "no pace holds" in next(iter(fastest_lines(found)))
+    assert not found.feasible and "no cycle time meets all limits" in next(iter(fastest_lines(found)))
 
 
 def test_what_has_no_pace_is_a_message(study: Study) -> None:

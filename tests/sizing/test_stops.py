@@ -222,7 +222,7 @@ def test_the_current_that_spares_a_jammed_gear(two_links):
     safe = float(re.search(r"no more than ([\d.]+) A \(DC\)", told.remark).group(1))
     used = [one.required / one.available for one in (jammed(safe * f, most) for f in (0.98, 1.02))]
     assert used[0] < 1.0 < used[1]
-    assert "the rotor does it alone" in jammed(20.0, 0.9 * coast * study.safety.peak_torque).remark
+    assert "the rotor's energy alone" in jammed(20.0, 0.9 * coast * study.safety.peak_torque).remark
 
 
 def test_what_holds_the_load_is_asked_of_the_current(two_links):

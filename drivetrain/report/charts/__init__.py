@@ -1,1 +1,1 @@
-"""Pictures as data, and what draws them: BokehJS on a page, matplotlib elsewhere."""
+"""Charts as data, drawn by BokehJS on a page and by matplotlib elsewhere."""

@@ -33,11 +33,11 @@ NAMES = {
 VERDICT_COLOURS = {
     Verdict.PASS: GREEN, Verdict.MARGINAL: ORANGE, Verdict.FAIL: VERMILLION, Verdict.NOT_CHECKED: "muted",
 }  # fmt: skip
-NEAR_LIMIT = 90.0  # %: where it is reached the limit is drawn
-BESIDE = 2.5  # times beyond the marks that the picture of a ratio goes on
+NEAR_LIMIT = 90.0  # [%] a limit is drawn if a curve reaches this share of it
+BESIDE = 2.5  # factor by which the chart of a ratio extends beyond its marks
 MOST_CHECKS = 7
-MOST_LINES = 10  # of a sweep: more are a thicket
-SCALE = "scale."  # before what is varied by a factor
+MOST_LINES = 10  # largest number of lines of a sweep, for legibility
+SCALE = "scale."  # prefix of names that are varied by a factor
 _NUMBER = re.compile(r"\s*([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)\s*(.*)$")
 
 
@@ -95,7 +95,7 @@ def _shown(point: DriveSet) -> list[tuple[str, float]]:
 
 
 def knee(found: Front) -> int | None:
-    """The place of the set nearest to the best of every criterion, each scaled to its span; None for too few."""
+    """Index of the set nearest to the best of all criteria, each scaled to its span; None for too few sets."""
     if len(found.points) < 3 or len(found.names) < 2:
         return None
     values = np.stack([_criterion(found.points, name) for name in found.names], axis=1)
@@ -104,7 +104,7 @@ def knee(found: Front) -> int | None:
 
 
 def curve_charts(found: OptimumCurve) -> tuple[Chart, ...]:
-    """Objective, energy a cycle and highest utilisation of the best set over what is varied."""
+    """Objective, energy per cycle and highest utilisation of the best set over the varied quantity."""
     objective = OBJECTIVES.get(found.study.objective, "objective")
     reserve = 100.0 * (1.0 - found.study.safety.reserve)
     limits = [
@@ -121,7 +121,7 @@ def curve_charts(found: OptimumCurve) -> tuple[Chart, ...]:
 def _curve(
     found: OptimumCurve, label: str, of: Callable[[dict[str, float]], float], height: int, beside: Sequence[Mark] = ()
 ) -> Chart:
-    """One line a piece, in the colour of its set; red where nothing fits."""
+    """One line per piece, in the colour of its set; red if no set fits."""
     marks = [
         Mark("span", x=[piece.low], to=[piece.high], colour=VERMILLION, alpha=0.1)
         for piece in found.pieces if not piece.drives
@@ -145,7 +145,7 @@ def _curve(
 
 
 def colour_of(found: OptimumCurve, piece: CurvePiece) -> str:
-    """The colour of a piece's set: one a set, wherever it occurs."""
+    """The colour of a piece's set, the same for all pieces of the set."""
     sets = list(dict.fromkeys(tuple(one.drives.items()) for one in found.pieces if one.drives))
     return JOINT_COLOURS[sets.index(tuple(piece.drives.items())) % len(JOINT_COLOURS)]
 
@@ -214,7 +214,7 @@ def ratio_charts(found: RatioStudy) -> tuple[Chart, ...]:
 
 
 def _ratio_view(found: RatioStudy) -> tuple[float, float]:
-    """The range of ratios shown: around windows, marks and the sheet's ratio, within what was swept."""
+    """The range of ratios shown: around windows, marks and the gear's own ratio, within the computed range."""
     ends = [end for window in found.windows for end in (window.low, window.high)]
     inner = [abs(found.drive.gear.ratio), found.best.ratio, *(e for e in ends if 0.0 < e < math.inf)]
     low, high = min(inner) / BESIDE, max(inner) * BESIDE
@@ -257,7 +257,7 @@ def _ladder(found: RatioStudy, low: float, high: float, shade: list[Mark]) -> Ch
 
 
 def _leading(found: RatioStudy, seen: NDArray[np.intp]) -> list[str]:
-    """The checks that come highest anywhere in view."""
+    """The checks with the highest utilisation anywhere in the range shown."""
     highest = {}
     for check in found.points[0].utilisations:
         used = found.utilisation_of(check)[seen]
@@ -268,7 +268,7 @@ def _leading(found: RatioStudy, seen: NDArray[np.intp]) -> list[str]:
 
 
 def free_ratio_charts(found: FreeRatios) -> tuple[Chart, ...]:
-    """The goal of the whole arm over each joint's ratio, the best, and the catalogue's gears beside it."""
+    """The goal of the whole arm over each joint's ratio, with the best ratio and the catalogue's gears."""
     return tuple(_free_joint(found, joint) for joint in found.joints)
 
 
@@ -298,7 +298,7 @@ def _free_joint(found: FreeRatios, joint: FreeJoint) -> Chart:
 
 
 def sweep_chart(results: pd.DataFrame, names: Sequence[str], label: str) -> Chart | None:
-    """The objective at every point, one line for each choice of the rest; None where there is nothing to draw over."""
+    """The objective at every point, one line per combination of the other values; None without an axis to draw over."""
     along = along_axis(results, names)
     if not along or not results["feasible"].any():
         return None
@@ -324,7 +324,7 @@ def sweep_chart(results: pd.DataFrame, names: Sequence[str], label: str) -> Char
 
 
 def along_axis(results: pd.DataFrame, names: Sequence[str]) -> str:
-    """What lies along the axis of the picture."""
+    """Name of the varied quantity along the horizontal axis."""
     fitting = {one: results[one].nunique() for one in names if not _numbers(results[one])[0].isna().any()}
     return max(fitting, key=lambda one: fitting[one], default="")
 
@@ -340,7 +340,7 @@ def _short(name: str) -> str:
 
 
 def _numbers(texts: pd.Series[str]) -> tuple[pd.Series[float], str]:
-    """Values as numbers of one unit; NaN everywhere when they are not."""
+    """Values as numbers with their common unit; all NaN if they are not numbers of one unit."""
     found = [_NUMBER.match(text) for text in texts]
     units = {match[2].strip() for match in found if match}
     if len(units) != 1 or not all(found):

@@ -1,4 +1,4 @@
-"""Charts of all joints together: how much of each limit is used, power, heat; and what scatter does to a check."""
+"""Charts of all joints together: utilisations, power, temperatures; and the effect of tolerances on a check."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from drivetrain.report.quantities import convert, percent, printed_unit, scaled,
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.tolerance.tornado import Bar, Tornado
 
-LARGEST_DRAWN = 200.0  # % of a limit; what is beyond stands at the edge
+LARGEST_DRAWN = 200.0  # [%] of a limit; larger values are drawn at the edge
 MOST_BARS = 12
 UNITS = {"payload": "kg", "ambient": "K"}
 
 
 def margin_chart(evaluation: Evaluation) -> Chart | None:
-    """Every judged check of every joint, the tightest first; None where nothing was judged."""
+    """Utilisation of every check of every joint, the highest first; None if there is no check."""
     places = [(name, joint.checks) for name, joint in evaluation.joints.items()] + [("supply", evaluation.shared)]
     used: dict[str, list[tuple[str, float]]] = {}
     for place, checks in places:
@@ -47,7 +47,7 @@ def margin_chart(evaluation: Evaluation) -> Chart | None:
 
 
 def power_chart(evaluation: Evaluation) -> Chart | None:
-    """Electrical power of all joints together; None where some joint's is not known."""
+    """Electrical power of all joints together; None if that of a joint is unknown."""
     joints, supply = list(evaluation.joints.values()), evaluation.study.supply
     total = np.sum([joint.series.electrical_power for joint in joints], axis=0) if joints else np.zeros(0)
     if not len(total) or not np.isfinite(total).all():
@@ -75,7 +75,7 @@ def power_chart(evaluation: Evaluation) -> Chart | None:
 
 
 def heat_chart(evaluation: Evaluation) -> Chart | None:
-    """Hottest winding and housing of every joint once the cycle repeats for ever; None where none is known."""
+    """Highest winding and housing temperature of every joint in the periodic steady state; None if none is known."""
     known = [
         (row, joint.series.winding_temperature, joint.series.housing_temperature,
          joint.drive.motor.max_winding_temperature)
@@ -106,7 +106,7 @@ def heat_chart(evaluation: Evaluation) -> Chart | None:
 
 
 def tornado_chart(tornado: Tornado) -> Chart:
-    """What each number that scatters does alone to one check, the widest at the top."""
+    """Tornado chart: utilisation of one check at both ends of each tolerance alone, the widest bar at the top."""
     bars = tornado.bars[:MOST_BARS]
     middle = min(100.0 * tornado.nominal, 1000.0)
     rows = [f"{bar.source} ±{deviation_text(bar)}" for bar in bars]
@@ -127,7 +127,7 @@ def tornado_chart(tornado: Tornado) -> Chart:
 
 
 def deviation_text(bar: Bar) -> str:
-    """How far a bar's number goes from its nominal value."""
+    """Text on the deviation of a bar's quantity from its nominal value."""
     if bar.absolute:
         return f"{bar.high:g}\u00a0{UNITS.get(bar.source.quantity, '')}".rstrip("\u00a0")
     return f"{100.0 * bar.high:g}\u00a0%"

@@ -1,4 +1,4 @@
-"""Pictures as data: a page draws them by BokehJS, ``plot`` by matplotlib."""
+"""Charts as data: a page draws them with BokehJS, ``plot`` with matplotlib."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from markupsafe import Markup
 from drivetrain.report.json_text import json_text
 
 HERE = Path(__file__).parent
-STRETCHES = 400  # of a long line, of each of which two points are kept
+STRETCHES = 400  # sections of a long line, in each of which two points are kept
 
 INK = "#1f2a37"
 MUTED = "#64748b"
 FAINT = "#dfe5ec"
-# Okabe and Ito's palette, distinguishable with every common kind of colour blindness.
+# palette of Okabe and Ito, distinguishable with the common kinds of colour blindness
 BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9"
 JOINT_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILLION, SKY, "#7f6a3f", "#444444")
 # Instants from first to last: viridis without its yellow end, which is lost on white paper.
@@ -36,7 +36,7 @@ INSTANTS = (
 
 @dataclass(frozen=True, eq=False)
 class Mark:
-    """One thing drawn in a chart.
+    """One element of a chart.
 
     A step keeps a value until the next; an area is a filled polygon; bars go from ``x`` to ``to`` in the rows ``y``; a
     span shades all from ``x``, or ``y``, to ``to``; a rule is a line at ``x``, or ``y``, across everything.
@@ -46,21 +46,21 @@ class Mark:
     x: Any = ()  # in the units of the axes, (N,)
     y: Any = ()
     to: Any = ()
-    label: str = ""  # in the legend; of a rule or a text what stands at it
-    colour: str = BLUE  # or ink, muted, faint, which follow a dark page
-    colours: Sequence[str] = ()  # one a point
-    size: float = 1.5  # of points or lines [px], of bars the share of a row
+    label: str = ""  # text in the legend; of a rule or a text, the text drawn at it
+    colour: str = BLUE  # or ink, muted, faint, which adapt to a dark page
+    colours: Sequence[str] = ()  # one per point
+    size: float = 1.5  # size of points or width of lines [px]; of bars, the share of a row
     dash: bool = False
     alpha: float = 1.0
     marker: str = "circle"  # in Bokeh's names
-    tips: Sequence[str] = ()  # shown at the pointer, one a point
+    tips: Sequence[str] = ()  # tooltips, one per point
 
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """A picture with two axes."""
+    """A chart with two axes."""
 
-    label: str  # what it shows, for those who do not see it
+    label: str  # description for screen readers
     x: str  # label of the axis, with its unit
     y: str
     marks: Sequence[Mark]  # drawn in this order
@@ -71,22 +71,22 @@ class Chart:
     rows: Sequence[str] = ()  # names of rows 0, 1, ... from the top, in place of numbers on the vertical axis
     height: int = 320  # px
     title: str = ""
-    joined: str = ""  # charts of the same word show the same stretch of their horizontal axes
+    joined: str = ""  # charts with the same text share the range of their horizontal axes
 
 
 def captioned(charts: Sequence[Chart], caption: str) -> tuple[tuple[Chart, str], ...]:
-    """Charts that belong together, what they show below the last."""
+    """Charts that belong together, with a caption below the last."""
     return tuple((chart, caption if chart is charts[-1] else "") for chart in charts)
 
 
 class Pictures:
-    """The charts of one page, each with its place in the text and its data at the page's end."""
+    """The charts of one page: their placeholders in the text, and their data at the end of the page."""
 
     def __init__(self) -> None:
         self.charts: list[dict[str, Any]] = []
 
     def add(self, chart: Chart) -> Markup:
-        """Where the chart will stand."""
+        """Add a chart; returns its placeholder for the text."""
         self.charts.append(_data(chart))
         number, label = len(self.charts) - 1, escape(chart.label)
         return Markup(
@@ -95,11 +95,11 @@ class Pictures:
         )
 
     def data(self, **beside: Any) -> str:
-        """What the scripts draw, and more data for those of the page, as JSON text."""
+        """Data of all charts, and additional data for the page's scripts, as JSON text."""
         return json_text({"charts": self.charts, **beside}, packed=True)
 
     def end(self, **beside: Any) -> Markup:
-        """Data, library and script of the page; nothing where nothing is drawn."""
+        """Data, library and script of the page; empty without charts."""
         if not self.charts and not beside:
             return Markup("")
         data = self.data(**beside).replace("<", "\\u003c")
@@ -111,7 +111,7 @@ class Pictures:
 
 
 def rounded(values: Any, digits: int = 4) -> list[Any]:
-    """Numbers as short as the eye allows: rounded to a share of the largest; None where there is none."""
+    """Numbers rounded to ``digits`` digits of the largest, which a chart cannot show finer; None for NaN."""
     array = np.asarray(values, dtype=np.float64)
     finite = np.isfinite(array)
     largest = float(np.abs(array[finite]).max(initial=0.0))
@@ -129,7 +129,7 @@ def _significant(values: Any) -> list[float | None]:
 
 
 def _data(chart: Chart) -> dict[str, Any]:
-    """A chart for the script: what is not as it would be by itself."""
+    """Data of a chart for the script: only fields that differ from their defaults."""
     marks = [
         _changed_fields(mark, [one for one in fields(mark) if one.name not in ("x", "y", "to")])
         | {
@@ -143,7 +143,7 @@ def _data(chart: Chart) -> dict[str, Any]:
 
 
 def _thinned(mark: Mark) -> Mark:
-    """A long line with fewer points and every peak: the smallest and the largest of every stretch."""
+    """A long line with fewer points but all peaks: the smallest and the largest value of every section."""
     n = len(mark.y)
     if mark.kind not in ("line", "step") or n <= 3 * STRETCHES:
         return mark
@@ -162,13 +162,13 @@ def _changed_fields(record: Chart | Mark, known: list[Field[Any]]) -> dict[str, 
 
 
 def moving_script() -> Markup:
-    """What draws the moving pictures of a report."""
+    """The script that draws the animated charts of a report."""
     return Markup((HERE / "motion.js").read_text(encoding="utf-8"))
 
 
 @cache
 def _library() -> str:
-    """BokehJS (BSD-3-Clause) out of the installed package, which need not be imported for it."""
+    """BokehJS (BSD-3-Clause) from the files of the installed package, without importing it."""
     spec = importlib.util.find_spec("bokeh")
     assert spec is not None and spec.origin is not None
     folder = Path(spec.origin).parent / "server" / "static" / "js"

@@ -1,4 +1,4 @@
-"""What the page's moving pictures are drawn from: the engine's series and regions, and what a ratio changes in them."""
+"""Data of the page's animated charts: series and operating regions, and their dependence on the gear ratio."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.mounting import drive_mass
 
-TURNED = 1e4  # of a rotation matrix in the data, whole numbers
+TURNED = 1e4  # scale of rotation matrices in the data, which are stored as integers
 BAR = 0.045  # width of a bar over the arm's length
-SAMPLES = 500  # a series, beside its extremes
+SAMPLES = 500  # samples of a series, in addition to its extremes
 POSES = 160
-SUPPLIES = (0.9, 1.0, 1.1)  # of the study's voltage
-# What a check requires follows the largest or the RMS of the motor's torque, its speed, or its voltage.
+SUPPLIES = (0.9, 1.0, 1.1)  # supply voltages over that of the study
+# quantity on which the required value of a check depends: motor torque (largest or RMS), speed, or voltage
 FOLLOWS = {
     "motor peak torque": "peak", "motor peak current": "peak", "amplifier peak current": "peak",
     "motor RMS current": "rms", "motor RMS torque": "rms", "amplifier continuous current": "rms",
@@ -66,7 +66,7 @@ def motion_data(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def kept_samples(evaluation: Evaluation) -> NDArray[np.intp]:
-    """Samples that are drawn: evenly spread, the extremes of every series, and every instant that a check names."""
+    """Indices of the samples drawn: evenly spaced ones, extremes of all series, and the instants of all checks."""
     joints = list(evaluation.joints.values())
     n = len(joints[0].series.time)
     kept = set(range(0, n, max(1, n // SAMPLES)))
@@ -87,7 +87,7 @@ def clock(cycle: Cycle) -> str:
 
 
 def segments(cycle: Cycle) -> list[tuple[float, float, str]]:
-    """Begin, end [s] and name of every segment, of a mix of every part; none when there is only one."""
+    """Begin, end [s] and name of every segment (for a mix, of every part); empty if there is only one."""
     if len(cycle.parts) > 1:
         return [
             (float(cycle.time[part.start]), float(cycle.time[part.stop - 1]), f"{name}, {percent(share)} of the time")
@@ -102,7 +102,7 @@ def segments(cycle: Cycle) -> list[tuple[float, float, str]]:
 
 
 def gear_limits(gear: Gear) -> list[tuple[str, float, str]]:
-    """Name, value and SI unit of the limits of torque and input speed that a gear's sheet gives."""
+    """Name, value and SI unit of the limits of torque and input speed in a gear's data sheet."""
     lines = (
         ("rated torque", gear.continuous_torque, "N m"), ("average torque", gear.average_torque_limit, "N m"),
         ("repeated peak torque", gear.repeated_peak_torque, "N m"), ("momentary torque", gear.momentary_torque, "N m"),
@@ -176,11 +176,12 @@ def _joint(
 def _ratio(
     joint: JointResult, study: Study, kept: NDArray[np.intp], units: dict[str, str], constant: float
 ) -> dict[str, Any]:
-    """What the motor's torque is made of, by what a ratio G does to it: load ~ 1/G, the own spin ~ G, the rest stays.
+    """Terms of the motor torque by their dependence on the ratio G: the load ~ 1/G, the rotor's acceleration ~ G.
 
-    Motor torque at G of a drive judged at G0 is a G0/G + b + c (G/G0 - 1): a is all but the rotor, b the rotor's term,
-    c = J G0 acceleration. ``moments`` are the mean products of a, b and c, of which the RMS at any G is made. Stages
-    behind the gear belong to the load: ``rotor`` is the rotor's share of the inertia and torque at the gear's input.
+    The motor torque at G of a drive evaluated at G0 is a G0/G + b + c (G/G0 - 1): a is the load torque without the
+    rotor, b the term of the rotor, c = J G0 acceleration. ``moments`` are the mean products of a, b and c, from which
+    the RMS at any G follows. Stages behind the gear belong to the load: ``rotor`` is the rotor's share of the inertia
+    and torque at the gear's input.
     """
     series, drive = joint.series, joint.drive
     inertia = unstaged_inertia(drive)
@@ -202,9 +203,9 @@ def _ratio(
 
 
 def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | None:
-    """Joints, tip, drives and shapes of the links [mm] at zero, and how each link moved over the cycle; None: no arm.
+    """Joints, tip, drives and link shapes [mm] with all joints at zero, and the motion of each link; None: no arm.
 
-    The links that move are those of the arm's own chain, then of those beside it each that has a drive.
+    The moving links are those of the arm's own chain, then those of linkages with a drive.
     """
     study = evaluation.study
     arm = study.arm
@@ -237,7 +238,7 @@ def _arm(evaluation: Evaluation, kept: NDArray[np.intp]) -> dict[str, Any] | Non
 
 
 def _shapes(arm: Arm, points: Array) -> list[tuple[int, Triangles]]:
-    """The links' shapes from the arm's file; where it has none a bar from joint to joint."""
+    """Shapes of the links from the arm's file; without shapes, bars from joint to joint."""
     found = link_shapes(arm)
     known, width = {link for link, _ in found}, BAR * float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     for link, (start, end) in enumerate(pairwise(points), -1):
@@ -252,11 +253,11 @@ def _shapes(arm: Arm, points: Array) -> list[tuple[int, Triangles]]:
     return found
 
 
-FAR = 4.0  # the view ends at this many times the motion's largest value; the region may go on beyond
+FAR = 4.0  # largest value shown over that of the motion; the region may be larger
 
 
 def temperatures(joint: JointResult, study: Study) -> dict[str, tuple[float, float]]:
-    """Temperatures of winding and magnets at which regions are drawn [C], by what they are."""
+    """Temperatures of winding and magnets [C] for which regions are drawn, by name."""
     motor, series = joint.drive.motor, joint.series
     winding, housing, limit = series.winding_temperature, series.housing_temperature, motor.max_winding_temperature
     cold = study.ambient
@@ -269,9 +270,17 @@ def temperatures(joint: JointResult, study: Study) -> dict[str, tuple[float, flo
 def regions(
     joint: JointResult, task: JointTask, study: Study, at: tuple[float, float], supply: float
 ) -> tuple[Array, Array | None]:
-    """Corners (speed [rad/s], torque [N m]) of what winding and magnets [C] and supply [V] allow for short, for ever.
+    """Corners (speed [rad/s], torque [N m]) of the intermittent and the continuous operating region.
 
-    None for the second where the sheet does not say enough.
+    Args:
+        joint: Result of the joint.
+        task: Its task.
+        study: The study.
+        at: Temperatures of winding and magnets [C].
+        supply: Supply voltage [V].
+
+    Returns:
+        Corners of both regions, (N, 2) each; the second is None if the data sheet lacks values.
     """
     motor = joint.drive.motor
     short = operating_region(motor, task.amplifier, supply, *at)
@@ -282,11 +291,11 @@ def regions(
 
 
 def view(joint: JointResult, corners: Array) -> tuple[float, float]:
-    """Half width [rad/s] and height [N m] of the picture: the motion, and the intermittent region unless far larger."""
+    """Half width [rad/s] and half height [N m] of the chart: the motion and, up to ``FAR``, the intermittent region."""
     speed = float(np.abs(joint.series.motor_speed).max())
     torque = float(np.abs(joint.series.motor_torque).max())
     (x0, y0), (x1, y1) = corners[:-1].T, corners[1:].T
-    crossing = (y0 * y1 <= 0) & (y0 != y1)  # the braking corners lie far beyond and tell little
+    crossing = (y0 * y1 <= 0) & (y0 != y1)  # without the corners of braking, which are far outside
     at = x0[crossing] - y0[crossing] * (x1[crossing] - x0[crossing]) / (y1[crossing] - y0[crossing])
     reach = float(np.abs(at).max(initial=0.0)) or float(np.abs(corners[:, 0]).max())
     right = max(1.15 * speed, min(1.12 * reach, FAR * speed if speed else np.inf))

@@ -1,4 +1,4 @@
-"""Charts by matplotlib, and the one look of all its pictures: for notebooks, files and pages on paper."""
+"""Charts by matplotlib in one common style, for notebooks, files and print."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from drivetrain.report.charts.chart import FAINT, INK, MUTED, Chart, Mark
 
 NAMED = {"ink": INK, "muted": MUTED, "faint": FAINT}
 MARKERS = {"circle": "o", "star": "*", "diamond": "D", "x": "x", "dash": "_", "triangle": "^"}
-# The yellow end of viridis is lost on white paper.
+# viridis without its yellow end, which is not visible on white paper
 TIME_COLOURS = LinearSegmentedColormap.from_list("instants", mpl.colormaps["viridis"](np.linspace(0.0, 0.9, 64)))
 
 _LOOK: dict[str, Any] = {
@@ -62,7 +62,7 @@ _LOOK: dict[str, Any] = {
 
 @contextmanager
 def house_style(name: str) -> Iterator[None]:
-    """The look of all figures, whatever the user's own settings are; figures are made and written inside."""
+    """Context with the common style of all figures, independent of the user's settings."""
     defaults = {key: value for key, value in mpl.rcParamsDefault.items() if not key.startswith("backend")}
     look = cast(Any, {**_LOOK, "svg.hashsalt": name})
     with mpl.rc_context(defaults), mpl.rc_context(look):

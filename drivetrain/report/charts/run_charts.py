@@ -1,4 +1,4 @@
-"""Charts of runs: loops, what a simulation recorded, and what its accuracy costs."""
+"""Charts of control loops, of recordings of simulations, and of accuracy over computing time."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ENERGIES = ("kinetic_energy", "potential_energy", "work")
 MOST_EVENTS = 12  # more lines than these hide the curves
 LOWEST, HIGHEST = -60.0, 60.0  # dB drawn
 STORED = ("spring_energy", "magnetic_energy", "kinetic_energy", "potential_energy", "cogging_energy", "bus_energy")
-ROUNDING = 1e-6  # of the largest energy: an audit below it is drawn on this scale
+ROUNDING = 1e-6  # smallest half height of the energy audit's chart, over the largest energy
 FRICTION = {
     "stick": ("begins to hold", "ink", "circle"), "breakaway": ("lets go", ORANGE, "triangle"),
     "reversal": ("turns round", BLUE, "diamond"),
@@ -40,7 +40,7 @@ LEAST = 1e-5  # share below which a change is not drawn
 
 
 def bode_charts(joint: str, design: LoopDesign, light: LoopDesign | None = None) -> tuple[Chart, Chart]:
-    """Gain and phase of the open speed and position loop, dashed what they are with the lightest load."""
+    """Gain and phase of the open speed and position loop; dashed: with the lightest load."""
     resonance = design.resonance if math.isfinite(design.resonance) else 0.0
     top = max(10.0 * design.speed_bandwidth, 3.0 * resonance, 2.0 * design.critical_frequency)
     shown = (design.frequencies > 0.02 * design.position_bandwidth) & (design.frequencies < top)
@@ -106,7 +106,7 @@ def _degrees(response: Array) -> Array:
 def run_charts(
     recording: Recording, joints: Sequence[str], limits: Mapping[str, Mapping[str, float]]
 ) -> tuple[tuple[Chart, str], ...]:
-    """What a run recorded, each chart with its caption; limits: known ``current`` [A] and ``voltage`` [V] by joint."""
+    """Charts of a recording with captions; ``limits``: known ``current`` [A] and ``voltage`` [V] by joint."""
     series = {
         what: {joint: recording[f"{joint}.{what}"] for joint in joints if f"{joint}.{what}" in recording.series}
         for what in ("position", "current", "voltage", "winding_temperature")
@@ -154,7 +154,7 @@ def _lines(
     recording: Recording, curves: Mapping[str, Array], what: str, unit: str,
     limits: Mapping[str, float | None] | None = None,
 ) -> Chart:  # fmt: skip
-    """One line a joint, in a unit that people say; limits that are reached."""
+    """Chart with one line per joint in a common unit, and the limits that are reached."""
     known = unit in ("rad", "m", "A", "V", "C")
     shown = scaled(np.concatenate([np.ravel(values) for values in curves.values()]), unit)[1] if known else unit
     marks = []
@@ -185,7 +185,7 @@ def _over_time(recording: Recording, label: str, y: str, marks: list[Mark], heig
 
 
 def recording_charts(recording: Recording) -> list[Chart]:
-    """All that a recording holds, a chart for each kind of quantity and unit, joints by colour, energies together."""
+    """All series of a recording: one chart per kind of quantity and unit, joints by colour, energies together."""
     groups: dict[tuple[str, str], dict[str, Array]] = {}
     for part in ("position", "speed", "torque"):
         for joint, values in recording.ending(part).items():
@@ -214,7 +214,7 @@ def recording_charts(recording: Recording) -> list[Chart]:
 
 
 def friction_chart(recording: Recording, joints: Sequence[str]) -> Chart:
-    """Where friction begins to hold, lets go and turns round."""
+    """Instants at which friction sticks, breaks away and reverses."""
     marks = []
     for kind, (words, colour, marker) in FRICTION.items():
         at = [
@@ -227,7 +227,7 @@ def friction_chart(recording: Recording, joints: Sequence[str]) -> Chart:
 
 
 def energy_charts(recording: Recording) -> tuple[Chart, ...]:
-    """Where the energy went, and how much of it is not accounted for."""
+    """Energies over time: supplied, lost and stored, and the part that is not accounted for."""
     sums: dict[str, Array] = {}
     for key, series in recording.series.items():
         kind = key.rpartition(".")[2]
@@ -247,7 +247,7 @@ def energy_charts(recording: Recording) -> tuple[Chart, ...]:
         error, passed = recording["energy_error"], max((float(np.abs(v).max()) for v in drawn.values()), default=0.0)
         reach = ROUNDING * passed if np.abs(error).max() < ROUNDING * passed else 0.0
         values, unit = scaled(error, "J", reach)
-        side = float(convert(reach, "J", unit))  # rounding magnified tells nothing
+        side = float(convert(reach, "J", unit))  # rounding errors are not magnified
         audit = [Mark("line", recording.time, values, colour=VERMILLION)]
         charts.append(_over_time(recording, "energy not accounted for", f"not accounted for [{printed_unit(unit)}]",
                                  audit, 180, (), (-side, side) if reach else ()))  # fmt: skip
@@ -255,7 +255,7 @@ def energy_charts(recording: Recording) -> tuple[Chart, ...]:
 
 
 def worst(row: EffectCost, tip: float) -> tuple[float, ...]:
-    """Largest signed change of each quantity over all joints [-], NaN if none has one; tip: its whole [m]."""
+    """Largest signed change of each quantity over all joints [-], NaN if unknown; ``tip``: reference of the tip [m]."""
     columns = zip(*(_shares(change, tip) for change in row.changes.values()), strict=True)
     return tuple(
         max((v for v in column if not math.isnan(v)), key=abs, default=math.nan) for column in map(tuple, columns)
@@ -326,7 +326,7 @@ def current_charts(found: CurrentsCompared) -> tuple[Chart, ...]:
 
 
 def auto_charts(found: AutoChoice) -> tuple[Chart, ...]:
-    """Estimated against measured change, joint by joint; none where nothing was left out."""
+    """Estimated and measured change of each joint; empty if no effect was left out."""
     if found.proof is None:
         return ()
     proof, scale = found.proof, found.tip_tolerance / found.tolerance
@@ -348,6 +348,6 @@ def auto_charts(found: AutoChoice) -> tuple[Chart, ...]:
 
 
 def setting_text(family: str, setting: float) -> str:
-    """A solver's step [s] or tolerance in words."""
+    """A solver's step [s] or tolerance as text."""
     fixed = "step" in family or "RK4" in family
     return f"{1e3 * setting:g}\u00a0m{printed_unit('s')}" if fixed else f"{setting:.0e}".replace("e-0", "e−")

@@ -1,1 +1,1 @@
-"""One file a page, the parts that pages share, and their templates."""
+"""The HTML pages, one file each, and their shared parts."""

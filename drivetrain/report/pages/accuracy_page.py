@@ -1,4 +1,4 @@
-"""What accuracy costs in time as a page, as JSON, and in lines for the terminal."""
+"""Accuracy of simulations over computing time: as a page, as JSON, and as lines for the terminal."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ def _currents(found: CurrentsCompared) -> Section:
     headings = ("joint", "peak, sizing", "peak, simulated", "RMS, sizing", "RMS, simulated", "apart in motion",
                 "apart at rest", "why")  # fmt: skip
     lead = "The currents that sizing computes, and those of a simulation with the same effects and nothing else."
-    figures = captioned(current_charts(found), "Currents by both roads.")
+    figures = captioned(current_charts(found), "Currents of sizing and of the simulation.")
     return Section("Inverse against forward", "roads", lead=(lead,), figures=figures,
                    tables=(SheetTable(headings, rows, "", (1, 2, 3, 4, 5, 6)),))  # fmt: skip
 

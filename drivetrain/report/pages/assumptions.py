@@ -1,4 +1,4 @@
-"""Inputs and assumptions, before any picture: task, surroundings, factors, efficiencies, warnings."""
+"""Inputs and assumptions of a report: task, environment, safety factors, efficiencies, warnings."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def _heat(evaluation: Evaluation) -> Group:
 
 
 def _gear_heat(study: Study, joint: JointResult) -> str:
-    """What the gear loses, where that goes, and at which temperature its drag counts elsewhere."""
+    """Text on the gear's mean loss, the share that warms the motor, and the temperature used for its drag."""
     task = next(task for task in study.joints if task.name == joint.name)
     sentence = f"loses {number(joint.gear_loss or 0.0)} W, {percent(task.gear_heat)} of it into the motor's housing"
     if task.amplifier_heat:
@@ -181,7 +181,7 @@ _UNITS = {
 
 
 def _assumed(assumption: GearAssumption | MotorAssumption, row: Gear | Motor, part: Gear | Motor) -> str:
-    """What of an assumption fills a row of the catalogue, and its source; nothing where the row needs none."""
+    """Values of an assumption that complete a catalogue row, and their source; empty if the row needs none."""
     stated = []
     for field in fields(assumption):
         column, value = FILLS.get(field.name, field.name), getattr(assumption, field.name)
@@ -207,7 +207,7 @@ def _standstill(evaluation: Evaluation, briefly: bool) -> Group:
 
 
 def _held(figures: Mapping[str, tuple[float | None, float | None]]) -> str:
-    """RMS current and hottest winding by what counts of the mesh's friction; nothing where it makes no difference."""
+    """RMS current and highest winding temperature for each choice of ``holding``; empty if they do not differ."""
     choices = {f"{_or_unknown(current, 'A')}, {_or_unknown(winding, '°C')}": choice for choice, (current, winding) in
             figures.items()}  # fmt: skip
     words = "; ".join(f"{numbers} with holding: {choice}" for numbers, choice in choices.items())

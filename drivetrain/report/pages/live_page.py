@@ -1,4 +1,4 @@
-"""A page that answers: the report, judged anew as task, drives and ratios are changed on it."""
+"""Interactive report page: it is evaluated again when task, drives or ratios are changed on it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ KINDS = {"values": "must give numbers by the name of their control", "drives": "
 
 @dataclass(frozen=True)
 class Control:
-    """A number of the task that the page lets change, from end to end of its slider."""
+    """A quantity of the task that can be changed on the page, with the range of its slider."""
 
     name: str
     unit: str
@@ -44,7 +44,7 @@ class Control:
 
 
 class LivePage:
-    """A study on a page that answers, which begins with the first result."""
+    """A study on an interactive page, which initially shows the first result."""
 
     def __init__(self, study: Study, first: Evaluation | Selection) -> None:
         self.study, self.first = study, first
@@ -67,7 +67,7 @@ class LivePage:
         return report_text(*report_content(self.first), live=live)
 
     def answer(self, request: Any, *, anew: bool = False) -> dict[str, Any]:
-        """The report of what is asked for, for the page's scripts: see ``KINDS``; anew: with drives selected."""
+        """Report of a request, for the page's scripts (see ``KINDS``); ``anew``: with drives selected again."""
         result = self.result(request, anew=anew)
         content, data, pictures = report_content(result, briefly=True)
         evaluation, selection = both(result)
@@ -83,7 +83,9 @@ class LivePage:
         values, drives, ratios, faults = _read(request)
         for name, value in values.items():
             if name not in self.controls:
-                faults.append(Fault(name, "is nothing that can be changed", value, nearest(name, list(self.controls))))
+                faults.append(
+                    Fault(name, "is not a quantity that can be changed", value, nearest(name, list(self.controls)))
+                )
             elif not (least := LEAST[self.controls[name].vary]) <= value <= LARGEST:
                 unit = self.controls[name].unit
                 faults.append(Fault(name, f"must be from {least:g} to {LARGEST:g} {unit}", value))
@@ -156,7 +158,7 @@ def _controls(study: Study) -> list[Control]:
 
 
 def _read(request: Any) -> tuple[dict[str, float], dict[str, Pair], dict[str, float], list[Fault]]:
-    """What came over the wire, each part of its kind, and what is wrong with it."""
+    """The parts of a request by their kind, and their faults."""
     faults = []
     if not isinstance(request, Mapping) or not set(request) <= set(KINDS):
         raise InputError(Fault("the question", f"must be a mapping of {', '.join(KINDS)}", request))

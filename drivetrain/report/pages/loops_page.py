@@ -49,7 +49,7 @@ def loops_json(study: Study, found: StudyLoops) -> str:
 
 
 def _limited(one: JointLoops) -> str:
-    """What limits, and what would help."""
+    """Text on what limits the loops, and on a notch filter that would help."""
     design, faster = one.design, one.design.with_notch
     text = design.limited_by
     if design.critical_frequency > 3.0 * design.speed_bandwidth:
@@ -151,7 +151,7 @@ def _margins(one: JointLoops) -> SheetTable:
 
 
 def _poles(one: JointLoops) -> SheetTable:
-    """Of the closed cascade, slowest first; what dies within a period is left out."""
+    """Poles of the closed cascade, slowest first, without those that decay within a sample period."""
     rows = []
     for load, design in (("heaviest", one.design), ("lightest", one.light)):
         shown = [
@@ -173,7 +173,7 @@ def _factors(margins: Margins) -> str:
     parts = [
         f"{number(20.0 * math.log10(factor))} dB at {number(at / TURN)} Hz"
         for at, factor in margins.gain
-        if 0.0 < factor < 1e3  # 60 dB: nobody's limit
+        if 0.0 < factor < 1e3  # larger gain margins than 60 dB are not listed
     ]
     return ", ".join(parts) or "no crossing"
 
@@ -241,7 +241,7 @@ def _judged(design: LoopDesign) -> dict[str, Any]:
 
 
 def bode_section(evaluation: Evaluation, current_bandwidth: float) -> Section:
-    """Loops as fast as current loop [rad/s], samples and spring let them be, with the load at its heaviest."""
+    """Section on loops as fast as current loop [rad/s], sampling and gear spring allow, at the heaviest load."""
     found = study_loops(evaluation, current_bandwidth=current_bandwidth)
     figures = [
         pair for one in found.joints

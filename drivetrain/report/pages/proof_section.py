@@ -93,7 +93,7 @@ def _choice(selection: Selection) -> list[tuple[str, str]]:
 
 
 def _rules(selection: Selection) -> list[tuple[str, str]]:
-    """What sets had to respect beside the checks, and what the chosen set makes of it."""
+    """The constraints of the selection besides the checks, and their values in the chosen set."""
     wanted, pairs = selection.study.wanted, list(selection.drives.values())
     used = {"motor": len({motor for motor, _ in pairs}), "gear": len({gear for _, gear in pairs if gear})}
     facts = []
@@ -113,7 +113,7 @@ def _rules(selection: Selection) -> list[tuple[str, str]]:
 
 
 def search_table(selection: Selection) -> SheetTable | None:
-    """How the search went; None where it had nothing to do."""
+    """Counters of the search; None if there was nothing to search."""
     rows = tuple(
         (WORK[name], f"{selection.counters[name]:,}".replace(",", "\u202f"))
         for name in WORK if selection.counters.get(name)

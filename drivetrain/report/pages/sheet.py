@@ -1,4 +1,4 @@
-"""A small page for one answer: sections of words, pictures and tables in the look of the report."""
+"""A page for one result: sections of text, charts and tables in the style of the report."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TEMPLATES = Path(__file__).parent / "templates"
 
 
 def sheet(study: Study, kind: str, sections: Sequence[Section]) -> str:
-    """One answer as one page that needs nothing from outside."""
+    """One result as a self-contained page."""
     pictures = Pictures()
     placed = [with_markup(section, pictures) for section in sections]
     return page_text("sheet.html.j2", study=study, kind=kind, sections=placed, pictures=pictures.end())
@@ -28,7 +28,7 @@ def sheet(study: Study, kind: str, sections: Sequence[Section]) -> str:
 
 @dataclass(frozen=True)
 class Chip:
-    """A coloured word in a table."""
+    """A coloured label in a table."""
 
     text: str
     css: str  # pass, marginal, fail or unchecked
@@ -61,7 +61,7 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Extra:
-    """What stands in a report beside its usual content."""
+    """Additional content of a report."""
 
     sections: tuple[Section, ...] = ()
     data: dict[str, Any] = field(default_factory=dict)  # keys of result.json
@@ -80,7 +80,7 @@ def page_text(template: str, **content: Any) -> str:
 
 
 def _coded(text: object) -> Markup:
-    """What stands between backticks, as code."""
+    """Text in which parts between backticks are marked as code."""
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 

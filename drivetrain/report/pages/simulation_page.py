@@ -1,4 +1,4 @@
-"""A run of a study's arm as a page."""
+"""The page of a simulation of a study's arm."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from drivetrain.simulation.cost_results import Decision
 from drivetrain.simulation.recording import UNACCOUNTED, Recording
 from drivetrain.sizing.results import Evaluation
 
-UNTRUSTED = (UNACCOUNTED, "verify")  # events by which a run says that it is not to be trusted
+UNTRUSTED = (UNACCOUNTED, "verify")  # events by which a run reports that its results are not reliable
 MOST_EVENTS = 40  # shown in the table; the recording holds them all
 
 
 @dataclass(frozen=True, eq=False)
 class SimulationFound:
-    """A run and what it decides."""
+    """A run and its decision quantities."""
 
     evaluation: Evaluation
     recording: Recording
@@ -122,7 +122,7 @@ def _checks(made: Decision) -> SheetTable:
 
 
 def _plan(found: SimulationFound) -> Section:
-    """The plan line by line, signals left out: they fill pages."""
+    """The plan of the run without its signals, which would fill pages."""
     rows, group = [], ""
     for line in found.plan.splitlines()[1:]:
         if line and not line.startswith(" "):

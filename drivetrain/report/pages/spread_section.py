@@ -1,4 +1,4 @@
-"""What scatter means for the drives, for the report, the terminal and ``result.json``."""
+"""Effect of the tolerances on the drives, for the report, the terminal and ``result.json``."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from drivetrain.sizing.tolerance.monte_carlo import Chance, Robustness
 from drivetrain.sizing.tolerance.sampling import failed_undrawn, undrawn
 from drivetrain.study.model import Study
 
-SURE = 0.9999  # of a probability: checks that hold more often are not listed one by one
+SURE = 0.9999  # probability above which checks are not listed individually
 MOST_FIGURES = 4
 TORNADO = (
     "Each value by itself at both ends of its tolerance (twice the standard deviation of a normal one), all others "
@@ -37,7 +37,7 @@ class ChanceRow:
 
 
 def spread_section(found: Spread) -> Section:
-    """What the scatter does, for the report."""
+    """Section of the report on the effect of the tolerances."""
     odds = found.robustness
     figures = []
     for one in [one for one in found.tornadoes if one.bars][:MOST_FIGURES]:
@@ -91,7 +91,7 @@ def law_lines(study: Study) -> list[str]:
 
 
 def chance_rows(odds: Robustness) -> list[ChanceRow]:
-    """The whole set, every joint, and every check that does not hold for certain; least probable first."""
+    """Rows of the whole set, of every joint, and of every check below ``SURE``; least probable first."""
     rows = [_row("all together", "", odds.whole)]
     rows += sorted((_row(name, "all checks", one) for name, one in odds.joints.items()), key=lambda row: row.share)
     single = [
@@ -113,7 +113,7 @@ def spread_lines(found: Spread) -> list[str]:
 
 
 def spread_data(found: Spread) -> dict[str, Any]:
-    """What ``result.json`` holds of it."""
+    """Data of the section for ``result.json``."""
     odds, choice = found.robustness, found.choice
     data: dict[str, Any] = {
         "samples": odds.samples,
@@ -155,7 +155,7 @@ def _row(place: str, check: str, chance: Chance, usual: tuple[float, ...] = ()) 
     decimals = min(max(math.ceil(-math.log10(max(100.0 * chance.standard_error, 1e-9))), 0) + 1, 4)
 
     def text(share: float) -> str:
-        """As many digits as the error leaves."""
+        """A share with as many digits as its error justifies."""
         return f"{100.0 * share:.{decimals}f}\u00a0%"
 
     return ChanceRow(

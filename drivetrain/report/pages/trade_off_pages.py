@@ -22,7 +22,7 @@ from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.study.model import Study, pair_name
 
 MOST_LISTED = 40  # lines on the terminal
-EQUAL = 1e-9  # sums in another order
+EQUAL = 1e-9  # relative tolerance of equal values, for sums in another order
 
 
 def front_report(found: Front) -> str:
@@ -94,7 +94,7 @@ def front_json(found: Front) -> str:
 
 
 def front_data(found: Front) -> dict[str, Any]:
-    """What ``front.json`` holds of it, and ``result.json`` under ``front``."""
+    """Data of a front for ``front.json``, and for ``result.json`` under ``front``."""
     return {
         "criteria": list(found.names),
         "left_out": found.left_out,
@@ -163,7 +163,7 @@ def _front_tables(found: Front, chosen: DriveSet | None) -> tuple[SheetTable, ..
 
 
 def _drives_table(study: Study, first: str, title: str, sets: Iterable[dict[str, Pair]]) -> SheetTable:
-    """The drives of sets, joint by joint; what a set shares with the one above is not repeated."""
+    """Table of the drives of sets by joint; a drive equal to that in the row above is not repeated."""
     names, rows, before = [task.name for task in study.joints], [], dict[str, Pair]()
     for index, drives in enumerate(sets, 1):
         cells = [
@@ -196,7 +196,7 @@ def curve_section(found: OptimumCurve) -> Section:
 
 
 def curve_data(found: OptimumCurve) -> dict[str, Any]:
-    """What ``result.json`` holds of it, in SI and degrees Celsius."""
+    """Data of a curve for ``result.json``, in SI and degrees Celsius."""
     return {
         **{name: getattr(found, name) for name in ("vary", "unit", "payload", "now", "tolerance", "proven")},
         "pieces": [
@@ -287,7 +287,7 @@ def _pieces(found: OptimumCurve) -> SheetTable:
 
 
 def _chances(found: OptimumCurve) -> tuple[SheetTable, ...]:
-    """With what probability each selected set holds; nothing where nothing scatters."""
+    """Probability that each selected set is feasible; empty without tolerances."""
     unit, rows = printed_unit(found.unit), []
     for one in found.points:
         if one.chance is not None:
@@ -312,7 +312,7 @@ def trade_off_extra(found: TradeOffsFound, selection: Selection) -> Extra:
 
 
 def _beaten(front: Front, chosen: DriveSet) -> tuple[str, ...]:
-    """What the front has that is no worse than the chosen set in anything, where there is such a set."""
+    """Sentence on a set of the front that is at least as good as the chosen set in all criteria, if there is one."""
     for index, point in enumerate(front.points, 1):
         pairs = [(name, chosen.criteria[name], point.criteria[name]) for name in front.names]
         better = [(name, own, other) for name, own, other in pairs if other < own * (1.0 - EQUAL)]

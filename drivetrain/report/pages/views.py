@@ -1,4 +1,4 @@
-"""Rows and cards of the page: results as texts, ready for the template, which only lays them out."""
+"""Rows and cards of the page: results as texts for the template, which only arranges them."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def chip(verdict: Verdict) -> Chip:
 
 
 def anchor(text: str) -> str:
-    """A name that can stand in a link."""
+    """A name that is valid in a link."""
     return "joint-" + re.sub(r"[^A-Za-z0-9]+", "-", text).strip("-")
 
 
@@ -196,7 +196,7 @@ def used_rows(joint: JointResult, study: Study) -> list[Part]:
 
 
 def passed_over(tasks: tuple[JointTask, ...]) -> list[tuple[str, tuple[str, ...]]]:
-    """What the rules of the study filtered out of each table; joints with the same rules together."""
+    """Rows that the rules of the study excluded from each table; joints with the same rules are combined."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for task in tasks:
         if task.passed_over:
@@ -228,7 +228,7 @@ def rejected_counts(
 
 
 def nearest_misses(rejected: pd.DataFrame, joint: str, safety: Safety) -> list[tuple[str, ...]]:
-    """The candidates of a joint that failed by the least: motor, gear, check, required, limit, unit, used, worth."""
+    """Rejected candidates near to their limits: motor, gear, check, required, limit, unit, utilisation, objective."""
     factor, rows = factors(safety), list[tuple[str, ...]]()
     own = rejected[rejected["joint"] == joint]
     used = own["utilisation"].to_numpy(dtype=float)

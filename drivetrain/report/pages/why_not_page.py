@@ -1,4 +1,4 @@
-"""Why a part was not chosen, in words for the terminal and as a page."""
+"""Why a part was not chosen: lines for the terminal, and a page."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _gear(change: SmallestChange) -> str:
 
 
 def _safe(after: float, before: float) -> float:
-    """A value rounded to three digits away from what it was, so that what is printed passes too."""
+    """A value rounded to three digits away from the original one, so that the printed value passes too."""
     if after == 0.0:
         return after
     step = 10.0 ** (math.floor(math.log10(abs(after))) - 2)

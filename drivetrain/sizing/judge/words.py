@@ -32,7 +32,7 @@ HALVINGS = 12  # bisection steps for the largest current that does not overload 
 STANDS = "the joint never moves: one phase may carry the amplitude, sqrt(2) times its RMS"
 RESTS = "at rest one phase may carry the amplitude: sqrt(2) times its RMS"
 AMPERES = {"dc": "DC", "rms": "rms", "peak": "amplitude"}
-UNUSED = "the joint never moves: no turn uses up its life"
+UNUSED = "the joint never moves, so its life is not consumed"
 NO_SHORT_TIME = "a short-time limit is not in the catalogue row"
 
 
@@ -101,7 +101,7 @@ def repeated_peak(op: Any, row: Any) -> Words:
     """Words for the repeated peak torque; if none is given the continuous torque is the limit."""
     gear = op.drive.gear
     if gear.repeated_peak_torque is None and gear.continuous_torque is not None:
-        remark = "repeated peak torque is not in the catalogue row: the continuous one holds"
+        remark = "repeated peak torque is not in the catalogue row: the continuous torque is the limit"
         return Words(f"continuous torque of {sheet_name(gear)}", remark)
     lack = "" if gear.repeated_peak_torque is not None else "repeated peak torque is not in the catalogue row"
     return Words(f"repeated peak torque of {sheet_name(gear)}", lack)
@@ -114,7 +114,7 @@ def momentary(op: Any, row: Any) -> Words:
     said, case = printed(op, row), op.judgement.case
     lack, jam_torque = f"; {said.remark}" if said.remark else "", case.figures.jam_torque
     if known(jam_torque) and case.setting.jam == 0.0:
-        lack = f"; held fast at top speed it would bear {jam_torque:.4g} N m (stop: {{jam: true}} checks that){lack}"
+        lack = f"; if its output is blocked at top speed: {jam_torque:.4g} N m (checked with stop: {{jam: true}}){lack}"
     if not known(case.figures.stop_torque):
         return said._replace(remark=_no_stop(op) + lack)
     cycle = f"the cycle by itself needs {case.figures.load_torque:.4g} N m"
@@ -175,7 +175,11 @@ def amperes(amplifier: Amplifier, current: float) -> str:
 def _travel(op: Any) -> str:
     """The longest travel in a stop, as text."""
     travel = math.degrees(op.number("figures.stop_travel"))
-    return f"travel at most {travel:.3g} deg" if math.isfinite(travel) else "in some state it does not stop the load"
+    return (
+        f"travel at most {travel:.3g} deg"
+        if math.isfinite(travel)
+        else "from some state of the cycle it does not stop the load"
+    )
 
 
 def _braking(op: Any) -> tuple[Any, Any, Any, Any]:
@@ -202,9 +206,9 @@ def _safe_current(op: Any) -> str:
     safe, holding = safe_stop_current(op)
     if safe >= op.number("setting.stop_current"):
         return ""
-    text = "; no stop current keeps it safe"
+    text = "; no stop current keeps the gear within its limit"
     if safe > 0.0:
-        text = f"; a stop current up to {amperes(op.task.amplifier, safe)} keeps the gear safe"
+        text = f"; a stop current up to {amperes(op.task.amplifier, safe)} keeps the gear within its limit"
     text += f", {amperes(op.task.amplifier, holding)} hold the load"
     return (
         text if safe >= holding else f"{text}: no current does both, so let stops follow a ramp (stop: {{ramp: ...}})"
@@ -245,9 +249,11 @@ def peaks(op: Any, row: Any) -> Words:
     """Words for the permitted number of momentary peaks."""
     task, permitted = op.task, op.number(row.limit)
     if permitted == math.inf:
-        return Words("", "a stop needs no more than the repeated peak torque, so it is no momentary peak")
+        return Words("", "a stop does not exceed the repeated peak torque, so it is not a momentary peak")
     if not known(permitted):
-        return Words("", "how many momentary peaks this kind of gear permits is not known, or not what a stop needs")
+        return Words(
+            "", "the number of momentary peaks that this kind of gear permits, or the torque of a stop, is not known"
+        )
     travel = math.degrees(op.number("figures.stop_travel"))
     source = "10^4 waves of the flexspline, Harmonic Drive catalogue SHG, p. 30"
     torque, factor = op.number("figures.stop_torque"), op.number("safety.peak_torque")
@@ -279,7 +285,7 @@ def _safe_jam(op: Any, row: Any) -> str:
     if not op.number(row.required) > limit:
         return ""
     if op.number("figures.coast_torque") >= limit:
-        return "; no current keeps it safe: the rotor does it alone"
+        return "; no current limit helps: the rotor's energy alone exceeds the limit"
     spring, energy = stiff_spring(case.gear), rotor_energy(case.motor, case.gear, case.setting.fastest)
     per_ampere = abs(float(case.gear.ratio * stop_constant(case)))
     most = op.number("setting.stop_current")
@@ -307,7 +313,7 @@ def average_torque(op: Any, row: Any) -> Words:
         return Words(source, remark)
     if gear.continuous_torque is None:
         return Words(source, "average torque limit is not in the catalogue row")
-    lack = "average torque limit is not in the catalogue row: the continuous torque holds"
+    lack = "average torque limit is not in the catalogue row: the continuous torque is the limit"
     return Words(f"continuous torque of {sheet_name(gear)}", f"{remark}; {lack}")
 
 
@@ -380,11 +386,11 @@ def _carried_elsewhere(op: Any) -> Words | None:
         return None
     if op.task.output_bearing == "external":
         return Words("", "the joint has a bearing of its own, as the study states", silent=True)
-    reason = "the joint slides: its guide carries the loads across"
+    reason = "the joint is prismatic: its guide carries the loads across the axis"
     if op.demand.cycle.torque is not None:
         reason = "without an arm the loads across the axis are unknown"
     elif op.task.coupled:
-        reason = "the gear turns a shaft away from the joint: what loads its bearing is not known"
+        reason = "the gear turns a shaft away from the joint: the loads of its bearing are not known"
     return Words("", reason, silent=True)
 
 
@@ -394,7 +400,7 @@ def stiffness(op: Any, row: Any) -> Words:
     if gear.stiffness_1 is None:
         return Words("", "stiffness_1 is not in the catalogue row")
     source = f"K1 of {sheet_name(gear)}, {gear.stiffness_1:g} N m/rad less {100 * wish.scatter:g} %"
-    return Words(source, f"for the wished {wish.first_resonance:g} Hz")
+    return Words(source, f"for the required {wish.first_resonance:g} Hz")
 
 
 def brake(op: Any, row: Any) -> Words:
@@ -435,7 +441,9 @@ def short_time(op: Any, row: Any) -> Words:
         return Words(f"torque constant x peak current of {sheet_name(motor)}")
     if not known(op.number(row.limit)):
         return Words("", f"{NO_SHORT_TIME} and no nominal voltage")
-    remark = f"{NO_SHORT_TIME}: the stall torque at nominal voltage holds, heat and voltage are checked apart"
+    remark = (
+        f"{NO_SHORT_TIME}: the stall torque at nominal voltage is the limit; heat and voltage are checked separately"
+    )
     return Words(f"stall torque of {sheet_name(motor)}", remark)
 
 
