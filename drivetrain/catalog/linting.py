@@ -32,7 +32,9 @@ def check_amplifier(cells: Mapping[str, Cell]) -> list[Finding]:
         in_order(values, (error, "continuous_current", "peak_current", ""), (error, "min_voltage", "max_voltage", ""))
     )
     if "peak_time" in values and "thermal_time_constant" in values:
-        found.append(warning("peak_time", "stands beside a thermal time constant: two models of one overload"))
+        found.append(
+            warning("peak_time", "is given together with a thermal time constant: two models of the same overload")
+        )
     if not cells.get("basis_evidence"):
         found.append(warning("basis_evidence", "is empty: say how the kind of ampere is known"))
     return found
@@ -162,7 +164,7 @@ def _duplicates(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:
         mark = (row.text("maker"), part, row.number("ratio"), row.number("resistance"))
         earlier = first.setdefault(mark, row.text("key"))
         if part and earlier != row.text("key"):
-            yield row, warning("part_number", f"the same part stands under the key {earlier}")
+            yield row, warning("part_number", f"the same part has a row with the key {earlier}")
 
 
 def _as_fault(table: Table, name: str, row: Row, finding: Finding) -> LintFault:
@@ -192,7 +194,7 @@ def _pair_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterato
                 yield _pair_fault(table, row, "gear_keys", error("gear_keys", "no gear has this key"), key)
         twice = sorted({key for key in listed if listed.count(key) > 1}) if len(set(listed)) < len(listed) else []
         for key in twice:
-            yield _pair_fault(table, row, "gear_keys", warning("gear_keys", "stands twice in this row"), key)
+            yield _pair_fault(table, row, "gear_keys", warning("gear_keys", "is given twice in this row"), key)
 
 
 def _price_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:

@@ -253,7 +253,7 @@ def _number_hint(text: str) -> str:
         return "write a decimal point and no thousands separator"
     if text.lower() in ("nan", "inf", "-inf", "-", "n/a", "na", "none", "?"):
         return "leave the cell empty when it is unknown"
-    return "a unit stands in the header, not in the cell" if text[:1].isdigit() else ""
+    return "a unit belongs in the header, not in the cell" if text[:1].isdigit() else ""
 
 
 def _key_faults(rows: Iterable[Row]) -> list[CellFault]:

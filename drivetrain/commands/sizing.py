@@ -283,7 +283,7 @@ def options_beside(front: str | None, curves: list[str] | None, low: str | None,
         found = inputs(*(partial(read_curve, text, "--curve") for text in texts))
         asked = [one.vary for one in found]
         twice = sorted({one for one in asked if asked.count(one) > 1})
-        inputs(*(partial(refuse, True, "--curve", "is asked for twice", name) for name in twice))
+        inputs(*(partial(refuse, True, "--curve", "is given twice", name) for name in twice))
         return found
 
     _, found, span, *_ = inputs(

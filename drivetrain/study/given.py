@@ -45,7 +45,7 @@ def add_arm(data: dict[str, Any], arm: Any) -> list[str]:
     data["arm"] = str(arm) if isinstance(arm, Path) else arm
     if isinstance(arm, Arm):
         if arm.linkage is not None:
-            raise InputError(Fault("arm", "has closed loops: give the open chain, and closures beside it", arm.name))
+            raise InputError(Fault("arm", "has closed loops: give the open chain, and the loops as closures", arm.name))
         numbers = {name: getattr(arm, name).tolist() for name in _ARM_NUMBERS}
         data["arm"] = {"from_screws": numbers | {name: getattr(arm, name) for name in _ARM_NAMES}}
         if arm.coupling is not None and "coupling" not in data:
@@ -105,7 +105,7 @@ def _table_rows(table: pd.DataFrame, part: str) -> dict[str, Any]:
         table = table.rename_axis("key").reset_index()
     if table["key"].duplicated().any():
         twice = table["key"][table["key"].duplicated()].iloc[0]
-        raise InputError(Fault(f"{part}, column key", "stands twice", str(twice)))
+        raise InputError(Fault(f"{part}, column key", "is given twice", str(twice)))
     rows: dict[str, Any] = {}
     for cells in table.to_dict("records"):
         row: dict[str, Any] = {}

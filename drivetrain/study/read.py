@@ -146,7 +146,7 @@ def resolve_trade_offs(
         if curve.vary == "cycle_time" and form.base is not None:
             ledger.fault(place, "does not go with a base that moves by its own clock", curve.vary)
         if curve.vary in [other.vary for other in curves[:index]]:
-            ledger.fault(place, "is asked for twice", curve.vary)
+            ledger.fault(place, "is given twice", curve.vary)
     return TradeOffs(tuple(dict.fromkeys(form.selection.front)), curves)
 
 

@@ -407,7 +407,7 @@ def _stop_event(code: int, plan: Plan, clock: Any) -> Event | None:
     t, fault_index = float(clock["time"]), int(clock["fault_index"])
     if code == DIVERGED:
         name = list(plan.memory.states)[fault_index]
-        return Event(t, "diverged", f"{name} is no number any more or grows beyond all bounds; try a shorter step")
+        return Event(t, "diverged", f"{name} is not a number or grows without bound; try a shorter step")
     if code == JAMMED:
         return Event(t, "jammed", f"{plan.coordinates[fault_index]}: its mesh friction has no solution in this posture")
     if code == LOOPS_OPEN:

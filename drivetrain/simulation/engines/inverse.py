@@ -217,7 +217,7 @@ def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]
         largest = np.abs(ahead[:, i]).max()
         if shape.deflection is None or np.abs(finer[:, i] - ahead[:, i]).max() > SMOOTH * largest:
             why = "its command is not smooth enough: a jerk that jumps would strike the motor"
-            events.append(Event(0.0, "rigid", f"{name}: what its spring asks of the motor is left out; {why}"))
+            events.append(Event(0.0, "rigid", f"{name}: the motor torque that winds up its spring is neglected; {why}"))
             continue
         added = plan.body.rotors[i] * finer[:, i] / ratio
         motor[:, i] += added

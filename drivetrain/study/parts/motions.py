@@ -155,7 +155,7 @@ def _mix(form: StudyForm, parts: list[MixForm], arm: Arm | None, motions: Motion
     names = [part.name or f"part {i + 1}" for i, part in enumerate(parts)]
     for i, name in enumerate(names):
         if name in names[:i]:
-            ledger.fault(("mix", i, "name"), "stands twice in the mix", name)
+            ledger.fault(("mix", i, "name"), "is given twice in the mix", name)
     cycles = [_cycle(form, part.cycle, ("mix", i, "cycle"), arm, motions, ledger) for i, part in enumerate(parts)]
     ready = [cycle for cycle in cycles if cycle is not None]
     if not parts or len(ready) < len(parts) or ledger.spoiled(("mix",)):
