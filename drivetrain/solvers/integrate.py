@@ -144,7 +144,7 @@ def _run(
             return stopped
         work.steps += 1
         if not np.isfinite(stepper.y).all():
-            return "the state is no number any more: it diverges; try a shorter step"
+            return "the state is no longer finite: it diverges; try a shorter step"
         slack = 1e-12 * max(1.0, abs(stepper.t))  # an output time may differ from the end of a step by rounding
         while len(rows) < len(output_times) and output_times[len(rows)] < stepper.t - slack:
             rows.append(stepper.dense_output(float(output_times[len(rows)])))

@@ -78,7 +78,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
             ledger.fault(("supply", "threshold"), problem, supply.threshold)
     stiffness = made(form.stiffness)
     if stiffness.stated and arm is None:
-        ledger.fault(("stiffness",), "goes with studies of an arm: a load table does not say where a tip is")
+        ledger.fault(("stiffness",), "applies only to studies of an arm: a load table does not say where a tip is")
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))
@@ -144,7 +144,7 @@ def resolve_trade_offs(
         if curve.vary == "payload" and not heavy:
             ledger.fault(place, "the study carries no payload of any mass that could be varied", curve.vary)
         if curve.vary == "cycle_time" and form.base is not None:
-            ledger.fault(place, "does not go with a base that moves by its own clock", curve.vary)
+            ledger.fault(place, "cannot be combined with a base that moves by its own clock", curve.vary)
         if curve.vary in [other.vary for other in curves[:index]]:
             ledger.fault(place, "is given twice", curve.vary)
     return TradeOffs(tuple(dict.fromkeys(form.selection.front)), curves)
@@ -207,7 +207,7 @@ def _added(entries: Sequence[Any], joints: Sequence[str], ledger: Ledger) -> tup
             continue
         kind = known[name]
         if kind.scope == "scene" and joint is not None:
-            ledger.fault((*place, "joint"), f"does not go with {name}, which is of the whole scene", joint)
+            ledger.fault((*place, "joint"), f"cannot be combined with {name}, which concerns the whole scene", joint)
         elif kind.scope != "scene" and joints and joint not in joints:
             ledger.fault((*place, "joint"), "names a joint that is not there", joint, nearest(str(joint), joints))
         try:

@@ -284,7 +284,7 @@ class CouplingForm(Form):
         for name in _WANTS.values():
             if getattr(self, name) is not None and _WANTS.get(self.type or "") != name:
                 owner = next(kind for kind, wanted in _WANTS.items() if wanted == name)
-                raise f.refused(f"{name} goes with type: {owner}")
+                raise f.refused(f"{name} applies only to type: {owner}")
         return self
 
 

@@ -205,7 +205,7 @@ def test_a_row_without_a_time_constant_is_taken_for_the_quickest_winding(make, s
     told = checks_of(evaluate(moved_and_held(make, **row)))
     silent = checks_of(evaluate(moved_and_held(make, **row | {"winding_time_constant": None})))
     for name in ("winding temperature", "phase temperature at rest"):
-        more = float(re.search(r"may ask ([\d.]+) K more", silent[name].remark)[1])
+        more = float(re.search(r"may require ([\d.]+) K more", silent[name].remark)[1])
         most = silent["phase temperature at rest"].required + more - 25.0
         assert told[name].required - 25.0 <= most * (1.0 + 2e-3)  # the remark has three digits
         if not sheet:

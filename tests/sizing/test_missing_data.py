@@ -353,7 +353,7 @@ def test_a_motor_that_hides_its_inductance_must_hold_with_l_over_r_of_2_ms(make)
     joint = evaluate(silent(make, ("inductance",))).joints["j1"]
     volts = next(check for check in joint.checks if check.name == "motor voltage")
     rate = np.abs(np.diff(joint.series.current[1:-1]) / np.diff(joint.series.time[1:-1])).max()  # of what moves
-    more = float(volts.remark.split("may ask ")[1].split(" V")[0])
+    more = float(volts.remark.split("may require ")[1].split(" V")[0])
     # Central differences see a little less than the steepest step, weak magnets ask a little more.
     assert more == pytest.approx(2e-3 * make.motor.resistance * rate, rel=0.15)
     study = silent(make, ("inductance",))

@@ -277,5 +277,5 @@ def test_a_wish_without_an_arm_is_refused(tmp_path):
         "joints: {default: {candidates: {motors: {frameless: true}, gears: {kind: strain_wave}}}}",
     ])  # fmt: skip
     (tmp_path / "study.yaml").write_text(text)
-    with pytest.raises(InputError, match="goes with studies of an arm"):
+    with pytest.raises(InputError, match="applies only to studies of an arm"):
         load_study(tmp_path / "study.yaml")

@@ -52,7 +52,7 @@ def test_drives_may_sit_where_their_group_begins(load) -> None:
     study = load({"coupling": [{**GROUP, "type": "belt"}], "joints": joints})
     assert [task.mount for task in study.joints] == [Mount("parent", -0.05, 0)] * 2
     told = faults(load, {"joints": joints})
-    assert told.count("goes with a joint that `coupling` names") >= 1
+    assert told.count("applies only to a joint that `coupling` names") >= 1
 
 
 @pytest.mark.parametrize(
@@ -61,8 +61,8 @@ def test_drives_may_sit_where_their_group_begins(load) -> None:
         ({**GROUP}, "must have one of: type"),
         ({**GROUP, "type": "belt", "matrix": [[1, 0], [0, 1]]}, "must have one of: type"),
         ({**GROUP, "type": "belts"}, "'differential' or 'belt'"),
-        ({**GROUP, "type": "belt", "turns": [1, 1]}, "turns goes with type: differential"),
-        ({**GROUP, "matrix": [[1, 0], [0, 1]], "passes": [1]}, "passes goes with type: belt"),
+        ({**GROUP, "type": "belt", "turns": [1, 1]}, "turns applies only to type: differential"),
+        ({**GROUP, "matrix": [[1, 0], [0, 1]], "passes": [1]}, "passes applies only to type: belt"),
         ({**GROUP, "matrix": [[1, 0]]}, "2 rows of 2 numbers"),
         ({**GROUP, "matrix": [[1, 0], [1]]}, "2 rows of 2 numbers"),
         ({**GROUP, "matrix": [[1, 1], [1, 1]]}, "singular"),

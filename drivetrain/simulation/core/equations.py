@@ -57,9 +57,7 @@ from drivetrain.solvers.compiled_function import evaluate
 
 MOST_ITERATIONS = 60  # Newton iterations of a step, at most
 LOOPS_CANNOT_CLOSE = -1002  # returned instead of a count: the closed loops cannot be closed in this position
-LOOPS_MESSAGE = (
-    "joints that follow in closed loops cannot: the linkage does not reach so far, or stands at a dead centre"
-)
+LOOPS_MESSAGE = "the closed loops cannot be closed: the linkage does not reach this position, or is at a dead centre"
 
 
 @part

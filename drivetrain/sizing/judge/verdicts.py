@@ -65,9 +65,9 @@ def as_check(op: Operation, row: Requirement) -> Check:
 
 def _hidden(more: float, unit: str, doubtful: bool) -> str:
     """The remark on an allowance for what the motor's data sheet does not specify."""
-    amount = f"{more:.3g} {'K' if unit == 'C' else unit} more" if math.isfinite(more) else "nobody knows how much more"
-    text = f"what the motor's catalogue row does not tell may ask {amount}"
-    return f"{text}: then it does not hold" if doubtful else f"{text}, and it still holds"
+    amount = f"{more:.3g} {'K' if unit == 'C' else unit} more" if math.isfinite(more) else "an unknown amount more"
+    text = f"data missing from the motor's catalogue row may require {amount}"
+    return f"{text}: the check would then fail" if doubtful else f"{text}: the check would still pass"
 
 
 def judged(used: float, reserve: float) -> Verdict:

@@ -41,7 +41,7 @@ def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
     arm: Arm | None = None
     if form.arm.dh is not None:
         if form.tip is not None:
-            ledger.fault(("tip",), "goes with a URDF file: a DH table has no named links", form.tip)
+            ledger.fault(("tip",), "applies only to a URDF file: a DH table has no named links", form.tip)
         with ledger.gather(("arm", "dh")):
             path = ledger.document.folder / form.arm.dh
             arm = read_dh_table(path, form.arm.convention or "", gravity=form.gravity)
@@ -93,7 +93,7 @@ def _load(form: StudyForm, ledger: Ledger) -> Arm | None:
 def _from_screws(form: StudyForm, values: dict[str, Any], ledger: Ledger) -> Arm | None:
     place: Place = ("arm", "from_screws")
     if form.tip is not None:
-        ledger.fault(("tip",), "goes with a URDF file: here the tip is a frame among the arm's numbers", form.tip)
+        ledger.fault(("tip",), "applies only to a URDF file: here the tip is a frame among the arm's numbers", form.tip)
     known = [name for name in inspect.signature(Arm.from_screws).parameters if name != "check_inertias"]
     for name in values:
         if name not in known:
@@ -112,9 +112,9 @@ def _from_screws(form: StudyForm, values: dict[str, Any], ledger: Ledger) -> Arm
 def _refuse_without_arm(form: StudyForm, ledger: Ledger) -> None:
     for name in ("tip", "gravity", "drive_mass", "external_axes"):
         if getattr(form, name) is not None:
-            ledger.fault((name,), "goes with an arm, but the study has none", getattr(form, name))
+            ledger.fault((name,), "applies only to an arm, but the study has none", getattr(form, name))
     if form.payloads:
-        ledger.fault(("payloads",), "go with an arm: load tables already hold the load")
+        ledger.fault(("payloads",), "apply only to an arm: load tables already hold the load")
 
 
 def resolve_closures(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | None:
@@ -122,7 +122,7 @@ def resolve_closures(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | 
     if not form.closures and not form.passive:
         return arm
     if form.arm is None:
-        ledger.fault(("closures",), "go with an arm: load tables already hold what each gear must give")
+        ledger.fault(("closures",), "apply only to an arm: load tables already hold what each gear must give")
     if arm is None:
         return None
     own = with_rotors(arm, [None] * arm.n)  # the study's drives have their own rotors
@@ -140,7 +140,7 @@ def resolve_coupling(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | 
     """The arm with the couplings of its motors that the study states; None without an arm."""
     if arm is None:
         if form.coupling and form.arm is None:
-            ledger.fault(("coupling",), "goes with an arm: load tables already hold what each gear must give")
+            ledger.fault(("coupling",), "applies only to an arm: load tables already hold what each gear must give")
         return None
     if form.coupling:
         with ledger.gather(("coupling",)):

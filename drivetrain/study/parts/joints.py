@@ -187,7 +187,8 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         drive = None if drive is None else (drive[0], staged[drive[1]])
     if motor_friction is not None and motor_friction.load_share:
         ledger.fault(
-            (*place, "motor_friction", "load_share"), "goes with the joint's friction: the gear has efficiencies"
+            (*place, "motor_friction", "load_share"),
+            "applies only to the friction of the joint: the gear has efficiencies",
         )
     return JointTask(
         name=name,
@@ -292,7 +293,7 @@ def _counterbalances(around: Surroundings, index: int, form: JointForm, place: P
     """The counterbalances of a joint, which must be revolute."""
     place, found = (*place, "counterbalances"), []
     if form.counterbalances and around.arm is not None and around.arm.slides[index]:
-        around.ledger.fault(place, "go with a joint that turns")
+        around.ledger.fault(place, "apply only to a revolute joint")
     for k, entry in enumerate(form.counterbalances):
         with around.ledger.gather((*place, k)):
             found.append(made(entry))
@@ -385,7 +386,7 @@ def _mount(around: Surroundings, index: int, form: Mount, place: Place) -> Mount
     group = () if around.arm is None else _group(around.arm, index)
     if around.arm is not None and not group:
         ledger, hint = around.ledger, "parent: the link before the joint"
-        ledger.fault((*place, "carrier"), "goes with a joint that `coupling` names", form.carrier, hint)
+        ledger.fault((*place, "carrier"), "applies only to a joint that `coupling` names", form.carrier, hint)
     return Mount("parent", form.offset, group[0] if group else None)
 
 
@@ -403,7 +404,7 @@ def _contained(around: Surroundings, index: int, form: JointForm, place: Place) 
             around.ledger.fault((*place, "contained"), problem, hint=_CONTAINED)
         return None
     if not replaced and around.form.drive_mass is not None:
-        problem = f"goes with drive_mass: replaced, but the study says {around.form.drive_mass}"
+        problem = f"applies only to drive_mass: replaced, but the study says {around.form.drive_mass}"
         around.ledger.fault((*place, "contained"), problem)
     mount = _mount(around, index, form.contained.mount, (*place, "contained", "mount"))
     contained: ContainedDrive = form.contained.made(mount=mount)
@@ -425,7 +426,7 @@ def _travel(around: Surroundings, index: int, form: JointForm, place: Place, cha
     travel, own = form.travel_per_turn, None if chain is None else chain.travel
     if own is not None and (travel is not None or not slides):
         problem = (
-            "say what the joint travels: travel_per_turn goes without"
+            "say what the joint travels: travel_per_turn is then not needed"
             if slides
             else "contain a sliding one, but the joint turns"
         )
@@ -434,7 +435,7 @@ def _travel(around: Surroundings, index: int, form: JointForm, place: Place, cha
     if slides and not travel:
         around.ledger.fault((*place, "travel_per_turn"), "a prismatic joint needs it, not 0", hint="such as 10 mm/rev")
     if travel is not None and not slides and place[1] != DEFAULT:
-        around.ledger.fault((*place, "travel_per_turn"), "goes with a prismatic joint of an arm only")
+        around.ledger.fault((*place, "travel_per_turn"), "applies only to a prismatic joint of an arm")
     return travel if slides else None
 
 

@@ -102,10 +102,10 @@ def resolve_base(
         return None, cycle
     known = len(ledger.faults)
     if form.arm is None:
-        ledger.fault(("base",), "goes with an arm: load tables already hold what each gear must give")
+        ledger.fault(("base",), "applies only to an arm: load tables already hold what each gear must give")
     for name in ("closures", "mix"):
         if getattr(form, name):
-            ledger.fault(("base",), f"does not go with {name}")
+            ledger.fault(("base",), f"cannot be combined with {name}")
     swings: dict[str, Swing] = {axis: made(one) for axis in AXES if (one := getattr(stated, axis))}
     motion: Motion | None = None
     if stated.motion is not None and arm is not None and _kind(stated.motion, ledger, ("base", "motion")):
@@ -211,7 +211,7 @@ def _kind(own: MotionForm, ledger: Ledger, place: Place) -> str:
         return ""
     stray = sorted(own.model_fields_set - {kinds[0]} - KINDS[kinds[0]])
     for name in stray:
-        ledger.fault((*place, name), f"cannot go with {kinds[0]}")
+        ledger.fault((*place, name), f"cannot be combined with {kinds[0]}")
     return "" if stray else kinds[0]
 
 
