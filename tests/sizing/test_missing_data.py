@@ -323,7 +323,7 @@ def test_a_motor_that_hides_its_friction_must_hold_with_it(make, name):
     found = {check.name: check for check in evaluate(silent(make, FRICTION)).joints["j1"].checks}[name]
     more = 0.14 * make.motor.torque_constant * make.motor.nominal_current
     column = "peak_torque" if name == "motor peak torque" else "nominal_current"
-    assert "what the motor's catalogue row does not tell" in found.remark
+    assert "data missing from the motor's catalogue row" in found.remark
     verdicts = []
     for room in (0.5, 3.0):
         if column == "nominal_current":  # the friction is a share of it
@@ -341,11 +341,11 @@ def test_a_motor_that_hides_its_friction_must_hold_with_it(make, name):
 def test_a_joint_that_states_its_motors_friction_hides_none(make):
     study = silent(make, FRICTION)
     stated = replace(study, joints=(make.task(motor_friction=Friction()),))
-    assert "does not tell" not in " ".join(check.remark for check in evaluate(stated).joints["j1"].checks)
+    assert "data missing from" not in " ".join(check.remark for check in evaluate(stated).joints["j1"].checks)
     frameless = replace(
         study, catalog=Catalog({"m1": replace(study.catalog.motors["m1"], frameless=True)}, study.catalog.gears)
     )
-    assert "does not tell" not in " ".join(check.remark for check in evaluate(frameless).joints["j1"].checks)
+    assert "data missing from" not in " ".join(check.remark for check in evaluate(frameless).joints["j1"].checks)
 
 
 def test_a_motor_that_hides_its_inductance_must_hold_with_l_over_r_of_2_ms(make):

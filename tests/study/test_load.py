@@ -122,7 +122,7 @@ def test_every_fault_of_every_file_at_once(load: Any, folder: Path) -> None:
         ({"motions.there.speed": ["1 rad/s"]}, "motions.there.speed", "1 limits"),
         ({"motions.there.speed": "90 deg"}, "motions.there.speed", "rotation speed"),
         ({"motions.there": {"table": "x.csv"}}, "motions.there.table", "without an arm"),
-        ({"motions.there": {"file": "x.csv", "profile": "quintic"}}, "motions.there.profile", "cannot be combined with file"),
+        ({"motions.there": {"file": "x.csv", "profile": "quintic"}}, "motions.there.profile", "combined with file"),
         ({"motions.there": {}}, "motions.there", "one of: file, table, samples, waypoints"),
         ({"motions.default": {"durations": ["1 s"]}}, "motions.default.durations", "for one motion"),
         ({"cycle": None}, "cycle", "in which order"),

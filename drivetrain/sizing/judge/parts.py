@@ -164,7 +164,7 @@ def _friction_allowance(motor: Motor) -> str:
     most = with_allowances(motor).friction_allowance
     size = f"{most:.3g} N m, " if known(most) else ""
     return (
-        f"motor {motor.key}: the catalogue row does not tell all of its no-load friction; torque, current, voltage and "
+        f"motor {motor.key}: the catalogue row does not give all of its no-load friction; torque, current, voltage and "
         f"heat must hold with {size}{100 * FRICTION_SHARE:g} % of its continuous torque on top too, more than shipped "
         "motors with a housing have"
     )
