@@ -44,8 +44,8 @@ class TipDeflection:
     Torques are those of the planned motion: the deflection is quasi-static.
 
     Attributes:
-        time: [s], (N,).
-        joint_names, link_names: Of joints and links, (n,) each.
+        time: Time [s], (N,).
+        joint_names, link_names: Names of joints and links, (n,) each.
         twist: Wind-up of each gear without backlash [rad or m], (N, n); of the shafts if motors are coupled to
             several joints.
         joints: Displacement of the tip by each wind-up [m], (N, n, 3).
@@ -80,21 +80,23 @@ class TipDeflection:
 
     @property
     def worst_case(self) -> Array:
-        """If all contributions pointed one way [m], (N,)."""
+        """Sum of the magnitudes of all contributions, which is the displacement if they had the same direction [m],
+        (N,).
+        """
         parts = np.concatenate([self.joints, self.links, self.backlash], axis=1)
         return np.asarray(np.linalg.norm(parts, axis=2).sum(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """Natural frequencies over the motion, springs as stiff as the torque of the instant makes them.
+    """Natural frequencies over the motion, with the spring stiffness at the torque of each instant.
 
     Attributes:
-        time: [s], (N,).
-        stiffness: Of the joints about their torque [N m/rad or N/m], (N, n); infinite where rigid.
-        locked: Every motor holding its rotor still: lowest first [Hz], (N, m) for m sprung joints.
-        free: Every motor's torque constant: links against rotors, lowest first [Hz], (N, m).
-        rigid: Joints counted as rigid: their gear prints no stiffness.
+        time: Time [s], (N,).
+        stiffness: Stiffness of the joints at their torque [N m/rad or N/m], (N, n); infinite where rigid.
+        locked: Frequencies with all rotors held by their motors, lowest first [Hz], (N, m) for m sprung joints.
+        free: Frequencies with constant motor torques, links oscillating against rotors, lowest first [Hz], (N, m).
+        rigid: Joints assumed rigid, as their gear's data sheet gives no stiffness.
     """
 
     time: Array
@@ -108,15 +110,15 @@ def tip_deflection(evaluation: Evaluation, *, beams: Mapping[int, Beam] = NO_BEA
     """The tip's deflection over the motion under weight, payload and inertia: gears, links and backlash.
 
     Args:
-        evaluation: Of the drives that carry the motion; its study must have an arm.
-        beams: The part of a link that bends, by link index, in the base frame with every joint at zero [m, N m^2];
-            other links count as rigid.
+        evaluation: Evaluation of the drives; its study must have an arm.
+        beams: The flexible part of a link, by link index, in the base frame with every joint at zero [m, N m^2]; other
+            links count as rigid.
 
     Returns:
         The deflection, small enough to be linear.
 
     Raises:
-        InputError: A study without an arm, or a beam of a link that the arm does not have.
+        InputError: The study has no arm, or the arm does not have the link of a beam.
 
     Reference:
         Modern Robotics, section 8.9.5. A spring under the torque T that its joint gives lags by phi(T), so the joint
@@ -150,15 +152,15 @@ def vibration(evaluation: Evaluation) -> Vibration:
     """The natural frequencies of the arm on its joint springs over the motion.
 
     Args:
-        evaluation: Of the drives that carry the motion; its study must have an arm.
+        evaluation: Evaluation of the drives; its study must have an arm.
 
     Returns:
-        The frequencies; of joints with backlash those with their teeth in contact. Two motors of an axis count as one
-        of twice the size: how they swing against each other is not told.
+        The frequencies; for joints with backlash those with their teeth in contact. Two motors of an axis count as one
+        of twice the size, so their oscillation against each other is not included.
 
     Raises:
-        InputError: A study without an arm, with closed loops or a preload of two motors; a sprung joint whose
-            rotor inertia is unknown.
+        InputError: The study has no arm; the arm has closed loops or a preload between two motors; or the rotor inertia
+        of a sprung joint is unknown.
     """
     _arm(evaluation)
     evaluation = judged_as_one(evaluation)
@@ -173,7 +175,7 @@ def vibration(evaluation: Evaluation) -> Vibration:
 
 
 def joint_stiffness(evaluation: Evaluation) -> Array:
-    """The stiffness of every joint about the torque of every instant."""
+    """Stiffness of every joint at its torque at each instant [N m/rad or N/m], (N, n)."""
     columns = []
     for joint, task in zip(evaluation.joints.values(), evaluation.study.joints, strict=True):
         slope = tangent_stiffness(joint.drive.gear, joint.series.gear_torque)
@@ -191,7 +193,7 @@ def _arm(evaluation: Evaluation) -> Arm:
 
 
 def _link_deflection(evaluation: Evaluation, beams: Mapping[int, Beam]) -> Array:
-    """What the bending of each link does to the tip, (N, n, 3) [m]."""
+    """Displacement of the tip by the bending of each link, (N, n, 3) [m]."""
     cycle = evaluation.study.cycle
     found = np.zeros((*cycle.position.shape, 3))
     if not beams:
@@ -200,7 +202,7 @@ def _link_deflection(evaluation: Evaluation, beams: Mapping[int, Beam]) -> Array
     for arm, chosen in loaded_arms(evaluation.study, evaluation.mounted):
         motion = (cycle.position[chosen], cycle.velocity[chosen], cycle.acceleration[chosen])
         passed = _base_wrenches(arm, motion)
-        # What the tip carries leaves the last link at its end; it is not part of that link's own load.
+        # The load of the tip leaves the last link at its end and is not part of the link's own load.
         leaving = np.concatenate([passed[:, 1:], (passed - _base_wrenches(empty, motion))[:, -1:]], axis=1)
         moved = link_poses(arm, motion[0]) @ np.array([inverse_pose(home) for home in arm.home])
         tips = tip_pose(arm, motion[0])[:, :3, 3]
@@ -210,7 +212,7 @@ def _link_deflection(evaluation: Evaluation, beams: Mapping[int, Beam]) -> Array
 
 
 def _base_wrenches(arm: Arm, motion: tuple[Array, Array, Array]) -> Array:
-    """What each joint passes on to the link after it, about the base's origin, base axes, (N, n, 6) [N m, N]."""
+    """Wrench of each joint on the link after it, about the base's origin, base axes, (N, n, 6) [N m, N]."""
     wrench = joint_loads(arm, *motion).wrench
     moved = link_poses(arm, motion[0]) @ np.array([inverse_pose(home) for home in arm.home])
     axes = np.array([frame_along(s[:3] if s[:3].any() else s[3:]) for s in arm.screws])
@@ -221,7 +223,9 @@ def _base_wrenches(arm: Arm, motion: tuple[Array, Array, Array]) -> Array:
 
 
 def _bending(beam: Beam, moved: Array, passed: Array, leaving: Array, tips: Array) -> Array:
-    """What one beam does to the tip, from wrenches about the base's origin in base axes, (N, 3) [m]."""
+    """Displacement of the tip by the bending of one beam, from wrenches about the base's origin in base axes, (N, 3)
+    [m].
+    """
     rotation = moved[:, :3, :3] @ beam.axes
     ends = [moved[:, :3, :3] @ point + moved[:, :3, 3] for point in (beam.start, beam.end)]
     local = []

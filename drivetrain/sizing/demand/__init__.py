@@ -1,1 +1,1 @@
-"""What the motions ask of every joint."""
+"""Loads and motion that a task requires of every joint."""

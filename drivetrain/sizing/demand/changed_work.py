@@ -46,7 +46,7 @@ class WorkFamily:
         return Workload(study, basis, study.cycle.weights, resting, self._stops(share) if change.time == 1.0 else None)
 
     def _stops(self, share: float) -> StopBasis | None:
-        """Loads of stops at the unchanged cycle time; with another one the arm stops along another path."""
+        """Loads of stops at the unchanged cycle time; with another one the arm stops along a different path."""
         full, empty = self._stopping
         if full is None or empty is None:
             return full

@@ -29,19 +29,19 @@ class Peak(NamedTuple):
     """The largest magnitude of a series."""
 
     value: float  # in the unit of the series
-    time: float  # at which it occurs [s]
+    time: float  # instant of the largest magnitude [s]
 
 
 class StopDemand(NamedTuple):
     """Loads of one joint in stops on a ramp from states of the cycle; all (M,), empty if it has no ramp."""
 
     first: Indices  # sample from which each stop starts, integers
-    after: Array  # time since then [s]
-    torque: Array  # of the gear's output on the link, without joint friction, which helps to stop [N m]
-    # of the gear's output [rad/s], [rad/s^2]; at the end of a ramp the speed keeps the sign it had
+    after: Array  # time since the start of the stop [s]
+    torque: Array  # torque of the gear's output on the link [N m]; joint friction, which helps to stop, is not included
+    # Speed and acceleration of the gear's output [rad/s], [rad/s^2]; at the end of a ramp the speed keeps its sign.
     speed: Array
     acceleration: Array
-    carrier_acceleration: Array  # as in the demand
+    carrier_acceleration: Array  # as ``JointDemand.carrier_acceleration`` [rad/s^2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,21 +51,21 @@ class JointDemand:
     If motors are coupled to several joints, these are the coordinate and loads of the shaft that the gear turns.
     """
 
-    time: Array  # [s]
+    time: Array  # time [s]
     weights: Array  # integration weights over the cycle [s]
-    position: Array  # of the joint [rad or m]
-    speed: Array  # of the gear's output [rad/s]
-    acceleration: Array  # of the gear's output [rad/s^2]
+    position: Array  # position of the joint [rad or m]
+    speed: Array  # speed of the gear's output [rad/s]
+    acceleration: Array  # acceleration of the gear's output [rad/s^2]
     carrier_acceleration: Array  # angular acceleration of the stator's link along the rotor's axis [rad/s^2]
-    gear_torque: Array  # of the gear's output on the link, equation 8.110 of Modern Robotics [N m]
-    friction: Friction  # at the joint, outside the gear's mesh
+    gear_torque: Array  # torque of the gear's output on the link, equation 8.110 of Modern Robotics [N m]
+    friction: Friction  # friction of the joint, outside the gear's mesh
     payload: Indices  # index of the payload, -1 for none
     # wrench (moment [N m], force [N]) through the joint, joint frame, (N, 6); None without an arm, if the joint slides
     # (its guide carries the wrench), and if the gear is not at the joint (coupled)
     wrench: Array | None
     # load inertia at the gear's output, own rotor excluded [kg m^2]; None if neither an arm nor the study gives it
     load_inertia: Array | None
-    cycle: Cycle  # the repeated task, whose parts repeat by themselves
+    cycle: Cycle  # the repeated task; its parts each repeat on their own
     stop: StopDemand  # loads of stops on a ramp
     # ``gear_torque`` that holds each position at rest [N m]; None if no brake is required
     static_torque: Array | None = None
@@ -116,7 +116,7 @@ class JointDemand:
 
     @cached_property
     def moves(self) -> bool:
-        """Whether the joint moves at all."""
+        """Whether the joint moves during the cycle."""
         return bool(np.any(self.speed != 0.0))
 
     @cached_property
@@ -169,7 +169,7 @@ class Workload:
 
 @lru_cache(maxsize=1)
 def workload(study: Study) -> Workload:
-    """The work of a study's joints, prepared for any set of drives; kept while the same study is asked again."""
+    """The workload of a study, prepared for any set of drives; the last one is cached."""
     resting = load_basis(study, at_rest(study.cycle), torques_only=True) if needs_brakes(study) else ()
     return Workload(study, load_basis(study), study.cycle.weights, resting)
 
@@ -180,13 +180,13 @@ def needs_brakes(study: Study) -> bool:
 
 
 def at_rest(cycle: Cycle) -> Cycle:
-    """The same positions, each held for ever."""
+    """A cycle in which every position is held at rest."""
     still = np.zeros_like(cycle.velocity)
     return replace(cycle, velocity=still, acceleration=still)
 
 
 class _Sums(NamedTuple):
-    """What is asked of a joint: torque (N,), wrench (6, N), inertia (N,)."""
+    """Loads of a joint: torque (N,), wrench (6, N), inertia (N,)."""
 
     torque: Array
     wrench: Array
@@ -197,14 +197,14 @@ class _Sums(NamedTuple):
 class JointWork:
     """The loads of one joint given the other drives."""
 
-    work: Workload  # of all joints
-    joint: int  # index of this one
-    others: _Sums | None  # loads by arm, payload and the other drives, SI; None without an arm
+    work: Workload  # loads of all joints
+    joint: int  # index of this joint
+    others: _Sums | None  # loads by arm, payload and the other drives [SI]; None without an arm
     parameters: Array  # load parameters of the other drives, in the order of the joint's basis, zeros for its own
 
     @cached_property
     def own_load(self) -> bool:
-        """Whether the demand depends on the joint's own drive, as it rides on the link that it moves."""
+        """Whether the demand depends on the joint's own drive, which then is mounted on the link that it moves."""
         return self.others is not None and self.joint in self.work.basis[self.joint].drives
 
     @cached_property
@@ -222,7 +222,7 @@ class JointWork:
         return self._demand(_summed(self.others, basis, parameters, own), parameters)
 
     def _demand(self, sums: _Sums | None, parameters: Array) -> JointDemand:
-        """The demand of sums; of None the task tells it."""
+        """The demand for given loads; None: the task states them."""
         cycle, task = self.work.study.cycle, self.work.study.joints[self.joint]
         motions = (cycle.position, cycle.velocity, cycle.acceleration)
         position, speed, acceleration = (_column(self.work.study, motion, self.joint) for motion in motions)
@@ -247,7 +247,9 @@ class JointWork:
         )  # fmt: skip
 
     def _carrier(self, basis: tuple[JointBasis, ...], acceleration: Array) -> Array:
-        """Acceleration of the stator's link along the rotor's axis; of all joints (N, n) in a motion."""
+        """Acceleration of the stator's link along the rotor's axis; ``acceleration``: of all joints in a motion, (N,
+        n).
+        """
         mount = self.work.study.joints[self.joint].mount
         at = seat(self.joint, mount)
         carrier = basis[at].bare.carrier_acceleration
@@ -256,7 +258,7 @@ class JointWork:
         return carrier + acceleration[:, at] if mount.carrier == "child" and not basis[at].slides else carrier
 
     def _arm_stop(self, parameters: Array) -> StopDemand:
-        """Loads of the stops of an arm."""
+        """Loads of stops of an arm on a ramp."""
         study, stops = self.work.study, self.work.stops
         task = study.joints[self.joint]
         if stops is None or task.stop.ramp is None:
@@ -272,7 +274,9 @@ class JointWork:
         return StopDemand(stops.first, stops.after, force, speed, acceleration, carrier)
 
     def _table_stop(self, speed: Array, acceleration: Array, torque: Array) -> StopDemand:
-        """Loads at the start of stops if a table gives torque and speed, with the load inertia for the deceleration."""
+        """Loads at the start of stops where a table gives torque and speed; the load inertia gives those of the
+        deceleration.
+        """
         task, moving = self.work.study.joints[self.joint], np.flatnonzero(speed)
         if task.stop.ramp is None or task.load_inertia is None:
             return NO_STOP
@@ -297,7 +301,7 @@ def _column(study: Study, motion: Array, joint: int) -> Array:
 
 def _summed(start: _Sums, basis: JointBasis, parameters: Array, rows: slice) -> _Sums:
     """Loads plus a linear combination of some rows of the basis."""
-    if not parameters[rows].any():  # without drives: products with rows of long motions are slow
+    if not parameters[rows].any():  # no drives: skips products with the rows of long motions, which are slow
         return start
     unit_loads = (basis.torque, basis.wrench, basis.inertia)
     return _Sums(

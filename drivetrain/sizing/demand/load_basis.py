@@ -53,7 +53,7 @@ class Loads:
     # diagonal of the mass matrix, rotors of other joints included [kg m^2 or kg], (N,); if motors are coupled, of the
     # shafts, with the other shafts held
     inertia: Array
-    carrier_acceleration: Array  # angular, of the link before the joint along its axis [rad/s^2], (N,)
+    carrier_acceleration: Array  # angular acceleration of the link before the joint along its axis [rad/s^2], (N,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +168,7 @@ def _load_inertia(arm: Arm, q: Array) -> Array:
     turns = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
     moved = turns.copy()
     for pair in () if arm.linkage is None else map(list, arm.linkage.loops.shared):
-        moved[np.ix_(pair, pair)] = 1.0  # two motors on one axis: one does not turn without the other
+        moved[np.ix_(pair, pair)] = 1.0  # two motors on one axis turn together
     units = [np.broadcast_to(column, q.shape) for column in moved.T]
     torques = (inverse_dynamics(_without_gravity(arm), q, rest, unit) for unit in units)
     return np.array([torque @ column for torque, column in zip(torques, turns.T, strict=True)])

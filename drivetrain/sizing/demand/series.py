@@ -18,8 +18,8 @@ from drivetrain.drive.thermal.periodic_heat import Losses, Periods, new_losses, 
 from drivetrain.sizing.demand.demand import JointDemand, Workload
 from drivetrain.sizing.demand.load_basis import PARAMETERS
 
-# The cycle is divided into so many sections. A candidate is first screened at the key samples: those of largest
-# acceleration and of largest torque of each section. Most candidates that fail do so there, at a fraction of the cost.
+# Number of sections of the cycle. A candidate is first screened at the key samples: those of largest acceleration and
+# of largest torque of each section. Most infeasible candidates fail there, at a fraction of the cost.
 SECTIONS = 16
 
 
@@ -27,15 +27,17 @@ class Motion(NamedTuple):
     """Motion of a joint, whatever its drive; N samples.
 
     Attributes:
-        speed, acceleration, carrier_acceleration: Of the gear's output and of the stator's link [rad/s], [rad/s^2].
+        speed, acceleration, carrier_acceleration: Speed and acceleration of the gear's output, acceleration of the
+            stator's link [rad/s], [rad/s^2].
         loss_speed: Speed whose direction decides the losses [rad/s]; see ``drive.loss_speed``.
-        weight: Time that each sample represents in the mean use [s].
+        weight: Time that each sample represents in the cycle [s].
         rate_before, rate_at, rate_after: Factors on a series at the sample before, itself and the sample after, whose
             sum is its rate of change [1/s]; see ``difference_factors``.
-        next_speed: ``loss_speed`` at the sample after, of which the sign counts [rad/s].
+        next_speed: ``loss_speed`` at the sample after, of which only the sign is used [rad/s].
         phase_ratio: Current of the most loaded phase, relative to the RMS of all; see ``phase_ratio``.
         rests: Intervals in which the joint is at rest, first sample and the one after the last, (M, 2).
-        periods: Parts of the cycle that repeat by themselves, their shares of the use, and the time steps.
+        periods: Parts of the cycle that each repeat on their own, their shares of the operating time, and the time
+            steps.
     """
 
     speed: Array
@@ -55,9 +57,9 @@ class Motion(NamedTuple):
 class Load(NamedTuple):
     """Load of a joint at its gear's output, without joint friction; arrays without samples are not needed."""
 
-    torque: Array  # [N m], (N,)
+    torque: Array  # torque [N m], (N,)
     wrench: Array  # moment [N m] and force [N] in the joint frame, (6, N) or (6, 0)
-    inertia: Array  # that the output accelerates [kg m^2], (N,) or (0,)
+    inertia: Array  # inertia that the output accelerates [kg m^2], (N,) or (0,)
     stop: Array  # torque at the states of stops on a ramp [N m], (M,)
     static: Array  # torque that holds each position at rest [N m], (N,) or (0,)
 
@@ -65,7 +67,7 @@ class Load(NamedTuple):
 class UnitLoads(NamedTuple):
     """Load per unit of each of K amounts: load parameters (PARAMETERS for each drive) or masses of payloads."""
 
-    # as in ``Load``, (K, N), (K, 6, N), (K, N), (K, M), (K, N); (0, 0), (0, 6, 0) if K is 0
+    # As in ``Load``, (K, N), (K, 6, N), (K, N), (K, M), (K, N); (0, 0), (0, 6, 0) if K is 0.
     torque: Array
     wrench: Array
     inertia: Array
@@ -80,9 +82,9 @@ def no_unit_loads(load: Load) -> UnitLoads:
 
 
 class SpeedPowers(NamedTuple):
-    """Buffer for a power of the speed, used by the gear's drag: gears with the same exponent do not compute it anew."""
+    """Buffer for a power of the speed in the gear's drag, shared by gears with the same exponent."""
 
-    exponent: Array  # of the stored power, NaN if there is none yet, (1,)
+    exponent: Array  # exponent of the stored power, NaN if there is none yet, (1,)
     values: Array  # |w|^exponent, (N,)
 
 
@@ -94,11 +96,11 @@ def new_speed_powers(samples: int) -> SpeedPowers:
 class RampStops(NamedTuple):
     """Motion of a joint in stops on a ramp, of the gear's output and of the stator's link, and buffers, (M,) each."""
 
-    # [rad/s], [rad/s^2]
+    # Speed and accelerations [rad/s], [rad/s^2].
     speed: Array
     acceleration: Array
     carrier_acceleration: Array
-    # buffers, as in ``Traces``
+    # Buffers, as in ``Traces``.
     joint_excess: Array
     shaft_excess: Array
     drag: Array
@@ -118,20 +120,20 @@ class Traces(NamedTuple):
     """
 
     load: Array  # torque at the gear's output, joint friction included [N m]
-    torque: Array  # electromagnetic [N m]
-    # friction above its straight lines, where it falls with speed [N m]
+    torque: Array  # electromagnetic torque [N m]
+    # Friction above the sum of Coulomb and viscous friction [N m].
     joint_excess: Array
     loss_excess: Array
     shaft_excess: Array
-    drag: Array  # of the gear, at its input [N m]
+    drag: Array  # drag torque of the gear, at its input [N m]
     powers: SpeedPowers  # for the drag
     starting: Array  # magnitude of the torque at rest, breakaway of the joint included [N m]
     friction_loss: Array  # power lost in the motor's housing at its shaft, in a brake's coil and in an amplifier [W]
-    # in mesh and seals, and of the drag as at 20 C [W]
+    # Loss in mesh and seals, and of the drag as at 20 C [W].
     mesh_loss: Array
     drag_loss: Array
-    stop: Array  # torque at the gear's output where a stop at a current limit begins [N m]
-    power: Array  # electrical, and its lower bound, if no other array is given for them [W], (2, N)
+    stop: Array  # torque at the gear's output in a stop at the current limit that begins at the sample [N m]
+    power: Array  # electrical power and its lower bound, if no other array is given for them [W], (2, N)
     losses: Losses  # input of the temperatures
     parts: Any  # thermal states, one for each part of the periods
 
@@ -140,9 +142,9 @@ class JointSeries(NamedTuple):
     """Motion and load of one joint for any drive, and the buffers of its judgement."""
 
     motion: Motion
-    load: Load  # without the amounts
-    unit_loads: UnitLoads  # per unit of each amount
-    # buffers: load with the amounts of a candidate, and what follows from it
+    load: Load  # load without the amounts
+    unit_loads: UnitLoads  # load per unit of each amount
+    # Buffers: load with the amounts of a candidate, and the series computed from it.
     total: Load
     traces: Traces
     stops: RampStops
@@ -155,7 +157,7 @@ def joint_series(demand: JointDemand, unit_loads: UnitLoads | None = None, *, sc
     Args:
         demand: Motion and load.
         unit_loads: Load per unit of each amount; None: there are no amounts.
-        screening: Whether many candidates will be judged, so that screening them first pays.
+        screening: Whether many candidates will be judged, so that screening at key samples saves time.
     """
     motion, load, stop, parts = motion_of(demand), load_of(demand), demand.stop, len(demand.cycle.parts)
     stops = ramp_stops(_row(stop.speed), _row(stop.acceleration), _row(stop.carrier_acceleration))
@@ -165,7 +167,7 @@ def joint_series(demand: JointDemand, unit_loads: UnitLoads | None = None, *, sc
 
 
 def _at_samples(series: JointSeries, samples: Array) -> JointSeries:
-    """Motion and torque of a joint at some samples; the loads that only the full judgement needs are left out."""
+    """Motion and torque of a joint at some samples; loads that only the full judgement needs are omitted."""
     motion, load, unit_loads = series.motion, series.load, series.unit_loads
     periods = motion.periods._replace(step=np.zeros(len(samples)))
     rows = {name: np.ascontiguousarray(getattr(motion, name)[samples]) for name in motion._fields[:-2]}
@@ -192,7 +194,9 @@ def new_traces(samples: int, parts: int) -> Traces:
 
 
 def motion_of(demand: JointDemand) -> Motion:
-    """The motion of a joint; all arrays are contiguous, as every other layout would be compiled anew, and be slower."""
+    """The motion of a joint; all arrays are contiguous, because numba compiles again for other layouts, which are also
+    slower.
+    """
     cycle, at_rest = demand.cycle, demand.at_rest
     speed = loss_speed(demand.speed, demand.acceleration, at_rest, parts=cycle.parts)
     edges = np.flatnonzero(np.diff(at_rest.astype(np.int8), prepend=0, append=0)).astype(np.int64).reshape(-1, 2)
@@ -237,7 +241,7 @@ def unit_loads_of(work: Workload, joint: int, drives: Sequence[int]) -> UnitLoad
     every = work.basis[joint].drives
     first = every.index(drives[0]) if drives else 0
     rows: Any = slice(PARAMETERS * first, PARAMETERS * (first + len(drives)))
-    if every[first : first + len(drives)] != tuple(drives):  # not adjacent: this takes a copy
+    if every[first : first + len(drives)] != tuple(drives):  # not adjacent: makes a copy
         rows = np.concatenate([np.r_[work.basis[joint].rows(drive)] for drive in drives])
     return UnitLoads(*(series[rows] for series in _all_unit_loads(work, joint)))
 
@@ -262,7 +266,7 @@ def difference_factors(demand: JointDemand) -> tuple[Array, Array, Array]:
     The rate is the mean of the slopes on both sides. Where two samples have the same time, where the direction of
     motion changes (friction and mesh loss step there) and where the payload changes, the current of the model steps;
     a real current takes some electrical time constants for it, which the voltage of the model does not include. There
-    the slope of the other side is taken.
+    the slope of the other side is used.
     """
     steps = np.diff(demand.time)
     direction = np.where(demand.at_rest, 0.0, np.sign(demand.speed))

@@ -26,8 +26,8 @@ class StopBasis:
     """States and loads of all stops; M states, n joints."""
 
     first: Any  # sample of the cycle from which each stop starts, (M,), integers
-    after: Array  # time since then [s], (M,)
-    # [rad/s or m/s], [rad/s^2 or m/s^2], (M, n)
+    after: Array  # time since the start of each stop [s], (M,)
+    # Speeds and accelerations [rad/s or m/s], [rad/s^2 or m/s^2], (M, n).
     velocity: Array
     acceleration: Array
     joints: tuple[JointBasis, ...]  # loads by joint, without wrenches and inertias

@@ -64,7 +64,7 @@ class MountedDrives(NamedTuple):
     carrier: Any  # index of the link that carries each, -1 for the base, (n,)
     place: Array  # centre of mass [m], (n, 3)
     axis: Array  # direction, (n, 3)
-    has_body: Any  # whether mass and inertia of the whole drive count, not those of the rotor alone, (n,)
+    has_body: Any  # whether mass and inertia of the whole drive count, or only those of the rotor, (n,)
 
 
 class UnitLoadRows(NamedTuple):
@@ -72,7 +72,7 @@ class UnitLoadRows(NamedTuple):
 
     torque: Array  # of the joint, (R, N)
     wrench: Array  # moment and force through the joint in its own frame, (R, 6, N) or (R, 6, 0)
-    inertia: Array  # that the joint's shaft accelerates, (R, N) or (R, 0)
+    inertia: Array  # inertia that the joint's shaft accelerates, (R, N) or (R, 0)
 
 
 @kernel
@@ -84,13 +84,13 @@ def compute_unit_loads(
 
     Args:
         screws, frames: Screw axes and frames of the joints, base frame, all joints at zero, (n, 6), (n, 3, 4).
-        gravity: [m/s^2], (3,).
+        gravity: Gravitational acceleration [m/s^2], (3,).
         drives: The drives.
         turns: Turn of each joint per turn of each shaft, (n, n), a row for each shaft.
         influences: Which drive loads which joint, records INFLUENCE.
         q, qd, qdd: Positions, speeds and accelerations of the joints, (N, n).
-        shaft_speed, shaft_acceleration: Of the shafts behind the gears, (N, n).
-        out: Must be zero: of the wrenches of pure moments, the rows of the force are not written.
+        shaft_speed, shaft_acceleration: Speed and acceleration of the shafts behind the gears, (N, n).
+        out: Results; must be zero, because the force rows of pure moments are not written.
     """
     n, samples = len(screws), len(q)
     state, links = np.zeros(n + 1, LINK), np.zeros(n, LINK_ROWS)
@@ -165,7 +165,7 @@ def _store_motion(state: Any, qdd: Array, links: Any, t: int) -> None:
 def _drive_wrenches(
     drives: Any, k: Any, gravity: Any, carrier: Any, shaft_speed: Any, shaft_acceleration: Any, out: Any
 ) -> None:
-    """What a drive needs of its carrier per unit of each load parameter, about the base's origin."""
+    """Wrenches that a drive requires of its carrier per unit of each load parameter, about the base's origin."""
     place, axis, weight = vector(drives.place[k]), vector(drives.axis[k]), vector(gravity)
     for t in range(len(shaft_speed)):
         w, dw = _vector_at(carrier.w, 0, t), _vector_at(carrier.dw, 0, t)
@@ -189,7 +189,9 @@ def _drive_wrenches(
 
 @exact
 def _twist_per_turn(turns: Array, links: Any, twist: Array) -> None:
-    """Twist of the last of some links per unit speed of a shaft that turns each of their joints so far."""
+    """Twist of the last of several links per unit speed of a shaft; ``turns``: turn of each joint per turn of the
+    shaft.
+    """
     for r in range(6):
         for t in range(BLOCK):
             twist[r, t] = 0.0
@@ -202,7 +204,7 @@ def _twist_per_turn(turns: Array, links: Any, twist: Array) -> None:
 
 @exact
 def _torques_and_inertias(drive: Any, has_body: Any, out: Any) -> None:
-    """Torque of a shaft, and the inertia that it accelerates, per unit of each load parameter of a drive."""
+    """Torque of a shaft and the inertia that it accelerates, per unit of each load parameter of a drive."""
     twist, inertia, wrench, moments = out.twist, out.inertia, drive.mass_wrench, drive.moments
     for t in range(BLOCK):
         w, v = _vector_at(twist, 0, t), _vector_at(twist, 3, t)
@@ -242,7 +244,7 @@ def _moment_in_joint_frame(link: Any, frame: Array, moment: Array, out: Array) -
 
 @exact
 def _copy_rows(rows: Array, out: Array) -> None:
-    """Rows of a block into rows that are as long as there are samples."""
+    """Copy rows of a block into rows of all samples, up to their length."""
     for r in range(len(out)):
         for t in range(out.shape[1]):
             out[r, t] = rows[r, t]

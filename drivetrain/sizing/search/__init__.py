@@ -1,1 +1,1 @@
-"""The best sets of drives for the whole arm, with a proof."""
+"""Branch and bound search for the best sets of drives of the whole arm, with a proof of optimality."""

@@ -68,11 +68,11 @@ from drivetrain.sizing.judge.judge import (
 )
 from drivetrain.vector import larger, smaller
 
-# Temperatures are bounded in steps, each of which adds a few percent of the one before; at most so many.
+# Temperatures are bounded in steps, each of which adds a few percent of the one before; largest number of steps.
 MAX_HEAT_STEPS = 8
-HEAT_TOLERANCE = 1e-3  # of the rise: a step that adds less is the last
+HEAT_TOLERANCE = 1e-3  # relative rise below which a step is the last one
 SLOPE_CANDIDATES = 8  # candidates over which the slope of the power is averaged
-INTERVAL_ROUNDING = 1e-12  # of an interval's width and middle: rounding of the sums that make it
+INTERVAL_ROUNDING = 1e-12  # rounding of the sums in an interval, relative to its width and middle
 ROUND_DOWN = 1.0 - 2e-9  # factor on a bound, so that rounding does not make it too large
 
 
@@ -101,10 +101,10 @@ class TorqueInterval(NamedTuple):
     """
 
     motion: Motion  # of the joint
-    friction: Array  # of the joint at its speed [N m], (N,)
+    friction: Array  # friction of the joint at its speed [N m], (N,)
     loss_friction: Array  # the same at the speed that decides the losses
     unit_torque: Array  # torque per unit of each load parameter of the joint's own drive, (K, N)
-    step_share: Array  # of the time of use, of the step from each sample to the next, (N,)
+    step_share: Array  # share of the operating time of the step from each sample to the next, (N,)
     low: Array  # ends of the torque at the gear's output, without joint friction and own drive [N m], (N,)
     high: Array
     total_low: Array  # the same with the own drive
@@ -112,8 +112,8 @@ class TorqueInterval(NamedTuple):
     motor_low: Array  # ends of the motor's torque [N m], (N,)
     motor_high: Array
     shaft: Array  # the motor's torque without the part that passes the mesh [N m], (N,)
-    excess: Array  # of friction at the shaft above its straight lines [N m], (N,)
-    drag: Array  # of the gear, at its input [N m], (N,)
+    excess: Array  # friction of the shaft above the sum of Coulomb and viscous friction [N m], (N,)
+    drag: Array  # drag torque of the gear, at its input [N m], (N,)
     powers: SpeedPowers  # for the drag
     # lower bounds on the largest tilting moment [N m], axial and radial load [N] of the output bearing, on the largest
     # torque that holds a position at rest [N m], on the largest inertia [kg m^2], and on the torque in stops on a ramp
@@ -172,7 +172,7 @@ def fill_interval(
     """Interval of a load while the drives of K other joints are open: each load parameter lies within a range.
 
     Args:
-        load: Without drives, (N,).
+        load: Load without drives, (N,).
         others: Joints of the drives, (K,).
         unit_load: Load per unit of each parameter of each of them, (K, PARAMETERS, N).
         low, high: Ranges of the load parameters of all joints' drives, (n, PARAMETERS).
@@ -209,7 +209,7 @@ def bound_candidates(
     """Lower bounds for K candidates of one joint while its torque lies in the interval (``fill_interval``).
 
     Args:
-        data: Of the joint.
+        data: Data and buffers of the joint.
         checks: The table of checks.
         pairs: The candidates, (K,).
         exact: Whether the cost of each is known exactly; these are not tested, (K,).
@@ -325,9 +325,9 @@ def bound_case(
     Args:
         case, row: The case, and the same as plain numbers.
         checks: The table of checks.
-        interval: Of the torque.
-        stops: At the current limit.
-        amounts: Load parameters of the case's drive, if it loads its own joint.
+        interval: Interval of the torque.
+        stops: Stops at the current limit.
+        amounts: Load parameters of the case's drive if it loads its own joint.
         until: As for ``bound_candidates``.
         peaks_only: Whether only checks on peak values are made, as the samples are not all of the cycle.
 
@@ -356,9 +356,9 @@ def bound_case(
         figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
         arm, square, radial = bearing_arm(gear), 0.0, least_loads[2]
         lever = known_or(arm, 0.0)
-        for t in range(products.shape[1]):  # as ``moment_square``, each term at its least
+        for t in range(products.shape[1]):  # as ``moment_square``, with the smallest value of each term
             square = larger(square, products[0, t] + lever * (lever * products[1, t] + 2.0 * products[2, t]))
-        figures.tilting_moment = math.sqrt(square) + 0.0 * (arm + radial)  # NaN if one of them is not known
+        figures.tilting_moment = math.sqrt(square) + 0.0 * (arm + radial)  # NaN if one of them is unknown
         figures.axial_load, figures.radial_load = least_loads[1], radial
         figures.required_stiffness = setting.resonance * setting.resonance * (least_loads[4] + gear.stage_sprung)
         figures.bearing_static_load = static_load(
@@ -378,9 +378,10 @@ def bound_case(
     heated, weakest = heat.hottest > -np.inf, torque_constant(motor, heat.magnets)
     figures.winding_temperature = heat.hottest + unknown if heated else np.nan
     figures.phase_temperature = figures.winding_temperature
-    if weakest <= 0.0:  # thermal runaway; a torque that is not known proves none
+    if weakest <= 0.0:  # thermal runaway; an unknown torque does not prove one
         return np.inf if known(unknown) else used, heat
-    if motor.magnet_coefficient <= 0.0 or not heated:  # else warm magnets may be arbitrarily strong
+    # otherwise warm magnets have no upper bound on their torque constant
+    if motor.magnet_coefficient <= 0.0 or not heated:
         set_currents(case, weakest)
     cold, volts = torque_constant(motor, setting.ambient), 0.0
     ends = (winding_resistance(motor, setting.ambient), winding_resistance(motor, heat.coolest))
@@ -396,7 +397,7 @@ class LeastStop(NamedTuple):
     """Bounds on stops at a current limit."""
 
     load: float  # lower bound on the largest torque of the gear [N m]
-    torque: float  # lower bound on the largest torque of the motor that holds the load [N m]
+    torque: float  # lower bound on the largest motor torque that holds the load [N m]
     travel: float  # upper bound on the angle until standstill [rad]
 
 
@@ -459,7 +460,7 @@ class LeastMechanical(NamedTuple):
     load: float  # largest torque at the gear's output [N m]
     torque: float  # largest torque of the motor [N m]
     square: float  # time integral of its square [N^2 m^2 s]
-    phase: float  # the same as felt by the most loaded phase
+    phase: float  # the same for the most loaded phase
 
 
 @law(fastmath=FAST)
@@ -496,7 +497,7 @@ def least_mechanical(case: Any, interval: TorqueInterval, amounts: Any, gear_tem
     if case.setting.moves != 0.0:
         joint = friction_curve(case.joint)
         for first_sample, after in motion.rests:
-            for t in range(first_sample, after):  # breakaway, if the sign of the load is certain
+            for t in range(first_sample, after):  # breakaway, if the sign of the load is known
                 a, b = low[t] + friction[t], high[t] + friction[t]
                 if a > 0.0 or b < 0.0:
                     sign, nearest = direction(a + b), a if a > 0.0 else b
@@ -533,7 +534,7 @@ class LeastHeat(NamedTuple):
     """
 
     coolest: float  # of the winding at every instant
-    magnets: float  # of the magnets
+    magnets: float  # mean temperature of the magnets
     hottest: float  # of the winding at its hottest
 
 
@@ -549,7 +550,8 @@ def least_heat(case: Any, interval: TorqueInterval) -> Any:
     nodes, limit = thermal_nodes(motor, setting.mounting), motor.max_winding_temperature
     if not known(nodes.inner + nodes.outer):
         return LeastHeat(known_or(limit, ambient), ambient, -np.inf)
-    if motor.magnet_coefficient > 0.0 or not known(limit):  # arbitrarily strong, or no check against runaway
+    # torque constant without upper bound, or no check against runaway
+    if motor.magnet_coefficient > 0.0 or not known(limit):
         return LeastHeat(smaller(ambient, known_or(limit, ambient)), ambient, ambient)
     square = mean_square(interval.motor_low, interval.motor_high, interval.step_share)
     loss = least_housing_loss(case, interval, nodes, square)
@@ -575,7 +577,7 @@ def mean_square(least: Any, most: Any, share: Any) -> Any:
         a = larger(low[t], 0.0) + smaller(high[t], 0.0)
         b = larger(low_after[t], 0.0) + smaller(high_after[t], 0.0)
         same_sign = (a * a + a * b + b * b) * (1.0 / 3.0)
-        other_sign = 0.25 * larger(a * a, b * b)  # the least of that expression while the larger one is fixed
+        other_sign = 0.25 * larger(a * a, b * b)  # the minimum of that expression while the larger one is fixed
         total += share[t] * (same_sign if a * b > 0.0 else other_sign)
     return total
 
@@ -594,7 +596,7 @@ def least_housing_loss(case: Any, interval: TorqueInterval, nodes: Any, square: 
     coil = known_or(case.motor.brake.power, 0.0)
     for t in range(len(loss)):
         motor_speed, a, b = mesh.ratio * speed[t], low[t] + friction[t], high[t] + friction[t]
-        load = larger(a, 0.0) + smaller(b, 0.0)  # of smallest magnitude: no other loses less in the mesh
+        load = larger(a, 0.0) + smaller(b, 0.0)  # smallest magnitude, at which the mesh loss is smallest
         seal = mesh.seal * abs(motor_speed) * (drag_power[t] != 0.0)
         drag_power[t] = drag_power[t] * motor_speed - seal
         loss[t] = coil + gear_heat * (mesh_loss_power(mesh, load, speed[t]) + seal)
@@ -603,7 +605,7 @@ def least_housing_loss(case: Any, interval: TorqueInterval, nodes: Any, square: 
         total += 0.5 * share[t] * (loss[t] + loss[t + 1])
         total_drag += 0.5 * share[t] * (drag_power[t] + drag_power[t + 1])
     drag = gear_heat * total_drag / drag_factor(mesh, case.setting.gear_temperature)
-    if nodes.inner == 0.0 and len(interval.motion.periods.shares) > 1:  # each part has a temperature of its own
+    if nodes.inner == 0.0 and len(interval.motion.periods.shares) > 1:  # each part has its own temperature
         return total
     return total + drag * settled_factor(case, nodes, square, total, drag)
 

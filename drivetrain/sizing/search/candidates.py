@@ -67,11 +67,11 @@ class Judged:
     """Verdicts on candidates of one joint; K of them."""
 
     cases: Any  # records of ``cases.Case``, (K,)
-    utilisation: Array  # the largest of all checks, (K,)
+    utilisation: Array  # largest utilisation of all checks, (K,)
     binding: Indices  # index of that check, -1 for none, (K,)
     missing_check: Indices  # first essential check that could not be made, -1 for none, (K,)
-    extra_price: Array  # of the amplifier above the joint's cheapest, infinite where unknown, (K,)
-    checks: Array  # utilisation of every check, NaN where it was not made, (K, checks); (0, 0) unless asked for
+    extra_price: Array  # price of the amplifier above the joint's cheapest one, infinite where unknown, (K,)
+    checks: Array  # utilisation of every check, NaN where it was not made, (K, checks); (0, 0) unless requested
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +93,8 @@ class JointCandidates:
     current_stops: AffineLoads
     key_series: JointSeries  # buffers for the key samples of the screening
     bound_data: BoundData  # the candidates and the buffers of the bounds, for compiled code
-    is_fixed: bool  # whether the study fixes the drive: it stays, whatever data it lacks
-    # each candidate takes the first feasible of the task's amplifiers; if it has none, that of the records
+    is_fixed: bool  # whether the study fixes the drive, which then stays even if it lacks data
+    # Each candidate takes the first feasible one of the task's amplifiers; if there are none, that of the records.
     task: JointTask
 
     @property
@@ -218,7 +218,7 @@ class JointCandidates:
         bare, unit = self.series.load, self.unit_loads
         load = Load(
             bare.torque + amounts @ unit.torque,
-            # A product of matrices would wake all threads of the library for it, which spin on.
+            # einsum: a matrix product would wake all threads of its library, which then spin
             bare.wrench + np.einsum("k,kct->ct", amounts, unit.wrench) if bare.wrench.size else bare.wrench,
             bare.inertia + amounts @ unit.inertia if bare.inertia.size else bare.inertia,
             bare.stop + amounts @ unit.stop if bare.stop.size else bare.stop,
@@ -252,10 +252,13 @@ class JointCandidates:
         return [*priced] or [(0.0, None)]
 
     def use_amplifier(self, amplifier: Amplifier | None) -> None:
-        """Set the amplifier of the bounds; None: an envelope that allows what any of the task's amplifiers allows."""
+        """Set the amplifier of the bounds; None: an envelope that permits whatever any of the task's amplifiers
+        permits.
+        """
         if self.task.amplifiers:
             put_amplifier(self.records.template, amplifier or self.task.amplifier, self.task)
-            if amplifier is None:  # the envelope brakes hardest: a real amplifier may brake less, so stops stay open
+            # the envelope brakes hardest, but a real amplifier may brake less, so stops stay undecided
+            if amplifier is None:
                 self.records.template["setting"]["stop_current"] = math.nan
 
 
@@ -271,8 +274,8 @@ class Candidates:
     pairs: Indices  # row of the motor and of the gear of each pair, (P, 2)
     parameters: Array  # load parameters of each pair, units as ``load_parameters``, (P, PARAMETERS)
     ratio: Array  # gear ratio of each pair, (P,)
-    mass: Array  # of each pair [kg], NaN where unknown, (P,)
-    price: Array  # of each pair with the joint's cheapest amplifier, NaN where unknown, (P,)
+    mass: Array  # mass of each pair [kg], NaN where unknown, (P,)
+    price: Array  # price of each pair with the joint's cheapest amplifier, NaN where unknown, (P,)
     joints: tuple[JointCandidates, ...]  # by joint
     power_known: bool  # whether the power of every fixed drive can be computed
 

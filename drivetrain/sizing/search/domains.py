@@ -24,7 +24,7 @@ class Domain:
     pairs: Indices  # indices into the pairs of the study, (K,)
     cost: Array  # lower bound on the cost of each, (K,) or (K, criteria)
     exact: Mask  # whether the candidate was judged feasible and the cost is exact, (K,)
-    lower_bound: float = UNPRICED  # on the cost of the joint
+    lower_bound: float = UNPRICED  # lower bound on the cost of the joint
     tested: int = UNTESTED  # UNTESTED, CHEAPEST (those that may be the cheapest) or ALL
 
     def __len__(self) -> int:
@@ -41,14 +41,14 @@ class Domain:
         return bool(self.exact[self.cheapest])
 
     def subset(self, mask: Mask) -> Domain:
-        """The candidates of a mask; as the cheapest may be gone, its test counts no longer."""
+        """The candidates of a mask; because the cheapest may be removed, the previous test no longer counts."""
         if mask.all():
             return self
         tested = UNTESTED if self.tested == CHEAPEST else self.tested
         return replace(self, pairs=self.pairs[mask], cost=self.cost[mask], exact=self.exact[mask], tested=tested)
 
     def below(self, cost_limit: float) -> Domain:
-        """The candidates that cost less than a limit; the cheapest remains, so its test still counts."""
+        """The candidates that cost less than a limit; the cheapest remains, so the previous test still counts."""
         mask = self.cost < cost_limit
         if mask.all():
             return self

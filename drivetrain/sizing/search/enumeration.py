@@ -25,21 +25,21 @@ class FeasibleSet:
 
     level: int  # its objective in steps within which objectives are equal
     energy_level: int  # its energy per cycle in steps within which energies are equal
-    utilisation: float  # the largest of all checks
-    pairs: Pairs  # one a joint
+    utilisation: float  # largest utilisation of all checks
+    pairs: Pairs  # one per joint
     objective: float = field(compare=False)  # of the set
     costs: tuple[float, ...] = field(compare=False)  # contribution of each pair to the objective
 
 
 @dataclass(frozen=True, eq=False)
 class _Partial:
-    """A partial set: drives of the last joints, with what they draw."""
+    """A partial set: drives of the last joints, with their contributions."""
 
     pairs: Pairs  # of the last joints
-    costs: tuple[float, ...]  # of the same
+    costs: tuple[float, ...]  # contribution of each of these pairs to the objective
     parameters: Array  # load parameters of all joints' drives, those of the node where none is chosen, (n, PARAMETERS)
     energy: float  # per cycle [J]
-    utilisation: float  # the largest of all checks
+    utilisation: float  # largest utilisation of all checks
     power: Array  # electrical power, and its lower bound [W], (2, N); (1,) if the supply is not limited
     hidden: Array  # power hidden by missing data [W], (2,)
 
@@ -50,6 +50,7 @@ def can_enumerate(problem: Problem, decided: Mask) -> bool:
     The load of every joint must depend on decided drives and on drives of the joints after it only.
 
     Args:
+        problem: The selection problem.
         decided: Whether each drive's load parameters are decided, (n,).
     """
     return not np.tril(problem.is_loaded_by, -1)[:, ~decided].any()
@@ -62,7 +63,7 @@ def feasible_sets(
 
     ``can_enumerate`` must hold; ``ranges`` are those of the domains.
     """
-    lower = np.cumsum([0.0, *(domain.lower_bound for domain in domains)])  # of the joints before each one
+    lower = np.cumsum([0.0, *(domain.lower_bound for domain in domains)])  # lower bound of the joints before each one
     limited = supply_limited(problem)
 
     def extend(joint: int, partial: _Partial) -> Iterator[_Partial]:

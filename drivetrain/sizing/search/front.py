@@ -122,17 +122,17 @@ def pareto_front(
 
     Args:
         study: The task with the candidates of every joint; the constraints of its selection (types, families) apply.
-        criteria: Of ``mass``, ``price``, ``energy``, ``utilisation``; or as one text, ``"mass,energy"``.
-        time_limit: Of the search [s]; the gap that remains then is reported.
+        criteria: Any of ``mass``, ``price``, ``energy``, ``utilisation``; or as one text, ``"mass,energy"``.
+        time_limit: Time limit of the search [s]; the remaining gap is reported.
         resume: A front of the same study and criteria that was stopped by its time limit; the search continues from
             there.
-        progress: Called with (done, total, text).
+        progress: Called with (steps done, total, text).
 
     Returns:
         The evaluated sets; a criterion that is unknown for all candidates of some joint is left out.
 
     Raises:
-        InputError: No criterion, an unknown one, or none for which the candidates have data.
+        InputError: There is no criterion, an unknown one, or none for which the candidates have data.
     """
     if isinstance(criteria, str):
         criteria = [name.strip() for name in criteria.split(",")]

@@ -34,7 +34,7 @@ from drivetrain.sizing.search.tree import BranchAndBound, Node, Report, bisect_p
 MASS, PRICE, ENERGY, UTILISATION = range(4)
 NAMES = ("mass", "price", "energy", "utilisation")
 ADDITIVE = {"mass": MASS, "price": PRICE, "energy": ENERGY}
-EQUAL = 1e-9  # relative: rounding of sums in another order
+EQUAL = 1e-9  # relative difference by rounding of sums in another order
 MAX_PASSES = 3
 MAX_WALKED, MAX_DECIDED = 128, 4096  # largest number of sets of a node that are enumerated, with open and decided loads
 RECOMPUTE = 0.7  # costs are computed again once the open width has shrunk by this factor
@@ -101,7 +101,7 @@ class FrontTree(BranchAndBound[FrontNode]):
         most = np.sum([np.abs(one).max(axis=0) for one in costs], axis=0)
         highest = [2.0 * most[ADDITIVE[name]] + 1e9 if name in ADDITIVE else 2.0 for name in self.names]
         self.region = SearchRegion(np.array(highest), EQUAL)
-        self._filter(root)  # compiles before the clock runs
+        self._filter(root)  # compiles before the time limit starts
 
     def run(self, deadline: float, report: Report) -> None:
         self.begin()
@@ -119,12 +119,12 @@ class FrontTree(BranchAndBound[FrontNode]):
         return True  # tested when it is branched
 
     def branch(self, node: FrontNode) -> list[FrontNode]:
-        filtered = self._filter(node)  # sets found since may rule it out
+        filtered = self._filter(node)  # sets found since may rule out the node
         branches = [] if filtered is None else self._bisect(filtered)
         return [child for child in map(self._propagate, branches) if child is not None]
 
     def choose_dive(self, children: Sequence[FrontNode]) -> FrontNode | None:
-        return min(children, key=self.order, default=None)  # a dive ends in sets, and sets rule out nodes
+        return min(children, key=self.order, default=None)  # a dive ends in sets, which rule out other nodes
 
     def progress(self) -> tuple[int, int, str]:
         return 0, 1, f"{len(self.region.points)} sets, {self.counters['nodes']} nodes, {len(self.open)} open"
@@ -300,7 +300,8 @@ class FrontTree(BranchAndBound[FrontNode]):
         def walk(joint: int, spent: Array, chosen: Array, pairs: Pairs) -> Iterator[tuple[Pairs, Array]]:
             domain = node.domains[joint]
             cost = domain.cost
-            if node.width[joint] != 0.0:  # judge only what the bounds pass: it takes a hundred times as long
+            # judge only what passes the bounds, because judging takes a hundred times as long
+            if node.width[joint] != 0.0:
                 domain = domain.subset(reaches_zone_by_bounds(joint, domain, spent, chosen))
                 if not len(domain):
                     return
@@ -372,7 +373,7 @@ class FrontTree(BranchAndBound[FrontNode]):
         """
         problem = self.problem
         if not self._tip_to_base:
-            return  # loaded from both sides: left to the branches
+            return  # loaded from both sides: left to branching
         weights = self._weights if len(self._weights) else np.ones((1, 4))
         for cap, weight in itertools.product(CAPS if self._compares_utilisation else (math.inf,), weights):
             if self.counters["sets judged"] and time.perf_counter() > deadline:
@@ -402,7 +403,7 @@ def weightings(columns: Sequence[int], ranges: Array) -> Array:
 
     Args:
         columns: Columns of the criteria that are weighted.
-        ranges: By which each criterion is scaled, (4,).
+        ranges: Scale of each criterion, (4,).
     """
     rows, steps = [], WEIGHT_STEPS[len(columns)]
     for counts in itertools.product(range(steps + 1), repeat=len(columns)):

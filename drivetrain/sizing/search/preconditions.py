@@ -19,7 +19,7 @@ from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.selection import SelectionOptions
 from drivetrain.study.parts.verdicts import Check, Verdict
 
-SHEET = ("mass", "price")  # what sheets state; energy and utilisation are computed
+SHEET = ("mass", "price")  # values of data sheets; energy and utilisation are computed
 MOST_NAMED = 3
 
 
@@ -88,7 +88,7 @@ def _of_keys(study: Study, task: JointTask) -> Iterator[Fault]:
         yield Fault(f"joints.{task.name}", "no gear has this key", gear, nearest(gear, gears))
 
 
-# Masses and prices that candidates lack
+# Missing masses and prices of candidates.
 
 
 def lacking_of(study: Study, name: str) -> dict[str, tuple[int, int]]:
@@ -154,7 +154,7 @@ def _keys(study: Study, name: str, joints: dict[str, int]) -> tuple[set[str], se
     return motors, gears, amplifiers
 
 
-# Joints without a candidate
+# Joints without a candidate.
 
 
 def nothing_to_choose(problem: Problem) -> tuple[Check, ...]:
@@ -199,7 +199,7 @@ def _with_joints(reason: str, names: list[str]) -> str:
     return reason.format(listed)
 
 
-# Fixed drives
+# Fixed drives.
 
 
 def satisfied(evaluation: Evaluation) -> bool:

@@ -22,8 +22,8 @@ from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices
 from drivetrain.study.parts.mounting import mass_counts
 from drivetrain.study.parts.selection import SelectionOptions
 
-EQUAL = 1e-9  # relative: sets whose objectives or energies differ by less are equal
-ROUNDING = 1e-9  # of a utilisation: a bound that exceeds 1 by less rules nothing out
+EQUAL = 1e-9  # relative difference below which objectives or energies are equal
+ROUNDING = 1e-9  # excess of a bound over 1 in utilisation that is still attributed to rounding
 JUDGE_BATCH = 4096  # largest number of candidates judged in one call
 MAX_CACHED_VERDICTS = 10**6
 
@@ -225,7 +225,7 @@ def build_problem(candidates: Candidates, options: SelectionOptions) -> Problem:
     eligible, lacking_data = [], []
     for joint, task in enumerate(study.joints):
         pairs = np.arange(first[joint], first[joint + 1])
-        if task.drive is not None:  # a fixed drive stays, whatever data it lacks
+        if task.drive is not None:  # a fixed drive stays even if it lacks data
             fixed_cost[pairs] = np.where(lacking[pairs], 0.0, fixed_cost[pairs])
             lacking[pairs] = False
         lacking_data.append(pairs[lacking[pairs]])

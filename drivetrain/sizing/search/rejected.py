@@ -46,9 +46,9 @@ from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 ALTERNATIVES = 5
 FIRST_BATCH, MAX_BATCH = 64, 4096  # candidates judged in the first and in the largest batch
 MARGIN = 1e-3  # relative, added to a change so that its printed digits are feasible too
-CHANGE_STEPS = 8  # of a change for which all candidates are searched; bisection visits at most four
-SEARCH_TIME = 5.0  # s, of such a search
-SUPPLY = -1  # in the place of a joint: every joint has a feasible drive
+CHANGE_STEPS = 8  # number of steps of a change for which all candidates are searched; bisection visits at most four
+SEARCH_TIME = 5.0  # time limit of such a search [s]
+SUPPLY = -1  # stands for the index of a joint: every joint has a feasible drive
 NOT_CHECKED, NOT_KNOWN = " (not checked)", " (not known)"
 FEASIBLE = -1
 LABELS = (*(c.name for c in CHECKS), *(c.name + NOT_CHECKED for c in CHECKS), "mass" + NOT_KNOWN, "price" + NOT_KNOWN)
@@ -72,8 +72,8 @@ class GivenOthers:
 
 
 def given_others(problem: Problem, joint: int, pairs: Indices, chosen: Mapping[int, int]) -> GivenOthers:
-    """Judge candidates; of the first failed stage of checks the one of highest utilisation is reported."""
-    if len(pairs) > MAX_BATCH:  # records of a million candidates would fill the memory
+    """Judge candidates; of the first failed stage of checks the check with the highest utilisation is reported."""
+    if len(pairs) > MAX_BATCH:  # in batches, because records of a million candidates would fill the memory
         halves = np.array_split(pairs, 2)
         parts = [given_others(problem, joint, half, chosen) for half in halves]
         label, figures = (np.concatenate([getattr(one, name) for one in parts]) for name in ("label", "figures"))
@@ -143,9 +143,9 @@ class Rejected(Sequence[RejectedPair]):
         return RejectedPair(name, *keys, LABELS[label], required, available, UNITS[label], used, share)
 
     def frame(self) -> pd.DataFrame:
-        """All of them as a table."""
+        """All rejected candidates as a table."""
         joint, pair, label, numbers = self._table
-        categories: Any = pd.Categorical.from_codes  # whose annotations do not take a list of names
+        categories: Any = pd.Categorical.from_codes  # its annotations do not accept a list of names
         offered, units = self.problem.candidates, sorted(set(UNITS))
         motor, gear = offered.pairs[pair].T
         unit = np.array([units.index(one) for one in UNITS], dtype=np.int64)[label]
@@ -174,7 +174,7 @@ def alternatives(problem: Problem, chosen: Mapping[int, int]) -> dict[str, Alter
 
 
 def _first_feasible(problem: Problem, joint: int, pairs: Indices, chosen: Mapping[int, int], most: int) -> Indices:
-    """The first feasible of some pairs, at most ``most``."""
+    """The first feasible pairs of some pairs, at most ``most``."""
     found, size, start = np.zeros(0, dtype=np.int64), FIRST_BATCH, 0
     while start < len(pairs) and len(found) < most:
         part = given_others(problem, joint, pairs[start : start + size], chosen).feasible
@@ -232,7 +232,7 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
             f"With these drives neither a slower cycle (up to {MOST:g} times as long), nor less payload, nor more "
             f"supply voltage (up to {MOST:g} times) by itself fixes it."
         ]
-    paced = bool(tried[0]) or near.study.base is not None  # a base that moves has a clock of its own
+    paced = bool(tried[0]) or near.study.base is not None  # a moving base has a time of its own
     slower = (
         "" if paced else _smallest_for_others(near, family, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, CHANGE_STEPS + 1))
     )

@@ -30,7 +30,7 @@ from drivetrain.sizing.tolerance.sampling import Nominal, candidate, nominal_of
 from drivetrain.study.model import Study
 
 MOST_SETS = 1000
-EQUAL = 1e-9  # relative: objectives that differ by less are equal
+EQUAL = 1e-9  # relative difference below which objectives are equal
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class RobustSelection:
     """The best set of drives that is feasible with a required probability."""
 
     wanted: float  # required probability
-    confidence: float  # of all decisions together
+    confidence: float  # probability that all decisions together are right
     chosen: Trial | None  # the best set that passed; None if none of those tested did
     trials: tuple[Trial, ...]  # all tested sets, by their objective
     exhausted: bool  # whether every set that is feasible with nominal values was tested or ruled out
-    # how often a drive was ruled out without samples, as it fails too often at its joint under the same loads
+    # Number of drives ruled out without samples, because they fail too often at their joint under the same loads.
     passed: int = 0
     bound: float = math.inf  # lower bound on the objective of sets that were not tested; infinite if there are none
 
@@ -101,14 +101,14 @@ def robust_select(
         holds: Required probability; None: the study's ``wanted.holds``.
         confidence: Probability that all decisions together are right.
         most_sets: Largest number of sets that are tested.
-        seed: Of the random numbers; None: the study's own.
+        seed: Seed of the random numbers; None: that of the study.
         work: Loads of the study, if they are known already.
 
     Returns:
         The chosen set and all tests.
 
     Raises:
-        InputError: No tolerance or no probability is stated, or numbers out of range.
+        InputError: No tolerance or no probability is stated, or a value is out of range.
     """
     wanted = study.wanted.holds if holds is None else holds
     start = study.tolerances.seed if seed is None else seed

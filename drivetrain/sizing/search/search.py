@@ -26,7 +26,7 @@ from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import SelectionOptions
 
 OPTIMAL = "optimal"
-ROUNDING = 1e-12  # relative: a smaller gap is rounding
+ROUNDING = 1e-12  # relative gap that is attributed to rounding
 UNITS = {"mass": " kg", "energy": " J"}
 
 
@@ -118,7 +118,7 @@ def _answer(tree: Tree, evaluations: Mapping[Pairs, Evaluation], report: Report)
     study, problem, sets = tree.problem.candidates.study, tree.problem, []
     for found in tree.best:
         one = evaluations[found.pairs]
-        # If a fixed drive lacks data, the objective of the rest.
+        # without a value for a fixed drive that lacks data, the objective of the other drives
         objective = found.objective if math.isnan(one.objective) else one.objective
         sets.append(DriveSet(problem.keys(dict(enumerate(found.pairs))), objective, one.criteria))
     best, chosen = evaluations[tree.found[0]], dict(enumerate(tree.found[0]))

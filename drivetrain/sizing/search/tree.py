@@ -180,7 +180,7 @@ def split(domains: Domains, joint: int, mask: Mask) -> list[Domains]:
     return [replace_domain(domains, joint, domains[joint].subset(np.asarray(one))) for one in (mask, ~mask)]
 
 
-MAX_DEAD_ENDS = 20  # of the dive for the first sets
+MAX_DEAD_ENDS = 20  # largest number of dead ends in the dive for the first incumbents
 FULL_TEST_SIZE = 16  # domains up to this size are tested in full at every node
 NO_TEST_LIMIT = 10**9  # test domains of every size in full
 DIVE_EVERY = 3  # every third node of smallest bound starts a dive down to a set or a dead end
@@ -202,7 +202,7 @@ class BoundedNode(Node):
 class Tree(BranchAndBound[BoundedNode]):
     """The search for the sets of smallest objective."""
 
-    cutoff: float = math.inf  # sets whose objective is this large or larger are not wanted
+    cutoff: float = math.inf  # sets whose objective is this large or larger are rejected
     best: list[FeasibleSet] = field(default_factory=list, init=False)  # incumbents, best first
     branched_by_load: bool = field(default=False, init=False)  # whether the last node was branched on a single load
     supply_binds: bool = field(default=False, init=False)  # whether the supply limits ruled out a set

@@ -32,7 +32,7 @@ FIRST_SAMPLES, GROWTH = 256, 2  # samples of the first test, and the growth of t
 PRIOR = 0.5  # both parameters of the beta distribution that the martingale mixes over
 CONFIDENCE = 0.99
 MAX_SAMPLES = 100_000
-SAMPLES = 4096  # of a set, if no probability is required
+SAMPLES = 4096  # number of samples for a set, if no probability is required
 
 
 class Decision(StrEnum):
@@ -49,7 +49,7 @@ class Trial:
 
     drives: DriveSet  # the set
     chance: Chance  # estimate of its probability to be feasible
-    decision: Decision
+    decision: Decision  # result of the test
     joint: str = ""  # name of a joint whose checks alone fail too often; empty if there is none
 
 
@@ -59,10 +59,10 @@ class ChanceConstraint:
 
     problem: Problem  # the selection problem
     base: Nominal  # the study with its tolerances
-    probability: float  # required
-    confidence: float = CONFIDENCE  # of all decisions together
-    seed: int = 0  # of the random numbers
-    max_sets: int = 10**9  # that are tested
+    probability: float  # required probability
+    confidence: float = CONFIDENCE  # probability that all decisions together are right
+    seed: int = 0  # seed of the random numbers
+    max_sets: int = 10**9  # largest number of sets that are tested
     trials: dict[Pairs, Trial] = field(default_factory=dict)  # the tests by set
     # pairs that fail too often at a joint by themselves; the key is the joint and ``Problem.load_key``
     failing: dict[tuple[int, bytes], set[int]] = field(default_factory=dict)

@@ -134,10 +134,10 @@ def lagrangian_bound(
         domains: Candidates of each joint.
         shares: Share of each candidate, (K,) a joint.
         budget: Largest sum of shares.
-        limit: Sets that cost this much or more are not wanted.
+        limit: Sets that cost this much or more are rejected.
 
     Returns:
-        The bound, and by joint which candidates may be part of a wanted set, (K,).
+        The bound, and by joint which candidates may be part of an accepted set, (K,).
     """
     smallest = [float(share.min()) for share in shares]
     room = budget - sum(smallest)
@@ -202,7 +202,7 @@ def compliance_of(offered: Candidates, joint: int, domain: Domain, cut: Resonanc
 
 
 def filter_backlash(offered: Candidates, domains: Domains) -> Domains:
-    """The domains without gears whose backlash alone, given the smallest of the other joints, moves the tip too far."""
+    """The domains without gears whose own backlash, with the smallest of the other joints, moves the tip too far."""
     study = offered.study
     if study.stiffness.lost_motion is None or study.arm is None:
         return domains
@@ -214,7 +214,7 @@ def filter_backlash(offered: Candidates, domains: Domains) -> Domains:
     play = [travel * backlash[offered.pairs[one.pairs, 1]] for travel, one in zip(travels, domains, strict=True)]
     smallest = tuple(float(np.nanmin(row, initial=math.inf)) for row in play)
     if any(np.isnan(row).any() for row, task in zip(play, study.joints, strict=True) if task.drive is not None):
-        return domains  # the check cannot be made, whatever the other drives are
+        return domains  # the check cannot be made for any choice of the other drives
     kept = []
     for joint, (row, domain) in enumerate(zip(play, domains, strict=True)):
         values = tuple(sorted(set(row[~np.isnan(row)].tolist())))
@@ -224,12 +224,13 @@ def filter_backlash(offered: Candidates, domains: Domains) -> Domains:
 
 @lru_cache(maxsize=256)
 def max_play(study: Study, smallest: tuple[float, ...], joint: int, values: tuple[float, ...]) -> float:
-    """The largest of some plays of a joint that meets the lost-motion limit, found by bisection; -1 if none does.
+    """The largest backlash of a joint's candidates that meets the lost-motion limit, by bisection; -1 if none does.
 
     Args:
-        smallest: Smallest play of every joint [rad or m], (n,).
+        study: The task.
+        smallest: Smallest backlash of every joint [rad or m], (n,).
         joint: Index of the joint.
-        values: Plays of its candidates [rad or m], rising.
+        values: Backlash of its candidates [rad or m], rising.
     """
 
     def too_loose(value: float) -> bool:

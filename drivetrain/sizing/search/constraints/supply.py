@@ -33,9 +33,10 @@ def supply_limited(problem: Problem) -> bool:
 def supply_utilisation(problem: Problem, power: Array, hidden: Array) -> float:
     """Largest utilisation of the supply's limits by a whole set.
 
-    Infinite if the limits are met only when missing data hide no power, unless the study fixes a drive.
+    Infinite if the limits are met only without the power hidden by missing data, unless the study fixes a drive.
 
     Args:
+        problem: The selection problem.
         power: Power of all drives together, and its lower bound [W], (2, N).
         hidden: Power hidden by missing data [W], (2,).
     """
@@ -64,7 +65,7 @@ def supply_may_be_feasible(problem: Problem, domains: Domains, ranges: Parameter
 def power_range(problem: Problem, domains: Domains, ranges: ParameterRanges, *, both: bool) -> tuple[Array, Array]:
     """Lower and upper bound on the power of all joints together at each sample [W], (N,) each.
 
-    The upper bound is infinite where it is not known, or not asked for by ``both``.
+    The upper bound is infinite where it is unknown, or not requested by ``both``.
     """
     offered = problem.candidates
     samples = len(offered.study.cycle.time)
