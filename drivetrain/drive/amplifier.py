@@ -208,12 +208,12 @@ def best_of(amplifiers: Sequence[Amplifier]) -> Amplifier:
     """An amplifier that permits whatever at least one of several permits; what not all of them limit in the same way is
     not limited.
     """
-    most: dict[str, Any] = {
+    largest: dict[str, Any] = {
         name: None if None in (values := [getattr(one, name) for one in amplifiers]) else max(values)
         for name in ("peak_current", "continuous_current", "max_voltage")
     }
     standby = min(one.standby_power or 0.0 for one in amplifiers)
-    return Amplifier(**most, modulation=max(one.modulation for one in amplifiers), standby_power=standby)
+    return Amplifier(**largest, modulation=max(one.modulation for one in amplifiers), standby_power=standby)
 
 
 def rates_supply(amplifier: Amplifier) -> bool:
@@ -315,28 +315,28 @@ def overload_room(amplifier: Any) -> Any:
 
 
 @law
-def overload_after(amplifier: Any, held: Any, square: Any, step: Any) -> Any:
-    """Overload after a step [s]; ``held``: overload before it, ``square``: squared current over squared continuous
+def overload_after(amplifier: Any, overload: Any, square: Any, step: Any) -> Any:
+    """Overload after a step [s]; ``overload``: the one before it, ``square``: squared current over squared continuous
     current [-].
     """
     constant = amplifier.thermal_time_constant
     if known(constant):
         left = math.exp(-step / constant)
-        return left * held + (1.0 - left) * square
-    grown = held + (square - 1.0) * step
+        return left * overload + (1.0 - left) * square
+    grown = overload + (square - 1.0) * step
     return 0.5 * (grown + abs(grown))  # not below zero
 
 
 @law
-def overload_allows(amplifier: Any, held: Any, step: Any) -> Any:
+def overload_allows(amplifier: Any, overload: Any, step: Any) -> Any:
     """Squared current over squared continuous current at which the overload reaches its limit in a step [s]; 1 if it
     has reached it.
     """
     constant = amplifier.thermal_time_constant
     if known(constant):
         left = math.exp(-step / constant)
-        return (1.0 - left * held) / (1.0 - left)
-    return 1.0 + (overload_room(amplifier) - held) / step
+        return (1.0 - left * overload) / (1.0 - left)
+    return 1.0 + (overload_room(amplifier) - overload) / step
 
 
 @law(fastmath=FAST)
@@ -356,29 +356,29 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
     """
     over, constant = (scale / amplifier.continuous_current) ** 2, amplifier.thermal_time_constant
     total, length, largest = squares_of(series, over, step)
-    most, held = 0.0, 0.0
+    most, overload = 0.0, 0.0
     if known(constant):  # the state that the affine map of a cycle leaves unchanged
         for t in range(len(step)):
-            held = overload_after(amplifier, held, over * mean_square_after(series, t), step[t])
-        held = held / -math.expm1(-length / constant)
-        most = held
+            overload = overload_after(amplifier, overload, over * mean_square_after(series, t), step[t])
+        overload = overload / -math.expm1(-length / constant)
+        most = overload
         for t in range(len(step)):
-            held = overload_after(amplifier, held, over * mean_square_after(series, t), step[t])
-            most = max(most, held)
+            overload = overload_after(amplifier, overload, over * mean_square_after(series, t), step[t])
+            most = max(most, overload)
         return most
     if largest <= 1.0:  # never above the continuous current
         return 0.0
     if total > length * (1.0 + 1e-12):
         return math.inf
-    room = overload_room(amplifier)
+    capacity = overload_room(amplifier)
     for first in (True, False):  # starting from empty; the state after the first cycle is that after every cycle
-        if first or held > 0.0:
+        if first or overload > 0.0:
             for t in range(len(step)):
-                held = overload_after(amplifier, held, over * mean_square_after(series, t), step[t])
-                most = max(most, held)
+                overload = overload_after(amplifier, overload, over * mean_square_after(series, t), step[t])
+                most = max(most, overload)
     if most == 0.0:
         return 0.0
-    return most / room if room > 0.0 else math.inf
+    return most / capacity if capacity > 0.0 else math.inf
 
 
 @law(fastmath=FAST)
@@ -412,13 +412,13 @@ class BusStep(NamedTuple):
 
 
 @law
-def bus_step(energy: Any, drawn: Any, full: Any, most: Any, feedable: Any, burnable: Any) -> Any:
-    """Energy of a bus after a step: the source keeps it at ``full`` at least, the resistor dissipates what exceeds its
-    threshold [J].
+def bus_step(energy: Any, drawn: Any, least_energy: Any, most_energy: Any, feedable: Any, burnable: Any) -> Any:
+    """Energy of a bus after a step [J]: the source fills it to ``least_energy``, the resistor dissipates all above
+    ``most_energy``.
     """
     left = energy - drawn
-    fed = min(max(full - left, 0.0), feedable)
-    burnt = min(max(left + fed - most, 0.0), burnable)
+    fed = min(max(least_energy - left, 0.0), feedable)
+    burnt = min(max(left + fed - most_energy, 0.0), burnable)
     return BusStep(left + fed - burnt, fed, burnt)
 
 

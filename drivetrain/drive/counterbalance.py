@@ -106,8 +106,8 @@ def gas_spring_force(balance: Any, length: Any) -> Any:
     Gas law p V^n = constant, with the pressure acting on the rod's cross-section; atmospheric pressure and friction are
     neglected. With V2/V1 = x^(-1/n) at full stroke: F1 (1 - s/stroke (1 - x^(-1/n)))^(-n).
     """
-    way = (balance.extended_length - length) / balance.stroke
-    return balance.gas_force * (1.0 - way * (1.0 - balance.progression ** (-1.0 / balance.exponent))) ** (
+    travel = (balance.extended_length - length) / balance.stroke
+    return balance.gas_force * (1.0 - travel * (1.0 - balance.progression ** (-1.0 / balance.exponent))) ** (
         -balance.exponent
     )
 

@@ -133,13 +133,13 @@ def rotor_torque(inertia: Any, ratio: Any, acceleration: Any, carrier_accelerati
 
 
 @law
-def starting_torque(mesh: Any, shaft: Any, joint: Any, gear_torque: Any, way: Any) -> Any:
-    """Motor torque that breaks a resting joint loose against its load, or without load in the direction ``way`` [N m];
+def starting_torque(mesh: Any, shaft: Any, joint: Any, gear_torque: Any, sign: Any) -> Any:
+    """Motor torque that breaks a resting joint loose against its load, or without load in the direction ``sign`` [N m];
     the rotor's acceleration is not included.
     """
-    way = direction(gear_torque) + (gear_torque == 0.0) * direction(way)
-    turning = direction(mesh.ratio) * way
-    pushed = gear_torque + breakaway_friction(joint, way)
+    sign = direction(gear_torque) + (gear_torque == 0.0) * direction(sign)
+    turning = direction(mesh.ratio) * sign
+    pushed = gear_torque + breakaway_friction(joint, sign)
     return mesh.driving * pushed / mesh.ratio + breakaway_friction(shaft, turning) + mesh.starting * turning
 
 

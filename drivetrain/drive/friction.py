@@ -205,11 +205,11 @@ def friction_at(curve: Any, speed: Any) -> Any:
 
 
 @law
-def breakaway_friction(curve: Any, way: Any) -> Any:
+def breakaway_friction(curve: Any, sign: Any) -> Any:
     """Largest friction torque at rest against a motion in a direction, with its sign [N m]; 0 for no direction. Figure
     8.13 (b) to (f).
     """
-    return curve.static_forward * (way > 0.0) - curve.static_backward * (way < 0.0)
+    return curve.static_forward * (sign > 0.0) - curve.static_backward * (sign < 0.0)
 
 
 def friction_torque(friction: Friction, speed: Array) -> Array:

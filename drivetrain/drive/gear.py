@@ -310,9 +310,9 @@ def mesh_of(gear: Any) -> Any:
     drag = known_or(running, 0.0) / known_or(gear.drag_speed, 1.0) ** exponent
     seal = known_or(gear.seal_drag_torque, 0.0)
     starting = max(known_or(gear.starting_torque, known_or(running, 0.0)), seal)
-    room = driving - 1.0 if gear.holding > 0.0 else 1.0 - max(driven, 0.0)
+    span = driving - 1.0 if gear.holding > 0.0 else 1.0 - max(driven, 0.0)
     return Mesh(
-        gear.ratio, driving, driven, 1.0 + gear.holding * room, gear.holding * starting, drag, exponent, cooling, bend,
+        gear.ratio, driving, driven, 1.0 + gear.holding * span, gear.holding * starting, drag, exponent, cooling, bend,
         seal, starting,
     )  # fmt: skip
 
@@ -331,8 +331,8 @@ def mesh_torque(mesh: Any, load: Any, speed: Any) -> Any:
     """
     power = load * speed
     slope = mesh_slope(mesh, power)
-    held = abs(slope * load)
-    grip = 0.5 * (mesh.grip - held + abs(mesh.grip + held))  # not below the value at which the torque is 0
+    size = abs(slope * load)
+    grip = 0.5 * (mesh.grip - size + abs(mesh.grip + size))  # not below the value at which the torque is 0
     return slope * load + grip * direction(slope * load) * (power == 0.0)
 
 
@@ -343,9 +343,9 @@ def resting_interval(mesh: Any, load: Any) -> Any:
     The first has the opposite sign where the gear holds its load without the motor.
     """
     lossless = load / mesh.ratio
-    way = direction(lossless) + (lossless == 0.0)
+    sign = direction(lossless) + (lossless == 0.0)
     return StandstillInterval(
-        mesh.driven * lossless - way * mesh.starting, mesh.driving * lossless + way * mesh.starting
+        mesh.driven * lossless - sign * mesh.starting, mesh.driving * lossless + sign * mesh.starting
     )
 
 

@@ -218,10 +218,10 @@ def load_match(
     alpha = rated_torque**2 / rotor_inertia
     beta = 2.0 * (accelerated * torque + _mean(load_torque * acceleration, weights) / efficiency)
     best = math.sqrt(torque / (rotor_inertia * accelerated)) if accelerated > 0.0 else math.inf
-    room = alpha - beta
-    if room < 0.0:
+    excess = alpha - beta
+    if excess < 0.0:
         return LoadMatch(alpha, beta, None, best)
-    root, wide = math.sqrt(room), math.sqrt(room + 4.0 * accelerated * torque)
+    root, wide = math.sqrt(excess), math.sqrt(excess + 4.0 * accelerated * torque)
     # tau_max and tau_min of the source, inverted; in the second the difference of roots is rewritten as a sum.
     low = 2.0 * torque / (math.sqrt(rotor_inertia) * (wide + root))
     high = (wide + root) / (2.0 * math.sqrt(rotor_inertia) * accelerated) if accelerated > 0.0 else math.inf

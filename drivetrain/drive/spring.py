@@ -70,12 +70,12 @@ def answer(spring: Any, twist: Any) -> tuple[Any, Any, Any]:
     """Torque with the sign of a twist [N m], slope (at a bend that of the piece below) [N m/rad], and stored energy
     [J].
     """
-    size, more, most = abs(twist), spring.slope_2 - spring.slope_1, spring.slope_3 - spring.slope_2
-    over, beyond = np.maximum(size - spring.bend_1, 0.0), np.maximum(size - spring.bend_2, 0.0)
-    torque = spring.slope_1 * size + more * over + most * beyond
+    size, change_1, change_2 = abs(twist), spring.slope_2 - spring.slope_1, spring.slope_3 - spring.slope_2
+    above_1, above_2 = np.maximum(size - spring.bend_1, 0.0), np.maximum(size - spring.bend_2, 0.0)
+    torque = spring.slope_1 * size + change_1 * above_1 + change_2 * above_2
     first, last = 1.0 * (size <= spring.bend_1), 1.0 * (size > spring.bend_2)
     slope = spring.slope_1 * first + spring.slope_2 * (1.0 - first - last) + spring.slope_3 * last
-    energy = 0.5 * (spring.slope_1 * size * size + more * over * over + most * beyond * beyond)
+    energy = 0.5 * (spring.slope_1 * size * size + change_1 * above_1 * above_1 + change_2 * above_2 * above_2)
     return np.copysign(torque, twist), slope, energy
 
 
@@ -138,7 +138,7 @@ def touch(
 
 
 @law
-def _kink(spring: Any, flanks: tuple[float, float], loose: float, way: float, j: int) -> float:
+def _kink(spring: Any, flanks: tuple[float, float], loose: float, sign: float, j: int) -> float:
     """Position of the j-th kink [rad]; ``loose``: depth of a flank at which it separates [rad]."""
     low, high = flanks
     if j == 0:
@@ -153,7 +153,7 @@ def _kink(spring: Any, flanks: tuple[float, float], loose: float, way: float, j:
         return low - spring.bend_1
     if j == 5:
         return low - spring.bend_2
-    return low - loose if way > 0.0 else high + loose
+    return low - loose if sign > 0.0 else high + loose
 
 
 # A long kernel: a single walk along all kinks.
@@ -166,14 +166,14 @@ def mean_touch(
     length = end - at  # the rounded difference, which decides below
     if length == 0.0:
         return touch(spring, flanks, damping, twist, rate)
-    way = 1.0 if length > 0.0 else -1.0
+    sign = 1.0 if length > 0.0 else -1.0
     loose = twist_under(spring, damping * abs(rate))
     torque, slope, slowing = 0.0, 0.0, 0.0
     for _ in range(KINKS + 1):
         to = end
         for j in range(KINKS):
-            kink = _kink(spring, flanks, loose, way, j)
-            if (kink - at) * way > 0.0 and (to - kink) * way > 0.0:
+            kink = _kink(spring, flanks, loose, sign, j)
+            if (kink - at) * sign > 0.0 and (to - kink) * sign > 0.0:
                 to = kink
         share, middle = (to - at) / length, 0.5 * (at + to)
         if share == 1.0:
@@ -184,7 +184,7 @@ def mean_touch(
         slowing += share * (damp + (middle - twist) / length * h * steep)
         if to == end:
             break
-        if not glued and to == (flanks[1] if way > 0.0 else flanks[0]):
+        if not glued and to == (flanks[1] if sign > 0.0 else flanks[0]):
             # At a contact with an initial speed the damper acts at once.
             slope += damping / h
             slowing += (to - twist) / length * damping

@@ -63,10 +63,10 @@ def braking_push(mesh: Any, shaft: Any, factor: Any, inertia: Any, limit: Any, s
 
 
 @law
-def braked(driving: Any, driven: Any, rotor: Any, push: Any, static: Any, inertia: Any, way: Any) -> Any:
+def braked(driving: Any, driven: Any, rotor: Any, push: Any, static: Any, inertia: Any, sign: Any) -> Any:
     """Gear torque and acceleration of the joint while its motor brakes; for one sample."""
     through = rotor * static + inertia * push
-    factor = driving if through * way > 0.0 else driven
+    factor = driving if through * sign > 0.0 else driven
     whole = factor * inertia + rotor
     if whole <= 0.0:
         return Braking(math.inf, 0.0)
@@ -94,31 +94,31 @@ def swung_torque(spring: Any, before: Any, target: Any, share: Any) -> Any:
     straight line overshoots by the step; one that stiffens overshoots at most by the step times the square root of the
     ratio of stiffnesses. ``share``: of a step with a rise time, see ``overshoot``.
     """
-    way = 1.0 if target >= before else -1.0
-    start, middle = way * before, way * target
-    beyond = middle - start
+    sign = 1.0 if target >= before else -1.0
+    start, middle = sign * before, sign * target
+    swing = middle - start
     if not known(spring.torque_1 + spring.torque_2):
-        beyond *= max(math.sqrt(spring.slope_3 / spring.slope_1), 1.0)
-    elif beyond < np.inf and (spring.slope_1 != spring.slope_2 or spring.slope_2 != spring.slope_3):
-        left, swung = 0.0, np.inf
+        swing *= max(math.sqrt(spring.slope_3 / spring.slope_1), 1.0)
+    elif swing < np.inf and (spring.slope_1 != spring.slope_2 or spring.slope_2 != spring.slope_3):
+        energy, swung = 0.0, np.inf
         pieces = (
             (-spring.torque_2, spring.slope_3), (-spring.torque_1, spring.slope_2), (spring.torque_1, spring.slope_1),
             (spring.torque_2, spring.slope_2), (np.inf, spring.slope_3),
         )  # fmt: skip
         for end, slope in pieces:
             near, far = min(start, end), min(middle, end)
-            left += ((middle - near) ** 2 - (middle - far) ** 2) / (2.0 * slope)
+            energy += ((middle - near) ** 2 - (middle - far) ** 2) / (2.0 * slope)
             start = max(start, far)
         start = middle
         for end, slope in pieces:
             if end > start and swung == np.inf:
-                reach = middle + math.sqrt((start - middle) ** 2 + 2.0 * slope * max(left, 0.0))
+                reach = middle + math.sqrt((start - middle) ** 2 + 2.0 * slope * max(energy, 0.0))
                 if reach <= end:
                     swung = reach
-                left -= ((end - middle) ** 2 - (start - middle) ** 2) / (2.0 * slope)
+                energy -= ((end - middle) ** 2 - (start - middle) ** 2) / (2.0 * slope)
                 start = end
-        beyond = max(beyond, swung - middle)
-    return target + way * share * beyond
+        swing = max(swing, swung - middle)
+    return target + sign * share * swing
 
 
 @law

@@ -173,7 +173,7 @@ def _possible(study: Study, joint: JointResult, constant: float) -> tuple[dict[s
         hot = study.ambient if motor.max_winding_temperature is None else motor.max_winding_temperature
     resistance = winding_resistance(motor, np.asarray(hot))
     back = series.voltage - resistance * series.current  # back-EMF and inductive voltage of the command
-    low, high = (constant * (way * volts - back) / resistance for way in (-1.0, 1.0))
+    low, high = (constant * (sign * volts - back) / resistance for sign in (-1.0, 1.0))
     limit = min(torque, abs(constant) * current)
     return over, np.clip(np.clip(series.motor_torque, np.minimum(low, high), np.maximum(low, high)), -limit, limit)
 

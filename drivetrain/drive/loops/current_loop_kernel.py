@@ -126,14 +126,14 @@ def flows(
     # settled value of the integrator; the current settles at the command
     settled = resistance * command + emf - forward
     first, last = current - command, end - command
-    begun, left = integral - settled, drawn - settled
+    first_z, last_z = integral - settled, drawn - settled
     whole, off = kp + resistance, mean - command
-    lost = 0.5 * ((first * first - last * last) * inductance + (begun * begun - left * left) / ki) / whole
+    lost = 0.5 * ((first * first - last * last) * inductance + (first_z * first_z - last_z * last_z) / ki) / whole
     square = command * (2.0 * mean - command) + lost / h
     # V is R c + e when settled; kp y and z' = -ki y are the deviation.
-    beside = inductance * (last - first) / h + resistance * off
-    power = (resistance * command + emf) * mean + command * beside
-    return square, power - kp * lost / h - 0.5 * (left * left - begun * begun) / (ki * h)
+    voltage_deviation = inductance * (last - first) / h + resistance * off
+    power = (resistance * command + emf) * mean + command * voltage_deviation
+    return square, power - kp * lost / h - 0.5 * (last_z * last_z - first_z * first_z) / (ki * h)
 
 
 @kernel

@@ -362,10 +362,10 @@ def _judged(servos: list[_Servo], gain: float, integral: float, outer: float, li
     if timing.period > 0.0:
         poles = np.log(np.where(np.abs(poles) > 1e-12, poles, 1e-12)) / timing.period
     near, where = _distance(servo, gain, integral, outer)
-    most, (anti, res) = sampled_limit(axis, timing), resonances(axis)
+    largest_gain, (anti, res) = sampled_limit(axis, timing), resonances(axis)
     return LoopDesign(
         gain * axis.torque_constant / axis.whole_inertia, outer, gain, integral, outer, limited_by, anti, res,
-        _settled(*loops), near, where, tuple(poles.tolist()), 0.0 if math.isinf(most) else gain / most,
+        _settled(*loops), near, where, tuple(poles.tolist()), 0.0 if math.isinf(largest_gain) else gain / largest_gain,
         servo.at, *_responses(servo, gain, integral, outer), servo.notch,
     )  # fmt: skip
 

@@ -614,13 +614,13 @@ def settled(periods: Any, i: Any, rate: Any, values: Any, out: Any) -> Any:
     for k in range(len(steps)):
         answer = answer * (1.0 - share[k]) + values[k] * share[k]
     answer = answer / -math.expm1(-rate * length)
-    most = answer
+    largest = answer
     for k in range(len(steps)):
         gone, share[k] = share[k], answer
         answer = answer * (1.0 - gone) + values[k] * gone
-        most = larger(most, answer)
+        largest = larger(largest, answer)
     out[last] = answer
-    return most
+    return largest
 
 
 @law
@@ -632,19 +632,23 @@ def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any,
     """
     peak = heat.peak
     cold, slope = per_torque(copper, heat.magnets)
-    way, rise, every = nodes.inner if nodes.inner > 0.0 else nodes.outer, losses.integrals[0], losses.integrals[1]
-    rate, extra, most = 1.0 / (way * nodes.winding), 0.0, 0.0
+    resistance, rise, total = (
+        nodes.inner if nodes.inner > 0.0 else nodes.outer,
+        losses.integrals[0],
+        losses.integrals[1],
+    )
+    rate, extra, largest = 1.0 / (resistance * nodes.winding), 0.0, 0.0
     for i in range(len(periods.shares)):
         extra = max(extra, settled(periods, i, rate, losses.held, rise))
     if extra == 0.0:
         return peak
-    for k in range(len(every)):
-        every[k] = losses.square[k] + losses.held[k]
+    for k in range(len(total)):
+        total[k] = losses.square[k] + losses.held[k]
     for i in range(len(periods.shares)):
-        most = max(most, settled(periods, i, rate, every, losses.integrals[2]))
-    if way * slope * most >= 1.0:
+        largest = max(largest, settled(periods, i, rate, total, losses.integrals[2]))
+    if resistance * slope * largest >= 1.0:
         return np.inf
-    scale = way * (cold + slope * (heat.peak - ambient)) / (1.0 - way * slope * most)
+    scale = resistance * (cold + slope * (heat.peak - ambient)) / (1.0 - resistance * slope * largest)
     for i in range(len(periods.shares)):
         for k in range(periods.edges[i], periods.edges[i + 1]):
             peak = max(peak, losses.winding_at[k] + scale * rise[k])
@@ -669,18 +673,18 @@ def hottest_bound(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
     """
     cold, slope = per_torque(copper, magnets)
     rate, own = 1.0 / (nodes.outer * nodes.housing), 1.0 / (nodes.inner * nodes.winding)
-    every, memory, peak, even, loss = losses.integrals[1], losses.integrals[2], ambient, 0.0, 0.0
+    total, memory, peak, mean_total, loss = losses.integrals[1], losses.integrals[2], ambient, 0.0, 0.0
     for i in range(len(parts)):
-        even += periods.shares[i] * parts[i].square
+        mean_total += periods.shares[i] * parts[i].square
         loss += periods.shares[i] * parts[i].loss
-    for k in range(len(every)):
-        every[k] = losses.square[k] + losses.held[k]
+    for k in range(len(total)):
+        total[k] = losses.square[k] + losses.held[k]
     for i in range(len(parts)):
-        square, lost = even, loss
+        square, lost = mean_total, loss
         if known(rate):
             square = max(square, settled(periods, i, rate, losses.square, memory))
             lost = max(lost, settled(periods, i, rate, losses.housing, memory))
-        heating = nodes.outer * square + nodes.inner * settled(periods, i, own, every, memory)
+        heating = nodes.outer * square + nodes.inner * settled(periods, i, own, total, memory)
         left = 1.0 - slope * heating
         peak = max(peak, ambient + (nodes.outer * lost + cold * heating) / left if left > 0.0 else np.inf)
     return peak

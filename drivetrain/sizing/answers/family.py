@@ -196,11 +196,11 @@ def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) ->
     best: list[Tree] | None = None
     limit, waiting = math.inf, list[tuple[float, int, Allowed, list[Tree]]]()
 
-    def most(found: Sequence[Tree]) -> tuple[int, Tree]:
+    def most_expensive(found: Sequence[Tree]) -> tuple[int, Tree]:
         """The member whose set has the largest objective."""
         return max(enumerate(found), key=lambda one: one[1].best[0].objective if one[1].best else math.inf)
 
-    def looked_at(allowed: Allowed, before: Sequence[Tree], *, keep: bool = True) -> None:
+    def solve(allowed: Allowed, before: Sequence[Tree], *, keep: bool = True) -> None:
         nonlocal best, limit
         found = searches(allowed, before, limit)
         if found is None:
@@ -213,17 +213,17 @@ def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) ->
         if keep and (not alike or bound < cost):
             heapq.heappush(waiting, (bound, -counters["searches"], allowed, found))
 
-    looked_at(every, [Tree(one) for one in problems])
-    if best is None and waiting and most(waiting[0][3])[1].best:
+    solve(every, [Tree(one) for one in problems])
+    if best is None and waiting and most_expensive(waiting[0][3])[1].best:
         # A first incumbent, even after the time limit: the parts of the most expensive member for all.
-        looked_at(tuple(frozenset({part}) for part in chosen(*most(waiting[0][3]))), waiting[0][3], keep=False)
+        solve(tuple(frozenset({part}) for part in chosen(*most_expensive(waiting[0][3]))), waiting[0][3], keep=False)
     while waiting and waiting[0][0] < limit and time.perf_counter() < deadline:
         _, _, allowed, found = heapq.heappop(waiting)
         sets = [chosen(k, tree) for k, tree in enumerate(found)]
         joint = max(range(len(every)), key=lambda j: len({own[j] for own in sets}))
-        part = frozenset({sets[most(found)[0]][joint]})
+        part = frozenset({sets[most_expensive(found)[0]][joint]})
         for may in (part, allowed[joint] - part):
-            looked_at((*allowed[:joint], may, *allowed[joint + 1 :]), found)
+            solve((*allowed[:joint], may, *allowed[joint + 1 :]), found)
     left, n = min((waiting[0][0] if waiting else math.inf), limit), len(problems)
     if best is None:
         return FamilySelection({}, math.nan, (), not waiting, left / n, dict(counters))

@@ -215,13 +215,13 @@ def _retimed_along_paths(
         p, q, need = (np.hstack([part[0], part[1], by_torque * part[1]]) for part in parts)
         friction = quick[2]
         need[:, len(speed) :] += np.hstack([friction, by_torque * friction])
-        most = np.concatenate([*torque, np.ones_like(speed)])
-        most = np.maximum(most, 1.001 * np.abs(need).max(axis=0))
+        limits = np.concatenate([*torque, np.ones_like(speed)])
+        limits = np.maximum(limits, 1.001 * np.abs(need).max(axis=0))
         v = np.hstack([np.zeros_like(turn), np.zeros_like(turn), turn])
         with np.errstate(divide="ignore"):
             squares = np.min((speed / np.abs(path.first)) ** 2, axis=1)
         square = quickest_squares(
-            path.place, np.hstack([p, -p]), np.hstack([q, -q]), np.hstack([most - need, most + need]),
+            path.place, np.hstack([p, -p]), np.hstack([q, -q]), np.hstack([limits - need, limits + need]),
             np.minimum(squares, (MAX_FACTOR * rate) ** 2), np.hstack([v, -v]),
         )  # fmt: skip
         push = 0.5 * np.diff(square) / np.diff(path.place)
@@ -453,10 +453,10 @@ def _move_times(before: Cycle, moves: list[slice], best: _ScaledCycle) -> tuple[
         place, check, at = *best.over_cycle, math.nan
         if final <= least:
             alone = evaluate(replace(result.study, cycle=_single_move(after, move)), result.drives)
-            place, most = max(_instants(alone), key=lambda one: one[1].utilisation or 0.0, default=("", None))
-            check, at = ("", math.nan) if most is None else (most.name, most.time or start)
+            place, binding = max(_instants(alone), key=lambda one: one[1].utilisation or 0.0, default=("", None))
+            check, at = ("", math.nan) if binding is None else (binding.name, binding.time or start)
             speed = _speed_share(result.study, after.velocity[move])
-            if most is None or speed.max() > (most.utilisation or 0.0):
+            if binding is None or speed.max() > (binding.utilisation or 0.0):
                 joint = int(speed.argmax())
                 fast = move.start + int(np.abs(after.velocity[move, joint]).argmax())
                 place, check, at = after.joint_names[joint], SPEED_LIMIT, float(after.time[fast])

@@ -412,9 +412,9 @@ def _proven(number: Number, joint: int, found: Edge) -> SmallestChange:
         if not rejected(bad):
             fails -= step
             bad = number.put(fails).proven()
-    most = worst_of(bad.joints[name].checks)
+    worst = worst_of(bad.joints[name].checks)
     return SmallestChange(
-        number.name, number.unit, number.now, passes, fails, most.check, most.utilisation,
+        number.name, number.unit, number.now, passes, fails, worst.check, worst.utilisation,
         good.feasible and len(good.joints) == len(joints),
     )  # fmt: skip
 

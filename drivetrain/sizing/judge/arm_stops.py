@@ -196,8 +196,8 @@ def _march(
     before, _ = driven.torques(q, speed, cycle.acceleration[start] @ back)
     slowing, ramped, overshoots = -speed / braking.ramp, np.isfinite(braking.ramp), None
     while len(rows):
-        bitten = time[:, None] >= braking.delay - INSTANT
-        limit = braking.torque * bitten
+        engaged = time[:, None] >= braking.delay - INSTANT
+        limit = braking.torque * engaged
         first, constant, rotor, rest = driven.equations(q, speed)
         sign, acceleration, torque = _slowed(
             driven, (first, constant, rotor, rest), speed, limit, slowing, ramped, free
@@ -207,21 +207,21 @@ def _march(
         swung = np.abs(_swung(driven.springs, before, torque, overshoots))
         # the same condition as in ``drive.stops.braked``
         locks = np.where(free, 1.0, driven.driven) * own + driven.rotor <= 0.0
-        most = driven.most(own, speed, torque - own * acceleration, before)
-        swung = np.where(locks & (speed != 0.0), np.inf, np.minimum(swung, most))
-        borne = np.where(ramped, np.abs(torque), swung) + driven.stages * np.abs(acceleration)
-        found.torque[rows] = np.maximum(found.torque[rows], driven.onward * borne)
+        bound = driven.most(own, speed, torque - own * acceleration, before)
+        swung = np.where(locks & (speed != 0.0), np.inf, np.minimum(swung, bound))
+        gear_torque = np.where(ramped, np.abs(torque), swung) + driven.stages * np.abs(acceleration)
+        found.torque[rows] = np.maximum(found.torque[rows], driven.onward * gear_torque)
         # only the stops with losses decide on torque
         if enough is not None and ((found.torque[rows] > enough) & ~free).any():
             return
-        moving = ((sign != 0.0) & braking.ends).any(axis=1) | (~bitten & braking.ends).any(axis=1)
+        moving = ((sign != 0.0) & braking.ends).any(axis=1) | (~engaged & braking.ends).any(axis=1)
         found.duration[rows[~moving]] = time[~moving]
         with np.errstate(divide="ignore", invalid="ignore"):
             own_end = np.where((acceleration * speed < 0.0) & ~ramped, -speed / acceleration, np.inf)
         ramp_end = np.where(ramped & (speed != 0.0), np.maximum(braking.ramp - time[:, None], 0.0), np.inf)
-        bite = np.where(bitten, np.inf, braking.delay - time[:, None])
+        until_engaged = np.where(engaged, np.inf, braking.delay - time[:, None])
         rests = np.minimum(np.where(own_end <= NEAR, own_end, np.inf), ramp_end)
-        ends = np.concatenate([np.where(own_end <= NEAR, own_end, 0.5 * own_end), ramp_end, bite], axis=1)
+        ends = np.concatenate([np.where(own_end <= NEAR, own_end, 0.5 * own_end), ramp_end, until_engaged], axis=1)
         step = np.minimum(ends.min(axis=1), np.maximum(STEP, GROWTH * time))[:, None]
         after = np.where(rests <= step + INSTANT, 0.0, speed + acceleration * step)
         # ends a limit cycle in which two joints keep breaking each other loose
@@ -301,20 +301,20 @@ def stop_checks(study: Study, drives: Mapping[str, Drive], *, quick: bool = Fals
         return
     every, tasks = [drives[task.name] for task in study.joints], study.joints
     nothing, open_end = np.zeros(len(tasks)), np.full(len(tasks), math.nan)
-    silent = _lacks(drives, torque_lacks)
+    missing = _lacks(drives, torque_lacks)
     if _stops_at_current(study):
         currents = [stop_current(task.stop.current, task.amplifier) for task in tasks]
         ramps = np.array([math.nan if task.stop.ramp is None else task.stop.ramp for task in tasks])
         limits = np.array([(i or 0.0) * _constant(study, one) for i, one in zip(currents, every, strict=True)])
         unknown = [task.name for task, i in zip(tasks, currents, strict=True) if i is None and task.stop.ramp is None]
-        lack = f"no current of a stop is known at {', '.join(unknown)}" if unknown else silent
-        yield from _checks_of(study, drives, AT_CURRENT, Braking(limits, nothing, ramps), lack, quick)
+        reason = f"no current of a stop is known at {', '.join(unknown)}" if unknown else missing
+        yield from _checks_of(study, drives, AT_CURRENT, Braking(limits, nothing, ramps), reason, quick)
     if any(one.motor.brake.key and task.stop.power_off for one, task in zip(every, tasks, strict=True)):
         brakes = [one.motor.brake for one in every]
         limits = np.array([one.static_torque or 0.0 for one in brakes])
         delays = np.array([one.engage_time or 0.0 for one in brakes])
-        lack = silent or _lacks(drives, _brake_lacks)
-        yield from _checks_of(study, drives, POWER_OFF, Braking(limits, delays, open_end), lack, quick)
+        reason = missing or _lacks(drives, _brake_lacks)
+        yield from _checks_of(study, drives, POWER_OFF, Braking(limits, delays, open_end), reason, quick)
 
 
 def _stops_at_current(study: Study) -> bool:
@@ -332,8 +332,8 @@ def _constant(study: Study, drive: Drive) -> float:
 
 def _lacks(drives: Mapping[str, Drive], of: Callable[[Drive], str]) -> str:
     """What the data sheets of the drives lack, in words."""
-    lacks = [f"{name}: {text} not in the catalogue row" for name, one in drives.items() if (text := of(one))]
-    return "; ".join(lacks)
+    missing = [f"{name}: {text} not in the catalogue row" for name, one in drives.items() if (text := of(one))]
+    return "; ".join(missing)
 
 
 def _brake_lacks(drive: Drive) -> str:
@@ -344,7 +344,7 @@ def _brake_lacks(drive: Drive) -> str:
 
 
 def _checks_of(
-    study: Study, drives: Mapping[str, Drive], row: Requirement, braking: Braking, lack: str, quick: bool
+    study: Study, drives: Mapping[str, Drive], row: Requirement, braking: Braking, missing: str, quick: bool
 ) -> Iterator[Check]:
     """The checks of one kind of stop."""
     every = [drives[task.name] for task in study.joints]
@@ -353,15 +353,15 @@ def _checks_of(
     heat, factor = row is POWER_OFF, study.safety.peak_torque
     moving = np.flatnonzero(study.cycle.velocity.any(axis=1))
     first = stop_starts(study.cycle, np.arange(len(study.cycle.time)) if heat else moving)
-    if not lack:
+    if not missing:
         try:
             enough = np.array(_with_assumed(limits, least)) * (OVER / factor) if quick else None
             worst, longest = march(study, drives, braking, first, enough)
         except InputError as error:  # the stop leaves the reach of a linkage
-            lack = f"a stop cannot be followed: {error.faults[0]}"
-    if lack:
+            missing = f"a stop cannot be followed: {error.faults[0]}"
+    if missing:
         for one in (row, BRAKE_HEAT) if heat else (row,):
-            yield Check(one.name, None, None, one.unit, None, Verdict.NOT_CHECKED, remark=lack)
+            yield Check(one.name, None, None, one.unit, None, Verdict.NOT_CHECKED, remark=missing)
         return
     ways = _ways(study, longest)
     if not heat and not quick and (used := worst.torque * factor / np.array(_with_assumed(limits, least))).max() > 1.0:
@@ -383,22 +383,22 @@ def _check(
 
     If a data sheet gives no limit, an assumed one is used; what exceeds that is NOT CHECKED.
     """
-    names, most = [task.name for task in study.joints], torques.max(axis=0)
+    names, largest = [task.name for task in study.joints], torques.max(axis=0)
     assumed, allowed = np.array([one is None for one in limits]), _with_assumed(limits, least)
-    used = np.array([utilisation(factor * one, limit) for one, limit in zip(most, allowed, strict=True)])
+    used = np.array([utilisation(factor * one, limit) for one, limit in zip(largest, allowed, strict=True)])
     fails = (used > 1.0) & ~assumed
     joint = int(np.argmax(np.where(fails.any() & assumed, -1.0, np.nan_to_num(used, nan=math.inf))))
     verdict = judged(float(used[joint]), study.safety.reserve)
     doubtful = bool(assumed[joint]) and not used[joint] <= 1.0
     state = int(np.argmax(torques[:, joint]))
     time, limit = float(study.cycle.time[first[state]]), allowed[joint]
-    silent = [name for name, one in zip(names, assumed, strict=True) if one]
-    lack = f"{row.sheet} is not in the catalogue row of {', '.join(silent)}" if silent else ""
+    unknown = [name for name, one in zip(names, assumed, strict=True) if one]
+    missing = f"{row.sheet} is not in the catalogue row of {', '.join(unknown)}" if unknown else ""
     if doubtful:
-        lack += f": more than {limit:.4g} {row.unit}, which is assumed" if known(limit) else ""
-    remark = "; ".join(filter(None, (f"{names[joint]}, in a stop from t = {time:.4g} s", ways, lack)))
+        missing += f": more than {limit:.4g} {row.unit}, which is assumed" if known(limit) else ""
+    remark = "; ".join(filter(None, (f"{names[joint]}, in a stop from t = {time:.4g} s", ways, missing)))
     return Check(
-        row.name, factor * float(most[joint]), limit if known(limit) and math.isfinite(limit) else None, row.unit,
+        row.name, factor * float(largest[joint]), limit if known(limit) and math.isfinite(limit) else None, row.unit,
         None if doubtful else float(used[joint]), Verdict.NOT_CHECKED if doubtful else verdict, time,
         f"{row.sheet} of {names[joint]}", remark, doubtful, factor,
     )  # fmt: skip

@@ -135,11 +135,11 @@ def lacking_joints(drives: Mapping[str, Drive], field: str) -> tuple[str, ...]:
 def torque_lacks(drive: Drive) -> str:
     """Missing data sheet values that the motor torque depends on, as text; empty if there are none."""
     geared = drive.gear.kind != "ideal"
-    lacks = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
-    lacks += [f"the gear's {_loss_columns(drive.gear)[0]}"] if geared and not _loss_known(drive.gear) else []
+    missing = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
+    missing += [f"the gear's {_loss_columns(drive.gear)[0]}"] if geared and not _loss_known(drive.gear) else []
     if geared and drive.gear.inertia is None:
-        lacks.append("the gear's input inertia (or its mass, for an estimate)")
-    return " and ".join(lacks)
+        missing.append("the gear's input inertia (or its mass, for an estimate)")
+    return " and ".join(missing)
 
 
 def unknown_torques(results: Mapping[str, JointResult]) -> list[Fault]:
@@ -165,8 +165,8 @@ def _loss_columns(gear: Gear) -> tuple[str, ...]:
     if gear.mesh_efficiency is None and gear.drag_torque is None:
         return "efficiency", f"assumptions.gears.{gear.kind}.efficiency in the study"
     names = ("mesh_efficiency", "drag_torque", "drag_speed_exponent", "drag_temperature_1", "drag_temperature_2")
-    lacks = [name for name in names if getattr(gear, name) is None]
-    return (" and ".join(lacks or ["drag_speed"]),)
+    missing = [name for name in names if getattr(gear, name) is None]
+    return (" and ".join(missing or ["drag_speed"]),)
 
 
 def missing_words(evaluation: Evaluation) -> tuple[str, ...]:

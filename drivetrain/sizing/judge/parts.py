@@ -159,10 +159,10 @@ class FilledParts:
 def _friction_allowance(motor: Motor) -> str:
     """Remark on a data sheet without complete no-load data."""
     if motor.frameless:
-        lack = "a frameless motor has no bearings; no-load friction is not in the catalogue row and not counted"
-        return f"motor {motor.key}: {lack}"
-    most = with_allowances(motor).friction_allowance
-    size = f"{most:.3g} N m, " if known(most) else ""
+        missing = "a frameless motor has no bearings; no-load friction is not in the catalogue row and not counted"
+        return f"motor {motor.key}: {missing}"
+    allowance = with_allowances(motor).friction_allowance
+    size = f"{allowance:.3g} N m, " if known(allowance) else ""
     return (
         f"motor {motor.key}: the catalogue row does not give all of its no-load friction; torque, current, voltage and "
         f"heat must hold with {size}{100 * FRICTION_SHARE:g} % of its continuous torque on top too, more than shipped "

@@ -40,19 +40,19 @@ class Extreme:
 def arm_checks(study: Study, drives: Mapping[str, Drive], torque: Array) -> Iterator[Check]:
     """The checks of the arm's stiffness that the study requires."""
     for row in ARM_CHECKS:
-        wish, wanted = row.limit, getattr(study.stiffness, row.limit)
-        if wanted is None or study.arm is None:
+        limit_name, stated = row.limit, getattr(study.stiffness, row.limit)
+        if stated is None or study.arm is None:
             continue
-        lacks, source = lacking_joints(drives, SPRINGS[row.name]), f"wish of the study: stiffness.{wish}"
-        if lacks:
-            remark = f"{SPRINGS[row.name]} is not in the catalogue row of the gear of {', '.join(lacks)}"
+        missing, source = lacking_joints(drives, SPRINGS[row.name]), f"wish of the study: stiffness.{limit_name}"
+        if missing:
+            remark = f"{SPRINGS[row.name]} is not in the catalogue row of the gear of {', '.join(missing)}"
             verdict = Verdict.NOT_CHECKED
-            yield Check(row.name, None, wanted, row.unit, None, verdict, None, source, remark, essential=True)
+            yield Check(row.name, None, stated, row.unit, None, verdict, None, source, remark, essential=True)
             continue
-        extreme = FIGURES[wish](study, drives, torque)
-        required, limit = (wanted, extreme.value) if wish == "first_resonance" else (extreme.value, wanted)
+        extreme = FIGURES[limit_name](study, drives, torque)
+        required, limit = (stated, extreme.value) if limit_name == "first_resonance" else (extreme.value, stated)
         used, remark = utilisation(required, limit), ""
-        if wish != "lost_motion":
+        if limit_name != "lost_motion":
             remark = f"gears {100 * study.stiffness.scatter:g} % softer than printed"
         time = float(study.cycle.time[extreme.sample])
         verdict = judged(used, study.safety.reserve)

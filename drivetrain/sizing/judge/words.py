@@ -53,18 +53,18 @@ class Words(NamedTuple):
 def printed(op: Any, row: Any) -> Words:
     """Words for a limit from a data sheet or from the study."""
     part = row.limit.partition(".")[0]
-    lacks = not known(op.number(row.limit))
+    unknown = not known(op.number(row.limit))
     if part == "amplifier":
         own = op.task.amplifier
         if own.key:
             return Words(
-                f"{row.sheet} of {sheet_name(own)}", f"{row.sheet} is not in the catalogue row" if lacks else ""
+                f"{row.sheet} of {sheet_name(own)}", f"{row.sheet} is not in the catalogue row" if unknown else ""
             )
-        lack = f"the study states no amplifier {row.sheet}" if lacks else ""
-        return Words(f"amplifier {row.sheet} of the study", lack)
+        missing = f"the study states no amplifier {row.sheet}" if unknown else ""
+        return Words(f"amplifier {row.sheet} of the study", missing)
     return Words(
         f"{row.sheet} of {sheet_name(getattr(op.drive, part))}",
-        f"{row.sheet} is not in the catalogue row" if lacks else "",
+        f"{row.sheet} is not in the catalogue row" if unknown else "",
     )
 
 
@@ -93,8 +93,8 @@ def overload(op: Any, row: Any) -> Words:
 
 def lowest_supply(op: Any, row: Any) -> Words:
     """Words for the lowest supply voltage that the amplifier requires."""
-    lack = "" if known(op.number(row.required)) else "lowest supply voltage is not in the catalogue row"
-    return Words("supply of the study", lack)
+    missing = "" if known(op.number(row.required)) else "lowest supply voltage is not in the catalogue row"
+    return Words("supply of the study", missing)
 
 
 def repeated_peak(op: Any, row: Any) -> Words:
@@ -103,34 +103,36 @@ def repeated_peak(op: Any, row: Any) -> Words:
     if gear.repeated_peak_torque is None and gear.continuous_torque is not None:
         remark = "repeated peak torque is not in the catalogue row: the continuous torque is the limit"
         return Words(f"continuous torque of {sheet_name(gear)}", remark)
-    lack = "" if gear.repeated_peak_torque is not None else "repeated peak torque is not in the catalogue row"
-    return Words(f"repeated peak torque of {sheet_name(gear)}", lack)
+    missing = "" if gear.repeated_peak_torque is not None else "repeated peak torque is not in the catalogue row"
+    return Words(f"repeated peak torque of {sheet_name(gear)}", missing)
 
 
 def momentary(op: Any, row: Any) -> Words:
     """Words for the decisive stop; at the current limit also the current that does not overload the gear and the
     current that holds the load.
     """
-    said, case = printed(op, row), op.judgement.case
-    lack, jam_torque = f"; {said.remark}" if said.remark else "", case.figures.jam_torque
+    words, case = printed(op, row), op.judgement.case
+    suffix, jam_torque = f"; {words.remark}" if words.remark else "", case.figures.jam_torque
     if known(jam_torque) and case.setting.jam == 0.0:
-        lack = f"; if its output is blocked at top speed: {jam_torque:.4g} N m (checked with stop: {{jam: true}}){lack}"
+        suffix = (
+            f"; if its output is blocked at top speed: {jam_torque:.4g} N m (checked with stop: {{jam: true}}){suffix}"
+        )
     if not known(case.figures.stop_torque):
-        return said._replace(remark=_no_stop(op) + lack)
+        return words._replace(remark=_no_stop(op) + suffix)
     cycle = f"the cycle by itself needs {case.figures.load_torque:.4g} N m"
     stop = op.demand.stop
     if case.setting.moves == 0.0 and not len(stop.torque):
-        return said._replace(remark=f"the joint never moves: there is nothing to stop; {cycle}{lack}")
+        return words._replace(remark=f"the joint never moves: there is nothing to stop; {cycle}{suffix}")
     if case.setting.ramped != 0.0:
         taken = np.abs(stop.torque + stage_load(case.gear) * stop.acceleration)
         worst = int(np.argmax(np.maximum(op.demand.stop_torque, taken)))
         begin, speed = op.demand.time[stop.first[worst]], abs(op.demand.speed[stop.first[worst]])
-        return said._replace(
+        return words._replace(
             remark=f"stop of all joints on a ramp of {case.setting.stop_ramp:.3g} s: "
             f"{case.figures.stop_torque:.4g} N m, {stop.after[worst]:.3g} s after its start at t = {begin:.4g} s "
-            f"from {math.degrees(speed):.3g} deg/s, {_travel(op)}; {cycle}{lack}"
+            f"from {math.degrees(speed):.3g} deg/s, {_travel(op)}; {cycle}{suffix}"
         )
-    return said._replace(remark=f"{_hard_stop(op)}; {cycle}{_safe_current(op)}{lack}")
+    return words._replace(remark=f"{_hard_stop(op)}; {cycle}{_safe_current(op)}{suffix}")
 
 
 def _no_stop(op: Any) -> str:
@@ -224,13 +226,13 @@ def safe_stop_current(op: Any) -> tuple[float, float]:
     moving = [row for row in zip(*(one.tolist() for one in series), strict=True) if row[-1] != 0.0]
     spring, stiffest, softest = swing_spring(case.gear), stiff_spring(case.gear).slope_3, case.gear.stiffness_1
     allowed = op.drive.gear.momentary_torque / case.safety.peak_torque / onward(case.gear)
-    per_ampere, most = abs(float(case.gear.ratio * stop_constant(case))), op.number("setting.stop_current")
+    per_ampere, full_current = abs(float(case.gear.ratio * stop_constant(case))), op.number("setting.stop_current")
 
-    def bears(current: float) -> bool:
+    def is_safe(current: float) -> bool:
         for rotor, push, static, inertia, before, speed in moving:
-            way = math.copysign(1.0, speed)
-            less = push + way * (most - current) * per_ampere
-            found = braked(mesh.driving, mesh.driven, rotor, less, static, inertia, way)
+            sign = math.copysign(1.0, speed)
+            reduced_push = push + sign * (full_current - current) * per_ampere
+            found = braked(mesh.driving, mesh.driven, rotor, reduced_push, static, inertia, sign)
             share = overshoot(softest, inertia, rotor, case.setting.stop_rise)
             torque = stop_swing(spring, stiffest, share, found, static, before, inertia, speed)
             if torque + stage_load(case.gear) * abs(found.acceleration) > allowed:
@@ -240,9 +242,9 @@ def safe_stop_current(op: Any) -> tuple[float, float]:
     low, high = 0.0, 1.0
     for _ in range(HALVINGS):
         share = 0.5 * (low + high)
-        low, high = (share, high) if bears(share * most) else (low, share)
+        low, high = (share, high) if is_safe(share * full_current) else (low, share)
     holding = float(np.abs(demand.gear_torque - _braking(op)[3] * demand.acceleration).max()) / per_ampere
-    return (most if bears(most) else low * most), holding
+    return (full_current if is_safe(full_current) else low * full_current), holding
 
 
 def peaks(op: Any, row: Any) -> Words:
@@ -267,14 +269,14 @@ def peaks(op: Any, row: Any) -> Words:
 
 def jam(op: Any, row: Any) -> Words:
     """Words for a jam: the torque with the motor off, beside that with the motor driving on."""
-    said, coast = printed(op, row), op.number("figures.coast_torque")
+    words, coast = printed(op, row), op.number("figures.coast_torque")
     if not known(coast):
-        return said._replace(remark="not known without the gear's stiffness and the rotor's inertia")
+        return words._replace(remark="not known without the gear's stiffness and the rotor's inertia")
     text = f"{coast:.4g} N m with the motor off"
     if not known(op.number(row.required)):
         text += "; with it on not known: no current of a stop is stated"
     text += _safe_jam(op, row)
-    return said._replace(remark=f"{text}; {said.remark}" if said.remark else text)
+    return words._replace(remark=f"{text}; {words.remark}" if words.remark else text)
 
 
 def _safe_jam(op: Any, row: Any) -> str:
@@ -288,8 +290,8 @@ def _safe_jam(op: Any, row: Any) -> str:
         return "; no current limit helps: the rotor's energy alone exceeds the limit"
     spring, energy = stiff_spring(case.gear), rotor_energy(case.motor, case.gear, case.setting.fastest)
     per_ampere = abs(float(case.gear.ratio * stop_constant(case)))
-    most = op.number("setting.stop_current")
-    safe = brentq(lambda current: jam_torque(spring, energy, per_ampere * current) - limit, 0.0, most)
+    full_current = op.number("setting.stop_current")
+    safe = brentq(lambda current: jam_torque(spring, energy, per_ampere * current) - limit, 0.0, full_current)
     return f"; with no more than {amperes(op.task.amplifier, safe)} of the amplifier it bears that"
 
 
@@ -313,8 +315,8 @@ def average_torque(op: Any, row: Any) -> Words:
         return Words(source, remark)
     if gear.continuous_torque is None:
         return Words(source, "average torque limit is not in the catalogue row")
-    lack = "average torque limit is not in the catalogue row: the continuous torque is the limit"
-    return Words(f"continuous torque of {sheet_name(gear)}", f"{remark}; {lack}")
+    missing = "average torque limit is not in the catalogue row: the continuous torque is the limit"
+    return Words(f"continuous torque of {sheet_name(gear)}", f"{remark}; {missing}")
 
 
 def gear_life(op: Any, row: Any) -> Words:
@@ -332,38 +334,38 @@ def bearing(op: Any, row: Any) -> Words:
     elsewhere = _carried_elsewhere(op)
     if elsewhere is not None:
         return elsewhere
-    said = printed(op, row)
+    words = printed(op, row)
     hint = "; if the joint has a bearing of its own, state output_bearing: external"
-    return said._replace(remark=said.remark + hint) if said.remark else said
+    return words._replace(remark=words.remark + hint) if words.remark else words
 
 
 def tilting(op: Any, row: Any) -> Words:
     """Words for the tilting moment; it is taken about the bearing's centre where the data sheet gives its offset."""
-    said, gear = bearing(op, row), op.drive.gear
-    if said.silent or said.remark or gear.bearing_offset is not None:
-        return said
+    words, gear = bearing(op, row), op.drive.gear
+    if words.silent or words.remark or gear.bearing_offset is not None:
+        return words
     if gear.bearing_pitch_diameter is not None:
-        return said._replace(remark="bearing offset is not in the catalogue row")
-    return said._replace(remark="the bearing's centre is not in the catalogue row: the moment about the joint's point")
+        return words._replace(remark="bearing offset is not in the catalogue row")
+    return words._replace(remark="the bearing's centre is not in the catalogue row: the moment about the joint's point")
 
 
 def bearing_rating(op: Any, row: Any) -> Words:
     """Words for the static load of the bearing's rollers; few makers of planetary gears state its limit."""
-    said = _carried_elsewhere(op) or printed(op, row)
-    return said if said.remark else said._replace(remark=_bearing_lack(op))
+    words = _carried_elsewhere(op) or printed(op, row)
+    return words if words.remark else words._replace(remark=_bearing_lack(op))
 
 
 def bearing_life(op: Any, row: Any) -> Words:
     """Words for the bearing's life; the check is only informative if the study requires no life."""
-    elsewhere, gear, lack = _carried_elsewhere(op), op.drive.gear, _bearing_lack(op)
+    elsewhere, gear, missing = _carried_elsewhere(op), op.drive.gear, _bearing_lack(op)
     if elsewhere is not None:
         return elsewhere
     if not op.demand.moves:
         return Words("", UNUSED, silent=True)
     if gear.bearing_dynamic_rating is None:
-        lack = "dynamic rating of the output bearing is not in the catalogue row"
-    if lack:
-        return Words("", lack)
+        missing = "dynamic rating of the output bearing is not in the catalogue row"
+    if missing:
+        return Words("", missing)
     rating = f"dynamic rating {gear.bearing_dynamic_rating:g} N of {sheet_name(gear)}"
     remark = "for information: the study requires no life" if op.safety.life is None else ""
     return Words(f"{rating}, load factor {op.safety.bearing_load_factor:g}", remark)
@@ -372,12 +374,12 @@ def bearing_life(op: Any, row: Any) -> Words:
 def _bearing_lack(op: Any) -> str:
     """Dimensions of the bearing that are unknown, as text."""
     gear = op.drive.gear
-    lacks = [
+    missing = [
         name
         for name, value in (("pitch diameter", gear.bearing_pitch_diameter), ("offset", gear.bearing_offset))
         if value is None
     ]
-    return f"bearing {' and '.join(lacks)} not in the catalogue row" if lacks else ""
+    return f"bearing {' and '.join(missing)} not in the catalogue row" if missing else ""
 
 
 def _carried_elsewhere(op: Any) -> Words | None:
@@ -406,10 +408,10 @@ def stiffness(op: Any, row: Any) -> Words:
 def brake(op: Any, row: Any) -> Words:
     """Words for a check of the holding brake, with the torque that counts as static."""
     own = op.drive.motor.brake
-    lack = "" if known(op.number(row.limit)) else f"{row.sheet} is not in the catalogue row"
+    missing = "" if known(op.number(row.limit)) else f"{row.sheet} is not in the catalogue row"
     given = op.demand.cycle.torque is not None and op.demand.load_inertia is None
     table = "without load_inertia the whole torque of the table counts as static" if given else ""
-    return Words(f"{row.sheet} of {sheet_name(own)}", "; ".join(filter(None, (lack, table))))
+    return Words(f"{row.sheet} of {sheet_name(own)}", "; ".join(filter(None, (missing, table))))
 
 
 def inertia_ratio(op: Any, row: Any) -> Words:
@@ -449,8 +451,8 @@ def short_time(op: Any, row: Any) -> Words:
 
 def cold_torque(op: Any, row: Any) -> Words:
     """Words for the torque of a cold start, with the temperature."""
-    said = short_time(op, row)
-    return said._replace(remark="; ".join(text for text in (_cold(op), said.remark) if text))
+    words = short_time(op, row)
+    return words._replace(remark="; ".join(text for text in (_cold(op), words.remark) if text))
 
 
 def cold_current(op: Any, row: Any) -> Words:
@@ -492,20 +494,20 @@ def rms_current(op: Any, row: Any) -> Words:
     if not op.demand.moves:
         return Words(limit.source, STANDS)
     cycle = op.demand.cycle
-    said = rms_rule_validity(op.network, op.demand.time, op.current, limit.value, parts=cycle.parts)
-    return Words(limit.source, said or _hot_parts(op, limit.value))
+    words = rms_rule_validity(op.network, op.demand.time, op.current, limit.value, parts=cycle.parts)
+    return Words(limit.source, words or _hot_parts(op, limit.value))
 
 
 def amplifier_continuous(op: Any, row: Any) -> Words:
     """Words for the amplifier's continuous current."""
-    said = printed(op, row)
-    return said if said.remark or op.demand.moves else said._replace(remark=STANDS)
+    words = printed(op, row)
+    return words if words.remark or op.demand.moves else words._replace(remark=STANDS)
 
 
 def phase_at_rest(op: Any, row: Any) -> Words:
     """Words for a limit at rest, of winding or amplifier, where one phase may carry more than its share."""
-    said = winding(op, row) if row.unit == "C" else printed(op, row)
-    return said if said.remark else said._replace(remark=RESTS)
+    words = winding(op, row) if row.unit == "C" else printed(op, row)
+    return words if words.remark else words._replace(remark=RESTS)
 
 
 def _hot_parts(op: Any, continuous: float) -> str:
@@ -537,15 +539,15 @@ def winding(op: Any, row: Any) -> Words:
 
 def gear_temperature(op: Any, row: Any) -> Words:
     """Words for the gear's temperature: that of the housing shared with the motor, or the one that the study states."""
-    said, found = printed(op, row), op.number(row.required)
+    words, found = printed(op, row), op.number(row.required)
     if op.study.gear_temperature is not None and found == op.study.gear_temperature:
-        return said._replace(remark=said.remark or "as the study states it")
+        return words._replace(remark=words.remark or "as the study states it")
     if op.task.gear_heat == 0.0:
         return Words("", "the gear is in another housing than its motor: its temperature is not computed", silent=True)
     if math.isinf(found):
-        return said._replace(remark="thermal runaway")
-    lack = "" if known(found) else "the motor's thermal resistances are not in the catalogue row"
-    return said._replace(remark="; ".join(filter(None, (said.remark, lack))))
+        return words._replace(remark="thermal runaway")
+    missing = "" if known(found) else "the motor's thermal resistances are not in the catalogue row"
+    return words._replace(remark="; ".join(filter(None, (words.remark, missing))))
 
 
 def sheet_name(part: Motor | Gear | Brake | Amplifier) -> str:

@@ -183,10 +183,10 @@ def fill_interval(
     for t in range(len(bottom)):
         bottom[t] = load[t]
     for k in range(len(others)):
-        least, most = low[others[k]], high[others[k]]
+        smallest, largest = low[others[k]], high[others[k]]
         for i in range(len(middle)):
-            half = 0.5 * (most[i] - least[i])
-            middle[i] = 0.5 * (least[i] + most[i])
+            half = 0.5 * (largest[i] - smallest[i])
+            middle[i] = 0.5 * (smallest[i] + largest[i])
             half_width[k, i] = half + INTERVAL_ROUNDING * (half + abs(middle[i])) if half > 0.0 else 0.0
         add_rows(bottom, unit_load[k], middle, bottom)
     for t in range(len(bottom)):

@@ -98,8 +98,8 @@ class FrontTree(BranchAndBound[FrontNode]):
         costs = [domain.cost for domain in root.domains]
         ranges = np.sum([np.ptp(one, axis=0) for one in costs], axis=0)
         self._weights = weightings(self._columns, np.maximum(ranges, 1e-9))
-        most = np.sum([np.abs(one).max(axis=0) for one in costs], axis=0)
-        highest = [2.0 * most[ADDITIVE[name]] + 1e9 if name in ADDITIVE else 2.0 for name in self.names]
+        largest = np.sum([np.abs(one).max(axis=0) for one in costs], axis=0)
+        highest = [2.0 * largest[ADDITIVE[name]] + 1e9 if name in ADDITIVE else 2.0 for name in self.names]
         self.region = SearchRegion(np.array(highest), EQUAL)
         self._filter(root)  # compiles before the time limit starts
 

@@ -126,10 +126,10 @@ def filter_candidates(
         count = np.searchsorted(use[order], caps)
         reachable &= count > 0
         smallest.append(np.minimum.accumulate(value[order], axis=0)[np.maximum(count, 1) - 1])
-    room = corners - np.sum(smallest, axis=0)
-    reachable &= (room > 0.0).all(axis=1)
+    slack = corners - np.sum(smallest, axis=0)
+    reachable &= (slack > 0.0).all(axis=1)
     masks = [
-        below_any_corner(value, use, (own + room)[reachable], caps[reachable])
+        below_any_corner(value, use, (own + slack)[reachable], caps[reachable])
         for value, use, own in zip(values, used, smallest, strict=True)
     ]
     return (masks, total, lowest) if all(mask.any() for mask in masks) else None

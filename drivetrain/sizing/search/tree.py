@@ -434,15 +434,15 @@ class Tree(BranchAndBound[BoundedNode]):
 
         The flag is True if all open parameters together affect the cost by little compared with the node's gap.
         """
-        lower, room = np.array([domain.lower_bound for domain in node.domains]), self.limit - node.bound
-        if math.isinf(room):
-            room = 0.1 * abs(node.bound)
+        lower, gain = np.array([domain.lower_bound for domain in node.domains]), self.limit - node.bound
+        if math.isinf(gain):
+            gain = 0.1 * abs(node.bound)
         costs = np.array(self.best[0].costs) if self.best else 2.0 * np.abs(lower)
         # The cost of a joint in the best set above its lower bound here is attributed to its load.
-        gap = np.maximum(costs - lower, 0.0) + 1e-3 * room
+        gap = np.maximum(costs - lower, 0.0) + 1e-3 * gain
         width = 0.5 * (node.ranges.high - node.ranges.low) * self.problem.sensitivity
         total = width.sum(axis=(1, 2))
-        effect_is_small = bool(np.abs(costs) @ total <= COARSE * room)
+        effect_is_small = bool(np.abs(costs) @ total <= COARSE * gain)
         effect = np.einsum("j,jki->ki", gap / np.maximum(total, 1e-300), width)
         joint, parameter = np.unravel_index(int(np.argmax(effect)), effect.shape)
         return int(joint), int(parameter), effect_is_small

@@ -166,10 +166,10 @@ def judged(ready: Candidate, draws: Draws, *, threads: int = 1) -> Iterator[Samp
     """Evaluate samples block by block; the results do not depend on blocks or threads."""
     parts = [slice(first, min(first + BLOCK, len(draws))) for first in range(0, len(draws), BLOCK)]
     threads = max(min(threads, len(parts)), 1)
-    most = np.abs(draws.payload - 1.0).max(axis=0)
+    deviation = np.abs(draws.payload - 1.0).max(axis=0)
     life = ready.study.safety.life is not None
     spare = [
-        tuple(_peaks_kept(*one, most, life) for one in zip(ready.works, ready.cases, strict=True))
+        tuple(_peaks_kept(*one, deviation, life) for one in zip(ready.works, ready.cases, strict=True))
         for _ in range(threads)
     ]
 

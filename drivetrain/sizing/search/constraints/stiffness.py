@@ -140,9 +140,9 @@ def lagrangian_bound(
         The bound, and by joint which candidates may be part of an accepted set, (K,).
     """
     smallest = [float(share.min()) for share in shares]
-    room = budget - sum(smallest)
-    fits = tuple(share - own <= room for share, own in zip(shares, smallest, strict=True))
-    if not room >= 0.0:
+    slack = budget - sum(smallest)
+    fits = tuple(share - own <= slack for share, own in zip(shares, smallest, strict=True))
+    if not slack >= 0.0:
         return math.inf, fits
     if any(domain.lower_bound <= UNPRICED for domain in domains):
         return -math.inf, fits
