@@ -159,8 +159,8 @@ def motor_torque(
     Args:
         drive: Motor, gear and frictions.
         gear_torque: Torque at the gear's output on the link, without joint friction [N m], (N,), in order of time.
-        speed: Of the gear's output [rad/s], (N,).
-        acceleration: Of the gear's output [rad/s^2], (N,).
+        speed: Speed of the gear's output [rad/s], (N,).
+        acceleration: Acceleration of the gear's output [rad/s^2], (N,).
         carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
         standstill: True where the joint is at rest, (N,); None: where the speed is zero to rounding of the largest
             speed.
@@ -227,7 +227,7 @@ def book_current(
     Args:
         drive: Motor and gear; friction is not in the formula.
         gear_torque: At the gear's output [N m], (N,).
-        acceleration: Of the gear's output [rad/s^2], (N,).
+        acceleration: Acceleration of the gear's output [rad/s^2], (N,).
         carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
         magnet_temperature: [C].
 

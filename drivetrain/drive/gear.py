@@ -86,7 +86,7 @@ class Gear:
         max_input_speed: Largest input speed, short-time [rad/s].
         average_input_speed_limit: Limit of the mean input speed [rad/s].
         rated_speed: Input speed at which the rated torque and life hold [rad/s].
-        rated_life: L10 life at rated torque and speed [s]; sheets that print a mean life L50 mean five times L10.
+        rated_life: L10 life at rated torque and speed [s]; a mean life L50 of a data sheet is five times L10.
         life_exponent: Exponent of torque in average torque and life; None: that of the kind.
         stiffness_1, stiffness_2, stiffness_3: Stiffness K1, K2, K3 of the three ranges of torque [N m/rad].
         torque_1, torque_2: Torques between these ranges [N m].
@@ -489,7 +489,7 @@ def average_torque(exponent: float, torque: Array, speed: Array, weights: Array)
     """Average torque of a cycle weighted by wear; rests and signs do not count.
 
     Args:
-        exponent: From ``torque_exponent``.
+        exponent: Exponent from ``torque_exponent``.
         torque: Output torque in each section [N m], (N,).
         speed: Output speed in each section [rad/s] or any other unit of speed, (N,).
         weights: Duration of each section [s], (N,).
@@ -510,7 +510,7 @@ def gear_life(gear: Gear, average_torque: float, average_input_speed: float) -> 
 
     Args:
         gear: Rated life, torque and speed; ``rated_life`` is an L10 (a printed L50 over 5).
-        average_torque: From ``average_torque`` [N m].
+        average_torque: Average torque from ``average_torque`` [N m].
         average_input_speed: Mean magnitude of the input speed over the whole cycle, rests included [rad/s].
 
     Returns:

@@ -35,7 +35,7 @@ class Braking(NamedTuple):
     """State at the first instant of a stop."""
 
     torque: float  # at the gear's output [N m]
-    acceleration: float  # of the gear's output [rad/s^2]
+    acceleration: float  # acceleration of the gear's output [rad/s^2]
 
 
 class StopRotor(NamedTuple):

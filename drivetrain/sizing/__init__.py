@@ -1,4 +1,4 @@
-"""What the task needs, whether a drive fits, which drives are best."""
+"""Loads of a task, feasibility of drives, and the search for the best drives."""
 
 from typing import TYPE_CHECKING
 

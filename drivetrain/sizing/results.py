@@ -290,8 +290,8 @@ class Selection:
     Attributes:
         study: The task.
         drives: Keys of the chosen (motor, gear) by joint name; empty if nothing is feasible.
-        evaluation: Of the chosen drives; if nothing is feasible, of the nearest candidates.
-        objective: Of the chosen drives; NaN if nothing is feasible.
+        evaluation: Evaluation of the chosen drives; if nothing is feasible, of the nearest candidates.
+        objective: Objective of the chosen drives; NaN if nothing is feasible.
         proof: ``optimal``, or the remaining gap in words.
         rejected_pairs: Every rejected candidate, given the drives chosen after it.
         alternatives: By joint name, the next best feasible (motor, gear, contribution to the objective).
@@ -324,7 +324,7 @@ class Selection:
 
     @property
     def verdict(self) -> Verdict:
-        """Of the chosen drives; if there are none FAIL, or NOT CHECKED if the nearest set only lacks data."""
+        """Verdict of the chosen drives; if there are none FAIL, or NOT CHECKED if the nearest set only lacks data."""
         found = self.evaluation.verdict
         return found if self.drives or found is Verdict.NOT_CHECKED else Verdict.FAIL
 
@@ -395,7 +395,7 @@ def placed_checks(evaluation: Evaluation) -> list[tuple[str, Check]]:
 
 
 def every_drive(found: Selection) -> Evaluation:
-    """What a search chose, or found nearest, with a drive in every joint; InputError where a joint has none."""
+    """Drives that a search chose or found nearest, one for every joint; InputError if a joint has none."""
     study, judged = found.evaluation.study, found.evaluation.joints
     missing = [task.name for task in study.joints if task.name not in judged]
     if missing:

@@ -418,7 +418,7 @@ def _as_good(search: _CurveSearch, drives: Drives, interval: _Interval, *, at_an
 
 
 def _ended_by(search: _CurveSearch, drives: Drives, value: float, direction: int) -> str:
-    """The check that fails just beyond an end of a piece, or that another set is better there."""
+    """The check that fails just outside an end of a piece, or that another set is better there."""
     if not drives:
         return ""
     if search.wanted is not None:

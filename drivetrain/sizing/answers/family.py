@@ -110,11 +110,11 @@ def select_family(
 
     Args:
         studies: Studies of arms with the same joint names: other payloads (``dt.study.changed``), reaches, motions,
-            supplies.
-            Of the candidates of each joint those count that every study offers.
-        wanted: As of ``select``; None: what the first study says. Mass or price, as each weighs alike in all members.
-        common: What is the same in all members: ``drives``, motor and gear of every joint; ``motors``, with gears that
-            each member has for itself; ``gears``, with motors of its own.
+            supplies. Candidates of a joint are those that every study offers.
+        wanted: Options as for ``select``; None: those of the first study. The objective must be mass or price, and have
+            the same weights in all members.
+        common: What all members share: ``drives``, motor and gear of every joint; ``motors``, with gears chosen for
+            each member; ``gears``, with motors chosen for each member.
 
     Returns:
         The drives, and their evaluation in each study.

@@ -140,7 +140,7 @@ class _ScaledCycle:
     edges: Array  # smallest factor of each move by the limits at an instant, (moves,)
     share: float  # as ``Fastest.share``
     pace: Array  # factor on the duration of each move, (moves,)
-    evaluation: Evaluation  # of the drives with these factors
+    evaluation: Evaluation  # evaluation of the drives with these factors
     over_cycle: tuple[str, str]  # place and name of the binding check over the whole cycle
 
     @property
@@ -172,7 +172,7 @@ class _MovePath(NamedTuple):
     """The path of a move over its path parameter from 0 to 1."""
 
     place: Array  # path parameter, (N,)
-    position: Array  # of the joints [rad or m], (N, n)
+    position: Array  # positions of the joints [rad or m], (N, n)
     first: Array  # first derivative of the position, (N, n)
     second: Array  # second derivative, (N, n)
     sample: Indices  # sample of the cycle at or after each place, (N,)

@@ -41,8 +41,8 @@ class CatalogueGear:
 
     key: str
     ratio: float  # ratio of the data sheet, with its sign
-    excess: float  # of the goal over that of the continuous gear, relative; NaN where the data sheet lacks values
-    verdict: Verdict  # of the joint's checks with the data sheet of the gear
+    excess: float  # relative excess of the goal over that of the continuous gear; NaN where the data sheet lacks values
+    verdict: Verdict  # verdict of the joint's checks with the data sheet of the gear
     binding: str  # the check of highest utilisation
     utilisation: float  # utilisation of that check
 
@@ -60,12 +60,12 @@ class FreeJoint:
     high: float  # its upper end
     ended_by: str  # the check that limits this range above, or the stated range
     gear: Gear  # the continuous gear at the best ratio
-    ratios: Array  # of a sweep, rising, (M,)
-    goal: Array  # of the arm at these ratios, the other joints at their best ratios, (M,)
-    rms_torque: Array  # of the motor at these ratios [N m], (M,)
-    verdict: Verdict  # of the joint's checks at the best ratio
+    ratios: Array  # ratios of a sweep, rising, (M,)
+    goal: Array  # goal of the arm at these ratios, the other joints at their best ratios, (M,)
+    rms_torque: Array  # RMS torque of the motor at these ratios [N m], (M,)
+    verdict: Verdict  # verdict of the joint's checks at the best ratio
     binding: str  # the check of highest utilisation at the best ratio
-    utilisation: float  # of that check
+    utilisation: float  # utilisation of that check
     gears: tuple[CatalogueGear, ...]  # nearest in ratio first
 
 

@@ -34,7 +34,7 @@ class JointLoops:
     # proportional gain [V/A] and integral gain [V/(A s)] of the current loop; None if the inductance is unknown
     current_gain: float | None
     current_integral: float | None
-    time: Array  # of the step responses [s], (M,)
+    time: Array  # time of the step responses [s], (M,)
     step: Array  # step response of the motor's angle without speed feedforward [-], (M,)
     light_step: Array
     notch_step: Array | None  # with the heaviest load and the proposed notch filter; None if there is none

@@ -48,8 +48,8 @@ class RatioPoint:
     """Results of one motor with one ratio."""
 
     ratio: float  # magnitude
-    rms_torque: float  # of the motor over the cycle [N m]
-    peak_torque: float  # of the motor, starting from rest included [N m]
+    rms_torque: float  # RMS torque of the motor over the cycle [N m]
+    peak_torque: float  # peak torque of the motor, starting from rest included [N m]
     motor_speed: float  # largest [rad/s]
     winding_temperature: float  # largest in the repeated cycle [C]; infinite: thermal runaway, NaN: not computed
     utilisations: Mapping[str, float]  # by name of the check; NaN where it could not be made
@@ -73,7 +73,7 @@ class RatioPoint:
 
 @dataclass(frozen=True)
 class RatioWindow:
-    """Ratios at which every check is satisfied, and the check that fails just beyond each end.
+    """Ratios at which every check is satisfied, and the checks that fail outside its two ends.
 
     An end is infinite (or 0), and its check empty, if the window reaches the limits of the sweep.
     """
@@ -100,9 +100,9 @@ class NearGear:
 class RatioLimits:
     """Limits of motor and gear divided by their safety factors; None if unknown."""
 
-    continuous_torque: float | None  # of the warm motor [N m]
-    peak_torque: float | None  # of the motor [N m]
-    motor_speed: float | None  # of motor and gear input, the smaller [rad/s]
+    continuous_torque: float | None  # continuous torque of the warm motor [N m]
+    peak_torque: float | None  # short-time torque of the motor [N m]
+    motor_speed: float | None  # smaller limit of motor and gear input [rad/s]
     winding_temperature: float | None  # [C]
 
 
@@ -111,8 +111,8 @@ class ClosedForms:
     """Ratios by closed-form solutions for the same motion."""
 
     matching: float | None  # sqrt(mean load inertia over rotor inertia); None without an arm
-    least_rms: float  # of the smallest RMS motor torque, without Stribeck friction; NaN where data are missing
-    least_peak: float  # of the smallest peak motor torque, without starting from rest; NaN where data are missing
+    least_rms: float  # ratio of the smallest RMS motor torque, without Stribeck friction; NaN where data are missing
+    least_peak: float  # ratio of the smallest peak motor torque, without starting from rest; NaN where data are missing
     rated: tuple[RatioRange, ...] | None  # ratios with an RMS torque within the continuous one; None if that is unknown
     load_match: LoadMatch | None  # the same with one efficiency for the whole motion; None if unknown
 

@@ -64,7 +64,7 @@ class ArmDesign:
     work: Workload
     filled_parts: FilledParts
     motors: Mapping[int, str]  # catalogue keys by joint index, as the following
-    families: Mapping[int, GearFamily]  # of the joints with a free ratio
+    families: Mapping[int, GearFamily]  # gear families of the joints with a free ratio
     fixed: Mapping[int, Drive]  # drives of the other joints
     goal: Goal
 

@@ -16,7 +16,8 @@ class Spread:
     """Effects of tolerances on a set of drives."""
 
     robustness: Robustness  # probabilities that checks, joints and the whole set are satisfied
-    tornadoes: tuple[Tornado, ...]  # of the binding checks of every joint and of the supply, largest utilisation first
+    # tornadoes of the binding checks of every joint and of the supply, largest utilisation first
+    tornadoes: tuple[Tornado, ...]
     choice: RobustSelection | None = None  # how the set was chosen, if a probability is required
 
 

@@ -68,12 +68,12 @@ class SmallestChange:
     """The smallest change of one quantity that makes a drive feasible, or the reason why none does."""
 
     what: str  # ``gear ratio``, ``payload``, ``cycle time`` or ``supply voltage``
-    unit: str  # of the numbers; empty for a ratio
+    unit: str  # unit of the values; empty for a ratio
     before: float
     after: float | None = None  # value at which it is feasible, by a full evaluation; None: no change helps
     short: float | None = None  # value just short of it, at which it is infeasible, by a full evaluation
     check: str = ""  # check that fails at ``short``; if no change helps, the one that still exceeds its limit
-    utilisation: float = 0.0  # of that check, at ``short`` or at the largest change tried
+    utilisation: float = 0.0  # utilisation of that check, at ``short`` or at the largest change tried
     set_holds: bool = False  # whether the whole set of drives is feasible with the change
     reason: str = ""  # why no change helps
     gear: NearGear | None = None  # the feasible catalogue gear nearest in ratio

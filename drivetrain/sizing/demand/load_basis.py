@@ -48,7 +48,7 @@ from drivetrain.study.parts.mounting import (
 class Loads:
     """Loads of a joint over N samples, or of n joints in arrays with one more leading axis."""
 
-    torque: Array  # of the gear's output, equation 8.110 [N m, or N of a linear motor], (N,)
+    torque: Array  # torque of the gear's output, equation 8.110 [N m, or N of a linear motor], (N,)
     wrench: Array  # moment [N m] and force [N] through the joint, joint frame, (6, N); (6, 0) if not on the bearing
     # diagonal of the mass matrix, rotors of other joints included [kg m^2 or kg], (N,); if motors are coupled, of the
     # shafts, with the other shafts held

@@ -59,7 +59,7 @@ INFLUENCE = np.dtype([(name, np.int64) for name in ("joint", "drive", "row", "on
 
 
 class MountedDrives(NamedTuple):
-    """Where the drives of n joints are mounted, all joints at zero, base frame."""
+    """Mounting of the drives of n joints, all joints at zero, base frame."""
 
     carrier: Any  # index of the link that carries each, -1 for the base, (n,)
     place: Array  # centre of mass [m], (n, 3)
@@ -70,7 +70,7 @@ class MountedDrives(NamedTuple):
 class UnitLoadRows(NamedTuple):
     """Loads per unit of R load parameters, over N samples; an array without samples is not computed."""
 
-    torque: Array  # of the joint, (R, N)
+    torque: Array  # torque of the joint, (R, N)
     wrench: Array  # moment and force through the joint in its own frame, (R, 6, N) or (R, 6, 0)
     inertia: Array  # inertia that the joint's shaft accelerates, (R, N) or (R, 0)
 

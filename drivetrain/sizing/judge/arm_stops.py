@@ -64,7 +64,7 @@ OVER = 1.0 + 1e-9  # factor on a limit, so that rounding alone never exceeds it
 
 @dataclass(frozen=True, eq=False)
 class Braking:
-    """How the n joints of an arm are braked."""
+    """Braking of the n joints of an arm."""
 
     torque: Array  # braking torque at the motors' shafts [N m], (n,); 0 where nothing brakes
     delay: Array  # time from the start of the stop until the torque acts [s], (n,)

@@ -31,7 +31,7 @@ class Requirement:
     """One check: a requirement and its limit.
 
     Attributes:
-        name, unit: As shown to the user.
+        name, unit: Name and unit as displayed to the user.
         required, limit: Fields of the case; if one of them is NaN the check cannot be made. In stage SUPPLY they are a
             sum over all joints (``verdicts.supply_figures``) and a field of the study's supply; in stage ARM a figure
             (``stiffness.FIGURES``) and a field of the study's stiffness requirements; stage STOP is evaluated by

@@ -102,7 +102,7 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
     """Missing data because of which it cannot be decided whether a set of drives fits.
 
     Args:
-        evaluation: Of the set.
+        evaluation: Evaluation of the set.
 
     Returns:
         Every gap, in the order of the joints; empty if every essential check was made.
@@ -264,7 +264,7 @@ def lacking_parts(drive: Drive, column: str) -> tuple[Motor | Gear | Brake, ...]
 def cells_to_fill(
     study: Study, pairs: Iterable[tuple[str, str]], column: str, amplifiers: Iterable[Amplifier] = ()
 ) -> str:
-    """How many catalogue rows lack a number, with an example."""
+    """Number of catalogue rows that lack a value, as text with an example."""
     motors, gears = (list(dict.fromkeys(keys)) for keys in zip(*pairs, strict=True))
     rows: list[tuple[str, list[Motor | Gear | Amplifier]]] = [
         ("motors", [study.catalog.motors[key] for key in motors]),

@@ -33,7 +33,7 @@ class Parts:
         motor_rows, gear_rows: The same as records (``cases.motor_records``, ``cases.gear_records``).
         pairs: For each joint the rows of motor and gear, (P, 2) each; a single row if the drive is given.
         amounts: Parameters by which each pair loads joints, ``load_basis.load_parameters``, (P, PARAMETERS) a joint.
-        mass, price: Of each pair [kg], [-], NaN if unknown, (P,) a joint.
+        mass, price: Mass [kg] and price of each pair, NaN if unknown, (P,) a joint.
     """
 
     study: Study

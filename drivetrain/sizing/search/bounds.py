@@ -100,14 +100,14 @@ class TorqueInterval(NamedTuple):
     All but the first five are buffers.
     """
 
-    motion: Motion  # of the joint
+    motion: Motion  # motion of the joint
     friction: Array  # friction of the joint at its speed [N m], (N,)
-    loss_friction: Array  # the same at the speed that decides the losses
+    loss_friction: Array  # friction at the speed that decides the losses [N m], (N,)
     unit_torque: Array  # torque per unit of each load parameter of the joint's own drive, (K, N)
     step_share: Array  # share of the operating time of the step from each sample to the next, (N,)
     low: Array  # ends of the torque at the gear's output, without joint friction and own drive [N m], (N,)
     high: Array
-    total_low: Array  # the same with the own drive
+    total_low: Array  # ends of the torque with the own drive [N m], (N,)
     total_high: Array
     motor_low: Array  # ends of the motor's torque [N m], (N,)
     motor_high: Array
@@ -460,7 +460,7 @@ class LeastMechanical(NamedTuple):
     load: float  # largest torque at the gear's output [N m]
     torque: float  # largest torque of the motor [N m]
     square: float  # time integral of its square [N^2 m^2 s]
-    phase: float  # the same for the most loaded phase
+    phase: float  # the same integral for the most loaded phase [N^2 m^2 s]
 
 
 @law(fastmath=FAST)
@@ -533,9 +533,9 @@ class LeastHeat(NamedTuple):
     are at ambient temperature.
     """
 
-    coolest: float  # of the winding at every instant
+    coolest: float  # temperature of the winding at every instant
     magnets: float  # mean temperature of the magnets
-    hottest: float  # of the winding at its hottest
+    hottest: float  # largest temperature of the winding
 
 
 @law(fastmath=FAST)

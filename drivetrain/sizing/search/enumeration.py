@@ -27,7 +27,7 @@ class FeasibleSet:
     energy_level: int  # its energy per cycle in steps within which energies are equal
     utilisation: float  # largest utilisation of all checks
     pairs: Pairs  # one per joint
-    objective: float = field(compare=False)  # of the set
+    objective: float = field(compare=False)  # objective of the set
     costs: tuple[float, ...] = field(compare=False)  # contribution of each pair to the objective
 
 
@@ -35,7 +35,7 @@ class FeasibleSet:
 class _Partial:
     """A partial set: drives of the last joints, with their contributions."""
 
-    pairs: Pairs  # of the last joints
+    pairs: Pairs  # drives of the last joints
     costs: tuple[float, ...]  # contribution of each of these pairs to the objective
     parameters: Array  # load parameters of all joints' drives, those of the node where none is chosen, (n, PARAMETERS)
     energy: float  # per cycle [J]

@@ -40,7 +40,8 @@ MAX_WALKED, MAX_DECIDED = 128, 4096  # largest number of sets of a node that are
 RECOMPUTE = 0.7  # costs are computed again once the open width has shrunk by this factor
 MIN_WIDTH = 1e-12  # width of a parameter range that changes no torque
 WEIGHT_STEPS = {0: 1, 1: 1, 2: 12, 3: 6}  # steps of the grid of weightings, by the number of additive criteria
-CAPS = (math.inf, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3)  # of the utilisation of the first sets
+# limits of the utilisation of the first sets
+CAPS = (math.inf, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3)
 
 
 @dataclass(frozen=True, eq=False)

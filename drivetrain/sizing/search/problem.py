@@ -32,7 +32,7 @@ class TipCut(NamedTuple):
     """A cut from a set whose tip deflects too far: the sample, and the direction of the deflection there."""
 
     sample: int
-    direction: tuple[float, float, float]  # of length 1
+    direction: tuple[float, float, float]  # unit vector
 
 
 class ResonanceCut(NamedTuple):
@@ -46,13 +46,13 @@ class ResonanceCut(NamedTuple):
 class Problem:
     """The candidates of a study with objective and constraints; P pairs of all joints, n joints."""
 
-    candidates: Candidates  # of the study
+    candidates: Candidates  # candidates of the study
     options: SelectionOptions  # objective and constraints of the selection
     fixed_cost: Array  # part of the objective of each pair that does not depend on the other drives, (P,)
     energy_weight: float  # objective per joule of a cycle
     price_weight: float  # objective per unit of price
     objective_step: float  # objectives that round to the same multiple of it are equal
-    energy_step: float  # the same for energies [J]
+    energy_step: float  # energies that round to the same multiple of it are equal [J]
     is_loaded_by: Mask  # whether the drive of joint k changes the load of joint j, (j, k)
     eligible: tuple[Indices, ...]  # pairs that may be chosen, by joint, smallest fixed cost first
     lacking_data: tuple[Indices, ...]  # pairs whose fixed cost or mass is unknown, by joint

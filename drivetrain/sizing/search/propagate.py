@@ -52,7 +52,7 @@ class Propagation:
 
     problem: Problem  # the selection problem
     domains: list[Domain]  # remaining candidates by joint
-    ranges: ParameterRanges  # of the remaining candidates
+    ranges: ParameterRanges  # load parameter ranges of the remaining candidates
     limit: float  # sets whose objective is this large or larger are rejected
     full_test_size: int  # a larger domain is tested only for the candidates that may be its cheapest
     suspects: set[int]  # pairs that passed the bounds and were then judged infeasible

@@ -189,7 +189,7 @@ class Nearest:
     study: Study  # the task
     joint: int  # the joint nearest to the tip without a feasible candidate; SUPPLY: every joint has one
     pairs: dict[int, int]  # pair by joint, for joints with candidates
-    keys: dict[str, tuple[str, str]]  # of (motor, gear) by joint name
+    keys: dict[str, tuple[str, str]]  # keys of (motor, gear) by joint name
 
 
 def nearest_set(problem: Problem) -> Nearest:

@@ -22,7 +22,7 @@ class SearchRegion:
 
     Attributes:
         points: Nondominated points in the order in which they were added, (M, p).
-        keys: Of the points, in the same order.
+        keys: Keys of the points, in the same order.
         corners: Upper corners of the zones, (Z, p).
 
     Reference:

@@ -193,7 +193,7 @@ COARSE = 0.05  # share of a node's possible gain below which open loads are bran
 class BoundedNode(Node):
     """A propagated node."""
 
-    ranges: ParameterRanges  # of its candidates
+    ranges: ParameterRanges  # load parameter ranges of its candidates
     bound: float  # lower bound on the objective of its feasible sets
     cheapest_is_feasible: bool = False  # whether its cheapest candidates are a feasible set
 

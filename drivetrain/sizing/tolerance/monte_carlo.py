@@ -60,9 +60,9 @@ class Robustness:
     samples: int  # number of samples
     seed: int  # seed of the random numbers
     scattering: tuple[str, ...]  # uncertain quantities, as text
-    checks: dict[str, dict[str, Chance]]  # that each check is satisfied, by joint (or ``supply``) and name
-    joints: dict[str, Chance]  # that all checks of a joint are satisfied, by name; the supply's last
-    whole: Chance  # that all checks are satisfied
+    checks: dict[str, dict[str, Chance]]  # probability that each check is satisfied, by joint (or ``supply``) and name
+    joints: dict[str, Chance]  # probability that all checks of a joint are satisfied, by name; the supply's last
+    whole: Chance  # probability that all checks are satisfied
     # quantiles (5 %, 50 %, 95 %) of each check's utilisation, by joint and name
     utilisations: dict[str, dict[str, tuple[float, ...]]]
 

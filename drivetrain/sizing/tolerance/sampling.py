@@ -65,7 +65,8 @@ class Candidate:
     cases: tuple[Any, ...]  # nominal case by joint
     works: tuple[JointSeries, ...]  # loads by joint; the amounts added to them are those of the payloads
     checks: Any  # table of checks for compiled code
-    limits: Array  # of the supply, in the order of ``SUPPLY_NAMES``, NaN if there is none or the power is unknown
+    # limits of the supply, in the order of ``SUPPLY_NAMES``, NaN if there is none or the power is unknown
+    limits: Array
 
 
 @dataclass(frozen=True, eq=False)

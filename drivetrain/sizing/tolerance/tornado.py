@@ -71,10 +71,10 @@ class Effects:
     evaluation: Evaluation  # with nominal values
     sources: tuple[Source, ...]  # uncertain quantities
     joints: Array  # utilisations at the low and at the high end, (2, sources, n, CHECKS)
-    supply: Array  # of the supply, (2, sources, 3)
+    supply: Array  # utilisations of the supply checks, (2, sources, 3)
     order: NDArray[np.int64]  # random samples sorted by the value of each source, (sources, samples)
     arms: Array  # utilisations of the random samples, (samples, n, CHECKS)
-    arms_supply: Array  # of the supply, (samples, 3)
+    arms_supply: Array  # utilisations of the supply checks, (samples, 3)
 
     def of(self, joint: str, check: str) -> Tornado:
         """The tornado of one check."""

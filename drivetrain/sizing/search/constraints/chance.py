@@ -66,7 +66,7 @@ class ChanceConstraint:
     trials: dict[Pairs, Trial] = field(default_factory=dict)  # the tests by set
     # pairs that fail too often at a joint by themselves; the key is the joint and ``Problem.load_key``
     failing: dict[tuple[int, bytes], set[int]] = field(default_factory=dict)
-    removed: int = 0  # how often a failing pair was removed from a domain without samples
+    removed: int = 0  # number of removals of a failing pair from a domain without samples
     counters: Counter[str] = field(default_factory=Counter)  # work done
 
     @property

@@ -28,7 +28,7 @@ class CommonParts:
     """The constraint that some joints use at most ``most`` different labels."""
 
     name: str  # for messages, such as ``motor types``
-    label: Indices  # of each pair, (P,)
+    label: Indices  # label of each pair, (P,)
     joints: tuple[int, ...]  # indices of the joints
     most: int  # different labels allowed, NO_PART not counted
 
