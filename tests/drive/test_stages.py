@@ -189,7 +189,7 @@ def test_a_gear_bears_what_its_screw_takes_to_speed_up(stop) -> None:
     [
         ("{type: belt, ratio: 2}", "efficiency"),
         ("{type: chain, ratio: 2}", "belt"),
-        ("{type: screw, lead: 10 mm/rev, efficiency: 90 %}", "slide"),
+        ("{type: screw, lead: 10 mm/rev, efficiency: 90 %}", "sliding"),
         ("{type: worm, ratio: -2, efficiency: 50 %}", "greater than 0"),
     ],
 )
