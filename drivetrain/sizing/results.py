@@ -395,7 +395,7 @@ def placed_checks(evaluation: Evaluation) -> list[tuple[str, Check]]:
 
 
 def every_drive(found: Selection) -> Evaluation:
-    """Drives that a search chose or found nearest, one for every joint; InputError if a joint has none."""
+    """Evaluation of the drives that a search chose or found nearest; InputError if a joint has no drive."""
     study, judged = found.evaluation.study, found.evaluation.joints
     missing = [task.name for task in study.joints if task.name not in judged]
     if missing:
