@@ -120,7 +120,7 @@ def front(
 ) -> bool:
     """Compute the Pareto front: every set of drives that no other beats in all of the criteria."""
     from drivetrain.report.pages.trade_off_pages import front_json, front_lines, front_report, front_sentence
-    from drivetrain.sizing.search.front import pareto_front
+    from drivetrain.sizing.search.pareto.front import pareto_front
     from drivetrain.study.parts.selection import read_criterion
     from drivetrain.study.read import load_study
 

@@ -56,7 +56,7 @@ def _select() -> None:
 
 
 def _front() -> None:
-    from drivetrain.sizing.search.front import pareto_front
+    from drivetrain.sizing.search.pareto.front import pareto_front
     from drivetrain.study.read import load_study
 
     pareto_front(load_study(shipped("examples/one_axis/study.yaml")), ("mass", "energy"))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from drivetrain.sizing.judge.evaluate import evaluate, evaluate_drives
     from drivetrain.sizing.judge.missing import gaps
     from drivetrain.sizing.results import DriveSet, Evaluation, Selection
-    from drivetrain.sizing.search.front import Front, pareto_front
+    from drivetrain.sizing.search.pareto.front import Front, pareto_front
     from drivetrain.sizing.search.robust import robust_select
     from drivetrain.sizing.search.search import select
     from drivetrain.sizing.tolerance.monte_carlo import robustness

@@ -14,7 +14,7 @@ from drivetrain.cli import app
 from drivetrain.report.charts.answer_charts import front_charts
 from drivetrain.report.pages.trade_off_pages import front_json, front_lines, front_report, front_sentence
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.front import Front
+from drivetrain.sizing.search.pareto.front import Front
 from drivetrain.study.read import load_study
 from drivetrain.whole_files import shipped
 

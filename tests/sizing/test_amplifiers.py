@@ -15,7 +15,7 @@ from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.errors import InputError
 from drivetrain.simulation.study_scene import scene_of
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.search.front import pareto_front
+from drivetrain.sizing.search.pareto.front import pareto_front
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import SelectionOptions

@@ -15,10 +15,10 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.search import front_tree
 from drivetrain.sizing.search.candidates import build_candidates
-from drivetrain.sizing.search.front import pareto_front
-from drivetrain.sizing.search.front_tree import NAMES, UTILISATION, FrontTree
+from drivetrain.sizing.search.pareto import front_tree
+from drivetrain.sizing.search.pareto.front import pareto_front
+from drivetrain.sizing.search.pareto.front_tree import NAMES, UTILISATION, FrontTree
 from drivetrain.sizing.search.problem import Problem, build_problem
 from drivetrain.sizing.search.search_region import SearchRegion
 from drivetrain.study.model import Mount

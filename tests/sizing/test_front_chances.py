@@ -15,7 +15,7 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.answers.curve import optimum_curve
 from drivetrain.sizing.answers.trade_offs import check_trade_offs
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.search.front import check_criteria, pareto_front
+from drivetrain.sizing.search.pareto.front import check_criteria, pareto_front
 from drivetrain.sizing.tolerance.monte_carlo import robustness
 from drivetrain.study.parts.selection import CurveWanted, TradeOffs, Wanted
 from drivetrain.study.parts.tolerances import Tolerance, Tolerances

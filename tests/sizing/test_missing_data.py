@@ -21,7 +21,7 @@ from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.judge.missing import gaps
-from drivetrain.sizing.search.front import pareto_front
+from drivetrain.sizing.search.pareto.front import pareto_front
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import DriveMass, Mount, Study
 from drivetrain.study.parts.selection import Wanted

@@ -21,7 +21,7 @@ from drivetrain.sizing.judge.stiffness import tip_deviation
 from drivetrain.sizing.search.candidates import build_candidates
 from drivetrain.sizing.search.constraints.stiffness import arm_utilisation, lagrangian_bound, min_tip_motion
 from drivetrain.sizing.search.domains import Domain
-from drivetrain.sizing.search.front import pareto_front
+from drivetrain.sizing.search.pareto.front import pareto_front
 from drivetrain.sizing.search.problem import TipCut, build_problem
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.monte_carlo import robustness

@@ -19,7 +19,7 @@ from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
 from drivetrain.sizing.answers.ratio import RatioStudy
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.front import Front
+from drivetrain.sizing.search.pareto.front import Front
 from drivetrain.study.model import pair_name
 from drivetrain.study.parts.verdicts import Verdict
 

@@ -17,7 +17,7 @@ from drivetrain.sizing.answers.curve import CurvePiece, OptimumCurve
 from drivetrain.sizing.answers.trade_offs import TradeOffsFound
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.results import DriveSet, Selection
-from drivetrain.sizing.search.front import Front
+from drivetrain.sizing.search.pareto.front import Front
 from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.study.model import Study, pair_name
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from drivetrain.errors import Faults
 from drivetrain.sizing.answers.curve import OptimumCurve, Progress, check_curve, optimum_curve
 from drivetrain.sizing.judge.vary import Vary
-from drivetrain.sizing.search.front import Front, check_criteria, pareto_front
+from drivetrain.sizing.search.pareto.front import Front, check_criteria, pareto_front
 from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import CurveWanted
 

@@ -15,7 +15,7 @@ from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.candidates import build_candidates
 from drivetrain.sizing.search.constraints.chance import CONFIDENCE, ChanceConstraint, chance_of, has_tolerances
-from drivetrain.sizing.search.front_tree import NAMES, FrontTree
+from drivetrain.sizing.search.pareto.front_tree import NAMES, FrontTree
 from drivetrain.sizing.search.preconditions import SHEET, lacking_of, same_study, words_of
 from drivetrain.sizing.search.problem import build_problem
 from drivetrain.sizing.search.tree import Report, run_search
