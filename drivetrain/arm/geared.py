@@ -50,6 +50,18 @@ def with_rotors(
     return replace(arm, rotors=tuple(mounted), level=_checked_level(level), coupling=shafts)
 
 
+def with_lighter_rotors(arm: Arm, inertia: Array) -> Arm:
+    """The arm whose rotors have that much less inertia about their axes [kg m^2], (n,)."""
+    lighter: list[Rotor | None] = []
+    for rotor, less in zip(arm.rotors, inertia, strict=True):
+        if rotor is not None and less:
+            axis = rotor.home[:3, :3].T @ rotor.screw[:3]
+            lighter.append(replace(rotor, inertia=rotor.inertia - less * np.outer(axis, axis)))
+        else:
+            lighter.append(rotor)
+    return with_rotors(arm, lighter, level=arm.level)
+
+
 def at_level(arm: Arm, level: RotorLevel) -> Arm:
     """The same arm with another level of its rotors' motion.
 

@@ -276,6 +276,13 @@ def stage_load(gear: Any) -> Any:
     return gear.stage_inertia * gear.ratio * gear.ratio
 
 
+def sprung_stages(gear: Gear) -> float:
+    """Inertia of the stages that the spring of gear and stages carries, at the joint [kg m^2]: of the inertia at the
+    motor's shaft, that which stands on the link's side of the spring.
+    """
+    return 0.0 if gear.stiffness_1 is None or gear.inertia is None else gear.stage_sprung
+
+
 @law
 def mesh_of(gear: Any) -> Any:
     """The mesh of a gear, lossless where the loss is unknown. The friction is mu |N| against the motion, mu = 1/eta -

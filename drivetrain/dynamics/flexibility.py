@@ -81,7 +81,7 @@ def locked_mass(arm: Arm, q: Any) -> Array:
     return like(free_mass(arm, positions)[:, : arm.n, : arm.n], q)
 
 
-def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
+def free_frequencies(arm: Arm, q: Any, stiffness: Any, *, added: Any = None) -> Array:
     """The natural frequencies with constant motor torques: links and rotors vibrate against each other.
 
     Args:
@@ -90,6 +90,7 @@ def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
         q: Positions [rad or m], (n,) or (N, n).
         stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) for each sample. Infinite:
             a rigid joint, whose rotor follows the link.
+        added: As for ``locked_frequencies``; the rotors are without it.
 
     Returns:
         Frequencies [Hz], lowest first, one per elastic joint, (m,) or (N, m), without the rigid-body modes.
@@ -102,6 +103,9 @@ def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     positions, springs, sprung = _checked_input(arm, q, stiffness)
     _require_inertia(arm, sprung)
     masses = free_mass(arm, positions)
+    if added is not None:
+        carried = np.where(sprung, checked_array(added, (arm.n,), "added"), 0.0)
+        masses[:, : arm.n, : arm.n] += shaft_turns(arm).T @ np.diag(carried) @ shaft_turns(arm)
     loose = sprung & np.array([rotor is not None for rotor in arm.rotors])
     # A rigid joint has one coordinate for link and rotor; its row of the second block is added to that of the first.
     links_part = np.vstack([np.eye(arm.n), (~sprung)[:, None] * shaft_turns(arm)])

@@ -177,6 +177,7 @@ class Shape:
         flexible: Whether the rotor is a coordinate of its own, behind a spring.
         deflection: Wind-up of that spring as a function of the torque, [N m] to [rad].
         preload: Of one of two motors on an axis, the torque of its gear in addition to half of the load [N m].
+        carried: Of the rotor's inertia, what the spring carries: stages behind the gear, at the joint [kg m^2].
     """
 
     ratio: float | None = None
@@ -185,6 +186,7 @@ class Shape:
     flexible: bool = False
     deflection: Callable[[float], float] | None = None
     preload: float = 0.0
+    carried: float = 0.0
 
 
 NOTHING = Ports()

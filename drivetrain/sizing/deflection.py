@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.geared import with_lighter_rotors
 from drivetrain.arm.kinematics import link_poses, tip_pose
 from drivetrain.arrays import Array
+from drivetrain.drive.gear import sprung_stages
 from drivetrain.drive.spring import tangent_stiffness
 from drivetrain.dynamics.flexibility import (
     NO_BEAMS,
@@ -23,6 +25,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.as_one import judged_as_one
 from drivetrain.sizing.judge.missing import lacking_joints
 from drivetrain.sizing.judge.stiffness import (
+    carried_stages,
     joint_plays,
     joint_twists,
     loaded_arms,
@@ -168,9 +171,14 @@ def vibration(evaluation: Evaluation) -> Vibration:
     stiffness = joint_stiffness(evaluation)
     sprung = int(np.isfinite(stiffness).all(axis=0).sum())
     locked, free = np.empty((2, len(cycle.time), sprung))
-    for arm, chosen in loaded_arms(evaluation.study, evaluation.mounted):
-        locked[chosen] = locked_frequencies(arm, cycle.position[chosen], stiffness[chosen])
-        free[chosen] = free_frequencies(arm, cycle.position[chosen], stiffness[chosen])
+    drives = evaluation.mounted
+    staged = carried_stages(evaluation.study, drives)
+    # the rotors of a loaded arm have all stages on the motor's side of the spring
+    moved = np.array([sprung_stages(one.gear) / one.gear.ratio**2 for one in drives.values()])
+    for arm, chosen in loaded_arms(evaluation.study, drives):
+        q, springs = cycle.position[chosen], stiffness[chosen]
+        locked[chosen] = locked_frequencies(arm, q, springs, added=staged)
+        free[chosen] = free_frequencies(with_lighter_rotors(arm, moved), q, springs, added=staged)
     return Vibration(cycle.time, stiffness, locked, free, lacking_joints(evaluation.mounted, "stiffness_1"))
 
 

@@ -10,7 +10,7 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
-from drivetrain.drive.gear import Gear
+from drivetrain.drive.gear import Gear, sprung_stages
 from drivetrain.drive.spring import Spring, answer, gear_spring, mean_touch, touch, twist_under
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Shape, Signal, ratio_of
@@ -99,7 +99,8 @@ class GearSpring(Effect):
     """Base of the flexible joints: the rotor is a coordinate of its own, behind the gear's spring.
 
     Attributes:
-        gear: Data of the gear, of which the stiffnesses and their torque limits are used, and the backlash.
+        gear: Data of the gear, of which the stiffnesses and their torque limits are used, and the backlash. Of stages
+            behind it, whose inertia the rotor's includes, it takes what the spring carries to the link.
         damping: Damping of the spring, or of the tooth flanks in contact [N m s/rad].
     """
 
@@ -122,7 +123,8 @@ class GearSpring(Effect):
         """Half of the backlash [rad]."""
 
     def shape(self, place: Place) -> Shape:
-        return Shape(ratio=ratio_of(place, self.gear), flexible=True, deflection=self._wind_up)
+        ratio, carried = ratio_of(place, self.gear), sprung_stages(self.gear)
+        return Shape(ratio=ratio, flexible=True, deflection=self._wind_up, carried=carried)
 
     def _wind_up(self, torque: float) -> float:
         """Wind-up under a torque, backlash included [rad]."""

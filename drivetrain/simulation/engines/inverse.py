@@ -72,6 +72,7 @@ def demanded(plan: Plan, times: Array) -> Demand:
     names, body, n = passive.scene.joints, passive.body, passive.body.n
     driven, acceleration = demands["command_speed"], demands["command_acceleration"]
     turned = np.einsum("kij,kj->ki", demands["turned"], acceleration) + demands["turned_bias"]
+    turned -= plan.body.carried * acceleration  # stages behind a spring are not the rotor's
     whole = np.einsum("kij,kj->ki", demands["mass"], acceleration) + demands["bias_torque"]
     joint = np.where(slides > 0.0, demands["joint_slide_forward"], -demands["joint_slide_backward"]) * np.abs(slides)
     mesh = whole - turned - body.torques_of(demands["joint_torque"]) - demands["shaft_torque"] + joint

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
-from drivetrain.arm.geared import with_rotors
+from drivetrain.arm.geared import with_lighter_rotors, with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.dynamics.closed import chain_arms
@@ -91,7 +91,8 @@ class Mechanics:
     tip: Array  # frame of the tip in the last link's frame, (4, 4)
     arm: Arm | None  # with all rotors mounted; None without an arm
     springs: dict[int, Shape]  # shapes of the flexible joints, by joint
-    rotors: Array  # inertia about each motor's axis, referred to the joint [kg m^2 or kg], (n,)
+    # inertia about each motor's axis, referred to the joint, without stages behind a spring [kg m^2 or kg], (n,)
+    rotors: Array
     uncoupled: tuple[int, ...] = ()  # flexible joints with a reflected rotor, which does not move with its carrier
     # time [s] and inertial data of the last link from then on, records PAYLOAD, (K,)
     payloads: Any = field(default_factory=lambda: np.zeros(0, PAYLOAD))
@@ -99,6 +100,7 @@ class Mechanics:
     last: int = -1  # index of the link that carries the tip
     loops: ClosedLoops | None = None  # closed loops; None: there are none
     shared: tuple[tuple[int, int], ...] = ()  # axes with two motors: joints of the first and of the second motor
+    carried: Any = 0.0  # inertia of stages that each spring carries [kg m^2], (n,)
     preloads: tuple[float, ...] = ()  # torque of each gear in addition to half of the load [N m], one per joint
 
     @cached_property
@@ -182,16 +184,38 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
         faults += more
     faults += _coupled_spring_faults(scene, shapes)
     raise_faults(faults)
+    body, shapes = _stages_carried(scene, shapes, np.array(ratios))
     loads = [effect.carried() for effect in scene.effects.get(WHOLE, ()) if isinstance(effect, PayloadChange)]
     if len(loads) > 1 or (loads and not isinstance(scene.body, Arm)):
         raise InputError(Fault("effects['scene']", "must hold one PayloadChange at most, and that of an arm"))
-    preloads = tuple(shape.preload for shape in shapes)
-    if isinstance(scene.body, Inertia):
-        return replace(_without_arm(scene.body, shapes[0], np.array(ratios)), preloads=preloads)
-    linkage = scene.body.linkage
-    built = (_with_arm if linkage is None else _with_loops)(scene.body, shapes, np.array(ratios))
-    built = replace(built, preloads=preloads, shared=() if linkage is None else linkage.loops.shared)
+    preloads, carried = tuple(shape.preload for shape in shapes), np.array([shape.carried for shape in shapes])
+    if isinstance(body, Inertia):
+        built = _without_arm(body, shapes[0], np.array(ratios))
+        return replace(built, preloads=preloads, carried=carried)
+    linkage = body.linkage
+    built = (_with_arm if linkage is None else _with_loops)(body, shapes, np.array(ratios))
+    built = replace(built, preloads=preloads, carried=carried, shared=() if linkage is None else linkage.loops.shared)
     return replace(built, payloads=_payloads(built, *loads[0])) if loads else built
+
+
+def _stages_carried(scene: Scene, shapes: list[Shape], ratios: Array) -> tuple[Arm | Inertia, list[Shape]]:
+    """Body and shapes of a scene, with the rotors less those stages that springs carry.
+
+    Raises:
+        InputError: A rotor with no more inertia than such stages.
+    """
+    body, faults, found = scene.body, [], []
+    less = np.array([shape.carried for shape in shapes]) / ratios**2
+    for i, shape in enumerate(shapes):
+        rotor, own = body.rotors[i] if isinstance(body, Arm) else None, shape.rotor_inertia
+        whole = own if rotor is None else rotor.axial_inertia
+        if less[i] and not (whole or 0.0) > less[i]:
+            problem = "has no more rotor inertia than the stages that its spring carries [kg m^2]"
+            hint = "the rotor's inertia includes that of the stages, as seen at the motor"
+            faults.append(Fault(f"effects[{scene.joints[i]!r}]", problem, whole, hint))
+        found.append(shape if own is None else replace(shape, rotor_inertia=own - less[i]))
+    raise_faults(faults)
+    return with_lighter_rotors(body, less) if isinstance(body, Arm) and less.any() else body, found
 
 
 def coupling_of(scene: Scene) -> tuple[tuple[float, ...], ...]:
@@ -228,6 +252,7 @@ def _joint_shape(name: str, effects: Sequence[Effect], place: Place) -> tuple[Sh
         bool(springs),
         springs[0].deflection if springs else None,
         sum(shape.preload for shape in shapes),
+        sum(shape.carried for shape in shapes),
     ), faults
 
 
@@ -270,6 +295,7 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
         listed = sorted({*followers(arm), *free})
         order = [*range(arm.n), *(arm.n + listed.index(i) for i in (*free, *(i for i in listed if i not in free)))]
         links[:e], rotors["joint"] = links[order], np.argsort(order)[rotors["joint"]]
+    links["rotor_inertia"][: arm.n] += [shape.carried for shape in shapes]
     reflected, uncoupled = np.zeros(arm.n), []
     for i, (shape, at) in enumerate(zip(shapes, motors, strict=True)):
         if shape.rotor_inertia is not None and not shape.full:
@@ -371,6 +397,10 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
             inertia = lone if i in shafts else every["rotor_inertia"]
             inertia[i if i in shafts else at[i]] += shape.rotor_inertia * ratios[i] ** 2
     turning = np.where(rotor_row >= 0, every["rotor_inertia"][at] * spread[rotor_row, np.arange(c)] ** 2, 0.0) + lone
+    firsts = {second: first for first, second in loops.shared}
+    for i, shape in enumerate(shapes):
+        if shape.carried:
+            every["rotor_inertia"][at[firsts.get(i, i)]] += shape.carried
     closed = ClosedLoops(
         np.array(chains, r.CHAIN), whole, follow, ends,
         np.array(joints, np.int64), np.concatenate(screws), spread, rotor_row,
@@ -408,6 +438,7 @@ def _without_arm(body: Inertia, shape: Shape, ratios: Array) -> Mechanics:
     reflected = (shape.rotor_inertia or 0.0) * ratios[0] ** 2
     constant = np.zeros((4, 1 + shape.flexible))
     constant[0, 0], constant[1, 0], constant[2, 0] = body.inertia, body.weight, body.phase
+    constant[0, 0] += shape.carried
     constant[0, motors[0]] += reflected
     constant[3, motors[0]] = reflected
     return Mechanics(

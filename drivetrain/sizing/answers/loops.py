@@ -10,6 +10,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import drive_inertia
+from drivetrain.drive.gear import sprung_stages
 from drivetrain.drive.loops.loop_design import LoopDesign, closed_loop, design_loops, given_loops
 from drivetrain.drive.loops.servo_axis import ServoAxis, ServoTiming
 from drivetrain.drive.motor import torque_constant
@@ -27,7 +28,7 @@ class JointLoops:
 
     joint: str  # name of the joint
     axis: ServoAxis  # with the heaviest load of the cycle
-    lightest: float  # smallest load inertia of the cycle [kg m^2]
+    lightest: float  # smallest load inertia of the cycle, with stages behind the gear's spring [kg m^2]
     timing: ServoTiming  # current loop and sampling of its servo
     design: LoopDesign  # with the heaviest load
     light: LoopDesign  # the same gains with the lightest load
@@ -83,7 +84,8 @@ def servo_timing(settings: Simulation, joint: str) -> ServoTiming:
 def servo_axes(joint: JointResult, damping: float) -> tuple[ServoAxis, float] | None:
     """The axis of a joint at its largest load inertia and smallest gear stiffness, and its smallest inertia [kg m^2].
 
-    None if an inertia is unknown; ``damping`` is the damping ratio of the spring.
+    Stages that the gear's spring carries belong to the load. None if an inertia is unknown; ``damping`` is the damping
+    ratio of the spring.
     """
     load, drive = joint.series.load_inertia, joint.drive
     if load is None or not drive.motor.rotor_inertia or not float(load.min()) > 0.0:
@@ -92,7 +94,9 @@ def servo_axes(joint: JointResult, damping: float) -> tuple[ServoAxis, float] | 
     rotor, ratio, stiffness = drive_inertia(drive), drive.gear.ratio, drive.gear.stiffness_1
     # as in scenes, from the largest inertia; with the smallest inertia the damping ratio is no larger
     along = 2.0 * damping * math.sqrt((stiffness or 0.0) * (float(load.min()) + ratio**2 * rotor))
-    return ServoAxis(constant, ratio, rotor, float(load.max()), stiffness, along), float(load.min())
+    staged = sprung_stages(drive.gear)
+    rotor, heaviest, lightest = rotor - staged / ratio**2, float(load.max()) + staged, float(load.min()) + staged
+    return ServoAxis(constant, ratio, rotor, heaviest, stiffness, along), lightest
 
 
 def _joint_loops(joint: JointResult, axis: ServoAxis, lightest: float, timing: ServoTiming) -> JointLoops:

@@ -126,12 +126,17 @@ def lost_motion(plays: Array) -> Array:
     return largest
 
 
+def carried_stages(study: Study, drives: Mapping[str, Drive]) -> Array:
+    """Inertia of the stages that each gear's spring carries, at the joint [kg m^2 or kg], (n,)."""
+    return np.array([one.gear.stage_sprung for one in drives.values()]) / joint_travels(study) ** 2
+
+
 def _resonance(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
     """The lowest natural frequency over the cycle [Hz]; infinite if no joint has a spring."""
     first = [one.gear.stiffness_1 for one in drives.values()]
     springs = soft_springs(study, np.array([math.inf if one is None else one for one in first]))
     lowest = np.full(len(study.cycle.time), np.inf)
-    staged = np.array([one.gear.stage_sprung for one in drives.values()]) / joint_travels(study) ** 2
+    staged = carried_stages(study, drives)
     for arm, chosen in loaded_arms(study, drives):
         found = locked_frequencies(arm, study.cycle.position[chosen], springs, added=staged)
         lowest[chosen] = found.min(axis=1, initial=np.inf)
