@@ -265,7 +265,7 @@ def test_closed_loops_are_refused_before_drives_are_sought(run: Run) -> None:
 def test_check_says_what_was_read_and_writes_nothing(run: Run, write: Write, tmp_path: Path) -> None:
     before = {write(), tmp_path / "door.csv"}
     code, out, _ = run("check", tmp_path / "door.yaml")
-    assert code == 0 and "1 joint," in out and "good + good" in out and "can be used" in out
+    assert code == 0 and "1 joint," in out and "good with good" in out and "can be used" in out
     assert set(tmp_path.iterdir()) == before
 
 
