@@ -345,39 +345,58 @@ def mean_square_after(series: Any, t: Any) -> Any:
     return mean_square(series[t], series[min(t + 1, len(series) - 1)])
 
 
+class OverloadCycle(NamedTuple):
+    """Overload during one cycle, as ``overload_after`` counts it."""
+
+    most: float  # largest
+    end: float  # after the cycle
+
+
 @law
-def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
-    """Largest utilisation of an amplifier's overload in a cycle; above 1 it trips or folds back.
+def overload_cycle(amplifier: Any, series: Any, over: Any, step: Any, overload: Any) -> Any:
+    """Overload during one cycle; ``overload``: before it, ``over``: factor on the squares of the series."""
+    most = overload
+    for t in range(len(step)):
+        overload = overload_after(amplifier, overload, over * mean_square_after(series, t), step[t])
+        most = max(most, overload)
+    return OverloadCycle(most, overload)
+
+
+@law
+def overload_share(amplifier: Any, series: Any, scale: Any, step: Any, edges: Any) -> Any:
+    """Largest utilisation of an amplifier's overload in the repeated cycle; above 1 it trips or folds back.
 
     The current is a series times a scale [A], linear between samples, and each sample is a step [s] before the next.
     With a peak time the integral of I^2 - I_c^2, never below zero, is compared with (I_p^2 - I_c^2) t_p; with a time
     constant the first-order mean of I^2 is compared with I_c^2. This is the i2t monitor of servo drives: E' = I^2 -
     I_c^2 and theta' = (I^2/I_c^2 - theta)/tau.
+
+    ``edges`` are the first samples of the parts of a mix, and the one after the last. Each part is repeated until its
+    overload is periodic, and may follow any other: it begins with the most that one of them leaves. As no part leaves
+    more than the larger of that and its own, no order of the parts and no number of repetitions gives more.
     """
     over, constant = (scale / amplifier.continuous_current) ** 2, amplifier.thermal_time_constant
-    total, length, largest = squares_of(series, over, step)
-    most, overload = 0.0, 0.0
-    if known(constant):  # the state that the affine map of a cycle leaves unchanged
-        for t in range(len(step)):
-            overload = overload_after(amplifier, overload, over * mean_square_after(series, t), step[t])
-        overload = overload / -math.expm1(-length / constant)
-        most = overload
-        for t in range(len(step)):
-            overload = overload_after(amplifier, overload, over * mean_square_after(series, t), step[t])
-            most = max(most, overload)
-        return most
-    if largest <= 1.0:  # never above the continuous current
+    most, left, highest = 0.0, 0.0, 0.0
+    for part in range(len(edges) - 1):
+        first, last = edges[part], edges[part + 1]
+        total, length, largest = squares_of(series[first:last], over, step[first:last])
+        highest = max(highest, largest)
+        if not known(constant) and total > length * (1.0 + 1e-12):
+            return math.inf
+        if known(constant) or largest > 1.0:  # starting from empty
+            found = overload_cycle(amplifier, series[first:last], over, step[first:last], 0.0)
+            # the state that the affine map of a cycle leaves unchanged; with a peak time that after the first cycle
+            end = found.end / -math.expm1(-length / constant) if known(constant) else found.end
+            most, left = max(most, found.most), max(left, end)
+    if not known(constant) and highest <= 1.0:  # never above the continuous current
         return 0.0
-    if total > length * (1.0 + 1e-12):
-        return math.inf
-    capacity = overload_room(amplifier)
-    for first in (True, False):  # starting from empty; the state after the first cycle is that after every cycle
-        if first or overload > 0.0:
-            for t in range(len(step)):
-                overload = overload_after(amplifier, overload, over * mean_square_after(series, t), step[t])
-                most = max(most, overload)
+    if left > 0.0:
+        for part in range(len(edges) - 1):
+            first, last = edges[part], edges[part + 1]
+            most = max(most, overload_cycle(amplifier, series[first:last], over, step[first:last], left).most)
     if most == 0.0:
         return 0.0
+    capacity = overload_room(amplifier)
     return most / capacity if capacity > 0.0 else math.inf
 
 
@@ -428,18 +447,21 @@ class BusPeak(NamedTuple):
     voltage: float  # highest voltage [V]; infinite if every cycle adds energy
     sample: int  # sample after which the highest voltage is reached
     burnt: float  # mean power of the brake resistor [W]
+    left: float  # voltage at the end of a cycle [V]
 
 
 @kernel
 def bus_peak(
-    voltage: float, capacity: float, threshold: float, resistance: float, time: Array, power: Array
+    voltage: float, capacity: float, threshold: float, resistance: float, time: Array, power: Array, begin: float
 ) -> BusPeak:
-    """Highest voltage of a bus whose source can supply any power and accepts none.
+    """Highest voltage of a bus whose source can supply any power and accepts none; ``begin``: voltage before the first
+    cycle, not below that of the source [V].
 
     V2 = sqrt(V1^2 + 2 E/C), E the energy fed back since the bus was last at V1; the power is linear between samples.
     """
     full, most = 0.5 * capacity * voltage * voltage, 0.5 * capacity * threshold * threshold
-    energy, highest, sample, burnt, before = full, full, 0, 0.0, full
+    energy = 0.5 * capacity * begin * begin
+    highest, sample, burnt, before = energy, 0, 0.0, energy
     for _ in range(ROUNDS):
         before, burnt = energy, 0.0
         for t in range(len(power) - 1):
@@ -455,4 +477,5 @@ def bus_peak(
     if energy - before > GROWN * energy:
         highest = math.inf
     length = time[-1] - time[0]
-    return BusPeak(math.sqrt(2.0 * highest / capacity), sample, burnt / length if length > 0.0 else 0.0)
+    mean = burnt / length if length > 0.0 else 0.0
+    return BusPeak(math.sqrt(2.0 * highest / capacity), sample, mean, math.sqrt(2.0 * energy / capacity))

@@ -76,7 +76,7 @@ OUTPUTS = {
     "speed": ("rad/s", "of the joint"),
     "acceleration": ("rad/s^2", "of the joint"),
     "gear_torque": ("N m", "through the mesh, at the gear's output"),
-    "motor_torque": ("N m", "by the current"),
+    "motor_torque": ("N m", "on the rotor: by the current, less viscous friction of its shaft"),
     "motor_speed": ("rad/s", "of the motor's shaft"),
     "current": ("A", "that flows, DC equivalent"),
     "voltage": ("V", "between the motor's terminals"),

@@ -16,7 +16,7 @@ CYCLE = np.array([9.0, 9.0, 0.0, 0.0]), np.array([0.0, 2.0, 2.0, 7.0])  # 9 A fo
 
 def overload(sheet: AmplifierSheet, current: np.ndarray, time: np.ndarray) -> float:
     """What a cycle of samples uses up."""
-    return float(overload_share(sheet, current, 1.0, np.append(np.diff(time), 0.0)))
+    return float(overload_share(sheet, current, 1.0, np.append(np.diff(time), 0.0), np.array([0, len(time)])))
 
 
 def test_the_worked_cycle() -> None:
@@ -71,3 +71,27 @@ def test_what_a_sheet_lacks_is_not_answered() -> None:
     bare = AmplifierSheet("A", continuous_current=5.0)
     assert not judges_overload(bare) and not judges_overload(AmplifierSheet("A"))
     assert overload(AmplifierSheet("A", continuous_current=5.0, peak_current=5.0, peak_time=1.0), *CYCLE) == math.inf
+
+
+@pytest.mark.parametrize("sheet", [TIMED, FIRST_ORDER])
+def test_no_order_of_the_parts_of_a_mix_uses_up_more(sheet: AmplifierSheet) -> None:
+    """One part works hard at its end, the next one at its start: a march over both, and over random orders."""
+    rows = [np.array(row) for row in ([2.0, 2.0, 2.0, 9.0, 9.0], [8.5, 8.5, 1.0, 1.0, 1.0], [3.0, 6.0, 3.0, 2.0, 1.0])]
+    # the current jumps within each part, and its last sample has no step
+    steps = np.array([[4.0, 1.5, 0.0, 1.2, 0.0], [1.2, 0.0, 1.5, 4.0, 0.0], [4.0, 1.5, 0.5, 1.2, 0.0]])
+    rng = np.random.default_rng(3)
+    held, largest, room = 0.0, 0.0, 225.0 if sheet is TIMED else 1.0
+    for part in [*(40 * [0] + [1]), *rng.integers(0, 3, 400), *(40 * [0] + [1])]:
+        row = rows[part]
+        for a, b, step in zip(row[:-1], row[1:], steps[part, :-1], strict=True):
+            square = (a * a + a * b + b * b) / 3.0
+            if sheet is TIMED:
+                held = max(held + (square - 25.0) * step, 0.0)
+            else:
+                held += (square / 25.0 - held) * (1.0 - math.exp(-step / 3.5))
+            largest = max(largest, held)
+    edges = np.array([0, 5, 10, 15])
+    found = overload_share(sheet, np.concatenate(rows), 1.0, steps.ravel(), edges)
+    assert found == pytest.approx(largest / room, rel=1e-9)
+    alone = [overload_share(sheet, row, 1.0, step, edges[:2]) for row, step in zip(rows, steps, strict=True)]
+    assert found > 1.2 * max(alone)

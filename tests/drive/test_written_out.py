@@ -61,10 +61,10 @@ def test_a_bus_without_resistor_is_a_reflected_walk() -> None:
         power += (5.0 - np.trapezoid(power, time)) / np.ptp(time)  # it takes 5 J more than it feeds back
         fed = np.concatenate([[0.0], np.tile(-0.5 * (power[1:] + power[:-1]) * np.diff(time), 3).cumsum()])
         above = fed - np.minimum.accumulate(fed)
-        found = bus_peak(40.0, 0.02, math.inf, math.inf, time, power)
+        found = bus_peak(40.0, 0.02, math.inf, math.inf, time, power, 40.0)
         assert found.voltage == pytest.approx(math.sqrt(40.0**2 + 2.0 * above.max() / 0.02), rel=1e-12)
         assert found.sample == 1 + (int(np.argmax(above > above.max() * (1.0 - 1e-12))) - 1) % 19
-        burnt = bus_peak(40.0, 0.02, 41.0, 1e-3, time, power).burnt
+        burnt = bus_peak(40.0, 0.02, 41.0, 1e-3, time, power, 40.0).burnt
         room = 0.5 * 0.02 * (41.0**2 - 40.0**2)
         energy = gone = 0.0
         for k, step in enumerate(np.diff(fed)):

@@ -85,7 +85,8 @@ def test_overload_is_that_of_the_current_over_the_cycle(make, model):
     steady = 1.05 * float(np.sqrt(square @ np.diff(study.cycle.time) / study.cycle.duration))
     own = AmplifierSheet("own", continuous_current=steady, peak_current=2.0 * steady, **model)
     found = checks_of(evaluate(one_joint(make, (limits_of(own),))))[OVERLOAD]
-    used = overload_share(own, current, 1.0, np.append(np.diff(study.cycle.time), 0.0))
+    step = np.append(np.diff(study.cycle.time), 0.0)
+    used = overload_share(own, current, 1.0, step, np.array([0, len(step)]))
     assert found.required == pytest.approx(used, rel=1e-9) and found.required > 0.0
     assumed = checks_of(evaluate(study))[OVERLOAD]  # no time is told: a second at the peak current stands in
     assert assumed.verdict is Verdict.PASS and assumed.source.startswith("assumed: ") and assumed.required == 0.0

@@ -11,6 +11,7 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply, bus_peak
 from drivetrain.errors import InputError
+from drivetrain.motion.duty_cycle import build_mix
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.search.search import select
@@ -48,7 +49,7 @@ def integrated(voltage, capacity, threshold, resistance, time, power, rounds=2, 
 def test_a_braking_run_lifts_the_bus_by_its_energy():
     """7.4 J into 4.7 mF at 48 V: sqrt(48^2 + 2 7.4/0.0047) = 73.8 V."""
     time, power = np.array([0.0, 0.1, 0.2, 1.0]), np.array([0.0, -74.0, 0.0, 50.0])
-    found = bus_peak(48.0, 4.7e-3, NEVER, NEVER, time, power)
+    found = bus_peak(48.0, 4.7e-3, NEVER, NEVER, time, power, 48.0)
     assert found.voltage == pytest.approx(math.sqrt(48.0**2 + 2.0 * 7.4 / 4.7e-3), rel=1e-12)
     assert found.voltage == pytest.approx(73.8, abs=0.05) and found.sample == 2 and found.burnt == 0.0
 
@@ -57,11 +58,11 @@ def test_a_braking_run_lifts_the_bus_by_its_energy():
 def test_the_bus_is_that_of_its_differential_equation(seed):
     """Energies step by step against the voltage itself in 40 parts of every step."""
     time, power = pulses(np.random.default_rng(seed))
-    plain = bus_peak(48.0, 5e-3, NEVER, NEVER, time, power).voltage
+    plain = bus_peak(48.0, 5e-3, NEVER, NEVER, time, power, 48.0).voltage
     assert plain == pytest.approx(integrated(48.0, 5e-3, NEVER, NEVER, time, power), rel=2e-3)
     threshold = 0.5 * (48.0 + plain)
     for resistance in (20.0, 200.0):
-        found = bus_peak(48.0, 5e-3, threshold, resistance, time, power)
+        found = bus_peak(48.0, 5e-3, threshold, resistance, time, power, 48.0)
         wanted = integrated(48.0, 5e-3, threshold, resistance, time, power)
         assert found.voltage == pytest.approx(wanted, rel=2e-2)  # it burns within a step as if at the threshold
         assert found.voltage < plain and found.burnt > 0.0
@@ -69,16 +70,16 @@ def test_the_bus_is_that_of_its_differential_equation(seed):
 
 def test_more_that_helps_lowers_the_bus():
     time, power = pulses(np.random.default_rng(9))
-    volts = [bus_peak(48.0, c, NEVER, NEVER, time, power).voltage for c in (1e-3, 3e-3, 1e-2)]
+    volts = [bus_peak(48.0, c, NEVER, NEVER, time, power, 48.0).voltage for c in (1e-3, 3e-3, 1e-2)]
     assert volts == sorted(volts, reverse=True)
-    volts = [bus_peak(48.0, 1e-3, 60.0, r, time, power).voltage for r in (10.0, 40.0, NEVER)]
+    volts = [bus_peak(48.0, 1e-3, 60.0, r, time, power, 48.0).voltage for r in (10.0, 40.0, NEVER)]
     assert volts == sorted(volts)
 
 
 def test_a_cycle_that_feeds_back_more_than_it_takes_never_ends():
     time, power = np.linspace(0.0, 1.0, 11), np.full(11, -5.0)
-    assert bus_peak(48.0, 1e-2, NEVER, NEVER, time, power).voltage == math.inf
-    burnt = bus_peak(48.0, 1e-2, 55.0, 55.0**2 / 20.0, time, power)
+    assert bus_peak(48.0, 1e-2, NEVER, NEVER, time, power, 48.0).voltage == math.inf
+    burnt = bus_peak(48.0, 1e-2, 55.0, 55.0**2 / 20.0, time, power, 48.0)
     assert burnt.voltage == pytest.approx(55.0, rel=1e-2) and burnt.burnt == pytest.approx(5.0, rel=1e-6)
 
 
@@ -113,6 +114,29 @@ def test_what_comes_back_is_that_of_lossless_gears_and_cold_windings(flywheel, m
     tight = replace(study, supply=Supply(48.0, capacity=4.7e-3, max_voltage=told.required - 0.5))
     assert shared(evaluate(tight))[BUS].verdict is Verdict.FAIL
     assert not evaluate(tight).feasible
+
+
+def test_a_part_of_a_mix_begins_where_another_left_the_bus(flywheel, make):
+    """One part ends as it brakes, the next one begins so: the bus is still high, and takes the energy of both."""
+    late = flywheel.cycle
+    half = len(late.time) // 2
+    # the same run begun in its middle, at full speed, after which it rests
+    order = [*range(half, len(late.time)), *range(1, half + 1)]
+    early = replace(late, **{name: getattr(late, name)[order] for name in ("torque", "velocity", "acceleration")})
+    mix = build_mix([late, early], [0.4, 0.6], names=["late", "early"])
+    study = replace(flywheel, cycle=mix, supply=Supply(48.0, capacity=4.7e-3, max_voltage=200.0))
+    power, parts = evaluate(study).joints["j1"].series.least_power, mix.parts
+    volts = highest = 48.0
+    for part in (0, 0, 1, 1, 0, 1):
+        row, time = power[parts[part]], mix.time[parts[part]]
+        for drawn in 0.5 * (row[1:] + row[:-1]) * np.diff(time):
+            volts = max(math.sqrt(max(volts**2 - 2.0 * drawn / 4.7e-3, 0.0)), 48.0)
+            highest = max(highest, volts)
+    told = shared(evaluate(study))[BUS]
+    assert told.required == pytest.approx(highest, rel=1e-9)
+    alone = [shared(evaluate(replace(study, cycle=one)))[BUS].required for one in (late, early)]
+    assert highest**2 - 48.0**2 > 1.9 * (max(alone) ** 2 - 48.0**2)
+    assert "in early" in told.remark or told.time > mix.time[parts[1].start]
 
 
 def test_the_resistor_must_burn_the_peak(flywheel, make):

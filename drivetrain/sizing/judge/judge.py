@@ -396,17 +396,10 @@ def set_currents(case: Any, constant: Any) -> None:
 
 @law
 def overload_of(case: Any, motion: Any, traces: Any, grown: Any) -> Any:
-    """Utilisation of the amplifier's I2t overload at ``grown`` times the current: the maximum over the parts of a mix,
-    each repeated endlessly.
-    """
-    torque, edges, largest = traces.torque[1:-1], motion.periods.edges, 0.0
+    """Utilisation of the amplifier's I2t overload at ``grown`` times the current."""
     scale = grown * case.safety.rms / abs(torque_constant(case.motor, case.figures.magnet_temperature))
     scale *= 1.0 if case.setting.moves != 0.0 else motion.phase_ratio[0]
-    for part in range(len(edges) - 1):
-        first, last = edges[part], edges[part + 1]
-        share = overload_share(case.amplifier, torque[first:last], scale, motion.periods.step[first:last])
-        largest = max(largest, share)
-    return largest
+    return overload_share(case.amplifier, traces.torque[1:-1], scale, motion.periods.step, motion.periods.edges)
 
 
 @law(fastmath=FAST)

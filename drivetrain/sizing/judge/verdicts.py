@@ -116,22 +116,25 @@ def standby_power(study: Study) -> float:
 
 
 def bus_of(study: Study, power: Array) -> BusPeak:
-    """Bus voltage [V] over the cycle from the power (N,) [W], for a mix the highest of its parts; NaN without a
-    capacitance.
+    """Bus voltage [V] over the cycle from the power (N,) [W]; NaN without a capacitance.
+
+    Each part of a mix repeats by itself, and may follow any other: it begins with the highest voltage that one of them
+    leaves. As no part leaves more than the larger of that and its own, no order of the parts gives more.
     """
     supply, cycle = study.supply, study.cycle
     if supply.capacity is None:
-        return BusPeak(math.nan, 0, math.nan)
-    highest, burnt = BusPeak(-math.inf, 0, 0.0), 0.0
-    for part, used in zip(cycle.parts, cycle.shares, strict=True):
-        found = bus_peak(
-            supply.voltage, supply.capacity, supply.threshold or math.inf, supply.resistance or math.inf,
-            np.ascontiguousarray(cycle.time[part]), np.ascontiguousarray(power[part]),
-        )  # fmt: skip
-        burnt += used * found.burnt
-        if found.voltage > highest.voltage:
-            highest = BusPeak(found.voltage, part.start + found.sample, 0.0)
-    return highest._replace(burnt=burnt)
+        return BusPeak(math.nan, 0, math.nan, math.nan)
+    bus = supply.voltage, supply.capacity, supply.threshold or math.inf, supply.resistance or math.inf
+    rows = [(np.ascontiguousarray(cycle.time[part]), np.ascontiguousarray(power[part])) for part in cycle.parts]
+    alone = [bus_peak(*bus, *row, supply.voltage) for row in rows]
+    left = max(found.left for found in alone)
+    burnt = sum(share * found.burnt for share, found in zip(cycle.shares, alone, strict=True))
+    highest = BusPeak(-math.inf, 0, burnt, left)
+    for part, row, found in zip(cycle.parts, rows, alone, strict=True):
+        worst = found if left == found.left else bus_peak(*bus, *row, left)
+        if worst.voltage > highest.voltage:
+            highest = highest._replace(voltage=worst.voltage, sample=part.start + worst.sample)
+    return highest
 
 
 def supply_checks(
