@@ -44,7 +44,8 @@ def only_row(tmp_path: Path, header: str, cells: str) -> Table:
 
 BY_STUDY = {  # fields that no data sheet gives and a study provides
     "winding_share", "holding", "brake", "load_friction", "staged", "stage_driving", "stage_driven", "stage_inertia",
-    "stage_mass", "stage_sprung", "stage_torque", "stage_speed", "stage_words", "friction_allowance", "inductance_allowance",
+    "stage_mass", "stage_sprung", "stage_torque", "stage_speed", "stage_words", "friction_allowance",
+    "inductance_allowance",
 }  # fmt: skip
 
 
