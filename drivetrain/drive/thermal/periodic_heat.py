@@ -4,7 +4,7 @@ The resistance follows the winding temperature at every instant, the torque cons
 periodic state of the two nodes is solved directly: a cycle of losses is an affine map of the two temperature rises.
 
 For a mix it is unknown how long each part runs before the next one starts. The assumptions are conservative for the
-winding:
+winding, except at the change from one part to another, where it may be hotter by about the ripple within a cycle:
 
 - Parts alternate fast compared with the housing, so all of them share one mean housing temperature, which follows
   from the mean heat of the mix. (A part that runs for longer than the housing's time constant is a study of its own.)
