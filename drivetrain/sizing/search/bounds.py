@@ -41,6 +41,7 @@ from drivetrain.drive.gear import (
     static_load,
     wear,
 )
+from drivetrain.drive.linear_interval import mean_square
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.stops import braked, braking_push, stiff_spring, stop_rotor, swing_spring, swung_torque
 from drivetrain.drive.thermal.periodic_heat import thermal_nodes
@@ -553,7 +554,7 @@ def least_heat(case: Any, interval: TorqueInterval) -> Any:
     # torque constant without upper bound, or no check against runaway
     if motor.magnet_coefficient > 0.0 or not known(limit):
         return LeastHeat(smaller(ambient, known_or(limit, ambient)), ambient, ambient)
-    square = mean_square(interval.motor_low, interval.motor_high, interval.step_share)
+    square = least_mean_square(interval.motor_low, interval.motor_high, interval.step_share)
     loss = least_housing_loss(case, interval, nodes, square)
     share = resting_share(nodes, len(interval.motion.periods.shares), setting.duration)
     coolest, housing, winding = ambient, 0.0, 0.0
@@ -570,13 +571,13 @@ def least_heat(case: Any, interval: TorqueInterval) -> Any:
 
 
 @law(fastmath=FAST)
-def mean_square(least: Any, most: Any, share: Any) -> Any:
+def least_mean_square(least: Any, most: Any, share: Any) -> Any:
     """Lower bound on the mean square of the motor's torque, linear between samples [N^2 m^2]."""
     low, high, low_after, high_after, total = least[:-1], most[:-1], least[1:], most[1:], 0.0
     for t in range(len(low)):
         a = larger(low[t], 0.0) + smaller(high[t], 0.0)
         b = larger(low_after[t], 0.0) + smaller(high_after[t], 0.0)
-        same_sign = (a * a + a * b + b * b) * (1.0 / 3.0)
+        same_sign = mean_square(a, b)
         other_sign = 0.25 * larger(a * a, b * b)  # the minimum of that expression while the larger one is fixed
         total += share[t] * (same_sign if a * b > 0.0 else other_sign)
     return total
