@@ -63,9 +63,9 @@ def generators(cycle, loss, scale: float, slow: float = 40000.0):
     return found
 
 
-def simulated(counts, scale: float, housing: float):
+def simulated(counts, scale: float, housing: float, cycles=(HARD, MILD), losses=LOSS):
     """Peak winding temperature and mean housing over the steady alternation of runs of both cycles."""
-    pieces = [generators(HARD, LOSS[0], scale), generators(MILD, LOSS[1], scale)]
+    pieces = [generators(cycle, loss, scale) for cycle, loss in zip(cycles, losses, strict=True)]
     fine = [[(expm(matrix * step / 40.0), 40) for step, matrix in one] for one in pieces]
     whole = np.eye(3)
     for one, count in zip(pieces, counts, strict=True):
@@ -97,6 +97,36 @@ def test_a_long_alternation_is_the_mix():
     assert found.mean_housing == pytest.approx(housing, abs=0.2)
     assert found.magnet_temperature == pytest.approx(found.mean_housing, abs=1e-5)
     assert found.converged and not found.runaway
+
+
+# One ends with the effort with which the other begins.
+LATE = (np.array([0.0, 6.0, 6.0, 9.0]), np.array([0.2, 0.2, 7.0, 7.0]))
+EARLY = (np.array([0.0, 3.0, 3.0, 9.0]), np.array([-7.0, -7.0, 0.1, 0.1]))
+
+
+def test_the_winding_is_hottest_where_an_effort_follows_an_effort():
+    losses = (np.zeros(4), np.zeros(4))
+    found = mixed((0.5, 0.5), cycles=(LATE, EARLY), losses=losses)
+    scale = 1.0 / (1.0 - 0.001 * (found.magnet_temperature - 25.0))
+    peak, _ = simulated((20, 20), scale, found.mean_housing, (LATE, EARLY), losses)
+    assert found.peak_winding == pytest.approx(peak, abs=0.3)  # the housing swings, as above
+    assert found.peak_winding > found.winding.max() + 5.0  # than in the periodic states of the parts
+    assert found.peak_time == pytest.approx(12.0)  # at the end of the second effort
+
+
+def test_a_single_node_begins_a_part_as_warm_as_another_leaves_it():
+    lumped = Motor("l", 0.299, 0.0302, resistance_winding_ambient=6.55, winding_time_constant=20.0,
+                   magnet_coefficient=0.0)  # fmt: skip
+    losses, capacity, rise = (np.zeros(4), np.zeros(4)), 20.0 / 6.55, 0.0
+    found, peak = mixed((0.5, 0.5), motor=lumped, cycles=(LATE, EARLY), losses=losses), 0.0
+    for cycle, count in ((LATE, 60), (EARLY, 1)):  # x' = (R(x) i^2 - x/R_th)/C, in one interval an exponential
+        for _ in range(count):
+            for step, amperes in zip(np.diff(cycle[0]), cycle[1][:-1], strict=True):
+                heat, rate = 0.299 * amperes**2, 1.0 / 6.55 - 0.299 * 0.0039 * amperes**2
+                end = heat * (1.0 + 0.0039 * (AMBIENT - 25.0)) / rate
+                rise = end + (rise - end) * math.exp(-rate / capacity * step)
+                peak = max(peak, rise)
+    assert found.peak_winding == pytest.approx(AMBIENT + peak, rel=1e-9)
 
 
 def mean_housing(cycle, loss, scale: float, slow: float):

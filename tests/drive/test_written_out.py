@@ -19,15 +19,16 @@ from drivetrain.drive.spring import gear_spring, mean_touch, touch
 from drivetrain.drive.thermal.periodic_heat import (
     Copper,
     Nodes,
+    highest_response,
     hottest_bound,
     hottest_phase,
     interval_means,
+    most_left,
     new_losses,
     new_parts,
     periodic_heat,
     periods_of,
     quick_nodes,
-    settled,
 )
 from drivetrain.jit import kernel
 from drivetrain.records import as_record
@@ -183,41 +184,49 @@ def judged(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, torqu
     heat = periodic_heat(nodes, copper, periods, losses, parts, 30.0)
     phase = hottest_phase(nodes, copper, periods, losses, heat, 30.0)
     bound = hottest_bound(nodes, copper, periods, losses, parts, heat.magnets, 30.0)
-    for i in range(len(parts)):
-        out[i, -1] = settled(periods, i, 1.0 / (nodes.inner * nodes.winding), losses.held, out[i])
+    rate = 1.0 / (nodes.inner * nodes.winding)
+    out[-1] = highest_response(periods, rate, losses.held, out, most_left(periods, rate, losses.held, out))
     return heat, phase, bound
 
 
 def use_of(nodes: Nodes, held: float = 1.0, copper: Copper = COPPER, parts: Any = PARTS) -> tuple[Any, ...]:
     """What is judged with so many times ``HELD``; the losses and the responses."""
     shares = (0.3, 0.7) if len(parts) > 1 else (1.0,)
-    losses, out = new_losses(len(TIME)), np.zeros((2, len(TIME) + 1))
+    losses, out = new_losses(len(TIME)), np.zeros(len(TIME) + 1)
     losses.held[: len(HELD)] = held * HELD
     periods = periods_of(TIME, parts, shares)
     return *judged(nodes, copper, periods, losses, new_parts(len(parts)), TORQUE, LOSS, out), losses, out
 
 
-def response(rate: float, values: np.ndarray, part: slice) -> np.ndarray:
-    """x' = rate (value - x) round and round, at the samples of a part."""
-    steps, gone = np.diff(TIME[part]), math.exp(-rate * np.ptp(TIME[part]))
-    found = [0.0]
-    for _ in range(2):  # what a round from nothing leaves is what comes back, but for what is left of its start
-        found = [found[-1] / (1.0 - gone)] if len(found) > 1 else found
-        for step, value in zip(steps, values[part], strict=False):
-            found.append(value + (found[-1] - value) * math.exp(-rate * step))
-    return np.array(found)
+def response(rate: float, *values: np.ndarray, parts: Any = PARTS) -> list[np.ndarray]:
+    """x' = rate (sum of values - x) at the samples of each part, which begins with the most that parts leave."""
+
+    def after(start: float, value: np.ndarray, part: slice) -> np.ndarray:
+        found = [start]
+        for step, wanted in zip(np.diff(TIME[part]), value[part], strict=False):
+            found.append(wanted + (found[-1] - wanted) * math.exp(-rate * step))
+        return np.array(found)
+
+    rounds = [(part, 1.0 - math.exp(-rate * np.ptp(TIME[part]))) for part in parts]
+    left = sum(max(after(0.0, value, part)[-1] / gone for part, gone in rounds) for value in values)
+    return [after(left, sum(values), part) for part in parts]
+
+
+def highest(rate: float, *values: np.ndarray, parts: Any = PARTS) -> float:
+    return max(one.max() for one in response(rate, *values, parts=parts))
 
 
 @pytest.mark.parametrize("winding", [0.1, 1.0, 30.0])
-def test_a_response_of_first_order_comes_round(winding: float) -> None:
+def test_a_response_of_first_order_after_the_part_that_leaves_the_most(winding: float) -> None:
     *_, out = use_of(Nodes(1.9, 4.6, winding, 900.0))
     *_, even = use_of(Nodes(1.9, 4.6, math.nan, 900.0))
-    for i, part in enumerate(PARTS):
-        wanted = response(1.0 / (1.9 * winding), HELD, part)
-        assert out[i, -1] == pytest.approx(wanted.max(), rel=1e-9) and out[i, part] == pytest.approx(wanted, rel=1e-9)
-        mean = HELD[part][:-1] @ np.diff(TIME[part]) / np.ptp(TIME[part])
-        assert even[i, -1] == pytest.approx(mean, rel=1e-12)
-        assert even[i, part] == pytest.approx(np.full(len(wanted), mean), rel=1e-12)
+    wanted = response(1.0 / (1.9 * winding), HELD)
+    assert out[-1] == pytest.approx(highest(1.0 / (1.9 * winding), HELD), rel=1e-9)
+    means = [HELD[part][:-1] @ np.diff(TIME[part]) / np.ptp(TIME[part]) for part in PARTS]
+    assert even[-1] == pytest.approx(max(means), rel=1e-12)
+    for part, found, mean in zip(PARTS, wanted, means, strict=True):
+        assert out[part] == pytest.approx(found, rel=1e-9)
+        assert even[part] == pytest.approx(np.full(len(found), mean), rel=1e-12)
 
 
 @pytest.mark.parametrize("nodes", [Nodes(1.9, 4.6, 4.0, 900.0), Nodes(0.0, 4.6, 40.0, math.nan)], ids=["two", "one"])
@@ -227,10 +236,10 @@ def test_a_phase_that_holds_is_hotter_by_what_it_has_alone(nodes: Nodes, parts: 
     heat, phase, _, losses, _ = use_of(nodes, parts=parts)
     assert heat.converged
     at, way = losses.winding_at, nodes.inner or nodes.outer
-    rises = [response(1.0 / (way * nodes.winding), HELD, part) for part in parts]
+    rises = response(1.0 / (way * nodes.winding), HELD, parts=parts)
     constant = 0.05 * (1.0 - 0.001 * (heat.magnets - 25.0))
     square = np.append((TORQUE[:-1] ** 2 + TORQUE[:-1] * TORQUE[1:] + TORQUE[1:] ** 2) / 3.0, 0.0)
-    most = max(response(1.0 / (way * nodes.winding), square + HELD, part).max() for part in parts)
+    most = highest(1.0 / (way * nodes.winding), square, HELD, parts=parts)
     # x = way/k^2 (R(T_peak) held + R' x (all that the phase carries)), at the most that it may carry
     cold, slope = 0.31 + 0.0012 * (heat.peak - 30.0), 0.0012
     scale = brentq(lambda s: way / constant**2 * (cold + slope * s * most) - s, 0.0, 1e6)
@@ -246,18 +255,16 @@ def test_the_bound_of_the_hottest_phase_is_its_formula_and_a_bound(housing: floa
     constant = 0.05 * (1.0 - 0.001 * (heat.magnets - 25.0))
     cold, slope = 0.31 / constant**2, 0.0012 / constant**2
     square, loss = losses.square[: len(TIME)], losses.housing[: len(TIME)]
-    peaks, steps = [], [np.diff(TIME[part]) for part in PARTS]
-    for part in PARTS:
-        even = [
-            sum(share * (x[p][:-1] @ s) / s.sum() for share, p, s in zip((0.3, 0.7), PARTS, steps, strict=True))
-            for x in (square, loss)
-        ]
-        if math.isfinite(housing):
-            slow = 1.0 / (4.6 * housing)
-            even = [max(e, response(slow, x, part).max()) for e, x in zip(even, (square, loss), strict=True)]
-        heating = 4.6 * even[0] + 1.9 * response(1.0 / (1.9 * 4.0), square + HELD, part).max()
-        peaks.append(30.0 + (4.6 * even[1] + cold * heating) / (1.0 - slope * heating))
-    assert bound == pytest.approx(max(peaks), rel=1e-9) and bound > phase
+    steps = [np.diff(TIME[part]) for part in PARTS]
+    even = [
+        sum(share * (x[p][:-1] @ s) / s.sum() for share, p, s in zip((0.3, 0.7), PARTS, steps, strict=True))
+        for x in (square, loss)
+    ]
+    if math.isfinite(housing):
+        even = [max(e, highest(1.0 / (4.6 * housing), x)) for e, x in zip(even, (square, loss), strict=True)]
+    heating = 4.6 * even[0] + 1.9 * highest(1.0 / (1.9 * 4.0), square, HELD)
+    wanted = 30.0 + (4.6 * even[1] + cold * heating) / (1.0 - slope * heating)
+    assert bound == pytest.approx(wanted, rel=1e-9) and bound > phase
     assert use_of(Nodes(1.9, 4.6, 4.0, housing), copper=COPPER._replace(slope=9.0))[2] == math.inf
 
 

@@ -20,6 +20,7 @@ from drivetrain.drive.thermal.periodic_heat import (
     new_parts,
     periodic_heat,
     periods_of,
+    trace_own_periods,
 )
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
 from drivetrain.errors import Fault, InputError
@@ -220,7 +221,9 @@ def _heat(
 ) -> Any:
     """``periodic_heat`` for a torque or current and the loss in the housing."""
     interval_means(values, loss, losses)
-    return periodic_heat(nodes, copper, periods, losses, parts, ambient)
+    heat = periodic_heat(nodes, copper, periods, losses, parts, ambient)
+    trace_own_periods(nodes, copper, periods, losses, parts, heat.magnets, ambient)
+    return heat
 
 
 def rms_rule_validity(

@@ -4,7 +4,7 @@ The resistance follows the winding temperature at every instant, the torque cons
 periodic state of the two nodes is solved directly: a cycle of losses is an affine map of the two temperature rises.
 
 For a mix it is unknown how long each part runs before the next one starts. The assumptions are conservative for the
-winding, except at the change from one part to another, where it may be hotter by about the ripple within a cycle:
+winding:
 
 - Parts alternate fast compared with the housing, so all of them share one mean housing temperature, which follows
   from the mean heat of the mix. (A part that runs for longer than the housing's time constant is a study of its own.)
@@ -12,6 +12,8 @@ winding, except at the change from one part to another, where it may be hotter b
   above the common housing. Faster alternation only averages its temperature.
 - A motor with a single-node data sheet has no housing that averages the heat: each part reaches its own periodic
   state, and the hottest one counts.
+- A part may follow any other. The largest temperature is that of parts that begin as warm as the warmest one leaves
+  the winding; from there each part cools towards its own periodic state, unless that is as warm.
 
 Each part of a mix is therefore a periodic cycle with a constant heat injected into its housing, such that the mean
 housing temperature is the common one. Weighted by time, these heats cancel over the mix.
@@ -71,7 +73,7 @@ class Losses(NamedTuple):
     held: Array  # mean square torque of the most loaded phase above that of the winding, at rest [N^2 m^2]
     housing: Array  # mean loss in the housing [W]
     integrals: Array  # memory, (4, N + 1), see ``integrals_of``
-    # Temperatures at the samples [C].
+    # Temperatures at the samples, each part in its own periodic state [C].
     winding_at: Array
     housing_at: Array
 
@@ -540,34 +542,61 @@ def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
         losses.winding_at[:], losses.housing_at[:] = np.inf, np.inf
         return Heat(ambient, np.inf, np.inf, np.inf, 0.0, 0, converged, np.inf)
     magnets = used  # those of the state
-    cold, slope = per_torque(copper, magnets)
-    winding, housing, peak, peak_time, peak_part = ambient, ambient, -np.inf, 0.0, 0
+    winding, housing, start_winding, start_housing = ambient, ambient, -np.inf, -np.inf
     for i in range(len(parts)):
-        part, begin, end = parts[i], periods.edges[i], periods.edges[i + 1]
-        highest, at = part.winding, 0.0
-        if moves:
-            highest, at = _traced(nodes, periods, losses, i, cold, slope, part, ambient)
-        else:
-            losses.winding_at[begin:end], losses.housing_at[begin:end] = ambient + part.winding, ambient + part.housing
+        winding += periods.shares[i] * parts[i].winding
+        housing += periods.shares[i] * parts[i].housing
+        start_winding = max(start_winding, parts[i].start_winding)
+        start_housing = max(start_housing, parts[i].start_housing)
+    peak, peak_time, peak_part = -np.inf, 0.0, 0
+    for i in range(len(parts)):
+        highest, at = _trace(nodes, copper, periods, losses, parts, i, magnets, ambient, start_winding, start_housing)
         if highest > peak:
             peak, peak_time, peak_part = highest, at, i
-        winding += periods.shares[i] * part.winding
-        housing += periods.shares[i] * part.housing
     return Heat(magnets, winding, housing, ambient + peak, peak_time, peak_part, converged, radius)
 
 
 @law
-def _traced(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any, ambient: Any) -> Any:
-    """Set the temperatures of a part over its period; the winding's largest rise and its time."""
+def _trace(
+    nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, i: Any, magnets: Any, ambient: Any,
+    start_winding: Any, start_housing: Any,
+) -> Any:  # fmt: skip
+    """Set the temperatures at the samples of a part for initial rises; the winding's largest rise and its time.
+
+    Without a time constant of the winding all temperatures are constant.
+    """
+    part, begin, end = parts[i], periods.edges[i], periods.edges[i + 1]
+    if not known(nodes.winding):
+        losses.winding_at[begin:end], losses.housing_at[begin:end] = ambient + part.winding, ambient + part.housing
+        return part.winding, 0.0
+    cold, slope = per_torque(copper, magnets)
     begin, end = intervals(periods, i)
     flow = flow_of(nodes, part.length, cold, slope, part.injected)
-    found = cycle_trace(
-        periods.step, losses, begin, end, flow, (part.start_winding, part.start_housing), ambient,
-    )  # fmt: skip
+    found = cycle_trace(periods.step, losses, begin, end, flow, (start_winding, start_housing), ambient)
     if nodes.inner == 0.0:
         for t in range(begin, end + 1):
             losses.housing_at[t] = losses.winding_at[t]
     return found
+
+
+@law
+def trace_own_periods(
+    nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, magnets: Any, ambient: Any
+) -> None:
+    """Set the temperatures at the samples of a mix to those of each part in its own periodic state.
+
+    ``periodic_heat`` sets those of parts that follow a warmer one, from which ``hottest_phase`` starts.
+    """
+    if len(parts) == 1 or not losses.winding_at[0] < np.inf:
+        return
+    cold, slope = per_torque(copper, magnets)
+    for i in range(len(parts)):
+        part = parts[i]
+        if known(nodes.winding):  # ``hottest_phase`` uses the integrals as memory
+            begin, end = intervals(periods, i)
+            flow = flow_of(nodes, part.length, cold, slope, part.injected)
+            integrals_of(periods.step, losses, begin, end, flow)
+        _trace(nodes, copper, periods, losses, parts, i, magnets, ambient, part.start_winding, part.start_housing)
 
 
 # The most loaded phase at rest.
@@ -593,33 +622,47 @@ def shares_within(rate: Any, steps: Any, share: Any) -> None:
 
 
 @law(fastmath=FAST)
-def settled(periods: Any, i: Any, rate: Any, values: Any, out: Any) -> Any:
-    """Set the first-order response to values that are constant from sample to sample of a repeated part; its largest
+def most_left(periods: Any, rate: Any, values: Any, share: Any) -> Any:
+    """Largest first-order response that a part leaves when it is repeated; ``share`` is set to ``shares_within``.
+
+    If the rate is NaN (unknown), each part has its mean.
+    """
+    most = -np.inf
+    for i in range(len(periods.shares)):
+        begin, end = intervals(periods, i)
+        steps, value, left, length = periods.step[begin:end], values[begin:end], 0.0, 0.0
+        for k in range(len(steps)):
+            left += value[k] * steps[k]
+            length += steps[k]
+        left /= length
+        if known(rate):
+            covered, left = share[begin:end], 0.0
+            shares_within(rate, steps, covered)
+            for k in range(len(steps)):
+                left = left * (1.0 - covered[k]) + value[k] * covered[k]
+            left /= -math.expm1(-rate * length)
+        else:
+            share[begin:end] = left
+        most = max(most, left)
+    return most
+
+
+@law(fastmath=FAST)
+def highest_response(periods: Any, rate: Any, values: Any, out: Any, start: Any) -> Any:
+    """Set the first-order response to values that are constant from sample to sample, after ``most_left``; its largest
     value.
 
-    If the rate is NaN (unknown), the mean is returned.
+    Each part begins with ``start``, at least the most that a part leaves: no order of the parts gives more.
     """
-    begin, end = intervals(periods, i)
-    last = periods.edges[i + 1] - 1
-    steps, values, share = periods.step[begin:end], values[begin:end], out[begin:end]
-    answer, length = 0.0, 0.0
-    for k in range(len(steps)):
-        answer += values[k] * steps[k]
-        length += steps[k]
-    if not known(rate):
-        out[begin : last + 1] = answer / length
-        return answer / length
-    shares_within(rate, steps, share)
-    answer = 0.0
-    for k in range(len(steps)):
-        answer = answer * (1.0 - share[k]) + values[k] * share[k]
-    answer = answer / -math.expm1(-rate * length)
-    largest = answer
-    for k in range(len(steps)):
-        gone, share[k] = share[k], answer
-        answer = answer * (1.0 - gone) + values[k] * gone
-        largest = larger(largest, answer)
-    out[last] = answer
+    largest = start
+    for i in range(len(periods.shares)):
+        begin, end = intervals(periods, i)
+        value, share, answer = values[begin:end], out[begin:end], start
+        for k in range(len(value) if known(rate) else 0):
+            gone, share[k] = share[k], answer
+            answer = answer * (1.0 - gone) + value[k] * gone
+            largest = larger(largest, answer)
+        out[periods.edges[i + 1] - 1] = answer if known(rate) else out[begin]
     return largest
 
 
@@ -637,15 +680,14 @@ def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any,
         losses.integrals[0],
         losses.integrals[1],
     )
-    rate, extra, largest = 1.0 / (resistance * nodes.winding), 0.0, 0.0
-    for i in range(len(periods.shares)):
-        extra = max(extra, settled(periods, i, rate, losses.held, rise))
-    if extra == 0.0:
+    rate = 1.0 / (resistance * nodes.winding)
+    held = most_left(periods, rate, losses.held, rise)
+    if not highest_response(periods, rate, losses.held, rise, held) > 0.0:
         return peak
     for k in range(len(total)):
         total[k] = losses.square[k] + losses.held[k]
-    for i in range(len(periods.shares)):
-        largest = max(largest, settled(periods, i, rate, total, losses.integrals[2]))
+    start = held + most_left(periods, rate, losses.square, losses.integrals[2])
+    largest = highest_response(periods, rate, total, losses.integrals[2], start)
     if resistance * slope * largest >= 1.0:
         return np.inf
     scale = resistance * (cold + slope * (heat.peak - ambient)) / (1.0 - resistance * slope * largest)
@@ -673,18 +715,18 @@ def hottest_bound(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
     """
     cold, slope = per_torque(copper, magnets)
     rate, own = 1.0 / (nodes.outer * nodes.housing), 1.0 / (nodes.inner * nodes.winding)
-    total, memory, peak, mean_total, loss = losses.integrals[1], losses.integrals[2], ambient, 0.0, 0.0
+    total, memory, square, lost = losses.integrals[1], losses.integrals[2], 0.0, 0.0
     for i in range(len(parts)):
-        mean_total += periods.shares[i] * parts[i].square
-        loss += periods.shares[i] * parts[i].loss
+        square += periods.shares[i] * parts[i].square
+        lost += periods.shares[i] * parts[i].loss
     for k in range(len(total)):
         total[k] = losses.square[k] + losses.held[k]
-    for i in range(len(parts)):
-        square, lost = mean_total, loss
-        if known(rate):
-            square = max(square, settled(periods, i, rate, losses.square, memory))
-            lost = max(lost, settled(periods, i, rate, losses.housing, memory))
-        heating = nodes.outer * square + nodes.inner * settled(periods, i, own, total, memory)
-        left = 1.0 - slope * heating
-        peak = max(peak, ambient + (nodes.outer * lost + cold * heating) / left if left > 0.0 else np.inf)
-    return peak
+    if known(rate):
+        most = most_left(periods, rate, losses.square, memory)
+        square = max(square, highest_response(periods, rate, losses.square, memory, most))
+        most = most_left(periods, rate, losses.housing, memory)
+        lost = max(lost, highest_response(periods, rate, losses.housing, memory, most))
+    start = most_left(periods, own, losses.square, memory) + most_left(periods, own, losses.held, memory)
+    heating = nodes.outer * square + nodes.inner * highest_response(periods, own, total, memory, start)
+    left = 1.0 - slope * heating
+    return ambient + (nodes.outer * lost + cold * heating) / left if left > 0.0 else np.inf

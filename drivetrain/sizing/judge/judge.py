@@ -75,14 +75,16 @@ from drivetrain.drive.stops import (
 )
 from drivetrain.drive.thermal.periodic_heat import (
     copper_of,
+    highest_response,
     hottest_bound,
     hottest_phase,
     interval_means,
+    most_left,
     part_means,
     periodic_heat,
     quick_nodes,
-    settled,
     thermal_nodes,
+    trace_own_periods,
 )
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
@@ -359,7 +361,7 @@ def heating_allowance(case: Any, motion: Any, traces: Any) -> Any:
     thermal path, and the magnets are as warm as the winding may be. (3) If the data sheet gives no winding limit,
     ambient air above the data sheet's reduces the assumed one. Infinite if the winding cannot be kept below its limit.
     """
-    losses, figures, setting, edges = traces.losses, case.figures, case.setting, motion.periods.edges
+    losses, figures, setting = traces.losses, case.figures, case.setting
     rms, largest_square, stated_limit = figures.rms_current, figures.rms_current**2, case.limits.winding_temperature
     square, heat = 1.0 / torque_constant(case.motor, figures.magnet_temperature) ** 2, 0.0
     rate = 1.0 / least_winding_time(case.motor)
@@ -370,8 +372,8 @@ def heating_allowance(case: Any, motion: Any, traces: Any) -> Any:
         losses.held[t] = 2.0 * square * losses.held[t] if rests else turning
         gear = traces.mesh_loss[t] + drag * traces.drag_loss[t]
         heat += motion.weight[t] * (traces.friction_loss[t] + setting.gear_heat * gear) / setting.duration
-    for part in range(len(edges) - 1):
-        largest_square = max(largest_square, settled(motion.periods, part, rate, losses.held, losses.integrals[0]))
+    most = most_left(motion.periods, rate, losses.held, losses.integrals[0])
+    largest_square = max(largest_square, highest_response(motion.periods, rate, losses.held, losses.integrals[0], most))
     limit = known_or(stated_limit, LEAST_LIMIT)
     largest_square *= (
         torque_constant(case.motor, figures.magnet_temperature) / torque_constant(case.motor, WARMEST)
@@ -829,6 +831,7 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
                 # restores the temperatures at the samples
                 heat = periodic_heat(nodes, copper, periods, losses, parts, ambient)
             case.allowance.winding_temperature = max(quickest - least, 0.0)
+        trace_own_periods(nodes, copper, periods, losses, parts, heat.magnets, ambient)
         figures.housing_temperature = heat.housing
         if share > 0.0:  # a stated temperature, that of the drag, never lowers the housing's
             warmth = heat.housing if heat.peak < np.inf else np.inf
