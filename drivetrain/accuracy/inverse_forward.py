@@ -67,11 +67,13 @@ def _note(moves: float, rests: float, evaluation: Evaluation, name: str) -> str:
     """The cause of the difference, in words; empty if it is small."""
     said = []
     if not math.isnan(rests) and rests > SMALL:
-        holds = "friction holds with what the stop has left in it, anywhere between its two bounds"
-        said.append(f"at rest {holds}; sizing takes the smallest current that still holds")
+        said.append(
+            "at rest the friction torque depends on how the joint came to rest, anywhere between its two bounds; "
+            "sizing takes the smallest current that still holds"
+        )
     if not math.isnan(moves) and moves > SMALL:
-        said.append("in motion the loop answers its own tracking error, and stops and starts take time")
+        said.append("in motion the controller also corrects its tracking error, and starting and stopping take time")
     drive = evaluation.joints[name].drive
     if not said and (drive.gear.mesh_efficiency or drive.gear.efficiency or 1.0) == 1.0:
-        said.append("no mesh loss: nothing holds at rest but the motor")
+        said.append("no mesh loss: at rest only the motor holds the load")
     return "; ".join(said)

@@ -37,7 +37,7 @@ def _temperature_warnings(plan: Plan, rows: Array) -> Iterator[Event]:
         motor = next((one for one in sheets if isinstance(one, Motor)), None)
         if heat is None:
             continue
-        limits = {"housing_temperature": ("magnets", HOTTEST_MAGNETS, "ASSUMED for the magnets it holds")}
+        limits = {"housing_temperature": ("magnets", HOTTEST_MAGNETS, "ASSUMED for its magnets")}
         if motor is not None and motor.max_winding_temperature is not None:
             limits["winding_temperature"] = ("winding", motor.max_winding_temperature, f"the limit of {motor.key}")
         for name, (kind, limit, whose) in limits.items():
@@ -53,7 +53,7 @@ def _temperature_warnings(plan: Plan, rows: Array) -> Iterator[Event]:
         gain = motor.resistance * copper_coefficient(motor.reference_temperature) * resistance * square
         winding = rows[:, recorded[f"{joint}.winding_temperature"][0]]
         if gain >= 1.0 and winding[-1] > winding[0]:
-            detail = f"{joint}: were {math.sqrt(square):.3g} A RMS to last, the winding would warm without end"
+            detail = f"{joint}: if its {math.sqrt(square):.3g} A RMS continued, the winding would heat up without limit"
             yield Event(float(time[-1]), "runaway", detail)
 
 
@@ -68,7 +68,7 @@ def _long_step(plan: Plan, step: float) -> Iterator[Event]:
     moves = [one.effect.motion.time for one in plan.instances if isinstance(one.effect, CommandedMotion)]
     lasts = min([plan.scene.duration, *(float(time[-1] - time[0]) for time in moves)])
     if FEWEST_STEPS * step > lasts:
-        detail = f"a step of {step:g} s sees little of a motion of {lasts:g} s; {lasts / 100.0:.2g} s would do"
+        detail = f"a step of {step:g} s is too long for a motion of {lasts:g} s; use {lasts / 100.0:.2g} s"
         yield Event(0.0, "step", detail)
 
 
@@ -84,9 +84,9 @@ def _bristles(plan: Plan, tolerance: float, step: float) -> Iterator[Event]:
         frequency = math.sqrt(law.stiffness / moved)
         if step * frequency > LARGEST_PHASE:
             best = 1.0 / frequency
-            text = f"swings at {frequency:.3g} rad/s, which a step of {step:g} s passes over; {best:.2g} s would do"
+            text = f"oscillates at {frequency:.3g} rad/s, too fast for a step of {step:g} s; use {best:.2g} s"
         elif deflection < SMALLEST_DEFLECTION * tolerance:
-            text = f"bends by {deflection:.3g} before it slips, less than a tolerance of {tolerance:g} resolves"
+            text = f"deflects by {deflection:.3g} before it slips, too little for a tolerance of {tolerance:g}"
         else:
             continue
-        yield Event(0.0, "bristles", f"{one.title} {text}; DryFriction sticks exactly at any step")
+        yield Event(0.0, "bristles", f"{one.title} {text}; DryFriction models exact sticking at any step")

@@ -253,28 +253,28 @@ _WANTS = {"differential": "turns", "belt": "passes"}
 
 
 class CouplingForm(Form):
-    """Joints whose motors work together: the shafts behind their gears turn as these turn with the joints.
+    """Joints with coupled motors: the angles of the gears' output shafts are linear combinations of the joint angles.
 
-    The drive of a joint listed here is the one behind its shaft, in the same order: speed, torque and friction of that
-    joint's drive are the shaft's.
+    The drive of each joint listed here turns the shaft at the same place of the list; its speed, torque and friction
+    are those of that shaft.
     """
 
     joints: f.Names = Field(description="from the base towards the tip; their drives turn the shafts, in this order")
     type: Literal["differential", "belt"] | None = Field(
         default=None,
-        description="differential: two shafts turn the first joint together, the second against each other; belt: all "
-        "shafts start before the first joint, and reach theirs over wheels on the axes between",
+        description="differential: two shafts drive the first joint by turning together, the second by turning against "
+        "each other; belt: all motors sit before the first joint, and drive theirs over wheels on the axes between",
     )
     turns: list[Turns] | None = Field(
-        default=None, description="differential: of a shaft, a turn of the first and of the second joint; default 1, 1"
+        default=None,
+        description="differential: turns of a shaft per turn of the first and of the second joint; default 1, 1",
     )
     passes: list[Turns] | None = Field(
         default=None,
-        description="belt: what the wheel on each axis but the last passes on, a turn of its own; -1: the other way "
-        "round; default 1 each",
+        description="belt: output per input turn of the wheel on each axis but the last; -1: reversed; default 1 each",
     )
     matrix: list[list[Turns]] | None = Field(
-        default=None, description="instead of a type: row i, turns of shaft i a turn of each joint"
+        default=None, description="instead of a type: row i holds the turns of shaft i per turn of each joint"
     )
 
     @model_validator(mode="after")

@@ -23,8 +23,10 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.core import jacobian
 from drivetrain.simulation.core.equations import (
+    JAMMED_MESSAGE,
     LOOPS_CANNOT_CLOSE,
     LOOPS_MESSAGE,
+    NO_MODES_MESSAGE,
     fill_row,
     outputs_at,
     pass_payloads,
@@ -338,9 +340,8 @@ def _stop_event(done: CompiledSolution, plan: Plan, numbers: Array) -> Event:
         return Event(t, "apart", LOOPS_MESSAGE)
     if solved < 0:
         if solved > NO_MODES_FOUND:
-            problem = "its mesh friction has no solution in this posture"
-            return Event(t, "jammed", f"{plan.coordinates[-1 - solved]}: {problem}")
-        return Event(t, "endless", "no set of sticking and sliding joints fits")
+            return Event(t, "jammed", f"{plan.coordinates[-1 - solved]}: {JAMMED_MESSAGE}")
+        return Event(t, "endless", NO_MODES_MESSAGE)
     kinds = {
         "steps taken": "budget",
         "jumps": "jump",

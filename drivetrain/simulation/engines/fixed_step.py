@@ -21,8 +21,10 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.records import record_type
 from drivetrain.simulation.core.equations import (
+    JAMMED_MESSAGE,
     LOOPS_CANNOT_CLOSE,
     LOOPS_MESSAGE,
+    NO_MODES_MESSAGE,
     fill_row,
     outputs_at,
     pass_payloads,
@@ -409,11 +411,11 @@ def _stop_event(code: int, plan: Plan, clock: Any) -> Event | None:
         name = list(plan.memory.states)[fault_index]
         return Event(t, "diverged", f"{name} is not a number or grows without bound; try a shorter step")
     if code == JAMMED:
-        return Event(t, "jammed", f"{plan.coordinates[fault_index]}: its mesh friction has no solution in this posture")
+        return Event(t, "jammed", f"{plan.coordinates[fault_index]}: {JAMMED_MESSAGE}")
     if code == LOOPS_OPEN:
         return Event(t, "apart", LOOPS_MESSAGE)
     if code == NO_CONSISTENT_MODES:
-        return Event(t, "endless", "no set of sticking and sliding joints fits; try a shorter step")
+        return Event(t, "endless", f"{NO_MODES_MESSAGE}; try a shorter step")
     return None
 
 
@@ -422,8 +424,8 @@ def mode_event(plan: Plan, time: float, coordinate: int, before: int, after: int
     if after == AMBIGUOUS_MODE:
         name = plan.coordinates[coordinate]
         detail = (
-            f"{name} lets go together with others, though it could as well have held while they slide: static friction "
-            "above Coulomb friction leaves both open; here all that reach their bounds at one instant let go"
+            f"{name} starts to slip together with others, but could also have kept sticking while they slip: with "
+            "static above Coulomb friction both are solutions; all that reach their bounds at one instant slip here"
         )
         return Event(time, "several solutions", detail)
     words = {0: "stuck", 1: "slides forward", -1: "slides backward"}
