@@ -33,8 +33,7 @@ BUS, WEAK_SUPPLY, BUS_ERROR = "scene.bus_voltage", 0.99, 1e-3
 MOST_CHECKED_STEPS = 5e4  # steps of a run up to which the step is checked by a second run (about 0.3 s more)
 # For a check of the bus voltage: steps of the fixed-step engine, steps of the adaptive engine, output rows, at most.
 MOST_FIXED_STEPS, MOST_ADAPTIVE_STEPS, MOST_COMPARED_ROWS = 4e5, 100_000, 2e4
-# Relative change with half the step up to which a run counts as converged; size below which a quantity is not compared.
-ALLOWED, SMALLEST_SIZE = 0.01, 1e-6
+ALLOWED = 0.01  # relative change with half the step up to which a run counts as converged
 LARGEST_VALUE = 1e30  # a larger number counts as diverged; its square is still finite
 
 
@@ -136,7 +135,7 @@ def _step_events(
         return ()
     events = _bus_event(engine, recording, plan, given)
     halved = engine.finer(plan.period).run(plan, RunOptions(interval, start=given))
-    if halved.stopped_by is not None or not _largest_change(plan, rows, halved.rows):
+    if halved.stopped_by is not None or not largest_change(plan, rows, halved.rows):
         return events
     # Oscillations faster than the output rows would differ by aliasing, so the comparison uses more output rows.
     seen = RunOptions(min(interval, plan.scene.duration / MOST_COMPARED_ROWS), start=given)
@@ -146,16 +145,16 @@ def _step_events(
         halved = finer.run(plan, seen)
         if halved.stopped_by is not None:
             break
-        changed = _largest_change(plan, rows, halved.rows)
+        changed = largest_change(plan, rows, halved.rows)
         if not changed:
-            advice = f"half of {tried.step:g} s changes nothing by more than {100.0 * ALLOWED:g} %"
+            advice = f"a step of {tried.step:g} s is short enough: half of it changes none by {100.0 * ALLOWED:g} %"
             break
         first, tried, rows = first or changed, finer, halved.rows
     if not first:
         return events
     detail = (
-        f"half the step changes {first}: what strikes, sticks, rings or turns round within a step of "
-        f"{engine.step:g} s; {advice}"
+        f"half the step changes {first}: a step of {engine.step:g} s does not resolve impacts, sticking, oscillations "
+        f"or reversals; {advice}"
     )
     return (*events, Event(float(recording.time[-1]), "step", detail))
 
@@ -194,7 +193,7 @@ def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mappi
     return (Event(float(recording.time[k]), "bus", detail),)
 
 
-def _largest_change(plan: Plan, rows: Array, finer: Array) -> str:
+def largest_change(plan: Plan, rows: Array, finer: Array) -> str:
     """The decision quantity that a finer run changes most, with its relative change; empty if below ``ALLOWED``.
 
     ``rows`` and ``finer`` are output rows of both runs.
@@ -206,11 +205,15 @@ def _largest_change(plan: Plan, rows: Array, finer: Array) -> str:
             if name in plan.layout.recorded:
                 column = plan.layout.recorded[name][0]
                 here, there = rows[:, column], np.interp(rows[:, 0], finer[:, 0], finer[:, column])
-                size = np.ptp(there) if what == "position" else np.abs(there).max()
-                if size > SMALLEST_SIZE:
+                if _size(what, there) > SMALLEST_SIZES[what]:
                     shares |= {f"{name} {words}": measure(here, there) for words, measure in measures.items()}
     worst = max(shares, key=lambda name: shares[name], default="")
     return f"{worst} by {100.0 * shares[worst]:.2g} %" if worst and shares[worst] > ALLOWED else ""
+
+
+def _size(what: str, values: Array) -> float:
+    """Size of a quantity against which its change counts: the range of positions and temperatures, else the peak."""
+    return float(np.ptp(values) if what in ("position", "winding_temperature") else np.abs(values).max())
 
 
 def _rms(here: Array, there: Array) -> float:
@@ -218,15 +221,21 @@ def _rms(here: Array, there: Array) -> float:
     return abs(float(np.linalg.norm(here) / np.linalg.norm(there)) - 1.0)
 
 
+def _peak(here: Array, there: Array) -> float:
+    """Relative difference of the largest magnitudes of two series [-]."""
+    return abs(float(np.abs(here).max() / np.abs(there).max()) - 1.0)
+
+
 # Quantities of each joint that are compared, and their measures, as relative differences of two series.
 MEASURES: dict[str, dict[str, Callable[[Array, Array], float]]] = {
-    "position": {"on its way": lambda here, there: float(np.abs(there - here).max() / np.ptp(there))},
-    "current": {
-        "at its peak": lambda here, there: abs(float(np.abs(here).max() / np.abs(there).max()) - 1.0),
-        "RMS": _rms,
-    },
-    "mesh_torque": {"RMS": _rms},
+    "position": {"along the motion": lambda here, there: float(np.abs(there - here).max() / np.ptp(there))},
+    "speed": {"(peak)": _peak},
+    "current": {"(peak)": _peak, "(RMS)": _rms},
+    "mesh_torque": {"(RMS)": _rms},
+    "winding_temperature": {"(rise)": lambda here, there: abs(float(np.ptp(here) / np.ptp(there)) - 1.0)},
 }
+# Sizes below which a quantity is not compared: rounding, and rises [K] that no decision depends on.
+SMALLEST_SIZES = dict.fromkeys(MEASURES, 1e-6) | {"winding_temperature": 0.1}
 
 
 def _position_limit_events(plan: Plan, rows: Array) -> tuple[Event, ...]:

@@ -11,6 +11,7 @@ from drivetrain.effects.effect import Effect
 from drivetrain.errors import InputError
 from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.recording import Event
+from drivetrain.simulation.run import largest_change
 
 MOTOR = dt.Motor("m", 0.3, 0.03, max_winding_temperature=155.0)
 
@@ -95,6 +96,30 @@ def test_an_ordinary_run_says_nothing() -> None:
     assert run.events == ()
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("position", "along the motion"), ("speed", "(peak)"), ("current", "(peak)"), ("mesh_torque", "(RMS)"),
+        ("winding_temperature", "(rise)"),
+    ],
+)  # fmt: skip
+def test_a_quantity_that_half_the_step_changes_by_more_than_a_percent_is_named(name: str, words: str) -> None:
+    effects = [
+        dt.GivenCurrent([0.0], [1.0]), dt.MotorCurrent(MOTOR), dt.FullRotor(1e-5, 50.0),
+        dt.MeshLoss(dt.Gear("g", 50.0, efficiency=0.9)), dt.WindingHeat(ThermalNetwork(2.0, 3.0, 10.0, 200.0, 25.0)),
+    ]  # fmt: skip
+    plan = dt.plan(dt.joint_scene(1.0, effects, 1.0))
+    rows = np.zeros((5, 1 + len(plan.layout.columns)))
+    rows[:, 0], column = np.linspace(0.0, 1.0, 5), plan.layout.recorded[f"joint.{name}"][0]
+    rows[:, column] = [25.0, 26.0, 29.0, 27.0, 26.0]
+    start = 25.0 if name in ("position", "winding_temperature") else 0.0  # what only its range counts of
+    for change in (1.009, 1.011):
+        finer = rows.copy()
+        finer[:, column] = start + (rows[:, column] - start) * change
+        found = largest_change(plan, rows, finer)
+        assert (f"joint.{name} {words} by 1.1 %" in found) if change > 1.01 else not found
+
+
 def test_what_strikes_within_a_step_is_said() -> None:
     """A swing of 158 rad/s on a wall's spring: a millisecond runs ahead of the cosine, and says what does not."""
     swing = math.sqrt(2.5e4)
@@ -105,7 +130,11 @@ def test_what_strikes_within_a_step_is_said() -> None:
         apart = run["joint.speed"] + 0.01 * swing * np.sin(swing * run.time)
         off.append(math.sqrt(float(np.mean(apart**2))) / (0.01 * swing))
         told += [named(run, "step")]
-    assert off[0] > 0.1 and "joint.position" in told[0][0].detail and "half of 0.000125 s" in told[0][0].detail
+    assert (
+        off[0] > 0.1
+        and "joint.position" in told[0][0].detail
+        and "a step of 0.000125 s is short enough" in told[0][0].detail
+    )
     assert off[1] < 0.02 and not told[1]
 
 
@@ -115,13 +144,13 @@ def test_a_brake_that_bites_before_a_stiff_spring() -> None:
     brake = dt.HoldingBrake(2000.0, engages=(0.01,))
     scene = dt.joint_scene(link, [dt.FullRotor(5e-5, 100.0), dt.FlexibleJoint(gear), brake], 0.1, speed=1.0)
     (event,) = named(dt.simulate(scene), "step")
-    enough = float(event.detail.rpartition("half of ")[2].partition(" s ")[0])
+    enough = float(event.detail.rpartition("; a step of ")[2].partition(" s is short enough")[0])
     torque = 1.0 * math.sqrt(link * 5e4 / 2.0)  # RMS of the swing that the link's speed makes
     rms = [
         math.sqrt(float(np.mean(run["joint.mesh_torque"][run.time > 0.02] ** 2)))
         for run in (dt.simulate(scene, solver=dt.FixedStep(step), interval=7.3e-5) for step in (1e-3, enough))
     ]
-    assert "joint.mesh_torque RMS" in event.detail
+    assert "joint.mesh_torque (RMS)" in event.detail
     assert rms[0] < 0.5 * torque and rms[1] == pytest.approx(torque, rel=0.02)
 
 
