@@ -89,3 +89,9 @@ def test_what_cannot_be_verified_is_refused() -> None:
         dt.simulate(scene, resume=half, verify=True)
     with pytest.raises(InputError, match="step or a tolerance"):
         Inverse().finer()
+
+
+def test_progress_of_both_runs_is_one() -> None:
+    seen: list[float] = []
+    dt.simulate(swinging(), solver=FixedStep(2e-5), interval=0.02, verify=True, progress=seen.append)
+    assert seen == sorted(seen) and seen[0] < 1.0 / 3.0 < seen[-1] <= 1.0
