@@ -31,14 +31,15 @@ def checked_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
 
     ``shape`` has None for axes of any length.
     """
-    wanted = "(" + ", ".join("N" if size is None else str(size) for size in shape) + ")"
+    sizes = ["N" if size is None else str(size) for size in shape]
+    wanted = f"({sizes[0]},)" if len(sizes) == 1 else f"({', '.join(sizes)})"
     try:
         array = real_array(value)
     except (TypeError, ValueError, OverflowError):
         raise InputError(Fault(name, f"must be numbers of shape {wanted}", value)) from None
     fits = array.ndim == len(shape) and all(w is None or w == s for w, s in zip(shape, array.shape, strict=True))
     if not fits:
-        raise InputError(Fault(name, f"must have shape {wanted}", f"shape {array.shape}"))
+        raise InputError(Fault(name, f"must have shape {wanted}", array.shape))
     if not within_reach(array):
         finite = np.isfinite(array)
         bad = tuple(int(i) for i in np.argwhere(~finite if not finite.all() else np.abs(array) > LARGEST)[0])
@@ -103,7 +104,7 @@ def batch(value: Any, width: int, name: str) -> Array:
         return checked_array(value, (width,), name)[np.newaxis]
     if len(shape) == 2:
         return checked_array(value, (None, width), name)
-    raise InputError(Fault(name, f"must have shape ({width},) or (N, {width})", f"shape {shape}"))
+    raise InputError(Fault(name, f"must have shape ({width},) or (N, {width})", shape))
 
 
 def samples(n: int, named: dict[str, Any]) -> list[Array]:

@@ -204,7 +204,7 @@ def _scaled(chain: BookArm, named: dict[str, Any]) -> list[Array]:
     arrays = dict(zip(named, _all_values(named), strict=True))
     n = chain.arm.n
     raise_faults(
-        Fault(name, f"must have shape ({n},) or (N, {n})", f"shape {array.shape}")
+        Fault(name, f"must have shape ({n},) or (N, {n})", array.shape)
         for name, array in arrays.items()
         if array.ndim not in (1, 2) or array.shape[-1] != n
     )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from drivetrain.errors import Fault, InputError
+
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
@@ -21,6 +23,8 @@ def shown(title: str, table: pd.DataFrame) -> str:
 def axes_of(ax: Axes | None) -> Axes:
     """The axes given, or those of a new figure."""
     if ax is not None:
+        if not hasattr(ax, "plot"):
+            raise InputError(Fault("ax", "must be the axes of a figure of matplotlib, or None", ax))
         return ax
     from matplotlib.pyplot import subplots
 

@@ -87,6 +87,8 @@ def test_every_command_takes_the_file_of_select_its_result_or_the_bare_study(
     code, _, errors = run("select", bare, "--write", target, "--out", "sel")
     assert code == 0 and str(target) in errors
     written, result = dt.load_study(target), tmp_path / "sel" / "result.json"
+    with pytest.raises(InputError, match="is a result of drivetrain, no study"):
+        dt.load_study(result)
     assert [task.drive for task in written.joints] == [("good", "good")]
     wanted = dt.evaluate(written).objective
     sizes, currents = [], []

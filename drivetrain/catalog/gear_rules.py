@@ -48,7 +48,14 @@ def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
     kind = cells.get("kind")
     if any(name in values for name in LOSSES) and not cells.get("loss_basis"):
         findings.append(error("loss_basis", "is empty: say where mesh efficiency, drag and starting torque come from"))
-    return findings + list(_stages(values, str(kind))) + list(_ratio_fraction(cells))
+    return [*findings, *_inverted(values), *_stages(values, str(kind)), *_ratio_fraction(cells)]
+
+
+def _inverted(values: Values) -> Iterator[Finding]:
+    ratio = values.get("ratio", 1.0)
+    if 0.0 < abs(ratio) < 1.0:
+        problem = f"a ratio of {ratio:.4g} makes the output faster than the motor"
+        yield warning("ratio", f"{problem}; was {1.0 / ratio:.4g} meant: motor over output speed?")
 
 
 def _torque_order(values: Values) -> Iterator[Finding]:

@@ -144,16 +144,24 @@ def _row_faults(table: Table, name: str, rules: Rules) -> list[LintFault]:
     """Faults of the rows of one table: physics, missing source, and duplicates."""
     faults: list[LintFault] = []
     for row in table.rows:
-        findings = [*rules(row.cells), *_provenance(row)]
-        faults += [_as_fault(table, name, row, finding) for finding in findings]
-    return faults + [_as_fault(table, name, row, finding) for row, finding in _duplicates(table.rows)]
+        faults += [_as_fault(table, name, row, finding) for finding in rules(row.cells)]
+    findings = [*_provenance(table.rows), *_duplicates(table.rows)]
+    return faults + [_as_fault(table, name, row, finding) for row, finding in findings]
 
 
-def _provenance(row: Row) -> Iterator[Finding]:
-    if not row.text("source"):
-        yield error("source", "is empty: say where the numbers were read")
-    elif not (row.text("edition") or row.text("date")):
-        yield warning("edition", "is empty: data sheets change by up to 10 % from one edition to the next")
+def _provenance(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:
+    """Rows without a source, and one warning for all rows whose source has no date."""
+    yield from (
+        (row, error("source", "is empty: say where the numbers were read")) for row in rows if not row.text("source")
+    )
+    undated = [row for row in rows if row.text("source") and not (row.text("edition") or row.text("date"))]
+    if undated:
+        others = len(undated) - 1
+        more = f" here and in {others} more row{'s' * (others > 1)}" if others else ""
+        yield (
+            undated[0],
+            warning("edition", f"is empty{more}: data sheets change by up to 10 % from one edition to the next"),
+        )
 
 
 def _duplicates(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:

@@ -211,6 +211,10 @@ def _read_numbers(
     raw = np.array([math.nan if "_" in text else number_of(text) for text in texts], dtype=np.float64)
     values = raw
     if header.column.unit:
+        if not header.unit and header.column.unit != "1":
+            problem = f"needs a unit in its header, such as {header.column.name} [{header.column.unit}]"
+            faults.append(CellFault(1, header.text, problem))
+            return [None] * len(texts), iter(())
         try:
             values = to_si(raw, header.unit, unit=header.column.unit)
         except InputError as error:

@@ -37,7 +37,8 @@ def lint(
         screen.print(lint_table(found))
     else:
         lines(str(one) for one in found)  # one finding per line, so that the output can be searched and counted
-    say(f"{folder}: {errors} errors, {len(found) - errors} warnings")
+    rest = len(found) - errors
+    say(f"{folder}: {errors} error{'s' * (errors != 1)}, {rest} warning{'s' * (rest != 1)}")
     return not errors
 
 

@@ -280,7 +280,7 @@ class Commander:
                 faults.append(Fault(name, f"must be numbers of shape {shape}", type(value).__name__))
                 continue
             if row.shape != shape:
-                faults.append(Fault(name, f"must have shape {shape}", f"shape {row.shape}"))
+                faults.append(Fault(name, f"must have shape {shape}", row.shape))
             elif not np.abs(row).max() < FAR:
                 faults.append(Fault(name, "must be finite, and not too large to be squared", row.tolist()))
         return InputError(faults or [Fault("q", "is too large to calculate with")])

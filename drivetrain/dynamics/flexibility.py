@@ -195,7 +195,7 @@ def _checked_input(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDAr
     except (TypeError, ValueError, OverflowError):
         raise InputError(Fault("stiffness", f"must be numbers of shape ({arm.n},) or that of q", stiffness)) from None
     if given.shape not in ((arm.n,), positions.shape):
-        raise InputError(Fault("stiffness", f"must have shape ({arm.n},) or that of q", f"shape {given.shape}"))
+        raise InputError(Fault("stiffness", f"must have shape ({arm.n},) or that of q", given.shape))
     springs = np.broadcast_to(given, positions.shape)
     if not (springs > 0.0).all():
         problem = "must be positive [N m/rad or N/m]; infinite where rigid"

@@ -41,7 +41,9 @@ def set_table(sets: Sequence[Any], study: Study) -> pd.DataFrame:
         for joint, (motor, gear) in one.drives.items():
             row |= {f"{joint} motor": motor, f"{joint} gear": gear}
         rows.append(row)
-    table = pd.DataFrame(rows)
+    named = (f"{joint.name} {part}" for joint in study.joints for part in ("motor", "gear"))
+    empty = None if rows else ["objective", "mass [kg]", "price", "energy [J]", "utilisation", *named]
+    table = pd.DataFrame(rows, columns=empty)
     units = {"mass [kg]": "kg", "energy [J]": "J", "utilisation": "1", "price": study.prices.currency}
     table.attrs = {"units": units | {"objective": study.objective_unit}}
     return table

@@ -265,7 +265,11 @@ def _framed(table: pd.DataFrame, data: Mapping[str, Any]) -> pd.DataFrame:
     """A table with a time column and units in its headers; a header without one is in SI."""
     names = [split_header(str(header))[0].casefold() for header in table.columns]
     if not set(names) & set(TIME):
-        table = table.rename_axis("time [s]").reset_index()
+        if isinstance(table.index, pd.RangeIndex):  # numbers of rows are no instants
+            raise InputError(Fault("motion", "has no time: a column time [s], or the instants as index"))
+        header = str(table.index.name)
+        is_time = split_header(header)[0].casefold() in TIME
+        table = table.rename_axis(header if is_time else "time [s]").reset_index()
     joints = dict(_joints(data))
     kinds = (POSITION, VELOCITY, ACCELERATION) if joints else (TORQUE, SPEED, ROTATION)
     known = spellings(tuple(joints) or ("axis",), kinds)

@@ -13,6 +13,9 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.checks import FAR, LENGTH, called, farthest, mean_density, millimetres
+from drivetrain.catalog.findings import Severity
+from drivetrain.catalog.gear_rules import check_gear
+from drivetrain.catalog.motor_rules import check_motor
 from drivetrain.motion.checks import PLAUSIBLE_ANGLE
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.spatial.inertia import RigidBody
@@ -50,18 +53,21 @@ def note_implausible(
         for name, motion in motions.items():
             if isinstance(motion, Motion):
                 _check_motion(motion, over(form.motions[name], form.motions.get(DEFAULT, MotionForm())), arm, ledger)
-    _check_ratios(form, ledger)
+    _check_sheets(form, ledger)
     _check_factors(form, ledger)
     _check_joints(form, joints, ledger)
 
 
 def _check_factors(form: StudyForm, ledger: Ledger) -> None:
-    """Safety factors below 1, which reduce the load."""
+    """Safety factors below 1, which reduce the load, and a peak current below the continuous one."""
     for name in ("peak_torque", "rms", "speed", "voltage", "bearing_static_safety", "bearing_load_factor", "brake"):
         factor = getattr(form.safety, name)
         if factor < 1.0:
             problem = f"a factor of {factor:g} lets more pass than the limit allows"
             ledger.warning(("safety", name), problem, hint=f"for a reserve of {100 * factor:.3g} %, {1 + factor:g}")
+    lasting, peak = form.amplifier.continuous_current, form.amplifier.peak_current
+    if lasting is not None and peak is not None and peak < lasting:
+        ledger.warning(("amplifier", "peak_current"), "is below the continuous current")
 
 
 def _reach(arm: Arm) -> float:
@@ -156,18 +162,23 @@ def _check_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -
     return worst is not None
 
 
-def _check_ratios(form: StudyForm, ledger: Ledger) -> None:
-    """Ratios of the study's own gears: inverted, or with a sign that gears of this kind cannot have."""
-    for key in form.gears:
-        ratio, kind = getattr(form.gears[key], "ratio", None), getattr(form.gears[key], "kind", None)
-        if ratio is not None and 0.0 < abs(ratio) < 1.0:
-            problem = f"a ratio of {ratio:.4g} makes the output faster than the motor"
-            ledger.warning(
-                ("gears", key, "ratio"), problem, hint=f"was {1.0 / ratio:.4g} meant: motor over output speed?"
-            )
-        elif ratio is not None and ratio < 0.0 and kind == "planetary":
-            problem = f"a ratio of {ratio:.4g}, but the output of a planetary gear with a fixed ring turns as its motor"
-            ledger.warning(("gears", key, "ratio"), problem, hint=f"was {-ratio:.4g} meant?")
+def _check_sheets(form: StudyForm, ledger: Ledger) -> None:
+    """Values of the study's own motors and gears that contradict each other, by the rules of the catalogue's lint.
+
+    What a data sheet omits is reported by the checks that need it.
+    """
+    for part, rules in (("motors", check_motor), ("gears", check_gear)):
+        for key, sheet in getattr(form, part).items():
+            cells = {name: value for name, value in sheet.model_dump().items() if value is not None}
+            for finding in rules(cells):
+                if finding.column in cells and (finding.severity is Severity.ERROR or finding.column == "ratio"):
+                    ledger.warning((part, key, finding.column), finding.problem)
+            ratio = cells.get("ratio", 1.0)
+            if ratio < 0.0 and sheet.kind == "planetary":
+                problem = (
+                    f"a ratio of {ratio:.4g}, but the output of a planetary gear with a fixed ring turns as its motor"
+                )
+                ledger.warning((part, key, "ratio"), problem, hint=f"was {-ratio:.4g} meant?")
 
 
 def _check_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) -> None:

@@ -12,7 +12,7 @@ from pydantic import PydanticSchemaGenerationError
 
 from drivetrain.arm.files.load import packaged_file
 from drivetrain.arm.files.xml import PACKAGE
-from drivetrain.errors import InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.document import Document, parsed_document, read_document
 from drivetrain.study.faults import Ledger, read_form
@@ -50,7 +50,11 @@ def load_study(source: str | Path | Mapping[str, Any]) -> Study:
         return study_from(python_document({"schema_version": SCHEMA_VERSION, **source}))
     if isinstance(source, str) and ("\n" in source or source.lstrip().startswith("{")):
         return study_from(parsed_document(Path("study text"), source.encode()))
-    return study_from(read_document(source))
+    document = read_document(source)
+    if {"study_file", "digest"} <= document.data.keys():
+        hint = f"its study is {document.data['study_file']}"
+        raise InputError(Fault("the study file", "is a result of drivetrain, no study", str(source), hint))
+    return study_from(document)
 
 
 def study_from(document: Document, notes: Iterable[str] = ()) -> Study:

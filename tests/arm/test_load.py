@@ -50,9 +50,10 @@ def test_unknown_names_are_told_with_the_nearest() -> None:
 
 
 def test_doubts_of_a_file_warn_at_the_callers_line() -> None:
-    with pytest.warns(PhysicsWarning, match="wrist") as caught:
-        load_arm(ROBOTS / "ur5.urdf")
-    assert caught[0].filename == __file__
+    for load in (load_arm, dt.load_arm):
+        with pytest.warns(PhysicsWarning, match="wrist") as caught:
+            load(ROBOTS / "ur5.urdf")
+        assert caught[0].filename == __file__
 
 
 def test_stated_rotors_are_mounted_and_told(tmp_path: Path) -> None:

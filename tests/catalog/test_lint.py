@@ -252,6 +252,17 @@ def test_each_rule_of_losses_and_bearings(change: Mapping[str, Cell], column: st
     assert (column, severity) in {(f.column, f.severity.value) for f in check_gear({**SOUND_STRAIN_WAVE, **change})}
 
 
+def test_an_inverted_ratio_is_unusual() -> None:
+    [found] = check_gear({**SOUND_GEAR, "ratio": 0.05, "ratio_exact": None, "stages": None})
+    assert (found.column, found.severity) == ("ratio", Severity.WARNING) and "was 20 meant" in found.problem
+
+
+def test_sources_without_a_date_are_one_warning(tmp_path: Path) -> None:
+    gears = "key,kind,ratio,continuous_torque [Nm],repeated_peak_torque [Nm],source\nA,spur,5,1,2,s\nB,spur,6,1,2,s\n"
+    (tmp_path / "gears.csv").write_text(gears, encoding="utf-8")
+    assert [(one.row, one.column, "in 1 more row" in one.problem) for one in lint(tmp_path)] == [(2, "edition", True)]
+
+
 def test_a_negative_ratio_with_its_fraction_is_sound() -> None:
     assert check_gear({**SOUND_GEAR, "ratio": -20.25}) == []
     assert exact_ratio(" 57 / 13 ") == Fraction(57, 13)

@@ -111,7 +111,7 @@ def test_the_unit_of_the_header_is_converted(tmp_path: Path, header: str, cell: 
     ("header", "cell", "problem"),
     [
         ("nominal_torque [A]", "1", "must be a torque"),
-        ("nominal_torque", "1", "must be a torque"),
+        ("nominal_torque", "1", "needs a unit in its header"),
         ("nominal_torque [mNq]", "1", "unit"),
         ("no_load_speed [Hz]", "100", "rotation speed"),
         ("mass [g]", "twelve", "must be a number"),

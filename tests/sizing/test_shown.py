@@ -97,7 +97,22 @@ def test_plots_draw_on_the_axes_given(selection: Any) -> None:
     assert other is not ax and other.get_title().startswith("joint_2")
     with pytest.raises(dt.InputError, match="joint_2"):
         selection.evaluation.plot(joint="joint_3")
+    with pytest.raises(dt.InputError, match="ax: must be the axes"):
+        selection.evaluation.plot("joint_2")
     close("all")
+
+
+@pytest.mark.parametrize(("gravity", "told"), [((0.0, 0.0, -9.81), 0), ((0.0, -9.81, 0.0), 2)])
+def test_only_joints_that_hold_a_load_are_told_to_need_a_brake(gravity: tuple[float, ...], told: int) -> None:
+    """Joint 1 rests while joint 2 accelerates and loads it, which no power failure lasts for; then both rest."""
+    still = np.zeros_like(TIME)
+    moves = np.column_stack([np.r_[still, MOTION[1][1:, 0], still[1:]], np.r_[MOTION[1][:, 1], still[1:], still[1:]]])
+    study = dt.study(
+        arm=dt.load_arm("planar-2r", gravity=gravity), drive_mass="included", supply=48.0, drives=("MY", "G"),
+        motion=(np.linspace(0.0, 6.0, len(moves)), moves), motors={"MY": MOTOR}, gears={"G": GEAR},
+    )  # fmt: skip
+    remarks = [line for joint in dt.evaluate(study).joints.values() for line in joint.remarks]
+    assert sum("has no brake" in line for line in remarks) == told
 
 
 def test_fronts_and_curves(selection: Any) -> None:

@@ -254,6 +254,21 @@ def test_a_list_of_motions_is_a_cycle() -> None:
     assert "joint_1" in faults(lambda: planar(motion=there))  # whose speed is not the derivative of its position
 
 
+def test_the_time_of_a_table_is_a_column_or_its_index() -> None:
+    """The numbers of its rows are no instants, and an index in milliseconds is read as such."""
+    table = pd.DataFrame(THERE_AND_BACK, columns=["joint_1", "joint_2"])
+    assert "has no time" in faults(lambda: planar(motion=table))
+    for index in (pd.Index(TIME), pd.Index(1e3 * TIME, name="time [ms]")):
+        assert planar(motion=table.set_axis(index)).cycle.duration == pytest.approx(2.0, rel=1e-12)
+
+
+def test_own_parts_whose_values_contradict_each_other_give_warnings() -> None:
+    """Millinewton metres as newton metres: the rotor would take minutes to start (R J/kt^2)."""
+    assert not any(note.startswith("warning: motors") for note in planar().notes)
+    [note] = (note for note in planar(motors={"MY": {**MOTOR, "torque_constant": 5e-5}}).notes if "motors.MY" in note)
+    assert "R J/kt^2" in note
+
+
 def test_waypoints_in_si_or_in_the_unit_of_their_motion() -> None:
     points = {"profile": "quintic", "durations": [1.0, "1 s"], "waypoints": [[0.0, 0], [np.pi / 2, 0.1], [0, 0]]}
     radians = planar(motion=None, motions={"m": points})

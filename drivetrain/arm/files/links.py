@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
-from drivetrain.arm.checks import implausible
+from drivetrain.arm.checks import frames_inside, implausible
 from drivetrain.arm.files.model import MOVABLE, REFUSED, REVOLUTE, UrdfJoint, UrdfModel
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
@@ -25,7 +25,7 @@ USUAL_TIP = "tool0"  # name of the flange frame in ROS-Industrial
 def warn_each(texts: list[str]) -> None:
     """Give a warning for each text, located at the caller of the package."""
     for text in texts:
-        warnings.warn(text, PhysicsWarning, stacklevel=3)
+        warnings.warn(text, PhysicsWarning, stacklevel=frames_inside())
 
 
 def arm_from_model(model: UrdfModel, *, tip: str | None, gravity: Any) -> tuple[Arm, list[str]]:

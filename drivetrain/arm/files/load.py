@@ -49,11 +49,11 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
     if str(source) in builtin_names():
         return builtin_arm(str(source), tip=tip, gravity=gravity)
     if not isinstance(source, (str, Path)):
-        problem = "must be the name of a built-in arm or the path of a .urdf or .xacro file"
+        problem = "must be the name of a built-in arm or the path of a robot file"
         raise InputError(Fault("arm", problem, source))
     path = packaged_file(source) if isinstance(source, str) and source.startswith(PACKAGE) else Path(source)
     if path.suffix.lower() not in SUFFIXES and not is_there(path):
-        problem = "neither a built-in arm nor the path of a .urdf or .xacro file"
+        problem = "neither a built-in arm nor a .urdf, .xacro, .xml (MJCF) or .sdf file"
         raise InputError(Fault("arm", problem, str(source), nearest(str(source), builtin_names())))
     model, stated = _model_of(path)
     arm, doubtful = arm_from_model(model, tip=tip, gravity=stated if gravity is None else gravity)

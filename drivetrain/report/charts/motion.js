@@ -63,7 +63,7 @@ page.setup(function () {
       const body = byId("readings-" + joint.k);
       if (!body) return;
       const note = byId("ratio-told-" + joint.k);
-      if (note) note.textContent = `ratio ${short(joint.g)}` + (joint.judged ? ", as judged" : ": an estimate");
+      if (note) note.textContent = `ratio ${short(joint.g)}` + (joint.judged ? ", as evaluated" : ": an estimate");
       for (const row of body.rows) {
         const share = joint.checks[row.dataset.check] * joint.scale[row.dataset.follows], cell = row.cells[2];
         cell.textContent = percent(joint.judged ? joint.checks[row.dataset.check] : share);

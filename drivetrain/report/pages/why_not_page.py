@@ -42,7 +42,7 @@ def change_sentence(change: SmallestChange) -> str:
     if change.after is None:
         return f"{change.what.capitalize()}: no change helps; {change.reason}.{gear}"
     after = f"{number(_safe(change.after, change.before))}\u00a0{change.unit}".rstrip("\u00a0")
-    whole = "the whole set then holds" if change.set_holds else "other drives of the set still do not hold"
+    whole = "the whole set then meets all limits" if change.set_holds else "other drives of the set still exceed limits"
     return (
         f"{change.what.capitalize()}: passes with {after} instead of {before}; a little less and {change.check} fails; "
         f"{whole}.{gear}"
@@ -73,11 +73,11 @@ def _parts_text(found: WhyNot) -> str:
 def _standing(found: WhyNot, answer: PairAnswer) -> str:
     if answer.standing is Standing.NO_PARTNER:
         return f"{answer.joint}: {_parts_text(found)} has no partner here."
-    some = f" (the best of {answer.partners} pairs, {answer.holding} of which hold)" if answer.partners > 1 else ""
+    some = f" (the best of {answer.partners} pairs; {answer.holding} meet all limits)" if answer.partners > 1 else ""
     words = {
         Standing.CHOSEN: "is the chosen drive",
         Standing.FEASIBLE: "meets all limits, and was not chosen",
-        Standing.REJECTED: "does not meet all limits beside the other chosen drives",
+        Standing.REJECTED: "does not meet all limits with the other chosen drives",
         Standing.NOT_JUDGED: "cannot be checked for lack of data",
     }
     return f"{answer.joint}: {pair_name(answer.motor, answer.gear)}{some} {words[answer.standing]}."
@@ -86,7 +86,7 @@ def _standing(found: WhyNot, answer: PairAnswer) -> str:
 def _best(found: WhyNot, answer: PairAnswer, best: Selection) -> str:
     part = "it" if answer.partners == 1 else "one of its pairs"
     if not best.feasible:
-        return f"No set of drives with {part} at {answer.joint} was found: {best.proof}."
+        return f"With {part} at {answer.joint}, {best.proof}."
     unit = objective_tail(found.study, " ")
     chosen = found.selection.objective
     text = f"The best set with {part} at {answer.joint} has {found.study.objective} {number(best.objective)}{unit}"
@@ -128,5 +128,5 @@ def _change_row(change: SmallestChange) -> tuple[str | Chip, ...]:
     if change.after is None:
         return (change.what, before, "–", "–", Chip("no change helps", "fail"), f"{change.reason}.{gear}")
     after, short = (f"{number(value, 8)}\u00a0{change.unit}" for value in (change.after, change.short))
-    whole = Chip("holds", "pass") if change.set_holds else Chip("does not hold", "fail")
+    whole = Chip("meets limits", "pass") if change.set_holds else Chip("exceeds limits", "fail")
     return (change.what, before, after, short, whole, f"{change.check}.{gear}")

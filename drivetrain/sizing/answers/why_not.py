@@ -57,7 +57,7 @@ class Standing(StrEnum):
     """Status of a pair at a joint, given the other drives of the chosen set."""
 
     CHOSEN = "chosen"
-    FEASIBLE = "holds, not chosen"
+    FEASIBLE = "feasible, not chosen"
     REJECTED = "rejected"
     NOT_JUDGED = "cannot be checked"
     NO_PARTNER = "has no partner"
@@ -323,7 +323,7 @@ def _smallest_changes(question: _Question, joint: int, setup: Setup) -> tuple[Sm
     )
     slowest, held = _worst(pace, joint, pace.now * SLOWEST), ""
     if slowest.utilisation > 1.0 and study.arm is not None:
-        held = f"; all but standing still, {slowest.check} asks {_percent(slowest)}"
+        held = f"; almost at standstill, {slowest.check} needs {_percent(slowest)}"
     if study.arm is None:
         lighter = SmallestChange("payload", "kg", 0.0, reason="a load table gives the torques: it has no payload")
     elif payload.now == 0.0:

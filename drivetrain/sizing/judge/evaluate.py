@@ -11,7 +11,7 @@ import numpy as np
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.gear import HOLDING, mesh_of
 from drivetrain.errors import Fault, InputError, by_joint, nearest
-from drivetrain.sizing.demand.demand import Workload, workload
+from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.judge.arm_stops import stop_checks
 from drivetrain.sizing.judge.cases import power_allowance
 from drivetrain.sizing.judge.missing import massless
@@ -32,6 +32,7 @@ HELD = {
     "lossless": "the motor torque that holds without help of the mesh's friction",
     "most": "the largest motor torque at which the mesh's friction still holds",
 }
+LOADED = 0.01  # torque at rest over the largest one; below it, a joint counts as not loaded at rest
 NO_GEAR = ("", "none", None)  # accepted as the gear key of a direct drive
 
 
@@ -214,7 +215,7 @@ def _remarks(op: Operation) -> list[str]:
     elif holds:
         remarks.append(f"the joint never moves: {HELD[op.study.holding]} counts")
     locks = mesh_of(op.judgement.case.gear).driven <= 0.0
-    if holds and not locks and not op.drive.motor.brake.key:
+    if _loaded_at_rest(demand) and not locks and not op.drive.motor.brake.key:
         remarks.append(
             "holds a load at rest and has no brake: with the power off friction alone holds it (brake: true)"
         )
@@ -223,6 +224,17 @@ def _remarks(op: Operation) -> list[str]:
     if not op.figures.heat_converged:
         remarks.append("magnet and housing temperature could not be matched: temperatures are approximate")
     return remarks
+
+
+def _loaded_at_rest(demand: JointDemand) -> bool:
+    """Whether the joint must hold a load while all joints are at rest, or itself is, if the others never are with it.
+
+    Only then does the load remain if the power fails: joints that accelerate load those at rest too.
+    """
+    cycle, torque = demand.cycle, np.abs(demand.gear_torque)
+    still = np.all([resting(speed) for speed in cycle.velocity.T], axis=0) & ~np.any(cycle.acceleration, axis=1)
+    held = torque[still if np.any(still) else demand.at_rest]
+    return bool(np.max(held, initial=0.0) > LOADED * np.max(torque, initial=0.0))
 
 
 def _shared(op: Operation) -> str:

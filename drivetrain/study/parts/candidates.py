@@ -106,7 +106,7 @@ def _rule_words(form: CandidatesForm, frameless: bool) -> str:
     if not isinstance(form.pairs, str):
         return "are listed in the study"
     if form.gears == DIRECT_DRIVE:
-        return "are considered, as direct drives"
+        return "are considered, without a gear"
     if form.pairs == "all":
         return "are considered: the study states that they fit"
     if form.pairs == "published" or not frameless:

@@ -432,8 +432,11 @@ def _travel(around: Surroundings, index: int, form: JointForm, place: Place, cha
         )
         around.ledger.fault((*place, "stages"), problem)
     travel = own or travel
-    if slides and not travel:
-        around.ledger.fault((*place, "travel_per_turn"), "a prismatic joint needs it, not 0", hint="such as 10 mm/rev")
+    if around.arm is not None and slides and not travel and not around.ledger.spoiled((*place, "stages")):
+        problem = "must not be 0" if travel == 0.0 else "is missing"
+        joint = around.arm.joint_names[index]
+        hint = f"joint {joint} is prismatic: such as 10 mm/rev, or a screw, belt or rack under `stages`"
+        around.ledger.fault((*place, "travel_per_turn"), problem, hint=hint)
     if travel is not None and not slides and place[1] != DEFAULT:
         around.ledger.fault((*place, "travel_per_turn"), "applies only to a prismatic joint of an arm")
     return travel if slides else None
