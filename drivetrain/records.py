@@ -65,7 +65,7 @@ def fill(records: Any, values: Sequence[Any], names: Sequence[str]) -> None:
     """Copy the fields ``names`` of dataclass objects to records; None becomes NaN."""
     if not names:  # numpy would take an empty list as all fields
         return
-    some = records[list(names)]
+    some = records if tuple(names) == records.dtype.names else records[list(names)]
     wanted = _names_of(some.dtype)
     some[:] = [_numbers_of(one, wanted) for one in values]
 

@@ -317,7 +317,10 @@ def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[J
     none: ``own_amounts``.
     """
     at = work.at(joint, drives)
-    return at.fixed, joint_series(at.fixed, unit_loads_of(work, joint, [joint]) if at.own_load else None)
+    if not at.own_load:
+        return at.fixed, joint_series(at.fixed)
+    own = unit_loads_of(work, joint, [joint])._replace(wrench=work.unit_wrenches(joint, [joint]))
+    return at.fixed, joint_series(at.fixed, own)
 
 
 def pair_cases(parts: Parts, joint: int, demand: JointDemand, chosen: Any = slice(None)) -> Any:

@@ -67,7 +67,7 @@ def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
     _joints(links[: arm.n], arm, frames)
     _place(links[: arm.n], inverse[:-1] @ frames[1:])
     extra, rotors = _mount(arm, inverse, links, bodies, {i: ratios[i] if i in free else 1.0 for i in apart})
-    _bodies(links[: arm.n], bodies)
+    write_bodies(links[: arm.n], bodies)
     return Packed(
         # Exactly the type LINK: for an equal but different type the dispatch of kernels is slower.
         np.concatenate([links, *extra]).view(LINK),
@@ -170,7 +170,7 @@ def _revolute(links: np.ndarray) -> np.ndarray:
     return np.asarray((links["turn"] == 1.0) & (links["slide"] == 0.0))
 
 
-def _bodies(links: np.ndarray, bodies: Array) -> None:
+def write_bodies(links: np.ndarray, bodies: Array) -> None:
     """Write mass, first and second moments to their fields."""
     links["mass"] = bodies[..., 3, 3]
     _set(links, "hx hy hz", bodies[..., :3, 3])
@@ -264,7 +264,7 @@ def _spinning_body(place: Array, whole: Array, ratio: float) -> np.ndarray:
     own = np.zeros(1, LINK)
     _pose(own, place[None])
     own["turn"] = ratio
-    _bodies(own, whole[None])
+    write_bodies(own, whole[None])
     return own
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,9 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import STANDSTILL, Drive, resting
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
 from drivetrain.motion.duty_cycle import Cycle, Indices
+from drivetrain.sizing.demand.drive_wrenches import DriveWrenches, drive_wrenches
 from drivetrain.sizing.demand.load_basis import (
+    PARAMETERS,
     JointBasis,
     all_load_parameters,
     counterbalance_torques,
@@ -130,6 +132,14 @@ class JointDemand:
         return float(values @ self.weights) / total if total > 0.0 else float(np.mean(values))
 
 
+class JointSums(NamedTuple):
+    """Loads of a joint: torque (N,), wrench (6, N), inertia (N,)."""
+
+    torque: Array
+    wrench: Array
+    inertia: Array
+
+
 @dataclass(frozen=True, eq=False)
 class Workload:
     """A study with the load basis of its joints, for any set of drives."""
@@ -154,8 +164,44 @@ class Workload:
         basis = self.basis[joint]
         others = {index: drive for index, drive in drives.items() if index != joint}
         parameters = all_load_parameters(self.study, basis, others)
-        bare = _Sums(basis.bare.torque, basis.bare.wrench, basis.bare.inertia)
-        return JointWork(self, joint, _summed(bare, basis, parameters, slice(None)), parameters)
+        bare = JointSums(basis.bare.torque, basis.bare.wrench, basis.bare.inertia)
+        return JointWork(self, joint, self.added_up(joint, bare, parameters, slice(None)), parameters)
+
+    @cached_property
+    def _drive_wrenches(self) -> DriveWrenches | None:
+        """None if the basis has the wrenches per unit."""
+        arm = self.study.arm
+        return drive_wrenches(self.study) if arm is not None and arm.linkage is None else None
+
+    def wrench(self, joint: int, parameters: Array) -> Array:
+        """Moment [N m] and force [N] through a joint by drives, in its frame, (6, N); (6, 0) if not on the bearing.
+
+        ``parameters``: load parameters of all joints' drives, (n, PARAMETERS).
+        """
+        basis, computed = self.basis[joint], self._drive_wrenches
+        if basis.on_bearing and computed is not None:
+            return computed.of(joint, parameters)
+        return np.asarray(np.tensordot(parameters[list(basis.drives)].ravel(), basis.wrench, 1))
+
+    def unit_wrenches(self, joint: int, drives: Sequence[int], samples: Any = slice(None)) -> Array:
+        """The same per unit of each load parameter of some drives, at M samples, (PARAMETERS for each drive, 6, M)."""
+        basis, computed = self.basis[joint], self._drive_wrenches
+        if basis.on_bearing and computed is not None:
+            return computed.per_unit_of(joint, list(drives), samples)
+        rows = [basis.wrench[basis.rows(drive)] for drive in drives]
+        return np.concatenate([basis.wrench[:0], *rows])[..., samples]
+
+    def added_up(self, joint: int, start: JointSums, parameters: Array, rows: slice) -> JointSums:
+        """Loads plus those by the load parameters in some rows of the joint's basis."""
+        if not parameters[rows].any():  # no drives: skips products with the rows of long motions, which are slow
+            return start
+        basis, some = self.basis[joint], np.zeros(len(parameters))
+        some[rows] = parameters[rows]
+        by_joint = np.zeros((len(self.basis), PARAMETERS))
+        by_joint[list(basis.drives)] = some.reshape(-1, PARAMETERS)
+        torque, inertia = (np.tensordot(some[rows], unit[rows], 1) for unit in (basis.torque, basis.inertia))
+        wrench = start.wrench + self.wrench(joint, by_joint)
+        return JointSums(start.torque + torque, wrench, start.inertia + inertia)
 
     def static(self, joint: int, parameters: Array) -> Array | None:
         """Torque that holds a gear's output at rest at each position [N m], (N,); None if no brake is required.
@@ -185,21 +231,13 @@ def at_rest(cycle: Cycle) -> Cycle:
     return replace(cycle, velocity=still, acceleration=still)
 
 
-class _Sums(NamedTuple):
-    """Loads of a joint: torque (N,), wrench (6, N), inertia (N,)."""
-
-    torque: Array
-    wrench: Array
-    inertia: Array
-
-
 @dataclass(frozen=True, eq=False)
 class JointWork:
     """The loads of one joint given the other drives."""
 
     work: Workload  # loads of all joints
     joint: int  # index of this joint
-    others: _Sums | None  # loads by arm, payload and the other drives [SI]; None without an arm
+    others: JointSums | None  # loads by arm, payload and the other drives [SI]; None without an arm
     parameters: Array  # load parameters of the other drives, in the order of the joint's basis, zeros for its own
 
     @cached_property
@@ -219,9 +257,9 @@ class JointWork:
         basis, parameters = self.work.basis[self.joint], self.parameters.copy()
         own = basis.rows(self.joint)
         parameters[own] = load_parameters(self.work.study, self.joint, drive)
-        return self._demand(_summed(self.others, basis, parameters, own), parameters)
+        return self._demand(self.work.added_up(self.joint, self.others, parameters, own), parameters)
 
-    def _demand(self, sums: _Sums | None, parameters: Array) -> JointDemand:
+    def _demand(self, sums: JointSums | None, parameters: Array) -> JointDemand:
         """The demand for given loads; None: the task states them."""
         cycle, task = self.work.study.cycle, self.work.study.joints[self.joint]
         motions = (cycle.position, cycle.velocity, cycle.acceleration)
@@ -297,13 +335,3 @@ def _column(study: Study, motion: Array, joint: int) -> Array:
     """Motion of one joint, or of its shaft if motors are coupled, (N,)."""
     coupling = None if study.arm is None else study.arm.coupling
     return np.asarray(motion[:, joint] if coupling is None else motion @ coupling[joint])
-
-
-def _summed(start: _Sums, basis: JointBasis, parameters: Array, rows: slice) -> _Sums:
-    """Loads plus a linear combination of some rows of the basis."""
-    if not parameters[rows].any():  # no drives: skips products with the rows of long motions, which are slow
-        return start
-    unit_loads = (basis.torque, basis.wrench, basis.inertia)
-    return _Sums(
-        *(one + np.tensordot(parameters[rows], row[rows], 1) for one, row in zip(start, unit_loads, strict=True))
-    )

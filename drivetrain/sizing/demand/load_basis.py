@@ -25,12 +25,10 @@ from drivetrain.arm.geared import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, drive_inertia
-from drivetrain.dynamics.core.packed import link_frames
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
 from drivetrain.motion.base import BASE_JOINTS, base_states
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.demand.unit_loads import INFLUENCE, PARAMETERS, MountedDrives, UnitLoadRows, compute_unit_loads
-from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.parts.mounting import (
     carrier_link,
@@ -66,8 +64,8 @@ class JointBasis:
         on_bearing: Whether the wrench acts on the gear's output bearing: not if a guide carries the joint, if the gear
             turns a shaft away from it, or if a loop closes around it.
         drives: Joints whose drives load this one, in the order of their rows.
-        torque, wrench, inertia: Loads per unit of each parameter, PARAMETERS rows for each drive, as in ``Loads``,
-            (rows, N), (rows, 6, N), (rows, N).
+        torque, inertia: Loads per unit of each parameter, PARAMETERS rows for each drive, as in ``Loads``, (rows, N).
+        wrench: The same for arms with loops, (rows, 6, N); without samples for others (``drive_wrenches.py``).
     """
 
     bare: Loads
@@ -75,8 +73,8 @@ class JointBasis:
     on_bearing: bool
     drives: tuple[int, ...]
     torque: Array
-    wrench: Array
     inertia: Array
+    wrench: Array
 
     def rows(self, drive: int) -> slice:
         """Rows of one of the drives."""
@@ -136,21 +134,24 @@ def all_load_parameters(study: Study, basis: JointBasis, drives: Mapping[int, Dr
     return np.concatenate(rows) if rows else np.zeros(0)
 
 
+def joint_motion(study: Study, cycle: Cycle, samples: Any = slice(None)) -> tuple[Array, ...]:
+    """Positions, speeds and accelerations of all joints, those of a moving base first, (N, joints) each."""
+    motion = [np.array(rows[samples]) for rows in (cycle.position, cycle.velocity, cycle.acceleration)]
+    if study.base is None:
+        return tuple(motion)
+    return tuple(map(np.hstack, zip(base_states(study.base, cycle.time[samples]), motion, strict=True)))
+
+
 def _arm_loads(study: Study, cycle: Cycle, arm: Arm, torques_only: bool, samples: Any = slice(None)) -> Loads:
     """Loads of all joints of an arm in a motion, at all samples or at some."""
-    motion, base_joints = [rows[samples] for rows in (cycle.position, cycle.velocity, cycle.acceleration)], 0
-    if study.base is not None:
-        on_base, base_joints = on_moving_base(arm), len(BASE_JOINTS)
-        states = base_states(study.base, cycle.time[samples])
-        found = joint_loads(on_base, *(np.hstack(rows) for rows in zip(states, motion, strict=True)))
-    else:
-        found = joint_loads(arm, *motion)
+    base_joints = 0 if study.base is None else len(BASE_JOINTS)
+    found = joint_loads(on_moving_base(arm) if base_joints else arm, *joint_motion(study, cycle, samples))
     torque, wrench, carrier = (np.moveaxis(one[:, base_joints:], 0, -1) for one in (
         found.gear, found.wrench, found.carrier_acceleration,
     ))  # fmt: skip
     if torques_only:
         return Loads(torque, wrench[..., :0], torque[:, :0], carrier)
-    return Loads(torque, wrench, _load_inertia(arm, motion[0]), carrier)
+    return Loads(torque, wrench, _load_inertia(arm, cycle.position[samples]), carrier)
 
 
 @lru_cache(maxsize=8)
@@ -192,6 +193,13 @@ def _loads_without_drives(study: Study, cycle: Cycle, torques_only: bool) -> Loa
     return replace(bare, torque=bare.torque - counterbalance_torques(study, cycle.position).T)
 
 
+def rides(study: Study, joint: int, drive: int) -> bool:
+    """Whether the body of a drive is carried by links that a joint moves."""
+    assert study.arm is not None
+    carrier, linkage = carrier_link(study.arm, drive, study.joints[drive].mount), study.arm.linkage
+    return carrier >= joint if linkage is None else joint in linkage.loops.moving(carrier)
+
+
 def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
     """The drives that may load a joint, or its shaft if motors are coupled."""
     assert study.arm is not None
@@ -218,17 +226,18 @@ def _empty_basis(study: Study, bare: Loads) -> tuple[list[JointBasis], UnitLoadR
     arm = emptied(study)
     drives = [loading_drives(study, joint) for joint in range(arm.n)]
     count, samples, with_inertia = PARAMETERS * sum(map(len, drives)), bare.torque.shape[-1], bare.inertia.shape[-1]
-    rows = UnitLoadRows(np.zeros((count, samples)), np.zeros((count, 6, with_inertia)), np.zeros((count, with_inertia)))
+    rows = UnitLoadRows(np.zeros((count, samples)), np.zeros((count, with_inertia)))
     joints: list[JointBasis] = []
-    influences: list[tuple[int, int, int, bool]] = []
+    influences: list[tuple[int, int, int]] = []
     for joint, loading in enumerate(drives):
         own = Loads(bare.torque[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
         on_bearing = not (arm.slides[joint] or study.joints[joint].coupled or np.isnan(own.wrench).any())
         width = with_inertia if on_bearing else 0
         part = slice(PARAMETERS * len(influences), PARAMETERS * (len(influences) + len(loading)))
-        influences += [(joint, drive, part.start + PARAMETERS * i, on_bearing) for i, drive in enumerate(loading)]
+        influences += [(joint, drive, part.start + PARAMETERS * i) for i, drive in enumerate(loading)]
         own = replace(own, wrench=own.wrench[:, :width])
-        own_rows = rows.torque[part], rows.wrench[part, :, :width], rows.inertia[part]
+        wrench = np.zeros((PARAMETERS * len(loading), 6, 0 if arm.linkage is None else width))
+        own_rows = rows.torque[part], rows.inertia[part], wrench
         joints.append(JointBasis(own, arm.slides[joint], on_bearing, loading, *own_rows))
     return joints, rows, np.array(influences, INFLUENCE)
 
@@ -264,21 +273,25 @@ def _fill_by_differences(study: Study, cycle: Cycle, joints: Sequence[JointBasis
                     rows[basis.rows(k)] = units[:, joint]
 
 
-def _fill_open_chain(study: Study, cycle: Cycle, rows: UnitLoadRows, influences: Any) -> None:
-    """Loads per unit of an open chain, in one pass over the motion."""
-    arm, mounts = emptied(study), [task.mount for task in study.joints]
+def mounted_drives(study: Study) -> MountedDrives:
+    """Where the drives of a study are mounted."""
+    arm, mounts = study.arm, [task.mount for task in study.joints]
+    assert arm is not None
     axes = arm.axes
-    drives = MountedDrives(
+    return MountedDrives(
         np.array([carrier_link(arm, k, mount) for k, mount in enumerate(mounts)]),
         np.array([mount_point(arm, k, mount) for k, mount in enumerate(mounts)]),
         np.array([axes[seat(k, mount)] for k, mount in enumerate(mounts)]),
         np.full(arm.n, study.drive_mass is not DriveMass.INCLUDED),
     )
-    frames = link_frames(arm)[1:, :3]
-    frames[:, :, :3] = [frame_along(axis) for axis in axes]
+
+
+def _fill_open_chain(study: Study, cycle: Cycle, rows: UnitLoadRows, influences: Any) -> None:
+    """Loads per unit of an open chain, in one pass over the motion."""
+    arm = emptied(study)
     turns = np.eye(arm.n) if arm.coupling is None else np.array(np.linalg.inv(arm.coupling).T)
-    motion = [np.array(row) for row in (cycle.position, cycle.velocity, cycle.acceleration)]
+    motion = joint_motion(study, cycle)
     shafts = [np.ascontiguousarray(shaft_motion(arm, row)) for row in motion[1:]]
     compute_unit_loads(
-        np.array(arm.screws), frames, np.array(arm.gravity), drives, turns, influences, *motion, *shafts, rows
+        np.array(arm.screws), np.array(arm.gravity), mounted_drives(study), turns, influences, *motion, *shafts, rows
     )

@@ -16,7 +16,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import loss_speed
 from drivetrain.drive.thermal.periodic_heat import Losses, Periods, new_losses, new_parts, periods_of
 from drivetrain.sizing.demand.demand import JointDemand, Workload
-from drivetrain.sizing.demand.load_basis import PARAMETERS
+from drivetrain.sizing.demand.load_basis import PARAMETERS, rides
 
 # Number of sections of the cycle. A candidate is first screened at the key samples: those of largest acceleration and
 # of largest torque of each section. Most infeasible candidates fail there, at a fraction of the cost.
@@ -163,10 +163,10 @@ def joint_series(demand: JointDemand, unit_loads: UnitLoads | None = None, *, sc
     stops = ramp_stops(_row(stop.speed), _row(stop.acceleration), _row(stop.carrier_acceleration))
     buffers = Load(*(row.copy() for row in load)), new_traces(len(demand.time), parts)
     series = JointSeries(motion, load, no_unit_loads(load) if unit_loads is None else unit_loads, *buffers, stops)
-    return series._replace(at_key_samples=_at_samples(series, _key_samples(demand))) if screening else series
+    return series._replace(at_key_samples=at_samples(series, _key_samples(demand))) if screening else series
 
 
-def _at_samples(series: JointSeries, samples: Array) -> JointSeries:
+def at_samples(series: JointSeries, samples: Any) -> JointSeries:
     """Motion and torque of a joint at some samples; loads that only the full judgement needs are omitted."""
     motion, load, unit_loads = series.motion, series.load, series.unit_loads
     periods = motion.periods._replace(step=np.zeros(len(samples)))
@@ -237,7 +237,7 @@ def load_of(demand: JointDemand) -> Load:
 
 
 def unit_loads_of(work: Workload, joint: int, drives: Sequence[int]) -> UnitLoads:
-    """Load of a joint per unit of each load parameter of some drives of its basis, in their order."""
+    """Load of a joint per unit of each load parameter of some drives of its basis, in their order, without wrenches."""
     every = work.basis[joint].drives
     first = every.index(drives[0]) if drives else 0
     rows: Any = slice(PARAMETERS * first, PARAMETERS * (first + len(drives)))
@@ -248,16 +248,20 @@ def unit_loads_of(work: Workload, joint: int, drives: Sequence[int]) -> UnitLoad
 
 def is_loaded_by(work: Workload, joint: int, drive: int) -> bool:
     """Whether any load parameter of a drive changes the load of a joint."""
+    if work.basis[joint].on_bearing and rides(work.study, joint, drive):
+        return True
     return any(series[work.basis[joint].rows(drive)].any() for series in _all_unit_loads(work, joint))
 
 
 def _all_unit_loads(work: Workload, joint: int) -> UnitLoads:
-    """Load of a joint per unit of each load parameter of every drive of its basis; arrays not needed are empty."""
+    """Load of a joint per unit of each load parameter of every drive of its basis, without wrenches; arrays not needed
+    are empty.
+    """
     basis, task = work.basis[joint], work.study.joints[joint]
     nothing = np.zeros((len(basis.torque), 0))
     stop = nothing if task.stop.ramp is None or work.stops is None else work.stops.joints[joint].torque
     static = work.resting[joint].torque if task.brakes else nothing
-    return UnitLoads(basis.torque, basis.wrench, basis.inertia, stop, static)
+    return UnitLoads(basis.torque, np.zeros((len(basis.torque), 6, 0)), basis.inertia, stop, static)
 
 
 def difference_factors(demand: JointDemand) -> tuple[Array, Array, Array]:

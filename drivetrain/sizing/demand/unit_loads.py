@@ -7,7 +7,8 @@ inertia I the moment ``I dw + w x I w``. A rotor that turns ``ratio`` times as f
 axis z, needs the moment ``z s'' + (w x z) s'`` in addition per unit of J times ratio.
 
 All wrenches are taken about the origin of the base, so that one wrench of a drive serves every joint before it: the
-torque of a joint is the scalar product with the joint's screw axis. The samples are processed in blocks laid out for
+torque of a joint is the scalar product with the joint's screw axis. (The wrenches through the joints themselves are
+computed in ``drive_wrenches.py``.) The samples are processed in blocks laid out for
 vector instructions, as in ``dynamics/core/recursion.py``.
 
 Reference: Modern Robotics, equations 8.103 to 8.110; velocities and accelerations are twists about the base's origin.
@@ -51,11 +52,10 @@ LINK_ROWS = _block_rows(rotation=9, place=3, w=3, v=3, dw=3, dv=3, screw=6)
 # A drive: place of its centre of mass [m] and axis; wrench per unit of mass, moments per unit of the other parameters.
 DRIVE_ROWS = _block_rows(place=3, axis=3, mass_wrench=6, moments=3 * MOMENTS)
 # A drive's influence on a joint: twist of the carrier per unit speed of the joint's shaft; torque and inertia of the
-# joint per unit of each load parameter; a wrench in the joint's frame, of which a pure moment fills the first rows.
-INFLUENCE_ROWS = _block_rows(twist=6, torque=PARAMETERS, inertia=PARAMETERS, wrench=6)
-# A drive that loads a joint: both indices, the first of the PARAMETERS rows that it fills in ``UnitLoadRows``, and
-# whether wrenches are wanted, as the joint's gear has the output bearing.
-INFLUENCE = np.dtype([(name, np.int64) for name in ("joint", "drive", "row", "on_bearing")])
+# joint per unit of each load parameter.
+INFLUENCE_ROWS = _block_rows(twist=6, torque=PARAMETERS, inertia=PARAMETERS)
+# A drive that loads a joint: both indices, and the first of the PARAMETERS rows that it fills in ``UnitLoadRows``.
+INFLUENCE = np.dtype([(name, np.int64) for name in ("joint", "drive", "row")])
 
 
 class MountedDrives(NamedTuple):
@@ -68,29 +68,28 @@ class MountedDrives(NamedTuple):
 
 
 class UnitLoadRows(NamedTuple):
-    """Loads per unit of R load parameters, over N samples; an array without samples is not computed."""
+    """Loads per unit of R load parameters, over N samples."""
 
     torque: Array  # torque of the joint, (R, N)
-    wrench: Array  # moment and force through the joint in its own frame, (R, 6, N) or (R, 6, 0)
     inertia: Array  # inertia that the joint's shaft accelerates, (R, N) or (R, 0)
 
 
 @kernel
 def compute_unit_loads(
-    screws: Array, frames: Array, gravity: Array, drives: MountedDrives, turns: Array, influences: Any, q: Array,
-    qd: Array, qdd: Array, shaft_speed: Array, shaft_acceleration: Array, out: UnitLoadRows,
+    screws: Array, gravity: Array, drives: MountedDrives, turns: Array, influences: Any, q: Array, qd: Array,
+    qdd: Array, shaft_speed: Array, shaft_acceleration: Array, out: UnitLoadRows,
 ) -> None:  # fmt: skip
     """Compute the loads of all joints per unit of each load parameter.
 
     Args:
-        screws, frames: Screw axes and frames of the joints, base frame, all joints at zero, (n, 6), (n, 3, 4).
+        screws: Screw axes of the joints, base frame, all joints at zero, (n, 6).
         gravity: Gravitational acceleration [m/s^2], (3,).
         drives: The drives.
         turns: Turn of each joint per turn of each shaft, (n, n), a row for each shaft.
         influences: Which drive loads which joint, records INFLUENCE.
         q, qd, qdd: Positions, speeds and accelerations of the joints, (N, n).
         shaft_speed, shaft_acceleration: Speed and acceleration of the shafts behind the gears, (N, n).
-        out: Results; must be zero, because the force rows of pure moments are not written.
+        out: Results.
     """
     n, samples = len(screws), len(q)
     state, links = np.zeros(n + 1, LINK), np.zeros(n, LINK_ROWS)
@@ -114,13 +113,6 @@ def compute_unit_loads(
             _copy_rows(own.torque, out.torque[rows, part])
             if out.inertia.shape[1] > 0:
                 _copy_rows(own.inertia, out.inertia[rows, part])
-            if out.wrench.shape[2] > 0 and influence.on_bearing and carrier >= joint:
-                _wrench_in_joint_frame(links[joint], frames[joint], loads[drive].mass_wrench, own.wrench)
-                _copy_rows(own.wrench, out.wrench[first_row, :, part])
-                for j in range(MOMENTS):
-                    moment = loads[drive].moments[3 * j : 3 * j + 3]
-                    _moment_in_joint_frame(links[joint], frames[joint], moment, own.wrench)
-                    _copy_rows(own.wrench[:3], out.wrench[first_row + 1 + j, :3, part])
 
 
 @exact
@@ -218,28 +210,6 @@ def _torques_and_inertias(drive: Any, has_body: Any, out: Any) -> None:
         inertia[3, t] = along
         if has_body:
             inertia[0, t], inertia[1, t], inertia[2, t] = dot(speed, speed), dot(w, w) - along, along
-
-
-@exact
-def _wrench_in_joint_frame(link: Any, frame: Array, wrench: Array, out: Array) -> None:
-    """A wrench about the base's origin, in the frame of a joint and about its origin."""
-    x, y, z, origin = vector(frame[:, 0]), vector(frame[:, 1]), vector(frame[:, 2]), vector(frame[:, 3])
-    for t in range(BLOCK):
-        a, b, c = _rotated(link, t, x), _rotated(link, t, y), _rotated(link, t, z)
-        force = _vector_at(wrench, 3, t)
-        arm = plus(_rotated(link, t, origin), _vector_at(link.place, 0, t))
-        moment = minus(_vector_at(wrench, 0, t), cross(arm, force))
-        _put_vector_at(out, 0, t, (dot(a, moment), dot(b, moment), dot(c, moment)))
-        _put_vector_at(out, 3, t, (dot(a, force), dot(b, force), dot(c, force)))
-
-
-@exact
-def _moment_in_joint_frame(link: Any, frame: Array, moment: Array, out: Array) -> None:
-    """A pure moment in the frame of a joint."""
-    x, y, z = vector(frame[:, 0]), vector(frame[:, 1]), vector(frame[:, 2])
-    for t in range(BLOCK):
-        a, b, c, m = _rotated(link, t, x), _rotated(link, t, y), _rotated(link, t, z), _vector_at(moment, 0, t)
-        _put_vector_at(out, 0, t, (dot(a, m), dot(b, m), dot(c, m)))
 
 
 @exact

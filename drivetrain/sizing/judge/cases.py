@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -372,22 +373,24 @@ def gear_records(gears: Sequence[Gear]) -> Any:
 
 def paired(study: Study, joint: int, demand: JointDemand, motors: tuple[Any, Any], gears: Any, pairs: Any) -> Any:
     """Cases of motor-gear pairs at one joint, (P,)."""
-    task = study.joints[joint]
-    plain = Case(
-        NO_DRIVE.motor,
-        NO_DRIVE.gear,
-        Friction(),
-        task.friction,
-        with_peak_time(task.amplifier),
-        study.safety,
-        setting_of(study, task, demand),
-    )
-    cases = np.repeat(as_records([plain]), len(pairs))
+    task, one = study.joints[joint], _blank_case().copy()
+    given = (task.friction, with_peak_time(task.amplifier), study.safety, setting_of(study, task, demand))
+    for name, values in zip(("joint", "amplifier", "safety", "setting"), given, strict=True):
+        one[name] = as_records([values])
+    cases = np.repeat(one, len(pairs))
     left, right = pairs[:, 0], pairs[:, 1]
     cases["motor"], cases["shaft"] = motors[0][left], motors[1][left]
     cases["gear"], cases["direct"] = gears[0][right], gears[1][right]
     cases["gear"]["load_friction"] = task.friction.load_share
     return cases
+
+
+@cache
+def _blank_case() -> Any:
+    """The record of a case without a task or a drive, (1,)."""
+    return as_records([
+        Case(NO_DRIVE.motor, NO_DRIVE.gear, Friction(), Friction(), Amplifier(), Safety(), Setting())
+    ])  # fmt: skip
 
 
 def power_allowance(cases: Any) -> Array:

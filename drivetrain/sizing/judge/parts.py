@@ -53,39 +53,44 @@ def parts_of(study: Study) -> Parts:
     """The candidates of a study."""
     filled_parts = FilledParts(study)
     lists = [task.choices for task in study.joints]
-    motor_keys = tuple(dict.fromkeys(motor for one in lists for motor, _ in one))
-    gear_keys = tuple(dict.fromkeys(["", *(gear for one in lists for _, gear in one)]))
+    different = {id(one): one for one in lists}  # joints often share a list of candidates
+    motor_keys = tuple(dict.fromkeys(motor for one in different.values() for motor, _ in one))
+    gear_keys = tuple(dict.fromkeys(["", *(gear for one in different.values() for _, gear in one)]))
     motors, gears = tuple(map(filled_parts.motor, motor_keys)), tuple(map(filled_parts.gear, gear_keys))
     left = {key: row for row, key in enumerate(motor_keys)}
     right = {key: row for row, key in enumerate(gear_keys)}
-    known: dict[int, Any] = {}  # joints often share a list of candidates
-    for one in lists:
-        if id(one) not in known:
-            rows = dict.fromkeys((left[motor], right[gear]) for motor, gear in one)
-            known[id(one)] = np.array(list(rows), dtype=np.int64).reshape(-1, 2)
+    known: dict[int, Any] = {}
+    for key, one in different.items():
+        rows = dict.fromkeys((left[motor], right[gear]) for motor, gear in one)
+        known[key] = np.array(list(rows), dtype=np.int64).reshape(-1, 2)
     pairs = tuple(known[id(one)] for one in lists)
     weighed = _column([0.0 if one.kind == "ideal" and one.mass is None else one.mass for one in gears])
     priced = _column([0.0 if one.key == "" else one.price for one in gears])
     mass, price = _column([whole_mass(one) for one in motors]), _column([one.price for one in motors])
+    bodies = np.array([(*_body(one), one.rotor_inertia or 0.0) for one in motors]).reshape(-1, 4)
+    wheels = np.array([(*_body(one), one.inertia or 0.0, one.ratio) for one in gears])
     return Parts(
         study, motor_keys, gear_keys, motors, gears, motor_records(motors), gear_records(gears), pairs,
-        tuple(_amounts(study, joint, motors, gears, some) for joint, some in enumerate(pairs)),
+        tuple(_amounts(study, joint, bodies[some[:, 0]], wheels[some[:, 1]]) for joint, some in enumerate(pairs)),
         tuple(mass[some[:, 0]] + weighed[some[:, 1]] for some in pairs),
         tuple(price[some[:, 0]] + priced[some[:, 1]] for some in pairs),
     )  # fmt: skip
 
 
-def _amounts(study: Study, joint: int, motors: tuple[Motor, ...], gears: tuple[Gear, ...], pairs: Any) -> Array:
-    """``load_basis.load_parameters`` of all pairs of a joint at once."""
-    left, right = pairs[:, 0], pairs[:, 1]
-    bodies = [np.array([_body(part) for part in parts]).reshape(-1, 3) for parts in (motors, gears)]
-    mass, across, along = (bodies[0][left] + bodies[1][right]).T
-    rotor = np.array([motor.rotor_inertia or 0.0 for motor in motors])[left]
-    spinning = rotor + np.array([gear.inertia or 0.0 for gear in gears])[right]
-    ratio = np.array([gear.ratio for gear in gears])[right] / (study.joints[joint].travel_per_turn or 1.0)
+def _amounts(study: Study, joint: int, motors: Array, gears: Array) -> Array:
+    """``load_basis.load_parameters`` of all pairs of a joint at once.
+
+    Args:
+        study, joint: The task, and the index of the joint.
+        motors: ``_body`` and rotor inertia of the motor of each pair, (P, 4).
+        gears: ``_body``, inertia and ratio of the gear of each pair, (P, 5).
+    """
+    mass, across, along = (motors[:, :3] + gears[:, :3]).T
+    rotor, spinning = motors[:, 3], motors[:, 3] + gears[:, 3]
+    ratio = gears[:, 4] / (study.joints[joint].travel_per_turn or 1.0)
     moved = [mass, across, along - np.minimum(rotor, along)]
     if study.drive_mass is DriveMass.INCLUDED:
-        moved = [np.zeros(len(pairs))] * 3
+        moved = [np.zeros(len(motors))] * 3
     return np.ascontiguousarray(np.stack([*moved, spinning, spinning * ratio], axis=1)).reshape(-1, PARAMETERS)
 
 

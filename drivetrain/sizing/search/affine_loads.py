@@ -44,7 +44,8 @@ NO_LOADS = AffineLoads(np.zeros(0), np.zeros((0, PARAMETERS, 0)), np.zeros(0, dt
 
 def bearing_loads(wrench: Array) -> tuple[Array, Array, Array]:
     """Tilting moment [N m], axial and radial load [N] of wrenches (6, N), (N,) each."""
-    return np.hypot(wrench[0], wrench[1]), np.abs(wrench[5]), np.hypot(wrench[3], wrench[4])
+    tilting, radial = (np.sqrt(x * x + y * y) for x, y in (wrench[:2], wrench[3:5]))  # np.hypot takes ten times longer
+    return tilting, np.abs(wrench[5]), radial
 
 
 def min_magnitude(low: Array, high: Array) -> Array:

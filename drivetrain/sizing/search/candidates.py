@@ -28,10 +28,10 @@ from drivetrain.sizing.demand.series import (
     JointSeries,
     Load,
     UnitLoads,
+    at_samples,
     is_loaded_by,
     joint_series,
     load_of,
-    new_traces,
     no_unit_loads,
     unit_loads_of,
 )
@@ -78,13 +78,14 @@ class Judged:
 class JointCandidates:
     """One joint: its load without drives, the influence of the drives on it, and the records of its candidates."""
 
+    work: Workload  # loads of all joints
     joint: int  # index of the joint
     demand: JointDemand  # without drives
     # the demand as arrays for compiled code; its amounts are the load parameters of the joint's own drive, if that
     # is carried by the link that it moves
     series: JointSeries
     loading_joints: tuple[int, ...]  # other joints whose drives load this one
-    unit_loads: UnitLoads  # load per unit of each load parameter of each of their drives
+    unit_loads: UnitLoads  # load per unit of each load parameter of each of their drives, without wrenches
     bearing: AffineLoads  # wrench on the output bearing [N m, N], (6, M)
     holding: AffineLoads  # torque that holds a position at rest [N m], (M,)
     ramp_stops: AffineLoads  # torque during stops on a ramp [N m], (M,)
@@ -179,7 +180,7 @@ class JointCandidates:
             power: The electrical power and its lower bound are added to it [W], (1, 2, N) or (K, 2, N).
             all_checks: Whether to return the utilisation of every check.
         """
-        series = self._series_with(parameters[list(self.loading_joints)].ravel(), quick)
+        series = self._series_with(parameters, quick)
         power = np.zeros((0, 2, len(series.load.torque))) if power is None else power
 
         def judged(rows: Indices, amplifier: Amplifier | None) -> Judged:
@@ -210,16 +211,17 @@ class JointCandidates:
                     getattr(found, name)[left[better]] = getattr(again, name)[better]
         return found
 
-    def _series_with(self, amounts: Array, quick: bool) -> JointSeries:
+    def _series_with(self, parameters: Array, quick: bool) -> JointSeries:
         """The joint's series with the other drives in place, and at the key samples if candidates are to be screened.
 
-        ``amounts``: load parameters of the drives of ``loading_joints``, (K PARAMETERS,).
+        ``parameters``: load parameters of all joints' drives, (n, PARAMETERS).
         """
-        bare, unit = self.series.load, self.unit_loads
+        bare, unit, others = self.series.load, self.unit_loads, np.zeros_like(parameters)
+        others[list(self.loading_joints)] = parameters[list(self.loading_joints)]
+        amounts = others[list(self.loading_joints)].ravel()
         load = Load(
             bare.torque + amounts @ unit.torque,
-            # einsum: a matrix product would wake all threads of its library, which then spin
-            bare.wrench + np.einsum("k,kct->ct", amounts, unit.wrench) if bare.wrench.size else bare.wrench,
+            bare.wrench + self.work.wrench(self.joint, others) if bare.wrench.size and len(amounts) else bare.wrench,
             bare.inertia + amounts @ unit.inertia if bare.inertia.size else bare.inertia,
             bare.stop + amounts @ unit.stop if bare.stop.size else bare.stop,
             bare.static + amounts @ unit.static if bare.static.size else bare.static,
@@ -349,11 +351,12 @@ def _joint_candidates(
     others = [k for k in loading if k != joint and is_loaded_by(work, joint, k)]
     nothing = no_unit_loads(load_of(replace(demand, wrench=None)))
     unit = nothing if basis is None else unit_loads_of(work, joint, others)
-    own = nothing if basis is None else unit_loads_of(work, joint, [joint] if joint in basis.drives else [])
-    if demand.wrench is None:
-        own = own._replace(wrench=own.wrench[:, :, :0].copy())
-    series = joint_series(demand, own)
-    drives = (*others, joint)
+    itself = [joint] if joint in loading else []
+    own = nothing if basis is None else unit_loads_of(work, joint, itself)
+    if demand.wrench is not None:
+        own = own._replace(wrench=work.unit_wrenches(joint, itself))
+    series = joint_series(demand, own, screening=False)
+    drives = (*others, *itself)
 
     def at_peaks(name: str, *magnitudes: Array) -> AffineLoads:
         """A load at the samples where some magnitudes peak in each section of the cycle."""
@@ -361,17 +364,15 @@ def _joint_candidates(
         load, of_others, of_own = (getattr(one, name)[..., at] for one in (series.load, unit, own))
         return affine_loads(load, np.concatenate([of_others, of_own]), drives)
 
-    bearing = NO_LOADS if demand.wrench is None else at_peaks("wrench", *bearing_loads(series.load.wrench))
+    bearing = NO_LOADS
+    if demand.wrench is not None:
+        at = np.unique([_peaks(one) for one in bearing_loads(series.load.wrench)])
+        bearing = affine_loads(series.load.wrench[:, at], work.unit_wrenches(joint, drives, at), drives)
     holding = NO_LOADS if demand.static_torque is None else at_peaks("static", np.abs(demand.static_torque))
     ramp_stops = at_peaks("stop", np.abs(series.load.stop)) if len(demand.stop.torque) else NO_LOADS
-    stops, current_stops = _current_stops(series, unit, others)
-    key, size = series.at_key_samples, 2 * SECTIONS
-    assert key is not None
-    zeros = {name: np.zeros(size) for name in key.motion._fields[:-2]}
-    key = key._replace(
-        motion=key.motion._replace(periods=key.motion.periods._replace(step=np.zeros(size)), **zeros),
-        total=key.total._replace(torque=np.zeros(size)), traces=new_traces(size, len(cycle.parts)),
-    )  # fmt: skip
+    stops, current_stops = _current_stops(series, unit, others, ramped=task.stop.ramp is not None)
+    size = 2 * SECTIONS
+    key = at_samples(series, np.zeros(size, dtype=np.int64))
     steps = series.motion.periods.step
     share = np.zeros(len(steps))
     for part, weight in zip(cycle.parts, cycle.shares, strict=True):
@@ -395,22 +396,24 @@ def _joint_candidates(
     if template["setting"]["resonance"].any() and series.load.inertia.size:
         inertia = affine_loads(series.load.inertia, np.concatenate([unit.inertia, own.inertia]), drives)
     found = JointCandidates(
-        joint, demand, series, tuple(others), unit, bearing, holding, ramp_stops, inertia, current_stops, key, data,
-        task.drive is not None, task,
+        work, joint, demand, series, tuple(others), unit, bearing, holding, ramp_stops, inertia, current_stops, key,
+        data, task.drive is not None, task,
     )  # fmt: skip
     found.use_amplifier(None)
     return found
 
 
-def _current_stops(series: JointSeries, unit: UnitLoads, others: Sequence[int]) -> tuple[CurrentStops, AffineLoads]:
-    """Buffers and loads for stops at the current limit.
+def _current_stops(
+    series: JointSeries, unit: UnitLoads, others: Sequence[int], *, ramped: bool
+) -> tuple[CurrentStops, AffineLoads]:
+    """Buffers and loads for stops at the current limit; empty if stops follow a ramp.
 
     Stops begin at the samples of largest kinetic energy, torque and speed of each section of the cycle. The loads are
     torque, static torque and inertia, (3, M).
     """
     motion, load, own = series.motion, series.load, series.unit_loads
     at = np.zeros(0, dtype=np.int64)
-    if load.inertia.size and motion.speed.any():
+    if load.inertia.size and motion.speed.any() and not ramped:
         moves = motion.loss_speed != 0.0
         energy = motion.speed**2 * np.abs(load.inertia)
         at = np.unique([_peaks(energy), _peaks(moves * np.abs(load.torque)), _peaks(np.abs(motion.speed))])

@@ -148,8 +148,10 @@ def common_parts(candidates: Candidates, options: SelectionOptions) -> tuple[Com
         gears = _numbered([family(catalog.gears[key]) if key else "" for key in candidates.gears])
         found.append(CommonParts(f"motor family of {listed}", motors[motor], joints, 1))
         found.append(CommonParts(f"gear family of {listed}", gears[gear], joints, 1))
-    pairs = np.unique(candidates.pairs, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64)
-    for one, other in sorted({task.sharing for task in candidates.study.joints if task.sharing}):
+    sharing = sorted({task.sharing for task in candidates.study.joints if task.sharing})
+    if sharing:
+        pairs = np.unique(candidates.pairs, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64)
+    for one, other in sharing:
         joints = (names.index(one), names.index(other))
         found.append(CommonParts(f"drives of {one} and {other}", pairs, joints, 1))
     return tuple(found)
