@@ -465,13 +465,17 @@ def bus_peak(
     for _ in range(ROUNDS):
         before, burnt = energy, 0.0
         for t in range(len(power) - 1):
-            step = time[t + 1] - time[t]
-            burnable = step * threshold * threshold / resistance if threshold < math.inf else 0.0
-            after = bus_step(energy, 0.5 * (power[t] + power[t + 1]) * step, full, max(most, full), math.inf, burnable)
-            energy = after.energy
-            burnt += after.burnt
-            if energy > highest:
-                highest, sample = energy, t + 1
+            step, first, last = time[t + 1] - time[t], power[t], power[t + 1]
+            turns = first * last < 0.0
+            # until the power changes its sign, and after: what one part feeds back, the other cannot take before it
+            until, middle = (step * first / (first - last), 0.0) if turns else (step, last)
+            for length, mean in ((until, 0.5 * (first + middle)), (step - until, 0.5 * (middle + last))):
+                burnable = length * threshold * threshold / resistance if threshold < math.inf else 0.0
+                after = bus_step(energy, mean * length, full, max(most, full), math.inf, burnable)
+                energy = after.energy
+                burnt += after.burnt
+                if energy > highest:
+                    highest, sample = energy, t + 1
         if energy - before <= GROWN * energy:
             break
     if energy - before > GROWN * energy:

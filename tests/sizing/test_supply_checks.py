@@ -10,6 +10,7 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply, bus_peak
+from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.errors import InputError
 from drivetrain.motion.duty_cycle import build_mix
 from drivetrain.sizing.judge.evaluate import evaluate
@@ -68,6 +69,20 @@ def test_the_bus_is_that_of_its_differential_equation(seed):
         assert found.voltage < plain and found.burnt > 0.0
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_the_bus_does_not_depend_on_where_a_line_is_sampled(seed):
+    """Power that changes its sign between samples: 20 samples of the same lines in every step, one at each zero."""
+    rng = np.random.default_rng(seed)
+    time, power = np.arange(41) * 0.02, rng.uniform(-40.0, 60.0, 41)
+    turns = np.flatnonzero(power[:-1] * power[1:] < 0.0)
+    zeros = time[turns] + 0.02 * power[turns] / (power[turns] - power[turns + 1])
+    fine = np.unique(np.concatenate([np.linspace(0.0, time[-1], 801), time, zeros]))
+    for threshold, resistance in ((NEVER, NEVER), (49.5, 49.5**2 / 60.0)):
+        bus = 48.0, 4.7e-3, threshold, resistance
+        wanted = bus_peak(*bus, fine, np.interp(fine, time, power), 48.0).voltage
+        assert bus_peak(*bus, time, power, 48.0).voltage == pytest.approx(wanted, rel=1e-9)
+
+
 def test_more_that_helps_lowers_the_bus():
     time, power = pulses(np.random.default_rng(9))
     volts = [bus_peak(48.0, c, NEVER, NEVER, time, power, 48.0).voltage for c in (1e-3, 3e-3, 1e-2)]
@@ -92,11 +107,12 @@ def flywheel(make):
     return make.study(make.table_cycle(time, 0.2 * acceleration, speed, acceleration))
 
 
-def least_power(study, make):
+def least_power(study, make, celsius=25.0):
     """Without gear loss and shaft friction, winding cold: G w (T/G + J G a + R/k^2 ...) by plain numpy."""
     cycle, motor, ratio = study.cycle, make.motor, 50.0
+    ohms, constant = winding_resistance(motor, celsius), torque_constant(motor, celsius)
     torque = cycle.torque[:, 0] / ratio + (2e-5 + 1e-6) * ratio * cycle.acceleration[:, 0]
-    return torque * ratio * cycle.velocity[:, 0] + motor.resistance / motor.torque_constant**2 * torque**2
+    return torque * ratio * cycle.velocity[:, 0] + ohms / constant**2 * torque**2
 
 
 def test_what_comes_back_is_that_of_lossless_gears_and_cold_windings(flywheel, make):
@@ -114,6 +130,17 @@ def test_what_comes_back_is_that_of_lossless_gears_and_cold_windings(flywheel, m
     tight = replace(study, supply=Supply(48.0, capacity=4.7e-3, max_voltage=told.required - 0.5))
     assert shared(evaluate(tight))[BUS].verdict is Verdict.FAIL
     assert not evaluate(tight).feasible
+
+
+def test_a_cold_start_feeds_back_more(flywheel, make):
+    """At -20 C the winding takes less of the energy that brakes the load than at 25 C."""
+    study = replace(flywheel, supply=Supply(48.0, capacity=4.7e-3, max_voltage=120.0))
+    warm, cold = evaluate(study), evaluate(replace(study, cold_start=-20.0))
+    series = cold.joints["j1"].series
+    wanted = np.minimum(least_power(study, make, -20.0), series.electrical_power)
+    np.testing.assert_allclose(series.least_power, wanted, rtol=1e-9, atol=1e-9)
+    for name in (PEAK, BUS):
+        assert shared(cold)[name].required > shared(warm)[name].required
 
 
 def test_a_part_of_a_mix_begins_where_another_left_the_bus(flywheel, make):

@@ -311,11 +311,15 @@ def stop_temperature(case: Any) -> Any:
 
 
 @law
+def coldest(setting: Any) -> Any:
+    """Lowest temperature of magnets and winding [C]: that of a cold start, if the ambient is warmer."""
+    return min(setting.ambient, setting.cold_start) if setting.cold != 0.0 else setting.ambient
+
+
+@law
 def stop_constant(case: Any) -> Any:
     """Torque constant in a stop or jam [N m/A]: the largest, of magnets at the lowest temperature of the study."""
-    setting = case.setting
-    coldest = min(setting.ambient, setting.cold_start) if setting.cold != 0.0 else setting.ambient
-    return strongest_constant(case.motor, coldest)
+    return strongest_constant(case.motor, coldest(case.setting))
 
 
 def stop_current(stated: float | None, amplifier: Amplifier) -> float | None:

@@ -329,7 +329,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "supply peak braking power", "W", "braking_power", "braking_power", SUPPLY, "braking power", instant="braking",
         formula="largest power that all joints feed back at an instant; gears, shafts and amplifiers without losses, "
-        "windings cold",
+        "windings as cold as the ambient or the cold start",
     ),
     Requirement(
         "supply bus voltage", "V", "bus_voltage", "max_voltage", SUPPLY, "highest bus voltage", instant="bus",

@@ -89,7 +89,7 @@ from drivetrain.drive.thermal.periodic_heat import (
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
 from drivetrain.sizing.demand.series import JointSeries
-from drivetrain.sizing.judge.cases import stop_constant, stop_temperature
+from drivetrain.sizing.judge.cases import coldest, stop_constant, stop_temperature
 from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.vector import larger, smaller
 
@@ -965,8 +965,9 @@ def electrical(case: Any, motion: Any, traces: Any, power: Any) -> Any:
     """
     drawn_power, least_power, switches = power[0], power[1], known_or(case.amplifier.on_resistance, 0.0)
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
-    cold = torque_constant(case.motor, case.setting.ambient)
-    loss = winding_resistance(case.motor, case.setting.ambient) / (cold * cold)
+    lowest = coldest(case.setting)
+    cold = torque_constant(case.motor, lowest)
+    loss = winding_resistance(case.motor, lowest) / (cold * cold)
     before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
     ratio, inductance, largest, energy = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0, 0.0
     constant, ohms = torque_constant(case.motor, case.figures.magnet_temperature), winding_resistance(case.motor, 0.0)
