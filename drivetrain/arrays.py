@@ -31,21 +31,24 @@ def checked_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
 
     ``shape`` has None for axes of any length.
     """
-    sizes = ["N" if size is None else str(size) for size in shape]
-    wanted = f"({sizes[0]},)" if len(sizes) == 1 else f"({', '.join(sizes)})"
     try:
         array = real_array(value)
     except (TypeError, ValueError, OverflowError):
-        raise InputError(Fault(name, f"must be numbers of shape {wanted}", value)) from None
+        raise InputError(Fault(name, f"must be numbers of shape {_shape_text(shape)}", value)) from None
     fits = array.ndim == len(shape) and all(w is None or w == s for w, s in zip(shape, array.shape, strict=True))
     if not fits:
-        raise InputError(Fault(name, f"must have shape {wanted}", array.shape))
+        raise InputError(Fault(name, f"must have shape {_shape_text(shape)}", array.shape))
     if not within_reach(array):
         finite = np.isfinite(array)
         bad = tuple(int(i) for i in np.argwhere(~finite if not finite.all() else np.abs(array) > LARGEST)[0])
         problem = "must be finite" if not finite.all() else f"is too large to calculate with, above {LARGEST:g}"
         raise InputError(Fault(f"{name}{list(bad) if bad else ''}", problem, float(array[bad])))
     return array
+
+
+def _shape_text(shape: Sequence[int | None]) -> str:
+    sizes = ["N" if size is None else str(size) for size in shape]
+    return f"({sizes[0]},)" if len(sizes) == 1 else f"({', '.join(sizes)})"
 
 
 def checked_number(value: Any, name: str, unit: str, *, above: float = -LARGEST, least: float = -LARGEST) -> float:

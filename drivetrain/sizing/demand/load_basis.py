@@ -25,7 +25,9 @@ from drivetrain.arm.geared import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, drive_inertia
-from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
+from drivetrain.dynamics.core.packed import packed
+from drivetrain.dynamics.inverse import WEIGHTLESS, inverse_dynamics, joint_loads
+from drivetrain.dynamics.samples import run
 from drivetrain.motion.base import BASE_JOINTS, base_states
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.demand.unit_loads import INFLUENCE, PARAMETERS, MountedDrives, UnitLoadRows, compute_unit_loads
@@ -171,7 +173,11 @@ def _load_inertia(arm: Arm, q: Array) -> Array:
     for pair in () if arm.linkage is None else map(list, arm.linkage.loops.shared):
         moved[np.ix_(pair, pair)] = 1.0  # two motors on one axis turn together
     units = [np.broadcast_to(column, q.shape) for column in moved.T]
-    torques = (inverse_dynamics(_without_gravity(arm), q, rest, unit) for unit in units)
+    if arm.linkage is None:
+        model, q = packed(arm), np.array(q)
+        torques = (run(model, (q, rest, np.array(unit)), gravity=WEIGHTLESS) for unit in units)
+    else:
+        torques = (inverse_dynamics(_without_gravity(arm), q, rest, unit) for unit in units)
     return np.array([torque @ column for torque, column in zip(torques, turns.T, strict=True)])
 
 
