@@ -1,6 +1,6 @@
-"""Speed of the chapter's algorithms: the articulated-body method over the number of joints, the book's own package.
+"""Speed of the chapter's algorithms: forward dynamics and mass matrix of long chains, the book's own package.
 
-Run with ``python benchmarks/chapter.py``; needs the test extras. Ratios within one process, medians of several turns.
+Run with ``python benchmarks/chapter.py``; needs the test extras. One process, one thread, medians of processor time.
 """
 
 from __future__ import annotations
@@ -9,11 +9,12 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import modern_robotics as book
 import numpy as np
+import pinocchio as pin
+from inverse_dynamics import along_z
 
 import drivetrain as dt
 from drivetrain import modern_robotics as ours
@@ -23,6 +24,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[1] / "tests" / "agreement")
 from random_arms import motion, random_arm, rotors_of  # noqa: E402
 
 SAMPLES = 300
+TURNS = 21
 
 
 def seconds(call: Callable[[], object], turns: int = 7) -> float:
@@ -30,21 +32,66 @@ def seconds(call: Callable[[], object], turns: int = 7) -> float:
     call()
     times = []
     for _ in range(turns):
-        start = time.perf_counter()
+        start = time.process_time()
         call()
-        times.append(time.perf_counter() - start)
+        times.append(time.process_time() - start)
     return statistics.median(times)
 
 
 def chains() -> None:
-    """The articulated-body method and the solution with the mass matrix, on longer and longer chains."""
-    print("joints  articulated body [us a sample]  with rotors  by the mass matrix")
-    for n in (6, 12, 25, 50, 100, 200):
-        arm, sample = random_arm(0, "R" * n), motion(0, n, 20)
-        geared = dt.with_rotors(arm, rotors_of(0, "coaxial", n))
-        runs = ((dt.articulated_body, arm), (dt.articulated_body, geared), (dt.forward_dynamics, arm))
-        times = [seconds(partial(run, one, *sample)) / 20 * 1e6 for run, one in runs]
-        print(f"{n:6} {times[0]:31.2f} {times[1]:12.2f} {times[2]:19.2f}")
+    """Forward dynamics and the mass matrix of longer and longer chains, side by side with pinocchio.
+
+    Pinocchio's ``abaInParallel`` with one thread is a loop in C++. Its ``crba`` has no call for many samples: its time
+    is that of a Python loop less that of the same loop over an arm of one joint, the cost of calling from Python.
+    """
+    names = ("forward_dynamics", "with rotors", "pinocchio aba", "mass_matrix", "pinocchio crba")
+    print(
+        "us a sample: median (quarter to three quarters of the turns)\njoints"
+        + "".join(f"{name:>24}" for name in names)
+    )
+    for n in (6, 12, 30, 50, 100, 200):
+        found = interleaved(runs(n, 60_000 // n))
+        crba, one = found.pop("crba"), statistics.median(found.pop("crba of one joint"))
+        found["pinocchio crba"] = [each - one for each in crba]
+        cells = ("{1:.3g} ({0:.3g} to {2:.3g})".format(*statistics.quantiles(x)) for x in found.values())
+        print(f"{n:6}" + "".join(f"{cell:>24}" for cell in cells))
+
+
+def runs(n: int, samples: int) -> dict[str, tuple[Callable[[], object], int]]:
+    """What is measured at n joints, with the number of samples."""
+    arm, (q, qd, tau) = random_arm(0, "R" * n), motion(0, n, samples)
+    geared = dt.with_rotors(arm, rotors_of(0, "coaxial", n))
+    model, one = along_z(arm), along_z(random_arm(0, "R"))
+    pool, columns = pin.ModelPool(model, 1), [np.asfortranarray(x.T) for x in (q, qd, tau)]
+    result = np.zeros((n, samples), order="F")
+
+    def crba(model: pin.Model) -> None:
+        data = model.createData()
+        for row in q[:, : model.nv].copy():
+            pin.crba(model, data, row)
+
+    calls: dict[str, Callable[[], object]] = {
+        "forward_dynamics": lambda: dt.forward_dynamics(arm, q, qd, tau),
+        "with rotors": lambda: dt.forward_dynamics(geared, q, qd, tau),
+        "pinocchio aba": lambda: pin.abaInParallel(1, pool, *columns, result),
+        "mass_matrix": lambda: dt.mass_matrix(arm, q),
+        "crba": lambda: crba(model),
+        "crba of one joint": lambda: crba(one),
+    }
+    return {name: (call, samples) for name, call in calls.items()}
+
+
+def interleaved(calls: dict[str, tuple[Callable[[], object], int]]) -> dict[str, list[float]]:
+    """Microseconds a sample, of turns in which all take part; the first is not counted."""
+    found: dict[str, list[float]] = {name: [] for name in calls}
+    for turn in range(TURNS + 1):
+        for name, (call, samples) in calls.items():
+            call()  # warms the caches
+            start = time.process_time()
+            call()
+            if turn:
+                found[name].append((time.process_time() - start) / samples * 1e6)
+    return found
 
 
 def book_names() -> None:

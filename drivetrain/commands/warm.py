@@ -85,15 +85,15 @@ def _dynamics() -> None:
     import numpy as np
 
     from drivetrain.arm.files.load import load_arm
-    from drivetrain.dynamics.forward import articulated_body, forward_dynamics
+    from drivetrain.dynamics.forward import forward_dynamics
     from drivetrain.dynamics.inverse import inverse_dynamics
     from drivetrain.dynamics.mass import mass_matrix
 
-    arm, rest = load_arm("planar-2r"), np.zeros((1, 2))
+    arm, rest = load_arm("planar-2r"), np.zeros((2, 2))
     inverse_dynamics(arm, rest, rest, rest)
     mass_matrix(arm, rest)
     forward_dynamics(arm, rest, rest, rest)
-    articulated_body(arm, rest[0], rest[0], rest[0])
+    forward_dynamics(arm, rest[0], rest[0], rest[0])
 
 
 # The dearest first, so that no core waits for it at the end.

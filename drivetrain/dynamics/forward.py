@@ -1,10 +1,8 @@
-"""Forward dynamics: accelerations due to torques, from the mass matrix or by the articulated-body recursion.
+"""Forward dynamics: accelerations due to torques, by articulated bodies or from the mass matrix.
 
-One sample is computed by articulated bodies, many samples with the mass matrix, whose kernels process 64 samples at a
-time. The mass matrix costs n^2 to fill and n^3 to factor, and on long chains loses digits by its condition number,
-which grows as n^4; the articulated-body recursion costs n and does not lose them. It applies to chains of bodies:
-rotors that follow several joints, or are carried by a link not adjacent to their joint, form loops, and such arms use
-the mass matrix.
+The articulated-body algorithm costs n, the mass matrix n^2 to fill and n^3 to factor; on long chains it loses digits by
+its condition number, which grows as n^4. Articulated bodies apply to chains: rotors that follow several joints, or are
+carried by a link not adjacent to their joint, form loops, and such arms use the mass matrix.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7; rotors as described in
     ``core/articulated.py``.
@@ -19,9 +17,9 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, finite_samples
-from drivetrain.dynamics.core.articulated import articulated_accelerations
+from drivetrain.dynamics.core.articulated import accelerations_alone, articulated_accelerations
 from drivetrain.dynamics.core.factor import solve
-from drivetrain.dynamics.core.packed import packed
+from drivetrain.dynamics.core.packed import Packed, packed
 from drivetrain.dynamics.mass import mass_matrices, no_inertia_error
 from drivetrain.dynamics.samples import NO_TIP, is_one_finite_sample, run, tip_samples
 from drivetrain.errors import Fault, InputError
@@ -49,15 +47,18 @@ def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     """
     model = packed(arm)
     if model.chained and is_one_finite_sample(arm.n, q, qd, tau):
-        # For one sample the articulated-body recursion takes a third of the time; all else uses the mass matrix.
         found, tip = np.empty(arm.n), tip_samples(model, tip_wrench, 1)
-        _, joint = articulated_accelerations(model.arm, q[None], qd[None], tau[None], tip, found[None])
+        joint = accelerations_alone(model.arm, q, qd, tau, tip, found)
         if joint < 0 and found.dot(found) < np.inf:
             return found
     positions, speeds, torques = finite_samples(arm.n, {"q": q, "qd": qd, "tau": tau})
-    rest = np.zeros(positions.shape)
-    bias = run(model, (positions, speeds, rest), tip=tip_samples(model, tip_wrench, len(positions)))
-    accelerations = torques - bias
+    tip, accelerations = tip_samples(model, tip_wrench, len(positions)), np.empty(positions.shape)
+    if model.chained:
+        _, joint = _by_articulated_bodies(model, (positions, speeds, torques), tip, accelerations)
+        if joint < 0 and np.isfinite(accelerations).all():
+            return accelerations if np.ndim(q) == 2 else accelerations[0]
+    # A chain comes here, too, if a joint moves no inertia: the mass matrix names the first one from the base.
+    accelerations = torques - run(model, (positions, speeds, np.zeros(positions.shape)), tip=tip)
     matrices = mass_matrices(model, positions)
     sample, joint = solve(matrices, accelerations)
     if joint >= 0:
@@ -91,7 +92,7 @@ def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
         return forward_dynamics(arm, q, qd, tau, tip_wrench=tip_wrench)
     tip = tip_samples(model, tip_wrench, len(positions))
     result = np.empty(positions.shape)
-    sample, joint = articulated_accelerations(model.arm, positions, speeds, torques, tip, result)
+    sample, joint = _by_articulated_bodies(model, (positions, speeds, torques), tip, result)
     if joint >= 0 or not np.isfinite(result).all():
         where = f" at sample {sample}" if np.ndim(q) == 2 else ""
         raise _too_large(arm, result) if joint < 0 else no_inertia_error(arm, joint, f"{where}{UNDEFINED}")
@@ -111,14 +112,24 @@ def unchecked_accelerations(arm: Arm) -> Callable[[Array, Array, Array], Array]:
         return forward_dynamics(arm, q, qd, tau) if finite else np.full(n, np.nan)
 
     def accelerations(q: Array, qd: Array, tau: Array) -> Array:
-        result = np.full((1, n), np.nan)
-        rows = (q.reshape(1, n), qd.reshape(1, n), tau.reshape(1, n))
-        _, joint = articulated_accelerations(model.arm, *rows, NO_TIP, result)
-        if joint >= 0 and all(np.isfinite(row).all() for row in rows):
+        result = np.empty(n)
+        joint = accelerations_alone(model.arm, q, qd, tau, NO_TIP, result)
+        if joint >= 0 and np.isfinite(result).all():
             raise no_inertia_error(arm, joint, UNDEFINED)
-        return result[0]
+        return result
 
     return accelerations if model.chained else by_mass_matrix
+
+
+def _by_articulated_bodies(
+    model: Packed, motion: tuple[Array, Array, Array], tip: Array, result: Array
+) -> tuple[int, int]:
+    """Fill the accelerations; returns sample and joint of the first joint that moves no inertia, or -1 and -1."""
+    if len(result) != 1:
+        return articulated_accelerations(model.arm, *motion, tip, result)
+    q, qd, tau = motion
+    joint = accelerations_alone(model.arm, q[0], qd[0], tau[0], tip, result[0])
+    return 0 if joint >= 0 else -1, joint
 
 
 def _too_large(arm: Arm, result: Array) -> InputError:

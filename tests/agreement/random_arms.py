@@ -6,6 +6,8 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.rotors import Rotor
+from drivetrain.dynamics.inverse import inverse_dynamics
+from drivetrain.dynamics.mass import mass_matrix
 
 EVERY_JOINT = "RPHRRP"  # revolute, prismatic, helical
 
@@ -104,3 +106,11 @@ def motion(seed: int, n: int, count: int = 7) -> tuple[np.ndarray, np.ndarray, n
 def error(found: np.ndarray, wanted: np.ndarray) -> float:
     """Largest difference over the largest value, or over 1 where all are smaller (a bias of zero, say)."""
     return float(np.abs(np.asarray(found) - wanted).max() / max(np.abs(wanted).max(), 1.0))
+
+
+def by_mass_matrix(
+    arm: Arm, q: np.ndarray, qd: np.ndarray, tau: np.ndarray, tip_wrench: np.ndarray | None = None
+) -> np.ndarray:
+    """Accelerations as the textbook has them: M qdd = tau - h, with a general solver."""
+    bias = inverse_dynamics(arm, q, qd, np.zeros(q.shape), tip_wrench=tip_wrench)
+    return np.linalg.solve(mass_matrix(arm, q), (tau - bias)[..., None])[..., 0]

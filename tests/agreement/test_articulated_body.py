@@ -8,11 +8,21 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from in_pinocchio import InPinocchio
-from random_arms import EVERY_JOINT, balanced_rotor, error, motion, random_arm, rotors_of, unbalanced_rotor
+from random_arms import (
+    EVERY_JOINT,
+    balanced_rotor,
+    by_mass_matrix,
+    error,
+    motion,
+    random_arm,
+    rotors_of,
+    unbalanced_rotor,
+)
 
+from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.dynamics.forward import articulated_body, forward_dynamics
+from drivetrain.dynamics.forward import articulated_body
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError
 
@@ -41,7 +51,7 @@ def test_rotors_of_every_kind_on_every_link(joints: str, kind: str, level: Rotor
         arm = with_rotors(bare, rotors_of(seed, kind, bare.n), level=level)
         q, qd, tau = motion(seed, arm.n)
         tip = np.random.default_rng(seed).normal(size=(len(q), 6)) * 20
-        wanted = forward_dynamics(arm, q, qd, tau, tip_wrench=tip)
+        wanted = by_mass_matrix(arm, q, qd, tau, tip_wrench=tip)
         assert error(articulated_body(arm, q, qd, tau, tip_wrench=tip), wanted) < TOLERANCE
         back = inverse_dynamics(arm, q, qd, articulated_body(arm, q, qd, tau))
         assert error(back, tau) < 1e-11  # round trip: times the largest entry of M
@@ -66,14 +76,14 @@ def test_rotors_as_further_joints_of_pinocchio(seed: int) -> None:
 
 @pytest.mark.parametrize("reach", [-3, -2, 1, 2, 3])
 def test_far_carriers_in_chains(reach: int) -> None:
-    """Every rotor so many links before or after its joint: articulated bodies or the mass matrix, as it takes."""
+    """Every rotor so many links before or after its joint: articulated bodies or the mass matrix, as it requires."""
     bare = random_arm(5, "RRPRRRRPRR")
     rng = np.random.default_rng(reach + 10)
     carriers = [int(np.clip(i + reach, -1, bare.n - 1)) for i in range(bare.n)]
     rotors = [(balanced_rotor, unbalanced_rotor)[i % 2](rng, c) for i, c in enumerate(carriers)]
     arm = with_rotors(bare, rotors)
     q, qd, tau = motion(reach + 10, arm.n)
-    assert error(articulated_body(arm, q, qd, tau), forward_dynamics(arm, q, qd, tau)) < TOLERANCE
+    assert error(articulated_body(arm, q, qd, tau), by_mass_matrix(arm, q, qd, tau)) < TOLERANCE
 
 
 def without_inertia(arm: object, links: list[int]) -> object:
@@ -89,7 +99,7 @@ def test_massless_end_is_an_error_that_names_the_joint(links: list[int]) -> None
     with pytest.raises(InputError, match=r"joint_6.*moves no inertia.*sample 0"):
         articulated_body(arm, q, qd, tau)
     geared = with_rotors(arm, [Rotor(100.0, 1e-4, carrier=-1)] * 6, level=RotorLevel.REFLECTED)
-    assert error(articulated_body(geared, q, qd, tau), forward_dynamics(geared, q, qd, tau)) < TOLERANCE
+    assert error(articulated_body(geared, q, qd, tau), by_mass_matrix(geared, q, qd, tau)) < TOLERANCE
 
 
 def test_point_mass_on_the_last_axis_is_an_error() -> None:
@@ -104,7 +114,28 @@ def test_point_mass_on_the_last_axis_is_an_error() -> None:
 def test_massless_links_between_heavy_ones_are_fine() -> None:
     arm = without_inertia(random_arm(3), [1, 3])
     q, qd, tau = motion(3, 6)
-    assert error(articulated_body(arm, q, qd, tau), forward_dynamics(arm, q, qd, tau)) < TOLERANCE
+    assert error(articulated_body(arm, q, qd, tau), by_mass_matrix(arm, q, qd, tau)) < TOLERANCE
+
+
+@pytest.mark.parametrize("kind", ["mixed", "unbalanced"])
+def test_more_samples_than_a_block(kind: str) -> None:
+    bare = random_arm(11, "RRPRRH")
+    arm = with_rotors(bare, [replace(rotor, carrier=None) if rotor else None for rotor in rotors_of(11, kind, bare.n)])
+    q, qd, tau = motion(11, arm.n, 150)
+    tip = np.random.default_rng(11).normal(size=(150, 6)) * 20
+    assert error(articulated_body(arm, q, qd, tau, tip_wrench=tip), by_mass_matrix(arm, q, qd, tau, tip)) < TOLERANCE
+
+
+def test_a_singular_sample_after_the_first_block() -> None:
+    """A top in massless gimbals: when its three axes lie in a plane, the first joint from the tip without inertia."""
+    screws = [[0, 0, 1, 0, 0, 0], [1, 0, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]]
+    inertias = [np.zeros((3, 3)), np.zeros((3, 3)), np.diag([1.0, 1.0, 1.5])]
+    arm = Arm.from_screws(np.tile(np.eye(4), (3, 1, 1)), screws, [0.0, 0.0, 2.0], inertias)
+    q = np.random.default_rng(3).uniform(0.5, 1.0, (200, 3))
+    q[[101, 150], 1] = 0.0
+    with pytest.raises(InputError, match=r"joint_1.*sample 101:"):
+        articulated_body(arm, q, 0.0 * q, 0.0 * q)
+    assert np.isfinite(articulated_body(arm, q[:101], q[:101], q[:101])).all()
 
 
 def test_wrong_input() -> None:

@@ -15,9 +15,9 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
-from drivetrain.dynamics.forward import articulated_body, forward_dynamics
+from drivetrain.dynamics.forward import articulated_body
 from drivetrain.dynamics.inverse import inverse_dynamics
-from drivetrain.dynamics.mass import mass_matrix
+from drivetrain.dynamics.mass import mass_factor, mass_matrix, solve_lower, solve_upper
 from drivetrain.errors import InputError
 
 Forward = Callable[[Arm, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
@@ -32,8 +32,9 @@ def by_inverse(arm: Arm, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.n
 
 
 def by_factors(arm: Arm, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
-    """By the Cholesky factors of the mass matrix, as batches are solved."""
-    return forward_dynamics(arm, q[None], qd[None], tau[None])[0]
+    """By the Cholesky factors of the mass matrix."""
+    factors, torque = mass_factor(arm, q[None]), tau - inverse_dynamics(arm, q, qd, np.zeros(arm.n))
+    return solve_upper(factors, solve_lower(factors, torque[None, :, None]))[0, :, 0]
 
 
 def by_damped_factors(arm: Arm, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:

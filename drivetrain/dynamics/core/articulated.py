@@ -1,317 +1,394 @@
-"""The articulated-body recursion, compiled: accelerations in O(n) time, rotors included.
+"""The articulated-body algorithm, compiled, over blocks of samples: accelerations in O(n) time, rotors included.
 
-All six-vectors are (angular, linear), about the origin of the link's own frame but in the axes of the base. So the
-transformation to the next link is a translation without a rotation, and no lever arm is longer than a link.
+First the recursion of inverse dynamics computes the motion without joint accelerations, and the wrenches f on the links
+and torques b on the rotors for it. The accelerations a of the links that are to be added to this motion, and those of
+the joints, qdd, minimise (Gauss' principle)
 
-A rotor that is geared to joint i and carried by link c makes two bodies depend on the coordinate i. It adds
-``R qdd_i^2 / 2 + qdd_i (k . a_c + b)`` to the function that the accelerations minimise (Gauss' principle), besides its
-own inertia and bias force on its carrier. R is its inertia about the spin axis times the ratio squared, k its momentum
-for a unit speed of the joint, b the torque at the joint due to its spin; for balanced and unbalanced rotors only k, R
-and b differ. If c is the base, the link before the joint or the one after it, k is added to the vector that eliminates
-``qdd_i``. With any other carrier an unknown would remain between joint and carrier: arms with such rotors
-(``packed.Packed.chained``) use the mass matrix.
+    sum over links of (a . I a / 2 + f . a)  +  sum over joints of (R qdd^2 / 2 + (k . a_c + b - tau) qdd).
+
+R is the inertia of a joint's rotor about its spin axis times the ratio squared, k its momentum per unit rate of the
+joint, and c its carrier. From the tip to the base, each joint's acceleration is eliminated: the part of the chain after
+it then acts on the previous link like a body with an articulated inertia and a wrench. A second pass from the base to
+the tip computes the accelerations. If the carrier is neither the base, nor the link before the joint, nor the one after
+it, an unknown would remain between joint and carrier: arms with such rotors (``packed.Packed.chained``) use the mass
+matrix.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 7.3, for an arm without rotors.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.vectors import (
-    Tensor,
-    Vector,
-    add,
-    add_six,
-    axis_of,
-    cross,
-    dot,
-    dot_six,
-    exact,
-    linear,
-    minus,
-    plus,
-    put,
-    put_six,
-    step_to,
-    times,
-    turn_on,
-    turned,
+from drivetrain.dynamics.core.blocks import BLOCK, JOINT, JOINT_ALONE, block_type
+from drivetrain.dynamics.core.composite import (
+    BODY,
+    BODY_ALONE,
+    WRENCH,
+    WRENCH_ALONE,
+    add_constant_body,
+    clear,
+    enter_rotor,
+    rotor_inertias,
     turned_tensor,
-    vector,
 )
+from drivetrain.dynamics.core.recursion import LINKS, LINKS_ALONE, outwards, push, read, read_alone, screw_back
+from drivetrain.dynamics.core.vectors import Vector, cross, dot, exact, plus
 from drivetrain.jit import kernel
 
 # Smallest share of a joint's inertia that must remain with the joints after it free; rounding of zero is about 1e-15.
 SINGULAR = 1e-12
 
-# Work record of a link, or of the base.
-BODY = np.dtype(
-    [
-        # Pose relative to the previous link, velocity, acceleration due to the joint's own motion.
-        ("rotation", np.float64, (3, 3)),
-        ("step", np.float64, (3,)),
-        ("w", np.float64, (3,)),
-        ("v", np.float64, (3,)),
-        ("coriolis", np.float64, (6,)),
-        # Articulated inertia and bias force.
-        ("inertia", np.float64, (6, 6)),
-        ("bias", np.float64, (6,)),
-        # Momentum per unit speed of the joint of rotors on this link, and on the previous link; vector that eliminates
-        # the joint's acceleration; the acceleration itself.
-        *((name, np.float64, (6,)) for name in ("on_self", "on_parent", "eliminator", "acceleration")),
-        # Motion per unit of the joint, and the inertia times it.
-        ("axis", np.float64, (6,)),
-        ("image", np.float64, (6,)),
-        # Inertia to eliminate it, remaining torque, inertia of rotors, torque at the joint.
-        *((name, np.float64) for name in ("divisor", "rest", "rotor", "load")),
-        # Mass, first moment and half the trace of the inertia of this link and all after it.
-        ("mass", np.float64),
-        ("first", np.float64, (3,)),
-        ("polar", np.float64),
-    ]
+# Articulated inertia of a link and all after it, [[I, H], [H^T, M]] for (angular, linear); their mass and the integral
+# of r^2 dm, or more; the first joint from the tip that moves no inertia, or -1.
+INERTIA_ROWS = (
+    *("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
+    *("hxx", "hxy", "hxz", "hyx", "hyy", "hyz", "hzx", "hzy", "hzz"),
+    *("mxx", "myy", "mzz", "mxy", "mxz", "myz"),
+    *("mass", "polar", "stuck"),
 )
+INERTIA, INERTIA_ALONE = block_type(*INERTIA_ROWS), block_type(*INERTIA_ROWS, lanes=1)
+
+# Of a joint: wrench on its link per unit acceleration of the joint; the inertia that the joint moves, and its
+# inverse; torque, then acceleration with the previous link held, then acceleration.
+RESPONSE_ROWS = ("fx", "fy", "fz", "nx", "ny", "nz", "moved", "mobility", "qdd")
+RESPONSE, RESPONSE_ALONE = block_type(*RESPONSE_ROWS), block_type(*RESPONSE_ROWS, lanes=1)
+
+# Acceleration of a link that is added to its motion without joint accelerations.
+CHANGE_ROWS = ("dx", "dy", "dz", "ax", "ay", "az")
+CHANGE, CHANGE_ALONE = block_type(*CHANGE_ROWS), block_type(*CHANGE_ROWS, lanes=1)
 
 
 @kernel
 def articulated_accelerations(arm: Any, q: Array, qd: Array, tau: Array, tip: Array, qdd: Array) -> tuple[int, int]:
-    """Fill the accelerations; returns sample and joint of the first joint that moves no inertia, or -1 and -1."""
+    """Fill the accelerations, (N, n); returns sample and joint of the first joint that moves no inertia, or -1 and -1.
+
+    Accelerations are NaN if a number is NaN, infinite, or beyond 1e154. Other arguments as for ``recursion``.
+    """
     links, rotors, gravity = arm
     n, m = q.shape[1], len(rotors)
-    bodies, spinning = np.zeros(n + 1, BODY), np.zeros(1, BODY)  # the last body: the base
-    base: Any = bodies[n]
-    for j in range(3):
-        base.rotation[j, j] = 1.0
-        base.acceleration[3 + j] = -gravity[j]
-    for sample in range(len(q)):
-        for i in range(n):
-            _move(links[i], bodies[i], bodies[i - 1], q[sample, i], qd[sample, i], tau[sample, i], i > 0)
-        for r in range(m):
-            joint = rotors[r].joint
-            _spin(links[n + r], rotors[r], bodies, spinning[0], q[sample, joint], qd[sample, joint])
+    joints, motions, bodies = np.empty(n + 1, JOINT), np.zeros(n + 2, LINKS), np.empty(n + 1, BODY)
+    wrenches, responses = np.empty(m, WRENCH), np.empty(n, RESPONSE)
+    inertia, change, own = np.empty(1, INERTIA), np.empty(1, CHANGE), rotor_inertias(links, rotors, n)
+    set_base(motions[0], gravity)
+    for first in range(0, len(q), BLOCK):
+        count = min(BLOCK, len(q) - first)
+        size = read(joints, q, qd, tau, first, count)
+        move(links, rotors, joints, motions, responses, size)
         if len(tip):
-            last, at = bodies[n - 1], sample if len(tip) > 1 else 0
-            moment = turned(last.rotation, (tip[at, 0], tip[at, 1], tip[at, 2]))
-            add_six(last.bias, moment, turned(last.rotation, (tip[at, 3], tip[at, 4], tip[at, 5])))
-        joint = _inwards(links, bodies)
-        if joint >= 0:
-            return sample, joint
-        _outwards(links, bodies, qdd[sample])
+            push(motions[n], tip, first, count)
+        add_bodies(links, rotors, joints, bodies, wrenches, size)
+        eliminate(links, rotors, own, joints, motions, bodies, wrenches, responses, inertia[0])
+        accelerate(links, joints, responses, change[0])
+        for k in range(count):
+            if inertia[0].stuck[k] >= 0.0:
+                return first + k, int(inertia[0].stuck[k])
+            for i in range(n):
+                qdd[first + k, i] = responses[i].qdd[k] + 0.0 * size
     return -1, -1
 
 
-# One link, or rotor: pose, velocity, own inertia and bias force
+@kernel
+def accelerations_alone(arm: Any, q: Array, qd: Array, tau: Array, tip: Array, qdd: Array) -> int:
+    """As ``articulated_accelerations``, for one sample, (n,); returns the joint or -1."""
+    links, rotors, gravity = arm
+    n, m, size = len(q), len(rotors), 0.0
+    joints, motions, bodies = np.empty(n + 1, JOINT_ALONE), np.zeros(n + 2, LINKS_ALONE), np.empty(n + 1, BODY_ALONE)
+    wrenches, responses = np.empty(m, WRENCH_ALONE), np.empty(n, RESPONSE_ALONE)
+    inertia, change, own = np.empty(1, INERTIA_ALONE), np.empty(1, CHANGE_ALONE), rotor_inertias(links, rotors, n)
+    set_base(motions[0], gravity)
+    for i in range(n):
+        size += read_alone(joints[i], q[i], qd[i], tau[i])
+    move(links, rotors, joints, motions, responses, size)
+    if len(tip):
+        push(motions[n], tip, np.int64(0), np.int64(1))
+    add_bodies(links, rotors, joints, bodies, wrenches, size)
+    eliminate(links, rotors, own, joints, motions, bodies, wrenches, responses, inertia[0])
+    accelerate(links, joints, responses, change[0])
+    for i in range(n):
+        qdd[i] = responses[i].qdd[0] + 0.0 * size
+    return int(inertia[0].stuck[0])
 
 
 @exact
-def _turned_moments(link: Any, body: Any) -> tuple[Vector, Tensor]:
-    """First moment and inertia of a link's own body, about its frame's origin."""
-    xx, yy, zz = link.syy + link.szz, link.sxx + link.szz, link.sxx + link.syy
-    inertia = turned_tensor(body.rotation, (xx, yy, zz, -link.sxy, -link.sxz, -link.syz))
-    return turned(body.rotation, (link.hx, link.hy, link.hz)), inertia
+def set_base(base: Any, gravity: Array) -> None:
+    """Let the base accelerate against gravity."""
+    for k in range(len(base.ax)):
+        base.ax[k], base.ay[k], base.az[k] = -gravity[0], -gravity[1], -gravity[2]
 
 
 @exact
-def _times(t: Tensor, a: Vector) -> Vector:
-    return (
-        t[0] * a[0] + t[3] * a[1] + t[4] * a[2],
-        t[3] * a[0] + t[1] * a[1] + t[5] * a[2],
-        t[4] * a[0] + t[5] * a[1] + t[2] * a[2],
-    )
+def move(links: Any, rotors: Any, joints: Any, motions: Any, responses: Any, size: float) -> None:
+    """Motion without joint accelerations; the torques, read in their place, are kept with the responses."""
+    n = len(responses)
+    for i in range(n):
+        joint, response = joints[i], responses[i]
+        for k in range(len(joint.q)):
+            response.qdd[k] = joint.qdd[k]
+            joint.qdd[k] = 0.0
+    outwards(links, rotors, joints, motions, n, size)
 
 
 @exact
-def _add_body(body: Any, m: float, h: Vector, t: Tensor) -> None:
-    """Add a body (mass, first moment, inertia about the origin) to the articulated inertia and to the sum of bodies."""
-    xx, yy, zz, xy, xz, yz = t
-    rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    lever = ((0.0, -h[2], h[1]), (h[2], 0.0, -h[0]), (-h[1], h[0], 0.0))
-    for r in range(3):
-        for c in range(3):
-            body.inertia[r, c] += rows[r][c]
-            body.inertia[r, 3 + c] += lever[r][c]
-            body.inertia[3 + c, r] += lever[r][c]
-        body.inertia[3 + r, 3 + r] += m
-    body.mass += m
-    add(body.first, h)
-    body.polar += 0.5 * (t[0] + t[1] + t[2])
+def add_bodies(links: Any, rotors: Any, joints: Any, bodies: Any, wrenches: Any, size: float) -> None:
+    """Bodies of the links with the rotors that they carry, and the rotors' wrenches per unit rate of their joints."""
+    n = len(bodies) - 1
+    for i in range(n):
+        clear(bodies[i])
+        add_constant_body(links[i], bodies[i])
+    for r in range(len(rotors)):
+        if rotors[r].carrier >= 0:
+            enter_rotor(links[n + r], rotors[r], joints, bodies[rotors[r].carrier], bodies[n], wrenches[r], size)
 
 
 @exact
-def _bias(m: float, h: Vector, t: Tensor, w: Vector, v: Vector) -> tuple[Vector, Vector]:
-    """Moment and force of the velocity terms of a body: its velocity x* its momentum."""
-    momentum, force = plus(_times(t, w), cross(h, v)), minus(times(m, v), cross(h, w))
-    return plus(cross(w, momentum), cross(v, force)), cross(w, force)
-
-
-@exact
-def _move(link: Any, body: Any, before: Any, q: float, qd: float, tau: float, carried: bool) -> None:
-    """Pose, velocity, own inertia and bias force of a link."""
-    step, w, v = step_to(link, before, link.slide * q), vector(before.w), vector(before.v)
-    turn_on(link, body, before, link.turn * q + link.offset)
-    put(body.step, step)
-    z, turn, slide = axis_of(body), link.turn * qd, link.slide * qd
-    v = plus(plus(v, cross(w, step)), times(slide, z))
-    w = plus(w, times(turn, z))
-    put(body.w, w)
-    put(body.v, v)
-    wz = cross(w, z)
-    put_six(body.coriolis, times(turn, wz), plus(times(slide, wz), times(turn, cross(v, z))))
-    for j in range(6):
-        body.on_self[j] = body.on_parent[j] = 0.0
-        for k in range(6):
-            body.inertia[j, k] = 0.0
-    body.mass = body.polar = body.first[0] = body.first[1] = body.first[2] = 0.0
-    h, inertia = _turned_moments(link, body)
-    _add_body(body, link.mass, h, inertia)
-    moment, force = _bias(link.mass, h, inertia, w, v)
-    put_six(body.bias, moment, force)
-    body.rotor, body.load = link.rotor_inertia, tau
-    if link.spin != 0.0:
-        # A balanced rotor on the axis, carried by the previous link: its couple on that link is spin (w x z qd + z
-        # qdd).
-        put_six(body.on_parent, times(link.spin, z), (0.0, 0.0, 0.0))
-        if carried:
-            add(before.bias, times(link.spin * qd, cross(vector(before.w), z)))
-
-
-@exact
-def _spin(link: Any, rotor: Any, bodies: Any, spinning: Any, q: float, qd: float) -> None:
-    """Add the inertia and bias forces of a rotor with an own record to its carrier and its joint."""
-    on, joint, body = rotor.carrier, rotor.joint, bodies[rotor.joint]
-    carrier = bodies[on]  # -1: the base, the last record
-    if rotor.balanced:
-        momentum, force = turned(carrier.rotation, (link.px, link.py, link.pz)), (0.0, 0.0, 0.0)
-        if on >= 0:
-            add(carrier.bias, times(qd, cross(vector(carrier.w), momentum)))
-    else:
-        momentum, force = _spin_whole(link, q, qd, carrier, on >= 0, body, spinning)
-    if on == joint:
-        add_six(body.on_self, momentum, force)
-    elif on == joint - 1:
-        add_six(body.on_parent, minus(momentum, cross(vector(body.step), force)), force)
-    else:
-        body.load -= dot(momentum, vector(carrier.acceleration)) + dot(force, linear(carrier.acceleration))
-
-
-@exact
-def _spin_whole(
-    link: Any, q: float, qd: float, carrier: Any, held: bool, joint: Any, rotor: Any
-) -> tuple[Vector, Vector]:
-    """Add an unbalanced rotor to its carrier as a body; returns its momentum per unit speed of its joint."""
-    turn_on(link, rotor, carrier, link.turn * q)
-    p, z = turned(carrier.rotation, (link.px, link.py, link.pz)), axis_of(rotor)
-    m, (h, t) = link.mass, _turned_moments(link, rotor)
-    # Inertia about the carrier's origin: that about the spin axis, translated.
-    ph, pp = 2.0 * dot(p, h), m * dot(p, p)
-    t = (
-        t[0] + ph - 2.0 * p[0] * h[0] + pp - m * p[0] * p[0],
-        t[1] + ph - 2.0 * p[1] * h[1] + pp - m * p[1] * p[1],
-        t[2] + ph - 2.0 * p[2] * h[2] + pp - m * p[2] * p[2],
-        t[3] - p[0] * h[1] - p[1] * h[0] - m * p[0] * p[1],
-        t[4] - p[0] * h[2] - p[2] * h[0] - m * p[0] * p[2],
-        t[5] - p[1] * h[2] - p[2] * h[1] - m * p[1] * p[2],
-    )
-    h, pz, turn = plus(h, times(m, p)), cross(p, z), link.turn
-    # Momentum per unit speed of the joint, and that for the acceleration of its spin due to the carrier's rotation.
-    momentum = times(turn, plus(_times(t, z), cross(h, pz)))
-    force = times(turn, minus(times(m, pz), cross(h, z)))
-    joint.rotor += turn * (dot(z, momentum) + dot(pz, force))
-    w, v, spin = vector(carrier.w), vector(carrier.v), turn * qd
-    e = times(spin, cross(w, z))
-    d = times(spin, plus(cross(v, z), cross(w, pz)))
-    moment, push = _bias(m, h, t, plus(w, times(spin, z)), plus(v, times(spin, pz)))
-    moment = plus(moment, plus(_times(t, e), cross(h, d)))
-    push = plus(push, minus(times(m, d), cross(h, e)))
-    joint.load -= turn * (dot(z, moment) + dot(pz, push))
-    if held:
-        _add_body(carrier, m, h, t)
-        add_six(carrier.bias, moment, push)
-    return momentum, force
-
-
-# The articulated inertia
-
-
-@exact
-def _apply(o: Any, x: Array, y: Array) -> None:
-    """The articulated inertia of a link times x."""
-    for j in range(6):
-        y[j] = dot_six(o.inertia[j], x)
-
-
-@exact
-def _eliminate(body: Any) -> None:
-    """Remove the part of a link's articulated inertia in the direction in which its joint is free."""
-    for j in range(6):
-        for k in range(6):
-            body.inertia[j, k] -= body.eliminator[j] * body.eliminator[k] / body.divisor
-
-
-@exact
-def _hand_on(o: Any, to: Any) -> None:
-    """Add articulated inertia, bias force and body sums of a link to those of the previous link, about its origin."""
-    p, inertia = vector(o.step), o.inertia
-    for j in range(6):
-        add(inertia[j], cross(p, linear(inertia[j])))
-    for k in range(6):
-        shift = cross(p, (inertia[3, k], inertia[4, k], inertia[5, k]))
-        inertia[0, k] += shift[0]
-        inertia[1, k] += shift[1]
-        inertia[2, k] += shift[2]
-    for j in range(6):
-        for k in range(6):
-            to.inertia[j, k] += inertia[j, k]
-    force, first = linear(o.bias), vector(o.first)
-    add_six(to.bias, plus(vector(o.bias), cross(p, force)), force)
-    to.mass += o.mass
-    add(to.first, plus(first, times(o.mass, p)))
-    to.polar += o.polar + 2.0 * dot(p, first) + o.mass * dot(p, p)
-
-
-# The two sweeps
-
-
-@exact
-def _inwards(links: Any, bodies: Any) -> int:
-    """Eliminate the joints' accelerations from tip to base; returns the first joint that moves no inertia, or -1."""
-    for i in range(len(bodies) - 2, -1, -1):
-        link, body = links[i], bodies[i]
-        axis, image, z = body.axis, body.image, axis_of(body)
-        put_six(axis, times(link.turn, z), times(link.slide, z))
-        _apply(body, axis, image)
-        own = 2.0 * dot_six(body.on_self, axis)
-        body.divisor = dot_six(axis, image) + body.rotor + own
-        moved = link.turn**2 * body.polar + link.slide**2 * body.mass + abs(body.rotor) + abs(own)
-        if not body.divisor > SINGULAR * moved:
-            return i
-        body.rest = body.load - dot_six(axis, body.bias)
-        for j in range(6):
-            image[j] += body.on_self[j]
-            body.rest -= image[j] * body.coriolis[j]
-            body.eliminator[j] = image[j] + body.on_parent[j]
+def eliminate(
+    links: Any, rotors: Any, own: Array, joints: Any, motions: Any, bodies: Any, wrenches: Any, responses: Any,
+    inertia: Any,
+) -> None:  # fmt: skip
+    """Eliminate the joints' accelerations from tip to base."""
+    clear_inertia(inertia)
+    for i in range(len(responses) - 1, -1, -1):
+        link, joint, motion, response = links[i], joints[i], motions[i + 1], responses[i]
+        add_body(bodies[i], inertia)
+        respond(link, own[i], inertia, response)
+        for r in range(len(rotors)):
+            if rotors[r].joint == i and rotors[r].carrier == i:
+                respond_on_link(link, wrenches[r], response)
+        free_joint(i, link, own[i], joint, motion, inertia, response)
         if i == 0:
             break
-        drive = body.rest / body.divisor
-        _apply(body, body.coriolis, image)
-        for j in range(6):
-            body.bias[j] += image[j] + body.eliminator[j] * drive
-        _eliminate(body)
-        _hand_on(body, bodies[i - 1])
-    return -1
+        # The rotor on the previous link does not add to the inertia that the joint moves.
+        for k in range(len(joint.q)):
+            response.nz[k] += link.spin
+        for r in range(len(rotors)):
+            if rotors[r].joint == i and rotors[r].carrier == i - 1:
+                wrench_on(link, joint, wrenches[r])
+                add_wrench(wrenches[r], response)
+        free_link(response, inertia, motion)
+        screw_back(link, joint, motions[i], motion)
+        inertia_back(link, joint, inertia)
 
 
 @exact
-def _outwards(links: Any, bodies: Any, qdd: Array) -> None:
+def clear_inertia(inertia: Any) -> None:
+    """Set an articulated inertia to zero."""
+    for k in range(len(inertia.ixx)):
+        inertia.ixx[k] = inertia.iyy[k] = inertia.izz[k] = inertia.ixy[k] = inertia.ixz[k] = inertia.iyz[k] = 0.0
+        inertia.hxx[k] = inertia.hxy[k] = inertia.hxz[k] = inertia.hyx[k] = inertia.hyy[k] = inertia.hyz[k] = 0.0
+        inertia.hzx[k] = inertia.hzy[k] = inertia.hzz[k] = inertia.mass[k] = inertia.polar[k] = 0.0
+        inertia.mxx[k] = inertia.myy[k] = inertia.mzz[k] = inertia.mxy[k] = inertia.mxz[k] = inertia.myz[k] = 0.0
+        inertia.stuck[k] = -1.0
+
+
+@exact
+def add_body(body: Any, inertia: Any) -> None:
+    """Add a body to an articulated inertia."""
+    for k in range(len(body.mass)):
+        m, hx, hy, hz = body.mass[k], body.hx[k], body.hy[k], body.hz[k]
+        sxx, syy, szz = body.sxx[k], body.syy[k], body.szz[k]
+        inertia.ixx[k] += syy + szz
+        inertia.iyy[k] += sxx + szz
+        inertia.izz[k] += sxx + syy
+        inertia.ixy[k] -= body.sxy[k]
+        inertia.ixz[k] -= body.sxz[k]
+        inertia.iyz[k] -= body.syz[k]
+        inertia.hxy[k] -= hz
+        inertia.hxz[k] += hy
+        inertia.hyx[k] += hz
+        inertia.hyz[k] -= hx
+        inertia.hzx[k] -= hy
+        inertia.hzy[k] += hx
+        inertia.mxx[k] += m
+        inertia.myy[k] += m
+        inertia.mzz[k] += m
+        inertia.mass[k] += m
+        inertia.polar[k] += sxx + syy + szz
+
+
+@exact
+def respond(link: Any, own: float, inertia: Any, response: Any) -> None:
+    """Wrench on a link per unit acceleration of its joint, and the inertia that the joint moves, with its rotor's."""
+    turn, slide = link.turn, link.slide
+    for k in range(len(response.fx)):
+        nz = turn * inertia.izz[k] + slide * inertia.hzz[k]
+        fz = turn * inertia.hzz[k] + slide * inertia.mzz[k]
+        response.nx[k] = turn * inertia.ixz[k] + slide * inertia.hxz[k]
+        response.ny[k] = turn * inertia.iyz[k] + slide * inertia.hyz[k]
+        response.nz[k] = nz
+        response.fx[k] = turn * inertia.hzx[k] + slide * inertia.mxz[k]
+        response.fy[k] = turn * inertia.hzy[k] + slide * inertia.myz[k]
+        response.fz[k] = fz
+        response.moved[k] = turn * nz + slide * fz + own
+
+
+@exact
+def respond_on_link(link: Any, wrench: Any, response: Any) -> None:
+    """As ``add_wrench``, for a rotor carried by the link that its joint moves: it acts on the joint, too."""
+    turn, slide = link.turn, link.slide
+    for k in range(len(response.fx)):
+        response.moved[k] += 2.0 * (turn * wrench.nz[k] + slide * wrench.fz[k])
+    add_wrench(wrench, response)
+
+
+@exact
+def add_wrench(wrench: Any, response: Any) -> None:
+    """Add the wrench of a rotor per unit acceleration of its joint."""
+    for k in range(len(response.fx)):
+        response.fx[k] += wrench.fx[k]
+        response.fy[k] += wrench.fy[k]
+        response.fz[k] += wrench.fz[k]
+        response.nx[k] += wrench.nx[k]
+        response.ny[k] += wrench.ny[k]
+        response.nz[k] += wrench.nz[k]
+
+
+@exact
+def free_joint(i: int, link: Any, own: float, joint: Any, motion: Any, inertia: Any, response: Any) -> None:
+    """Mobility of a joint, and its acceleration if the previous link is held."""
+    turn, slide = link.turn, link.slide
+    for k in range(len(response.fx)):
+        whole = turn * turn * inertia.polar[k] + slide * slide * inertia.mass[k] + own
+        moves = response.moved[k] > SINGULAR * whole
+        mobility = 1.0 / response.moved[k] if moves else 0.0
+        inertia.stuck[k] = inertia.stuck[k] if moves or inertia.stuck[k] >= 0.0 else float(i)
+        response.mobility[k] = mobility
+        response.qdd[k] = mobility * (response.qdd[k] - turn * motion.nz[k] - slide * motion.fz[k] - joint.rotor[k])
+
+
+@exact
+def free_link(response: Any, inertia: Any, motion: Any) -> None:
+    """What acts on the previous link, as the joint is free: the inertia without the joint's, and the joint's wrench."""
+    for k in range(len(response.fx)):
+        mobility, qdd = response.mobility[k], response.qdd[k]
+        nx, ny, nz = response.nx[k], response.ny[k], response.nz[k]
+        fx, fy, fz = response.fx[k], response.fy[k], response.fz[k]
+        motion.nx[k] += nx * qdd
+        motion.ny[k] += ny * qdd
+        motion.nz[k] += nz * qdd
+        motion.fx[k] += fx * qdd
+        motion.fy[k] += fy * qdd
+        motion.fz[k] += fz * qdd
+        x, y, z = mobility * nx, mobility * ny, mobility * nz
+        inertia.ixx[k] -= x * nx
+        inertia.iyy[k] -= y * ny
+        inertia.izz[k] -= z * nz
+        inertia.ixy[k] -= x * ny
+        inertia.ixz[k] -= x * nz
+        inertia.iyz[k] -= y * nz
+        inertia.hxx[k] -= x * fx
+        inertia.hxy[k] -= x * fy
+        inertia.hxz[k] -= x * fz
+        inertia.hyx[k] -= y * fx
+        inertia.hyy[k] -= y * fy
+        inertia.hyz[k] -= y * fz
+        inertia.hzx[k] -= z * fx
+        inertia.hzy[k] -= z * fy
+        inertia.hzz[k] -= z * fz
+        x, y, z = mobility * fx, mobility * fy, mobility * fz
+        inertia.mxx[k] -= x * fx
+        inertia.myy[k] -= y * fy
+        inertia.mzz[k] -= z * fz
+        inertia.mxy[k] -= x * fy
+        inertia.mxz[k] -= x * fz
+        inertia.myz[k] -= y * fz
+
+
+@exact
+def inertia_back(link: Any, joint: Any, inertia: Any) -> None:
+    """Transform an articulated inertia from a link's frame to the previous frame."""
+    ca, sa, px, py, pz, slide = link.rzz, link.rzy, link.px, link.py, link.pz, link.slide
+    for k in range(len(inertia.ixx)):
+        c, s, p = joint.cos[k], joint.sin[k], place(px, py, pz, ca, sa, slide * joint.q[k])
+        mxx, myy, mxy, mxz, myz = turned_tensor(
+            c, s, inertia.mxx[k], inertia.myy[k], inertia.mxy[k], inertia.mxz[k], inertia.myz[k]
+        )
+        myy, mzz, myz, mxy, mxz = turned_tensor(ca, sa, myy, inertia.mzz[k], myz, mxy, mxz)
+        ixx, iyy, ixy, ixz, iyz = turned_tensor(
+            c, s, inertia.ixx[k], inertia.iyy[k], inertia.ixy[k], inertia.ixz[k], inertia.iyz[k]
+        )
+        iyy, izz, iyz, ixy, ixz = turned_tensor(ca, sa, iyy, inertia.izz[k], iyz, ixy, ixz)
+        # Columns of H, then its rows.
+        x = turned_back(c, s, ca, sa, (inertia.hxx[k], inertia.hyx[k], inertia.hzx[k]))
+        y = turned_back(c, s, ca, sa, (inertia.hxy[k], inertia.hyy[k], inertia.hzy[k]))
+        z = turned_back(c, s, ca, sa, (inertia.hxz[k], inertia.hyz[k], inertia.hzz[k]))
+        row_x = turned_back(c, s, ca, sa, (x[0], y[0], z[0]))
+        row_y = turned_back(c, s, ca, sa, (x[1], y[1], z[1]))
+        row_z = turned_back(c, s, ca, sa, (x[2], y[2], z[2]))
+        # About the previous origin: H + [p] M, and I - H [p] + [p] (H + [p] M)^T.
+        x, y, z = cross(p, (mxx, mxy, mxz)), cross(p, (mxy, myy, myz)), cross(p, (mxz, myz, mzz))
+        hx, hy, hz = plus(row_x, (x[0], y[0], z[0])), plus(row_y, (x[1], y[1], z[1])), plus(row_z, (x[2], y[2], z[2]))
+        a, b, d = cross(p, row_x), cross(p, row_y), cross(p, row_z)
+        x, y, z = cross(p, hx), cross(p, hy), cross(p, hz)
+        inertia.ixx[k], inertia.iyy[k], inertia.izz[k] = ixx + a[0] + x[0], iyy + b[1] + y[1], izz + d[2] + z[2]
+        inertia.ixy[k], inertia.ixz[k], inertia.iyz[k] = ixy + a[1] + y[0], ixz + a[2] + z[0], iyz + b[2] + z[1]
+        inertia.hxx[k], inertia.hxy[k], inertia.hxz[k] = hx
+        inertia.hyx[k], inertia.hyy[k], inertia.hyz[k] = hy
+        inertia.hzx[k], inertia.hzy[k], inertia.hzz[k] = hz
+        inertia.mxx[k], inertia.myy[k], inertia.mzz[k] = mxx, myy, mzz
+        inertia.mxy[k], inertia.mxz[k], inertia.myz[k] = mxy, mxz, myz
+        # The root mean square distance from the origin grows by no more than the translation.
+        root = math.sqrt(inertia.polar[k]) + math.sqrt(inertia.mass[k] * dot(p, p))
+        inertia.polar[k] = root * root
+
+
+@exact
+def place(px: float, py: float, pz: float, ca: float, sa: float, shift: float) -> Vector:
+    """Origin of a link in the previous frame, shifted along the joint's axis."""
+    return px, py - sa * shift, pz + ca * shift
+
+
+@exact
+def turned_back(c: float, s: float, ca: float, sa: float, a: Vector) -> Vector:
+    """A vector rotated from a link's frame to the previous frame."""
+    x, y = c * a[0] - s * a[1], s * a[0] + c * a[1]
+    return x, ca * y - sa * a[2], sa * y + ca * a[2]
+
+
+@exact
+def turned_on(c: float, s: float, ca: float, sa: float, a: Vector) -> Vector:
+    """A vector rotated from the previous frame to a link's frame."""
+    y = ca * a[1] + sa * a[2]
+    return c * a[0] + s * y, c * y - s * a[0], ca * a[2] - sa * a[1]
+
+
+@exact
+def wrench_on(link: Any, joint: Any, wrench: Any) -> None:
+    """Transform a wrench from the previous frame to a link's frame."""
+    ca, sa, px, py, pz, slide = link.rzz, link.rzy, link.px, link.py, link.pz, link.slide
+    for k in range(len(wrench.fx)):
+        c, s, p = joint.cos[k], joint.sin[k], place(px, py, pz, ca, sa, slide * joint.q[k])
+        force, moment = (wrench.fx[k], wrench.fy[k], wrench.fz[k]), (wrench.nx[k], wrench.ny[k], wrench.nz[k])
+        moment = plus(moment, cross(force, p))
+        wrench.fx[k], wrench.fy[k], wrench.fz[k] = turned_on(c, s, ca, sa, force)
+        wrench.nx[k], wrench.ny[k], wrench.nz[k] = turned_on(c, s, ca, sa, moment)
+
+
+@exact
+def accelerate(links: Any, joints: Any, responses: Any, change: Any) -> None:
     """Compute the accelerations from base to tip."""
-    for i in range(len(qdd)):
-        link, body, before = links[i], bodies[i], bodies[i - 1]  # before the first: the base
-        angular, straight = vector(before.acceleration), linear(before.acceleration)
-        put_six(body.acceleration, angular, plus(straight, cross(angular, vector(body.step))))
-        qdd[i] = (body.rest - dot_six(body.eliminator, body.acceleration)) / body.divisor
-        z = times(qdd[i], axis_of(body))
-        turning, sliding = times(link.turn, z), times(link.slide, z)
-        add_six(body.acceleration, plus(vector(body.coriolis), turning), plus(linear(body.coriolis), sliding))
+    for k in range(len(change.dx)):
+        change.dx[k] = change.dy[k] = change.dz[k] = change.ax[k] = change.ay[k] = change.az[k] = 0.0
+    for i in range(len(responses)):
+        accelerate_link(links[i], joints[i], responses[i], change)
+
+
+@exact
+def accelerate_link(link: Any, joint: Any, response: Any, change: Any) -> None:
+    """Acceleration of a joint and of its link from that of the previous link."""
+    ca, sa, px, py, pz, turn, slide = link.rzz, link.rzy, link.px, link.py, link.pz, link.turn, link.slide
+    for k in range(len(change.dx)):
+        c, s, p = joint.cos[k], joint.sin[k], place(px, py, pz, ca, sa, slide * joint.q[k])
+        d, a = (change.dx[k], change.dy[k], change.dz[k]), (change.ax[k], change.ay[k], change.az[k])
+        a = turned_on(c, s, ca, sa, plus(a, cross(d, p)))
+        d = turned_on(c, s, ca, sa, d)
+        moment = dot((response.nx[k], response.ny[k], response.nz[k]), d)
+        force = dot((response.fx[k], response.fy[k], response.fz[k]), a)
+        qdd = response.qdd[k] - response.mobility[k] * (moment + force)
+        response.qdd[k] = qdd
+        change.dx[k], change.dy[k], change.dz[k] = d[0], d[1], d[2] + turn * qdd
+        change.ax[k], change.ay[k], change.az[k] = a[0], a[1], a[2] + slide * qdd

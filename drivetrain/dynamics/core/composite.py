@@ -20,8 +20,9 @@ from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, block_type, fast,
 from drivetrain.dynamics.core.records import MOMENTS
 from drivetrain.jit import kernel
 
-BODY = block_type(*MOMENTS)
-WRENCH = block_type("fx", "fy", "fz", "nx", "ny", "nz")
+BODY, BODY_ALONE = block_type(*MOMENTS), block_type(*MOMENTS, lanes=1)
+WRENCH_ROWS = ("fx", "fy", "fz", "nx", "ny", "nz")
+WRENCH, WRENCH_ALONE = block_type(*WRENCH_ROWS), block_type(*WRENCH_ROWS, lanes=1)
 
 
 @kernel
@@ -29,12 +30,7 @@ def compose(links: Any, rotors: Any, q: Array, out: Array) -> float:
     """Fill mass matrices; returns 0, or NaN if a position is NaN, infinite, or beyond 1e154."""
     n, bad = q.shape[1], 0.0
     joints, wrenches = np.zeros(n + 1, JOINT), np.empty(n + len(rotors), WRENCH)  # the last joint: a rotor's
-    bodies, own, entries = np.empty(n + 2, BODY), np.empty(n), np.empty((n, n, BLOCK))
-    for i in range(n):
-        own[i] = links[i].rotor_inertia
-    for r in range(len(rotors)):
-        if not rotors[r].balanced:
-            own[rotors[r].joint] += links[n + r].turn ** 2 * (links[n + r].sxx + links[n + r].syy)
+    bodies, own, entries = np.empty(n + 2, BODY), rotor_inertias(links, rotors, n), np.empty((n, n, BLOCK))
     for first in range(0, len(q), BLOCK):
         count, size = min(BLOCK, len(q) - first), 0.0
         for i in range(n):
@@ -75,9 +71,21 @@ def compose(links: Any, rotors: Any, q: Array, out: Array) -> float:
 
 
 @fast
+def rotor_inertias(links: Any, rotors: Any, n: int) -> Array:
+    """Inertia of each joint's rotor about its spin axis, times the ratio squared, (n,)."""
+    own = np.empty(n)
+    for i in range(n):
+        own[i] = links[i].rotor_inertia
+    for r in range(len(rotors)):
+        if not rotors[r].balanced:
+            own[rotors[r].joint] += links[n + r].turn ** 2 * (links[n + r].sxx + links[n + r].syy)
+    return own
+
+
+@fast
 def clear(body: Any) -> None:
     """Set a body to zero."""
-    for k in range(BLOCK):
+    for k in range(len(body.mass)):
         body.mass[k] = body.hx[k] = body.hy[k] = body.hz[k] = 0.0
         body.sxx[k] = body.syy[k] = body.szz[k] = body.sxy[k] = body.sxz[k] = body.syz[k] = 0.0
 
@@ -87,7 +95,7 @@ def add_constant_body(link: Any, body: Any) -> None:
     """Add the body of a link, given in the record's own frame."""
     m, hx, hy, hz = link.mass, link.hx, link.hy, link.hz
     sxx, syy, szz, sxy, sxz, syz = link.sxx, link.syy, link.szz, link.sxy, link.sxz, link.syz
-    for k in range(BLOCK):
+    for k in range(len(body.mass)):
         body.mass[k] += m
         body.hx[k] += hx
         body.hy[k] += hy
@@ -104,7 +112,7 @@ def add_constant_body(link: Any, body: Any) -> None:
 def unit_wrench(link: Any, body: Any, wrench: Any) -> None:
     """The wrench on a body at rest for a unit acceleration of its joint."""
     turn, slide = link.turn, link.slide
-    for k in range(BLOCK):
+    for k in range(len(body.mass)):
         hx, hy = body.hx[k], body.hy[k]
         wrench.fx[k] = -turn * hy
         wrench.fy[k] = turn * hx
@@ -120,7 +128,7 @@ def wrench_back(link: Any, joint: Any, wrench: Any) -> None:
     px, py, pz, slide = link.px, link.py, link.pz, link.slide
     rxx, rxy, rxz, ryx, ryy, ryz = link.rxx, link.rxy, link.rxz, link.ryx, link.ryy, link.ryz
     rzx, rzy, rzz = link.rzx, link.rzy, link.rzz
-    for k in range(BLOCK):
+    for k in range(len(wrench.fx)):
         c, s, shift = joint.cos[k], joint.sin[k], slide * joint.q[k]
         fz, nz = wrench.fz[k], wrench.nz[k]
         t = c * wrench.fx[k] - s * wrench.fy[k]
@@ -138,18 +146,28 @@ def wrench_back(link: Any, joint: Any, wrench: Any) -> None:
 @fast
 def turn_body(joint: Any, body: Any) -> None:
     """Rotate a body about z by the angle of its joint."""
-    for k in range(BLOCK):
+    for k in range(len(body.mass)):
         c, s = joint.cos[k], joint.sin[k]
         hx, hy = body.hx[k], body.hy[k]
-        xx, yy, xy, xz, yz = body.sxx[k], body.syy[k], body.sxy[k], body.sxz[k], body.syz[k]
-        cc, sc, ss = c * c, s * c, s * s
         body.hx[k] = c * hx - s * hy
         body.hy[k] = s * hx + c * hy
-        body.sxx[k] = cc * xx - 2.0 * sc * xy + ss * yy
-        body.syy[k] = ss * xx + 2.0 * sc * xy + cc * yy
-        body.sxy[k] = sc * (xx - yy) + (cc - ss) * xy
-        body.sxz[k] = c * xz - s * yz
-        body.syz[k] = s * xz + c * yz
+        xx, yy, xy, xz, yz = turned_tensor(c, s, body.sxx[k], body.syy[k], body.sxy[k], body.sxz[k], body.syz[k])
+        body.sxx[k], body.syy[k], body.sxy[k], body.sxz[k], body.syz[k] = xx, yy, xy, xz, yz
+
+
+@fast
+def turned_tensor(
+    c: float, s: float, xx: float, yy: float, xy: float, xz: float, yz: float
+) -> tuple[float, float, float, float, float]:
+    """A symmetric tensor rotated about z, without zz, which does not change."""
+    cc, sc, ss = c * c, s * c, s * s
+    return (
+        cc * xx - 2.0 * sc * xy + ss * yy,
+        ss * xx + 2.0 * sc * xy + cc * yy,
+        sc * (xx - yy) + (cc - ss) * xy,
+        c * xz - s * yz,
+        s * xz + c * yz,
+    )
 
 
 @fast
@@ -158,7 +176,7 @@ def place_body(link: Any, joint: Any, body: Any, total: Any) -> None:
     px, py, pz, slide = link.px, link.py, link.pz, link.slide
     rxx, rxy, rxz, ryx, ryy, ryz = link.rxx, link.rxy, link.rxz, link.ryx, link.ryy, link.ryz
     rzx, rzy, rzz = link.rzx, link.rzy, link.rzz
-    for k in range(BLOCK):
+    for k in range(len(body.mass)):
         m, x, y, z = body.mass[k], body.hx[k], body.hy[k], body.hz[k]
         hx, hy, hz = rxx * x + rxy * y + rxz * z, ryx * x + ryy * y + ryz * z, rzx * x + rzy * y + rzz * z
         xx, yy, zz, xy, xz, yz = body.sxx[k], body.syy[k], body.szz[k], body.sxy[k], body.sxz[k], body.syz[k]
@@ -183,12 +201,12 @@ def place_body(link: Any, joint: Any, body: Any, total: Any) -> None:
 def enter_rotor(link: Any, rotor: Any, joints: Any, body: Any, spinning: Any, wrench: Any, size: float) -> None:
     """Add a rotor to its carrier: its wrench per unit rate of its joint, and its body unless it is counted already."""
     if rotor.balanced:
-        for k in range(BLOCK):
+        for k in range(len(wrench.fx)):
             wrench.fx[k] = wrench.fy[k] = wrench.fz[k] = 0.0
             wrench.nx[k], wrench.ny[k], wrench.nz[k] = link.px, link.py, link.pz
         return
     joint, own = joints[rotor.joint], joints[len(joints) - 1]
-    for k in range(BLOCK):
+    for k in range(len(wrench.fx)):
         own.q[k] = joint.q[k]
     sincos(own, link.turn, 0.0, size * link.turn**2 > FAR * FAR)
     clear(spinning)
@@ -212,5 +230,5 @@ def fill_row(links: Any, rotors: Any, i: int, wrenches: Any, entries: Array) -> 
             factor = 2.0 if joint == i else 1.0
         turn, slide, wrench = factor * links[i].turn, factor * links[i].slide, wrenches[w]
         entry = entries[max(joint, i), min(joint, i)]
-        for k in range(BLOCK):
+        for k in range(len(entry)):
             entry[k] += turn * wrench.nz[k] + slide * wrench.fz[k]

@@ -142,15 +142,14 @@ def carried_moments(poses: Array, masses: Array, inertias: Array) -> Array:
 
 
 def _place(links: np.ndarray, steps: Array) -> None:
-    """Places of the joints in the previous frames; a revolute joint is the rotation ``Rx(alpha) Rz(q + offset)``."""
-    _pose(links, steps)
-    simple, rotation = _revolute(links), steps[:, :3, :3]
+    """Places of the joints in the previous frames: the rotation is ``Rx(alpha) Rz(turn q + offset)``."""
+    rotation = steps[:, :3, :3]
     tilt = np.hypot(rotation[:, 1, 2], rotation[:, 2, 2])
     cosine, sine = rotation[:, 2, 2] / tilt, -rotation[:, 1, 2] / tilt
     zero, one = np.zeros(len(links)), np.ones(len(links))
-    tilted = np.stack([one, zero, zero, zero, cosine, -sine, zero, sine, cosine], axis=1)
-    _set(links, ROTATION, np.where(simple[:, None], tilted, rotation.reshape(-1, 9)))
-    links["offset"] = np.where(simple, np.arctan2(-rotation[:, 0, 1], rotation[:, 0, 0]), 0.0)
+    _set(links, "px py pz", steps[:, :3, 3])
+    _set(links, ROTATION, np.stack([one, zero, zero, zero, cosine, -sine, zero, sine, cosine], axis=1))
+    links["offset"] = np.arctan2(-rotation[:, 0, 1], rotation[:, 0, 0])
 
 
 def _pose(links: np.ndarray, poses: Array) -> None:
@@ -194,7 +193,11 @@ def _mount(
         if own is not None:
             extra.append(own[0])
             rotors.append((joint, rotor.carrier, own[1]))
-    return extra, rotors
+    # First those that the recursion computes together with their joint.
+    simple = _revolute(links)
+    later = [not (balanced and carrier == joint - 1 and simple[joint]) for joint, carrier, balanced in rotors]
+    order = sorted(range(len(rotors)), key=later.__getitem__)
+    return [extra[r] for r in order], [rotors[r] for r in order]
 
 
 def _own_pass(

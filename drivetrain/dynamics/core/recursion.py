@@ -94,6 +94,7 @@ def torque_alone(arm: Any, q: Array, qd: Array, qdd: Array, tip: Array, torque: 
 @exact
 def outwards(links: Any, rotors: Any, joints: Any, bodies: Any, n: int, size: float) -> None:
     """Motion of all links and rotors, and the wrenches that move them; ``size`` is the result of ``read``."""
+    r = 0  # the next rotor; those on the link before a revolute joint come first
     for i in range(n):
         link, joint, before, body = links[i], joints[i], bodies[i], bodies[i + 1]
         sincos(joint, link.turn, link.offset, size > FAR * FAR)
@@ -101,11 +102,14 @@ def outwards(links: Any, rotors: Any, joints: Any, bodies: Any, n: int, size: fl
             screw(link, joint, before, body)
         elif i == 0:
             first_revolute(link, joint, before, body)
+        elif r < len(rotors) and rotors[r].joint == i and rotors[r].carrier == i - 1 and rotors[r].balanced:
+            revolute(link, links[n + r], joint, before, body)
+            r += 1
         else:
-            revolute(link, joint, before, body)
-    for r in range(len(rotors)):
-        link, joint, carrier = links[n + r], joints[rotors[r].joint], bodies[rotors[r].carrier + 1]
-        if rotors[r].balanced:
+            revolute(link, None, joint, before, body)
+    for other in range(r, len(rotors)):
+        link, joint, carrier = links[n + other], joints[rotors[other].joint], bodies[rotors[other].carrier + 1]
+        if rotors[other].balanced:
             couple(link, joint, carrier)
         else:
             spin(link, joint, joints[n], carrier, bodies[n + 1], size)
@@ -236,8 +240,12 @@ def first_revolute_back(joint: Any, body: Any) -> None:
 
 
 @fast
-def revolute(link: Any, joint: Any, before: Any, body: Any) -> None:
-    """Motion of a link from that of the previous link, its own wrench, and the couple of a rotor along the axis."""
+def revolute(link: Any, rotor: Any, joint: Any, before: Any, body: Any) -> None:
+    """Motion of a link from that of the previous link, and its own wrench.
+
+    Also the couple of a balanced rotor on the previous link: along the joint's axis, or of any direction if ``rotor``,
+    its record, is not None (compiled once for each).
+    """
     ca, sa, px, py, pz = link.rzz, link.rzy, link.px, link.py, link.pz
     spin, inertia, own = link.spin, link.rotor_inertia, moments(link)
     for k in range(len(joint.q)):
@@ -263,12 +271,16 @@ def revolute(link: Any, joint: Any, before: Any, body: Any) -> None:
         bz = ca * az - sa * ay
         bx = c * ax + s * t
         by = c * t - s * ax
-        # A balanced rotor on the axis exerts on the previous link, its carrier, the couple spin (v (w x z) + vd z). In
-        # this frame it is spin (gyro_x, gyro_y, vd). It is added here except for vd, which must not enter this joint's
-        # torque.
-        keep(body, k, own, ex, ey, ez, gx, gy, axial + vd, bx, by, bz, spin * gyro_x, spin * gyro_y)
+        if rotor is None:
+            # A rotor on the axis exerts on the previous link, its carrier, the couple spin (v (w x z) + vd z). In this
+            # frame it is spin (gyro_x, gyro_y, vd). It is added here except for vd, which must not enter this joint's
+            # torque.
+            cx, cy, torque = spin * gyro_x, spin * gyro_y, spin * axial
+        else:
+            cx, cy, torque = 0.0, 0.0, add_couple(rotor, v, vd, before, k)
+        keep(body, k, own, ex, ey, ez, gx, gy, axial + vd, bx, by, bz, cx, cy)
         body.axial[k] = axial
-        joint.rotor[k] = inertia * vd + spin * axial
+        joint.rotor[k] = inertia * vd + torque
 
 
 @fast
@@ -360,14 +372,19 @@ def screw_back(link: Any, joint: Any, before: Any, body: Any) -> None:
 @fast
 def couple(link: Any, joint: Any, carrier: Any) -> None:
     """A balanced rotor of any direction on any link: its couple on the carrier, its torque on its joint."""
-    zx, zy, zz = link.px, link.py, link.pz
     for k in range(len(joint.q)):
-        v, vd = joint.qd[k], joint.qdd[k]
-        wx, wy, wz = carrier.wx[k], carrier.wy[k], carrier.wz[k]
-        carrier.nx[k] += vd * zx + v * (wy * zz - wz * zy)
-        carrier.ny[k] += vd * zy + v * (wz * zx - wx * zz)
-        carrier.nz[k] += vd * zz + v * (wx * zy - wy * zx)
-        joint.rotor[k] += zx * carrier.dx[k] + zy * carrier.dy[k] + zz * carrier.dz[k]
+        joint.rotor[k] += add_couple(link, joint.qd[k], joint.qdd[k], carrier, k)
+
+
+@fast
+def add_couple(link: Any, v: float, vd: float, carrier: Any, k: int) -> float:
+    """As ``couple``, for one sample; returns the torque."""
+    zx, zy, zz = link.px, link.py, link.pz
+    wx, wy, wz = carrier.wx[k], carrier.wy[k], carrier.wz[k]
+    carrier.nx[k] += vd * zx + v * (wy * zz - wz * zy)
+    carrier.ny[k] += vd * zy + v * (wz * zx - wx * zz)
+    carrier.nz[k] += vd * zz + v * (wx * zy - wy * zx)
+    return zx * carrier.dx[k] + zy * carrier.dy[k] + zz * carrier.dz[k]
 
 
 @fast
