@@ -34,9 +34,9 @@ def test_words_tell_the_goal_and_the_ratio(found):
     (line,) = free_ratio_lines(found)
     one = found.joints[0]
     assert line.startswith(f"{one.joint}: ratio ") and f", {one.verdict}; " in line
-    assert "Not every check" not in free_ratio_sentence(replace(found, joints=(replace(one, verdict=Verdict.PASS),)))
+    assert "A check fails" not in free_ratio_sentence(replace(found, joints=(replace(one, verdict=Verdict.PASS),)))
     failing = replace(found, joints=(replace(one, verdict=Verdict.FAIL),))
-    assert f"Not every check holds or could be made at {one.joint}." in free_ratio_sentence(failing)
+    assert f"A check fails or could not be made at {one.joint}." in free_ratio_sentence(failing)
 
 
 def test_page_and_picture(found):

@@ -106,7 +106,7 @@ def test_sentence_and_rows(found) -> None:
 
 def test_no_ratio_fits() -> None:
     weak = ratio_study(one_axis(replace(MOTOR, nominal_current=0.3)), "hinge")
-    assert ratio_sentence(weak).startswith("No ratio lets acme <&> 1 behind wheel meet all limits: the best, ")
+    assert ratio_sentence(weak).startswith("No ratio lets acme <&> 1 with wheel meet all limits: the best, ")
     (row,) = ratio_rows(weak)
     assert row[4] == Chip("no ratio", "fail")
     assert "no ratio fits" in ratio_report([weak])

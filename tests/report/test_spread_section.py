@@ -44,7 +44,7 @@ def test_the_page_has_the_section(told):
     evaluation, found = told
     page = html_report(evaluation, spread=found)
     section = page[page.index('id="spread"') :]
-    assert "All checks hold in" in section and "seed 1" in section
+    assert "All checks are satisfied in" in section and "seed 1" in section
     assert "torque constant: uniform within ±5\u00a0%" in section and "ambient: uniform within ±5\u00a0K" in section
     assert page == html_report(evaluation, spread=found)
 
@@ -82,7 +82,7 @@ def test_a_tornado_without_bars_is_still_a_picture(told):
 def test_the_terminal_tells_the_weakest(told):
     _, found = told
     lines = spread_lines(found)
-    assert "All checks hold in" in lines[0] and "500 arms" in lines[0]
+    assert "All checks are satisfied in" in lines[0] and "500 sampled arms" in lines[0]
     rows = chance_rows(found.robustness)
     assert rows[0].place == "all together"
     singles = [row.share for row in rows if row.check not in ("", "all checks")]

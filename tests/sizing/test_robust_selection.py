@@ -91,7 +91,7 @@ def test_the_first_set_that_holds_often_enough(shop):
 def test_none_holds(shop):
     found = robust_select(shop[0], sets=in_order(shop)[:2], holds=0.9)
     assert found.chosen is None and found.exhausted and "no others" in found.proof
-    assert robust_select(shop[0], sets=[], holds=0.9).proof == "no set holds with nominal numbers"
+    assert robust_select(shop[0], sets=[], holds=0.9).proof == "no set meets all limits with nominal values"
     assert not robust_select(shop[0], sets=in_order(shop), holds=0.9, most_sets=1).exhausted
 
 

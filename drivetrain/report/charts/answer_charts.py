@@ -227,7 +227,7 @@ def _ratio_view(found: RatioStudy) -> tuple[float, float]:
 def _ladder(found: RatioStudy, low: float, high: float, shade: list[Mark]) -> Chart:
     """Ranges as bars, ratios as points, gears of the catalogue coloured by their verdict."""
     forms, match = found.closed_forms, found.closed_forms.load_match
-    ranges = [("every check holds", [(w.low, w.high) for w in found.windows], GREEN)]
+    ranges = [("all checks satisfied", [(w.low, w.high) for w in found.windows], GREEN)]
     if forms.rated is not None:
         ranges.append(("RMS torque within rated", [(r.low, r.high) for r in forms.rated], BLUE))
     if match is not None:

@@ -54,7 +54,7 @@ def ratio_rows(found: RatioStudy) -> list[tuple[str | Chip, ...]]:
 
 def ratio_sentence(found: RatioStudy) -> str:
     """The answer for one joint."""
-    drive = f"{found.motor} behind {found.gear or 'an ideal gear'}"
+    drive = f"{found.motor} with {found.gear or 'an ideal gear'}"
     if not found.windows:
         return (
             f"No ratio lets {drive} meet all limits: the best, {number(found.best.ratio)}, "
@@ -66,7 +66,8 @@ def ratio_sentence(found: RatioStudy) -> str:
     where = f"{spans}; its own, {number(own)}, is {'inside' if inside else 'outside'}."
     if found.lacking:
         unknown = ", ".join(check.name for check in found.lacking)
-        return f"{drive} is not proven to fit: data are missing to check {unknown}; the rest holds with a ratio {where}"
+        missing = f"{drive} is not proven to fit: data are missing to check {unknown}"
+        return f"{missing}; all other checks are satisfied with a ratio {where}"
     return f"{drive} fits with a ratio {where}"
 
 
@@ -78,7 +79,7 @@ def _span(window: RatioWindow) -> str:
 
 
 def _overview(studies: Sequence[RatioStudy]) -> Section:
-    headings = ("joint", "motor", "gear varied", "its ratio", "every check holds from", "to", "ended below by",
+    headings = ("joint", "motor", "gear varied", "its ratio", "all checks satisfied from", "to", "ended below by",
                 "ended above by", "least utilisation at", "utilisation there")  # fmt: skip
     rows = tuple(row for found in studies for row in ratio_rows(found))
     return Section("Every joint", "joints", tables=(SheetTable(headings, rows, "", (3, 4, 5, 8, 9)),))
@@ -86,7 +87,7 @@ def _overview(studies: Sequence[RatioStudy]) -> Section:
 
 def _joint(found: RatioStudy) -> Section:
     caption = (
-        "Everything on the gear's sheet but its ratio is kept. Shaded: ratios at which every check of the study holds; "
+        "Everything on the gear's sheet but its ratio is kept. Shaded: ratios at which all checks are satisfied; "
         "dashed upright: the sheet's own ratio."
     )
     charts = ratio_charts(found)
@@ -194,7 +195,7 @@ def free_ratio_report(found: FreeRatios) -> str:
         "The goal of the whole arm over the ratio of one joint, the others at their best. Shaded: ratios that speed "
         "and voltage allow. Dots: gears of the catalogue in the place of the continuous one, with their own sheet."
     )
-    word = "every check holds" if found.feasible else "not every check holds or could be made"
+    word = "all checks satisfied" if found.feasible else "a check fails or could not be made"
     css, charts = "pass" if found.feasible else "fail", captioned(free_ratio_charts(found), caption)
     first = Section(
         "Best ratios", "ratios", word, css, (free_ratio_sentence(found),), charts, (_table(found),), found.notes
@@ -210,7 +211,7 @@ def free_ratio_sentence(found: FreeRatios) -> str:
         small = f"{number(100.0 * more, 2)} %" if abs(more) >= 1e-6 else "less than a ten-thousandth of a percent"
         text += f"; with every joint at the best for its own motor it is {small} more"
     short = [one.joint for one in found.joints if one.verdict not in (Verdict.PASS, Verdict.MARGINAL)]
-    addition = f" Not every check holds or could be made at {', '.join(short)}." if short else ""
+    addition = f" A check fails or could not be made at {', '.join(short)}." if short else ""
     return f"{text}.{addition}"
 
 
@@ -218,7 +219,7 @@ def free_ratio_lines(found: FreeRatios) -> list[str]:
     lines = []
     for one in found.joints:
         holding = [gear for gear in one.gears if gear.verdict not in ("FAIL", "NOT CHECKED")]
-        beside = "of the catalogue's gears near it none holds"
+        beside = "none of the catalogue's gears near it fits"
         if holding:
             least = min(holding, key=lambda gear: gear.excess)
             beside = f"of the catalogue's, {least.key} loses least, {_excess(least.excess)} of the arm's {found.goal}"

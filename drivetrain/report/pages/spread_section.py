@@ -17,9 +17,9 @@ from drivetrain.study.model import Study
 SURE = 0.9999  # probability above which checks are not listed individually
 MOST_FIGURES = 4
 TORNADO = (
-    "Each value by itself at both ends of its tolerance (twice the standard deviation of a normal one), all others "
-    "nominal; bars end at ten times the limit. Point at an end for the share by which the variance of this utilisation "
-    "would fall, were that number known, counted from arms in which all of them scatter."
+    "Each value varied alone to both ends of its tolerance (two standard deviations of a normal one), all others "
+    "nominal; bars end at ten times the limit. Point at an end for the share of the variance of this utilisation that "
+    "the value causes if all values vary together."
 )
 
 
@@ -42,20 +42,21 @@ def spread_section(found: Spread) -> Section:
     figures = []
     for one in [one for one in found.tornadoes if one.bars][:MOST_FIGURES]:
         left = len(one.bars) - MOST_BARS
-        figures.append((tornado_chart(one), TORNADO + (f" {left} narrower bars are left out." if left > 0 else "")))
+        texts = ([] if figures else [TORNADO]) + ([f"{left} narrower bars are left out."] if left > 0 else [])
+        figures.append((tornado_chart(one), " ".join(texts)))
     rows = tuple(
         (one.place, one.check, one.probability, one.error, one.interval, one.usual) for one in chance_rows(odds)
     )
     choice = "" if found.choice is None else f" The set {found.choice.proof}."
     how = (
-        f"{_grouped(odds.samples)} arms, seed {odds.seed}; each evaluated by all checks with values of its own, motor "
-        "and gear of each joint drawn by themselves, the air and each payload once an arm, nothing correlated beyond "
-        f"that. Limits from data sheets stay as printed. {'; '.join(law_lines(odds.evaluation.study))}."
+        f"{_grouped(odds.samples)} sampled arms, seed {odds.seed}, each evaluated by all checks. The values of the "
+        "motor and gear of each joint, the ambient temperature and each payload are drawn independently for each arm. "
+        f"Limits of data sheets stay as printed. {'; '.join(law_lines(odds.evaluation.study))}."
     )
     if nominal := undrawn(odds.evaluation):
         how += f" With nominal values alone: {', '.join(check.name for check in nominal)}."
-    headings = ("where", "check", "holds in", "standard error", "95 % interval",
-                "utilisation that 5 / 50 / 95 % of the arms stay below")  # fmt: skip
+    headings = ("where", "check", "satisfied in", "standard error", "95 % interval",
+                "utilisation: 5th / 50th / 95th percentile")  # fmt: skip
     return Section("What tolerances do", "spread", lead=(f"{chance_sentence(odds)}{choice}",), figures=tuple(figures),
                    tables=(SheetTable(headings, rows, "", (2, 3, 4, 5)),), notes=(how,))  # fmt: skip
 
@@ -64,12 +65,12 @@ def chance_sentence(odds: Robustness) -> str:
     """The probability of the whole set in words."""
     lacking = ", ".join(dict.fromkeys(check.name for check in odds.evaluation.lacking))
     if lacking:
-        return f"That all checks hold is proven in no arm: data are missing to check {lacking}."
+        return f"All checks are proven satisfied in no arm: data are missing to check {lacking}."
     if failed := failed_undrawn(odds.evaluation):
-        return f"All checks hold in no arm: {', '.join(failed)} fails with nominal values already."
+        return f"All checks are satisfied in no arm: {', '.join(failed)} fails with nominal values already."
     row = _row("", "", odds.whole)
     return (
-        f"All checks hold in {row.probability} of {_grouped(odds.samples)} arms drawn "
+        f"All checks are satisfied in {row.probability} of {_grouped(odds.samples)} sampled arms "
         f"(standard error {row.error}, 95\u00a0% interval {row.interval})."
     )
 
@@ -104,7 +105,7 @@ def chance_rows(odds: Robustness) -> list[ChanceRow]:
 def spread_lines(found: Spread) -> list[str]:
     lines = [chance_sentence(found.robustness)]
     weak = [row for row in chance_rows(found.robustness) if row.check not in ("", "all checks")][:3]
-    lines += [f"{row.place}: {row.check} holds in {row.probability}" for row in weak]
+    lines += [f"{row.place}: {row.check} is satisfied in {row.probability}" for row in weak]
     first = next((one for one in found.tornadoes if one.bars), None)
     if first is not None:
         widest = ", ".join(f"{bar.source} ({percent(bar.at_low)} to {percent(bar.at_high)})" for bar in first.bars[:3])

@@ -84,7 +84,7 @@ def front_lines(found: Front) -> list[str]:
         for point in found.points
     ]
     if found.chances:
-        lines = [f"{line}, holds with {chance_text(one)}" for line, one in zip(lines, found.chances, strict=True)]
+        lines = [f"{line}, probability {chance_text(one)}" for line, one in zip(lines, found.chances, strict=True)]
     more = len(lines) - MOST_LISTED
     return [*lines[:MOST_LISTED], f"and {more} more, which front.html and front.json list"] if more > 0 else lines
 
@@ -154,11 +154,13 @@ def _front_tables(found: Front, chosen: DriveSet | None) -> tuple[SheetTable, ..
         if chosen is not None and point.drives == chosen.drives:
             mark = (Chip("chosen", "pass"),)
         rows.append((*cells, *mark))
-    scatter = ("holds with",) if found.chances else ()
+    scatter = ("probability",) if found.chances else ()
     headings = ("set", *(CRITERIA[name] for name in shown), *scatter, *(("",) if chosen is not None else ()))
     return (
         SheetTable(headings, tuple(rows), "Sets of the front", tuple(range(len(shown) + 1 + len(scatter)))),
-        _drives_table(found.study, "set", "Their drives", (point.drives for point in found.points)),
+        _drives_table(
+            found.study, "set", "Their drives (same: as in the row above)", (point.drives for point in found.points)
+        ),
     )
 
 
@@ -186,7 +188,12 @@ def curve_section(found: OptimumCurve) -> Section:
         f"Each colour is one set of drives{', colours come again' if many else ''}: point at it for them; "
         "dashed is the study's own value. Red: no set fits. Amber dashes: the required reserve begins."
     )
-    drives = _drives_table(found.study, "piece", "Drives of each piece", (piece.drives for piece in found.pieces))
+    drives = _drives_table(
+        found.study,
+        "piece",
+        "Drives of each piece (same: as in the row above)",
+        (piece.drives for piece in found.pieces),
+    )
     tables = (_pieces(found), *_chances(found), drives)
     word, css = ("proven", "pass") if found.proven else ("not all proven", "marginal")
     return Section(
@@ -292,8 +299,8 @@ def _chances(found: OptimumCurve) -> tuple[SheetTable, ...]:
     for one in found.points:
         if one.chance is not None:
             rows.append((number(one.value, 4), number(one.objective), chance_text(one.chance)))
-    headings = (f"{NAMES[found.vary]} [{unit}]", HEADINGS[found.study.objective], "holds with")
-    return (SheetTable(headings, tuple(rows), "Probability that the best set holds", (0, 1, 2)),)
+    headings = (f"{NAMES[found.vary]} [{unit}]", HEADINGS[found.study.objective], "probability")
+    return (SheetTable(headings, tuple(rows), "Probability that the best set meets all limits", (0, 1, 2)),)
 
 
 def trade_off_extra(found: TradeOffsFound, selection: Selection) -> Extra:

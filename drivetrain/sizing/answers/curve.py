@@ -422,7 +422,7 @@ def _ended_by(search: _CurveSearch, drives: Drives, value: float, direction: int
     if not drives:
         return ""
     if search.wanted is not None:
-        return "another set is better, or it holds too seldom"
+        return "another set is better, or its probability is too low"
     step = 2.0 * TOLERANCE * max(abs(value), abs(search.number.now), 1e-9)
     found = search.evaluated(drives, value + direction * step)
     if found.feasible:
@@ -446,13 +446,13 @@ def _notes(search: _CurveSearch, step: float, folded: int) -> list[str]:
         )
     if has_tolerances(search.study) and search.wanted is None:
         notes.append(
-            "sets are those that hold with nominal numbers; with what probability each holds within the tolerances is "
-            f"counted at each value of the grid over at most {SAMPLES} arms (`selection: holds` asks for sets that "
-            "hold often enough)"
+            "sets are those that meet all limits with nominal values; the probability that each meets them within the "
+            f"tolerances is computed at each value of the grid with at most {SAMPLES} sampled arms (`selection: holds` "
+            "requires a probability)"
         )
     elif search.wanted is not None:
         notes.append(
-            f"every set selected holds with at least {100.0 * search.wanted:g} % ({100.0 * CONFIDENCE:g} % "
+            f"every set selected meets all limits with at least {100.0 * search.wanted:g} % ({100.0 * CONFIDENCE:g} % "
             f"confidence); between two selections a breakpoint is only known to {0.5 * step:.3g} {search.vary.unit}"
         )
     notes += [f"not proven at {point.value:.4g}: {point.proof}" for point in search.made if not is_proven(point.proof)]

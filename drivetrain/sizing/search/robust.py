@@ -73,10 +73,12 @@ class RobustSelection:
         shared = ", nor do those with one of their drives and the same loads" if self.passed else ""
         if self.chosen is None:
             if not self.trials:
-                return "no set holds with nominal numbers"
+                return "no set meets all limits with nominal values"
             end = "and there are no others" if self.exhausted else "the search went no further"
-            return f"none of {len(self.trials)} sets is known to hold with {wanted_text} ({confidence}){shared}, {end}"
-        words = f"holds with at least {wanted_text}; {len(before) - near} better sets do not{shared} ({confidence})"
+            words = f"none of {len(self.trials)} sets is known to meet all limits with {wanted_text}"
+            return f"{words} ({confidence}){shared}, {end}"
+        words = f"meets all limits with at least {wanted_text}"
+        words = f"{words}; {len(before) - near} better sets do not{shared} ({confidence})"
         words = f"{words}; {near} better sets are too near to decide" if near else words
         if self.bound < self.chosen.drives.objective * (1.0 - EQUAL):
             words = f"{words}; the search was stopped: sets from an objective of {self.bound:.4g} on are left"

@@ -223,13 +223,14 @@ def _chance_notes(tree: FrontTree, chances: Sequence[Chance]) -> tuple[str, ...]
     if tree.chance_constraint is None:
         arms = chances[0].samples if chances else 0
         return (
-            "the sets are those that hold with nominal numbers; with what probability each holds within the tolerances "
-            f"is counted over {arms} arms (`selection: holds` asks for a front of sets that hold often enough)",
+            "the sets are those that meet all limits with nominal values; the probability that each meets them within "
+            f"the tolerances is computed with {arms} sampled arms (`selection: holds` requires a probability)",
         )
     constraint = tree.chance_constraint
     counters = constraint.counters
     near = counters["sets too near to decide"]
-    text = f"every set holds with at least {100.0 * constraint.probability:g} % ({100.0 * CONFIDENCE:g} % confidence)"
+    sure = f"({100.0 * CONFIDENCE:g} % confidence)"
+    text = f"every set meets all limits with at least {100.0 * constraint.probability:g} % {sure}"
     left = f"; {near} sets left out are too near to decide" if near else ""
     return (f"{text}; of {counters['sets drawn']} sets arms were drawn{left}",)
 
