@@ -46,8 +46,8 @@ catalogs = typer.Typer(
 app.add_typer(catalogs, name="catalog")
 
 COMMANDS = (
-    sizing.demo, sizing.init, sizing.check, sizing.size, sizing.select, answers.ratio, export.currents, export.export,
-    answers.why_not, answers.explain, answers.curve, answers.front, answers.family, answers.free_ratio,
+    sizing.demo, sizing.init, sizing.check, sizing.size, sizing.select, sizing.report, answers.ratio, export.currents,
+    export.export, answers.why_not, answers.explain, answers.curve, answers.front, answers.family, answers.free_ratio,
     answers.fastest, sweep.sweep, simulate.simulate, accuracy.accuracy, accuracy.loops, identify.identify,
     serve.serve, warm.warm,
 )  # fmt: skip

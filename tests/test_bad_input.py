@@ -40,8 +40,8 @@ gears:
 joints:
   door: {candidates: {pairs: [{motor: good, gear: good}]}}
 """
-OF_STUDIES = ("check", "size", "select", "currents", "ratio", "why-not", "explain", "curve", "front", "free-ratio",
-              "simulate", "accuracy", "loops", "sweep")  # fmt: skip
+OF_STUDIES = ("check", "size", "report", "select", "currents", "ratio", "why-not", "explain", "curve", "front",
+              "free-ratio", "simulate", "accuracy", "loops", "sweep")  # fmt: skip
 
 Run = Callable[..., tuple[int, str]]
 

@@ -139,6 +139,14 @@ def test_size_fits(run: Run, write: Write, tmp_path: Path) -> None:
     assert sorted(p.name for p in (tmp_path / "here").iterdir()) == ["currents.csv", "report.html", "result.json"]
 
 
+def test_report_writes_the_page_of_size_alone(run: Run, write: Write, tmp_path: Path) -> None:
+    study = write()
+    assert run("size", study, "--out", "sized")[0] == run("report", study, "--out", "told")[0] == 0
+    page = (tmp_path / "told" / "report.html").read_bytes()
+    assert page == (tmp_path / "sized" / "report.html").read_bytes()
+    assert [one.name for one in (tmp_path / "told").iterdir()] == ["report.html"]
+
+
 def test_size_does_not_fit(run: Run, write: Write, tmp_path: Path) -> None:
     code, out, _ = run("size", write(torque="1 N m"))
     assert code == 1

@@ -25,6 +25,7 @@ from drivetrain.commands.shared import (
     say,
     working,
     writable,
+    write_page,
 )
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def demo(out: OutFolder = None) -> bool:
 @command
 def init(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The study to write.")] = Path("study.yaml"),
-    arm: Annotated[str, typer.Option(help="A built-in arm, or a URDF file.")] = "ur5-corrected",
+    arm: Annotated[str, typer.Option(help="A built-in arm, or a URDF, xacro, MJCF or SDF file.")] = "ur5-corrected",
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is already there.")] = False,
 ) -> None:
     """Write a commented study to start from."""
@@ -114,6 +115,17 @@ def size(study: StudyOrResult, out: OutFolder = None, pdf: AsPdf = False, as_jso
     """Evaluate the drives that the study names or selects: margins, verdicts, report, currents."""
     [loaded] = inputs(lambda: load_chosen(study), out=out)
     return _deliver(chosen(loaded), out or report_folder(loaded.name), pdf=pdf, as_json=as_json)
+
+
+@command
+def report(study: StudyOrResult, out: Annotated[Path | None, folder_for("report.html")] = None) -> bool:
+    """Write the report alone, for the drives that the study names or selects."""
+    from drivetrain.report.pages.report_page import html_report
+
+    [loaded] = inputs(lambda: load_chosen(study), out=out)
+    result, found = _spread(chosen(loaded))
+    write_page(loaded, out, {"report.html": html_report(result, spread=found)})
+    return result.feasible
 
 
 @command

@@ -207,7 +207,9 @@ def test_mechanics_that_contradict_are_told() -> None:
 
 def test_printed_it_shows_states_signals_order_and_what_is_left_out() -> None:
     arm = dt.load_arm("ur5")
-    text = str(plan(Scene(arm, {name: tuple(drive()) for name in arm.joint_names}, 2.0)))
+    made = plan(Scene(arm, {name: tuple(drive()) for name in arm.joint_names}, 2.0))
+    text = str(made)
+    assert repr(made)[5:-1] in text and "<pre>Plan of" in made._repr_html_()
     for word in (
         "(6 joints).speed ",
         "(6 joints).winding_temperature    °C",

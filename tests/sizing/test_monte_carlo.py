@@ -143,6 +143,9 @@ def test_a_probability_known_in_closed_form(one_axis, tolerance, limit, expected
     assert abs(chance.probability - expected) < 4.0 * chance.standard_error
     assert found.joints[joint].held <= min(one.held for one in found.checks[joint].values())
     assert found.whole.held <= min(one.held for one in found.joints.values())
+    row = found.table.set_index(["joint", "check"]).loc[joint, "motor peak current"]
+    assert row["probability"] == chance.probability and row["utilisation 50 %"] == pytest.approx(1.0 / limit, rel=5e-3)
+    assert len(repr(found)) < 120 and "motor peak current" in found._repr_html_()
 
 
 def test_the_standard_error_is_that_of_many_seeds(one_axis):

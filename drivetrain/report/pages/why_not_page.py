@@ -73,7 +73,8 @@ def _parts_text(found: WhyNot) -> str:
 def _standing(found: WhyNot, answer: PairAnswer) -> str:
     if answer.standing is Standing.NO_PARTNER:
         return f"{answer.joint}: {_parts_text(found)} has no partner here."
-    some = f" (the best of {answer.partners} pairs; {answer.holding} meet all limits)" if answer.partners > 1 else ""
+    meet = f"{answer.holding} of which meet{'s' * (answer.holding == 1)} all limits"
+    some = f" (the best of {answer.partners} pairs, {meet})" if answer.partners > 1 else ""
     words = {
         Standing.CHOSEN: "is the chosen drive",
         Standing.FEASIBLE: "meets all limits, and was not chosen",

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from html import escape
 from itertools import chain
 
 import numpy as np
@@ -140,11 +141,22 @@ class Plan:
         """The columns of the output rows of its runs."""
         return layout_of(self.memory, self.signals, self.units)
 
+    def __repr__(self) -> str:
+        return f"Plan({self._summary})"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(str(self))}</pre>"
+
+    @property
+    def _summary(self) -> str:
+        counts = {"joint": self.body.n, "state": len(self.memory.states), "effect": len(self.instances)}
+        parts = ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
+        calls = len(self.groups)
+        return f"{self.scene.name}: {parts} in {calls} call{'s' * (calls != 1)}, {self.scene.duration:g} s"
+
     def __str__(self) -> str:
         return "\n".join([
-            f"Plan of {self.scene.name}: {self.body.n} joint{'s' * (self.body.n > 1)}, "
-            f"{len(self.memory.states)} states, {len(self.instances)} effects in {len(self.groups)} calls, "
-            f"{self.scene.duration:g} s",
+            f"Plan of {self._summary}",
             *_table("States", _state_rows(self.memory.states, self.units)),
             *_table("Order", ((f"{k}. {one.kind.__name__}", _places_of(one)) for k, one in enumerate(self.groups, 1))),
             *_table("Signals", _signal_rows(self.signals)),

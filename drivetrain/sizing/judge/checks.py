@@ -203,7 +203,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "energy per stop", applies="setting.brake", optional=True, words=words.brake,
         assumed_limit="assumed_limits.brake_energy",
         assumption="26 J a N m of static torque, less than any brake of the shipped catalogue prints",
-        formula="J w^2 / 2 x T / (T - T_load); largest speed and inertia, load of the worst position",
+        formula="J (G w)^2 / 2 x T / (T - T_load); largest speed and inertia, load of the worst position",
     ),
     Requirement(
         "inertia ratio", "1", "figures.inertia_ratio", "safety.inertia_ratio", SPEED,
@@ -249,15 +249,15 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         essential=True,
         instant="largest_voltage", words=words.voltage,
         allowance="allowance.voltage",
-        formula="largest of |kt w + R i + L di/dt|, warm and cold, and of R i to start from rest; with i as it is and "
-        "times the factor on peak torque",
+        formula="largest of |kt G w + R i + L di/dt|, warm and cold, and of R i to start from rest; with i as it is "
+        "and times the factor on peak torque",
     ),
     Requirement(
         "cold start voltage", "V", "figures.cold_voltage", "setting.volts", HEAT, "voltage at the motor",
         "safety.voltage", essential=True,
         applies="setting.cold", optional=True, words=words.voltage,
         allowance="allowance.voltage",
-        formula="largest of |kt w + R i + L di/dt| and of R i to start from rest, everything cold",
+        formula="largest of |kt G w + R i + L di/dt| and of R i to start from rest, everything cold",
     ),
     Requirement(
         "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "continuous current",

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
+from drivetrain.notebook import shown
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.tolerance.draws import Pair, sources, streamed
 from drivetrain.sizing.tolerance.sampling import NAMES, SUPPLY_NAMES, Samples, candidate, judged, nominal_of
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SUPPLY = "supply"
 QUANTILES = (0.05, 0.5, 0.95)
@@ -65,6 +70,32 @@ class Robustness:
     whole: Chance  # probability that all checks are satisfied
     # quantiles (5 %, 50 %, 95 %) of each check's utilisation, by joint and name
     utilisations: dict[str, dict[str, tuple[float, ...]]]
+
+    def __repr__(self) -> str:
+        share = f"{100.0 * self.whole.probability:.4g} ± {100.0 * self.whole.standard_error:.2g} %"
+        return f"Robustness({self.evaluation.study.name}: all checks satisfied in {share} of {self.samples} samples)"
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Probability of each check, one a row, with its standard error and the quantiles of the utilisation."""
+        import pandas as pd
+
+        rows = [
+            (
+                place,
+                name,
+                chance.probability,
+                chance.standard_error,
+                *self.utilisations[place].get(name, (math.nan,) * 3),
+            )
+            for place, checks in self.checks.items()
+            for name, chance in checks.items()
+        ]
+        quantiles = [f"utilisation {100.0 * one:g} %" for one in QUANTILES]
+        return pd.DataFrame(rows, columns=["joint", "check", "probability", "standard error", *quantiles])
+
+    def _repr_html_(self) -> str:
+        return shown(repr(self), self.table.sort_values("probability", kind="stable"))
 
 
 def drives_of(evaluation: Evaluation) -> dict[str, Pair]:
