@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.report.charts.arm_charts import MOST_BARS, UNITS, tornado_chart
+from drivetrain.report.charts.chart import Chart
 from drivetrain.report.pages.sheet import Section, SheetTable
 from drivetrain.report.quantities import percent
 from drivetrain.sizing.answers.spread import Spread
@@ -39,7 +40,7 @@ class ChanceRow:
 def spread_section(found: Spread) -> Section:
     """Section of the report on the effect of the tolerances."""
     odds = found.robustness
-    figures = []
+    figures: list[tuple[Chart, str]] = []
     for one in [one for one in found.tornadoes if one.bars][:MOST_FIGURES]:
         left = len(one.bars) - MOST_BARS
         texts = ([] if figures else [TORNADO]) + ([f"{left} narrower bars are left out."] if left > 0 else [])
