@@ -36,7 +36,7 @@ def checked_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
     except (TypeError, ValueError, OverflowError):
         raise InputError(Fault(name, f"must be numbers of shape {_shape_text(shape)}", value)) from None
     fits = array.ndim == len(shape) and all(w is None or w == s for w, s in zip(shape, array.shape, strict=True))
-    if not fits and not sizes:
+    if not fits and not shape:
         raise InputError(Fault(name, "must be one number", value))
     if not fits:
         raise InputError(Fault(name, f"must have shape {_shape_text(shape)}", array.shape))
