@@ -198,6 +198,8 @@ def import_export(
     sideways = not given.columns and _known(row[0] for row in grid) > max(map(_known, grid), default=0)
     if given.transposed or sideways:
         given, grid = replace(given, transposed=True), [list(column) for column in zip_longest(*grid, fillvalue="")]
+    if not given.columns and _has_decimal_commas(grid):
+        given = replace(given, decimal=",")
     places = _places(given, grid, path)
     top = max((row for row, _, _ in places.values()), default=0)
     bases, faults, refused, records = read_basis(basis), Faults(str(path)), list[Fault](), list[Record]()
@@ -234,6 +236,13 @@ def _grid(path: Path) -> list[list[str]]:
     counts = {mark: sum(line.count(mark) for line in lines) for mark in ("\t", ";", ",")}
     mark = next((one for one in ("\t", ";") if counts[one] >= max(1, len(lines) // 2)), ",")
     return [row for row in csv.reader(io.StringIO(text), delimiter=mark) if any(cell.strip() for cell in row)]
+
+
+def _has_decimal_commas(grid: Sequence[Sequence[str]]) -> bool:
+    """Whether a number has a comma that does not separate thousands, and none has a decimal point."""
+    cells = [cell.strip() for row in grid for cell in row]
+    commas = any(re.match(r"[+-]?\d+,\d+", cell) and not re.match(r"[+-]?\d{1,3}(,\d{3})+\b", cell) for cell in cells)
+    return commas and not any(re.match(r"[+-]?\d+\.\d", cell) for cell in cells)
 
 
 def _plain(heading: str) -> str:
@@ -273,7 +282,7 @@ def _places(given: ExportMap, grid: Sequence[Sequence[str]], path: Path) -> dict
         hint = "say which heading is which column: a map with `columns`; headings: " + ", ".join(seen[:8])
         raise InputError(faults or [Fault("the file", "has no heading that is known", hint=hint, file=str(path))])
     if "key" not in best and "part_number" not in best and "key" not in given.fixed:
-        hint = "columns: {key: HEADING}, or of one part fixed: {key: NAME}"
+        hint = "in a map: columns: {key: HEADING}, or for a single part fixed: {key: NAME}"
         raise InputError(Fault("columns.key", "is missing: no heading names the parts", hint=hint, file=str(path)))
     return best
 

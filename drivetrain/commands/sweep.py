@@ -36,12 +36,12 @@ def sweep(
         out=out,
     )
     folder = out or Path(f"{file.stem}_results")
-    say(f"{len(sweep)} points in {sweep.shards} shards: {' x '.join(sweep.names)}")
+    say(f"{len(sweep)} points in {sweep.shards} file{'s' * (sweep.shards != 1)}: {' x '.join(sweep.names)}")
     with working("judging points") as step:
         computed = run_sweep(sweep, folder, workers=workers, scheduler=scheduler, progress=step)
     results = read_results(folder)
     fits = int(results["feasible"].sum())
-    say(f"{computed} shards computed, {sweep.shards - computed} found done; {fits} of {len(results)} points fit")
+    say(f"files computed: {computed}, found: {sweep.shards - computed}; {fits} of {len(results)} points fit")
     written = write_files(folder, {"sweep.html": sweep_report(study_from(sweep.document), results, sweep.names)})
     say(f"results: {folder / 'shards'} (Parquet)")
     say(f"page: {written['sweep.html']}")

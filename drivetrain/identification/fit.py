@@ -157,6 +157,9 @@ def identify(
 
     Example: ``dt.identify(dt.load_study("arm.yaml"), dt.read_recording("run.csv", names)).errors``
     """
+    if not isinstance(recording, MeasuredMotion):
+        hint = "dt.read_recording reads one from a file"
+        raise InputError(Fault("recording", "must be a MeasuredMotion", type(recording).__name__, hint))
     prior = _prior(study, friction)
     arm = prior.arm
     thin = -(-len(recording.time) // MOST_SAMPLES)
@@ -287,7 +290,9 @@ def _joint_torque(recording: MeasuredMotion, prior: _Prior, torque_constant: Any
     if recording.motor_torque is not None:
         return np.asarray(recording.motor_torque @ turns)
     if recording.current is None:
-        raise InputError(Fault("recording", "has neither torque nor motor_torque nor current of all joints"))
+        joint = recording.joint_names[0]
+        hint = f"columns such as torque_{joint} [N m], motor_torque_{joint} [N m] or current_{joint} [A]"
+        raise InputError(Fault("recording", "has neither torque nor motor_torque nor current of all joints", hint=hint))
     constants = np.array([drive.motor.torque_constant for drive in prior.drives]) if prior.drives else None
     if torque_constant is not None:
         constants = checked_array(np.broadcast_to(torque_constant, (prior.arm.n,)), (prior.arm.n,), "torque_constant")

@@ -18,7 +18,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.sizing.search.search import select
-from drivetrain.study.model import Study
+from drivetrain.study.model import Study, pair_name
 from drivetrain.sweep.points import SELECT, Point, Sweep, task_of
 from drivetrain.whole_files import write_whole
 
@@ -54,7 +54,7 @@ def _answer(run: str, study: Study) -> Row:
         drives, proof = {task.name: task.drive for task in study.joints if task.drive}, ""
     known = {name: evaluation.criteria.get(name, math.nan) for name in NUMBERS if name != "objective"}
     joint, check = _binding(evaluation)
-    texts = (f"{name}: {' + '.join(key for key in keys if key)}" for name, keys in drives.items())
+    texts = (f"{name}: {pair_name(*keys)}" for name, keys in drives.items())
     return {
         "feasible": found.feasible, "verdict": str(found.verdict), "objective": found.objective, **known,
         "proof": proof, "binding_joint": joint, "binding_check": check, "drives": "; ".join(texts),

@@ -49,6 +49,21 @@ def check(path, motors):
             assert getattr(found[row.key], name) == pytest.approx(getattr(row, name), rel=1e-8), name
 
 
+def test_decimal_commas_are_found_without_a_map(tmp_path):
+    """Unless a comma may separate thousands, or some number has a decimal point."""
+    head = "Bestellnummer;Nennspannung [V];Nennstrom [A];Anschlusswiderstand [Ohm];Drehmomentkonstante [mNm/A];"
+    row = "X{};24;{};0{}9;30;120;300\n"
+    units = "Rotorträgheitsmoment [gcm²];Gewicht [g]\n"
+    for out, numbers in (("a", ("2,5", ",")), ("b", ("2.5", "."))):
+        (tmp_path / "maker.csv").write_text(head + units + row.format(1, *numbers), encoding="utf-8")
+        import_export(tmp_path / "maker.csv", tmp_path / out, ExportMap("motors", {}, {"kind": "brushed"}), basis="dc")
+        (motor,) = read_catalog(tmp_path / out).motors.values()
+        assert (motor.nominal_current, motor.resistance, motor.mass) == pytest.approx((2.5, 0.9, 0.3))
+    (tmp_path / "maker.csv").write_text(head + units + row.format(1, "2,5", "."), encoding="utf-8")
+    with pytest.raises(InputError, match="must be a number"):
+        import_export(tmp_path / "maker.csv", tmp_path / "c", ExportMap("motors", {}, {"kind": "brushed"}), basis="dc")
+
+
 def test_a_page_of_a_maker(tmp_path, motors):
     """Headings in the first column, one column per part, a unit in each cell; recognised without a map."""
     lines = [["Values at nominal voltage"], ["Part number", *(row.key for row in motors)]]

@@ -173,7 +173,9 @@ def test_currents_and_torque_constants() -> None:
     assert both.torque_constant == pytest.approx(constants)
     with pytest.raises(dt.InputError, match="torque_constant"):
         dt.identify(arm, by_current)
-    with pytest.raises(dt.InputError, match="neither torque"):
+    with pytest.raises(dt.InputError, match="read_recording reads one"):
+        dt.identify(arm, "run.csv")
+    with pytest.raises(dt.InputError, match=r"neither torque.*such as torque_"):
         dt.identify(arm, replace(full, torque=None))
 
 

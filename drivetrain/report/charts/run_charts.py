@@ -341,9 +341,11 @@ def auto_charts(found: AutoChoice) -> tuple[Chart, ...]:
             marks.append(
                 Mark("bars", [0.0] * len(joints), range(len(joints)), to=ends, label=label, colour=colour, size=size)
             )
+        if not any(end > 0.0 for mark in marks for end in mark.to):  # the tip of an arm belongs to no joint
+            continue
         marks.append(Mark("rule", x=[100.0 * found.tolerance], colour=VERMILLION, label="tolerance"))
         charts.append(Chart(f"{what}: estimated and measured change", f"change of the {what} [%]", "", marks,
-                            (0.0, 108.0 * found.tolerance), rows=joints, height=90 + 24 * len(joints)))  # fmt: skip
+                            (0.0, 125.0 * found.tolerance), rows=joints, height=90 + 24 * len(joints)))  # fmt: skip
     return tuple(charts)
 
 

@@ -13,7 +13,7 @@ from drivetrain.report.words import HEADINGS
 from drivetrain.study.model import Study
 
 MOST_ROWS = 500
-SAME = "as the last above"
+SAME = "as above"
 _CSS = {"PASS": "pass", "MARGINAL": "marginal", "FAIL": "fail"}
 
 
@@ -48,7 +48,7 @@ def _rows(results: pd.DataFrame, names: Sequence[str]) -> tuple[tuple[str | Chip
         changed = [f"{joint}: {pair}" for joint, pair in drives.items() if before.get(joint) != pair]
         same = bool(before) and len(changed) < len(drives)
         text = "; ".join(changed) or SAME
-        rows.append(_row(row, names, f"{SAME} but {text}" if same and changed else text if drives else ""))
+        rows.append(_row(row, names, f"{SAME}, except {text}" if same and changed else text if drives else ""))
         before = drives or before
     return tuple(rows)
 
