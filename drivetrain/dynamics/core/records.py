@@ -12,7 +12,7 @@ LINK = np.dtype(
         (name, np.float64)
         for name in (
             # Place of the joint in the previous frame; the link rotates about z by ``turn q + offset``, translates
-            # along it by ``slide q``, and is then rotated by the rotation, which for a revolute joint is about x.
+            # along it by ``slide q``, and is then rotated by the rotation, which is about x except for a rotor.
             *("px", "py", "pz", "turn", "slide", "offset"),
             *("rxx", "rxy", "rxz", "ryx", "ryy", "ryz", "rzx", "rzy", "rzz"),
             # Body, about the origin of its frame: mass, first moments, second moments.
