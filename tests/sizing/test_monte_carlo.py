@@ -10,11 +10,14 @@ import pytest
 from built_sample import built
 from scipy import stats
 
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Supply
+from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import torque_constant
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.tolerance import tornado
-from drivetrain.sizing.tolerance.draws import Source, deviated, drawn, sources
+from drivetrain.sizing.tolerance.draws import FRICTION, Source, deviated, drawn, sources
 from drivetrain.sizing.tolerance.monte_carlo import Chance, drives_of, robustness
 from drivetrain.sizing.tolerance.sampling import (
     NAMES,
@@ -26,6 +29,7 @@ from drivetrain.sizing.tolerance.sampling import (
 )
 from drivetrain.sizing.tolerance.tornado import effects, variance_share
 from drivetrain.study.parts.tolerances import Tolerance, Tolerances
+from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
 from drivetrain.whole_files import shipped
 
@@ -242,3 +246,28 @@ def test_the_one_number_that_acts_has_all_of_the_variance(one_axis):
     evaluation = of_peak_current(one_axis, Tolerance(0.1), limit=1.04)
     (bar,) = effects(evaluation).of(next(iter(evaluation.joints)), "motor peak current").bars
     assert bar.share > 0.99
+
+
+@pytest.mark.parametrize("name", ["motor peak current", "supply peak power"])
+def test_a_sample_that_missing_data_decide_does_not_hold(make, one_axis, name):
+    """A motor whose sheet states no friction: in some samples a check is satisfied only without that friction."""
+    silent = replace(make.motor, no_load_current=None, no_load_speed=None)
+    plain = replace(one_axis, tolerances=Tolerances(friction=Tolerance(0.2)))
+
+    def of(coulomb, limit):
+        peak, power = (limit, 2000.0) if name.startswith("motor") else (30.0, limit)
+        parts = Catalog({"m1": replace(silent, peak_current=peak)}, {"g1": make.gear})
+        joints = (make.task(friction=Friction(coulomb=coulomb)),)
+        return replace(plain, catalog=parts, joints=joints, supply=Supply(48.0, peak_power=power))
+
+    nominal = evaluate(of(8.0, 30.0 if name.startswith("motor") else 2000.0))
+    required = next(one.required for one in (*nominal.joints["j1"].checks, *nominal.shared) if one.name == name)
+    more = (
+        1.16 if name.startswith("motor") else nominal.joints["j1"].power_allowance[0]
+    )  # friction may require [A or W]
+    study = of(8.0, required + 1.03 * more)
+    draws = drawn(study, 40, 3)
+    (found,) = judged(candidate(nominal_of(study), {"j1": ("m1", "g1")}), draws)
+    every = [evaluate(of(8.0 * float(one), required + 1.03 * more)) for one in draws.factors[:, 0, FRICTION]]
+    assert found.feasible.tolist() == [one.feasible for one in every]
+    assert 0 < sum(one.verdict is Verdict.NOT_CHECKED for one in every) < len(every)

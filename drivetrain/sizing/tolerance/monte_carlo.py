@@ -109,8 +109,9 @@ def robustness(
     """Probability that each check, each joint and the whole set of drives is satisfied, by Monte Carlo.
 
     Samples are drawn within the study's tolerances, and the checks of ``evaluate`` are applied to each. Checks that
-    could not be made are ignored. Those of the whole arm, its stiffness and stops, are made with nominal values alone:
-    where one of them fails, the whole set holds in no sample.
+    can be made in no sample are ignored. In a sample in which missing data decide over a check, as ``evaluate`` calls
+    NOT CHECKED, it is not satisfied. Checks of the whole arm, its stiffness and stops, are made with nominal values
+    alone: where one of them fails, the whole set holds in no sample.
 
     Args:
         evaluation: Evaluation of the drives with nominal values; its study states the tolerances.
@@ -147,7 +148,7 @@ def robustness(
 
 
 class _Tally:
-    """Counts how often each check, each joint and the supply failed."""
+    """Counts how often each check, each joint and the supply failed or, in some samples, could not be made."""
 
     def __init__(self, joints: int) -> None:
         self.checks = np.zeros((joints, len(NAMES)), dtype=np.int64)
@@ -158,12 +159,12 @@ class _Tally:
 
     def add(self, found: Samples) -> None:
         """Count more samples."""
-        joints, supply, held = found.joints > 1.0, found.supply > 1.0, found.feasible
-        self.checks += joints.sum(axis=0)
-        self.joints += joints.any(axis=2).sum(axis=0)
-        self.supply += supply.sum(axis=0)
-        self.supply_any += int(supply.any(axis=1).sum())
-        self.held += int(held.sum())
+        failed = found.failed.sum(axis=0)
+        self.checks += (~(found.joints <= 1.0)).sum(axis=0)
+        self.joints += failed[:-1]
+        self.supply += (~(found.supply <= 1.0)).sum(axis=0)
+        self.supply_any += int(failed[-1])
+        self.held += int(found.feasible.sum())
 
 
 def _result(

@@ -23,10 +23,10 @@ from drivetrain.sizing.demand.series import (
     no_unit_loads,
     ramp_stops,
 )
-from drivetrain.sizing.judge.cases import cases_of
+from drivetrain.sizing.judge.cases import cases_of, power_allowance
 from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS, table
 from drivetrain.sizing.judge.evaluate import evaluated, given_drives
-from drivetrain.sizing.judge.judge import judge_cases
+from drivetrain.sizing.judge.judge import in_doubt, judge_cases
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.verdicts import supply_figures
 from drivetrain.sizing.results import Evaluation
@@ -75,13 +75,20 @@ class Samples:
 
     joints: Array  # in the order of ``NAMES``, (S, n, checks)
     supply: Array  # in the order of ``SUPPLY_NAMES``, (S, checks of the supply)
+    # whether a check of a joint, and last of the supply, that ``evaluate`` needs could not be made, (S, n + 1)
+    lacking: Array
     proven: bool  # whether every essential check could be made, and those of the whole arm hold with nominal values
+
+    @property
+    def failed(self) -> Array:
+        """Whether the checks of each joint, and last of the supply, are not all satisfied, (S, n + 1)."""
+        over = (self.joints > 1.0).any(axis=2), (self.supply > 1.0).any(axis=1)
+        return np.logical_or(np.column_stack(over), self.lacking)
 
     @property
     def feasible(self) -> Array:
         """Whether every check of a sample is satisfied, (S,)."""
-        over = (self.joints > 1.0).any(axis=(1, 2)) | (self.supply > 1.0).any(axis=1)
-        return np.asarray(~over & self.proven)
+        return np.asarray(~self.failed.any(axis=1) & self.proven)
 
 
 def nominal_of(study: Study, work: Workload | None = None) -> Nominal:
@@ -235,7 +242,8 @@ def _block(ready: Candidate, works: tuple[JointSeries, ...], draws: Draws, part:
         as_built(ready.study, ready.cases[joint], ready.lossy[joint], draws.factors[part, joint], draws.ambient[part])
         for joint in range(len(works))
     ]
-    required = np.empty((count, len(SUPPLY_CHECKS)))
+    required, hidden = np.empty((count, len(SUPPLY_CHECKS))), np.zeros((count, 2))
+    unmade = np.zeros((count, len(works) + 1), dtype=np.bool_)
     for first in range(0, count, AT_ONCE):
         some = slice(first, min(first + AT_ONCE, count))
         drawn = power[: some.stop - first]
@@ -247,13 +255,21 @@ def _block(ready: Candidate, works: tuple[JointSeries, ...], draws: Draws, part:
                 own, as_numbers(own), ready.checks, series, np.ascontiguousarray(amounts), np.inf, False, drawn,
                 used[joint, some], found[some], binding[some], lacking[some],
             )  # fmt: skip
+            unmade[some, joint] = lacking[some] >= 0
+            hidden[some] += power_allowance(own)
         figures = supply_figures(ready.study, drawn)
         required[some] = np.stack([figures[row.required] for row in SUPPLY_CHECKS], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         supply = np.where(ready.limits > 0.0, required / ready.limits, np.where(required > 0.0, np.inf, 0.0))
+    for name, more in zip(("peak_power", "mean_power"), hidden.T, strict=True):
+        column = [row.required for row in SUPPLY_CHECKS].index(name)
+        share, limit = supply[:, column], ready.limits[column]
+        doubtful = np.array([in_doubt(one, add, limit) for one, add in zip(share, more, strict=True)], dtype=np.bool_)
+        unmade[:, -1] |= doubtful
+        share[doubtful] = np.nan
     supply[:, np.isnan(ready.limits)] = np.nan
     proven = not (ready.nominal.lacking or failed_undrawn(ready.nominal))
-    return Samples(np.swapaxes(used, 0, 1), supply, proven)
+    return Samples(np.swapaxes(used, 0, 1), supply, unmade, proven)
 
 
 def undrawn(evaluation: Evaluation) -> tuple[Check, ...]:
