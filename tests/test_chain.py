@@ -111,6 +111,26 @@ def test_every_command_takes_the_file_of_select_its_result_or_the_bare_study(
     assert code == 2 and "does not exist any more" in errors
 
 
+def test_a_required_probability_decides_what_is_written_and_used(run: Run, write: Write) -> None:  # noqa: F811
+    """The light motor holds with nominal values, and in half of the samples."""
+    checks = dt.evaluate(dt.load_study(write())).joints["door"].checks
+    (required,) = (check.required for check in checks if check.name == "motor peak current")
+    assert required is not None
+    file = write(drive="candidates: {pairs: [{motor: good, gear: good}, {motor: light, gear: good}]}")
+    text = file.read_text(encoding="utf-8")
+    start, end = text.index("  good:"), text.index("gears:")
+    light = text[start:end].replace("good:", "light:").replace("0.5 kg", "0.4 kg")
+    light = light.replace("peak_current: 30 A", f"peak_current: {1.01 * required} A")
+    asked = "tolerances: {torque_constant: 10 %, samples: 200}\nselection: {holds: 99 %}\n"
+    file.write_text(text[:end] + light + text[end:] + asked, encoding="utf-8")
+    nominal = dt.select(dt.load_study(file))
+    assert nominal.drives["door"] == ("light", "good") and "robust_select" in nominal.proof
+    assert run("select", file, "--write", "chosen.yaml", "--out", "o")[0] == 0
+    assert dt.load_study("chosen.yaml").joints[0].drive == ("good", "good")
+    data = json.loads(run("size", file, "--json", "--out", "s")[1])
+    assert data["joints"]["door"]["drive"]["motor"] == "good"
+
+
 def test_nothing_is_written_where_nothing_fits_or_over_the_study(run: Run, write: Write, tmp_path: Path) -> None:  # noqa: F811
     weak = write(torque="1 N m", drive=CHOICE)
     code, _, errors = run("select", weak, "--write", "chosen.yaml", "--out", "o")

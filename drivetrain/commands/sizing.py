@@ -7,7 +7,7 @@ from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from drivetrain.sizing.answers.spread import Spread
     from drivetrain.sizing.results import Evaluation, Selection
     from drivetrain.study.model import Study
+
+Judged = TypeVar("Judged", "Evaluation", "Selection")
 
 MOST_NOTES = 8  # warnings and notes listed on the terminal; the report contains all of them
 
@@ -63,9 +65,9 @@ def demo(out: OutFolder = None) -> bool:
 
     writable(out)
     study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
-    fits = _deliver(_selected(study), out or Path("reports") / "demo", as_json=False)
+    result = _deliver(_selected(study), out or Path("reports") / "demo", as_json=False)
     say("next: `drivetrain init my_arm.yaml` writes a study of your own to start from")
-    return fits
+    return result.feasible
 
 
 @command
@@ -114,7 +116,7 @@ def check(
 def size(study: StudyOrResult, out: OutFolder = None, pdf: AsPdf = False, as_json: AsJson = False) -> bool:
     """Evaluate the drives that the study names or selects: margins, verdicts, report, currents."""
     [loaded] = inputs(lambda: load_chosen(study), out=out)
-    return _deliver(chosen(loaded), out or report_folder(loaded.name), pdf=pdf, as_json=as_json)
+    return _deliver(chosen(loaded), out or report_folder(loaded.name), pdf=pdf, as_json=as_json).feasible
 
 
 @command
@@ -180,11 +182,10 @@ def select(
         from drivetrain.sizing.answers.trade_offs import check_trade_offs
 
         check_trade_offs(loaded)
-    found = _selected(loaded)
-    fits = _deliver(found, out or report_folder(loaded.name), pdf=pdf, as_json=as_json)
+    found = _deliver(_selected(loaded), out or report_folder(loaded.name), pdf=pdf, as_json=as_json)
     if write is not None:
         write_chosen(found, write)
-    return fits
+    return found.feasible
 
 
 def _selected(study: Study) -> Selection:
@@ -194,8 +195,8 @@ def _selected(study: Study) -> Selection:
         return search(study, progress=step)
 
 
-def _deliver(result: Evaluation | Selection, out: Path, *, pdf: bool = False, as_json: bool) -> bool:
-    """Write the files and print the verdict; whether it fits."""
+def _deliver(result: Judged, out: Path, *, pdf: bool = False, as_json: bool) -> Judged:
+    """Write the files and print the verdict; what was written, with the set that has the required probability."""
     from drivetrain.report.outputs import result_json, write_outputs
     from drivetrain.report.pages.spread_section import spread_lines
     from drivetrain.report.terminal import console, progress
@@ -225,10 +226,10 @@ def _deliver(result: Evaluation | Selection, out: Path, *, pdf: bool = False, as
         say(f"summary: {out / 'summary.pdf'}", errors=as_json)
     if as_json:
         sys.stdout.write(result_json(result, spread=found, extra=extra, folder=out))
-    return result.feasible
+    return result
 
 
-def _spread(result: Evaluation | Selection) -> tuple[Evaluation | Selection, Spread | None]:
+def _spread(result: Judged) -> tuple[Judged, Spread | None]:
     """What the scatter of the numbers means, and the set that stands it where a probability is wanted."""
     from drivetrain.sizing.answers.spread import robustly, spread
     from drivetrain.sizing.results import Evaluation

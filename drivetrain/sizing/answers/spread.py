@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.search.robust import RobustSelection, robust_select
+from drivetrain.sizing.search.search import UNTESTED
 from drivetrain.sizing.tolerance.monte_carlo import Robustness, robustness
 from drivetrain.sizing.tolerance.tornado import Tornado, effects
 
@@ -41,7 +42,7 @@ def robustly(selection: Selection) -> tuple[Selection, RobustSelection | None]:
     sets = tuple(one for one in selection.best_sets if one.objective >= best.objective) or (best,)
     if sets[0].drives != best.drives:
         sets = (best, *(one for one in sets if one.drives != best.drives))
-    proof = f"{selection.proof} with nominal numbers; {found.proof}"
+    proof = f"{selection.proof.removesuffix(UNTESTED)} with nominal values; {found.proof}"
     changed = replace(
         selection, drives=dict(best.drives), evaluation=evaluation, objective=best.objective, proof=proof,
         best_sets=sets, equals=0, all_equals=False,

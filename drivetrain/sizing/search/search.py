@@ -26,6 +26,7 @@ from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import SelectionOptions
 
 OPTIMAL = "optimal"
+UNTESTED = "; sets are not tested for the required probability, as by dt.sizing.robust_select"
 ROUNDING = 1e-12  # relative gap that is attributed to rounding
 UNITS = {"mass": " kg", "energy": " J"}
 
@@ -56,7 +57,8 @@ def select(
         The drives, their evaluation, the runners-up, the lower bound and all rejected candidates; if nothing is
         feasible, the nearest set and what would fix it. Sets whose objectives are equal to 1e-9 are ordered by their
         energy per cycle, sets of equal energy by their largest utilisation. The proof covers this order; up to 1000
-        ties of the best set are counted. The result does not depend on the machine or on stops.
+        ties of the best set are counted. The result does not depend on the machine or on stops. All values are
+        nominal: for a required probability (``holds``) see ``robust_select``.
 
     Raises:
         InputError: Options that do not suit the study; ``resume`` is of another study or has other options.
@@ -123,8 +125,9 @@ def _answer(tree: Tree, evaluations: Mapping[Pairs, Evaluation], report: Report)
         sets.append(DriveSet(problem.keys(dict(enumerate(found.pairs))), objective, one.criteria))
     best, chosen = evaluations[tree.found[0]], dict(enumerate(tree.found[0]))
     report(1, 1, "the next best of each joint")
+    proof = _proof(tree) + (UNTESTED if study.wanted.holds is not None and study.tolerances.given else "")
     return Selection(
-        study, sets[0].drives, best, sets[0].objective, _proof(tree), Rejected(problem, chosen),
+        study, sets[0].drives, best, sets[0].objective, proof, Rejected(problem, chosen),
         alternatives(problem, chosen), missing_words(best), dict(tree.counters), tuple(sets),
         min(tree.bound, sets[0].objective), None if tree.finished else tree,
         tuple(f"{text}; the objective is that of the rest" for text in uncounted(best)), *tree.equals,
