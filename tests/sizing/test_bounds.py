@@ -39,6 +39,11 @@ def bounded(offer, pairs, **options):
     return found
 
 
+def too_hot(found):
+    """Whether a winding is warmer than permitted; bounds on voltages are those of others."""
+    return found.cases["figures"]["winding_temperature"] > found.cases["limits"]["winding_temperature"]
+
+
 @pytest.mark.parametrize("kind", TASKS.KINDS)
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10**6))
@@ -60,7 +65,7 @@ def test_no_history_within_an_interval_asks_less_than_its_bound(make, kind, seed
             load, power = offer.series.load._replace(torque=torque), np.zeros((len(pairs), 2, len(torque)))
             history = replace(offer, series=offer.series._replace(load=load))
             found = history.judge(*own, nothing, until=np.inf, quick=False, power=power)
-            made = found.missing_check < 0
+            made = (found.missing_check < 0) & ~too_hot(found)
             assert (used[made] <= found.utilisation[made] * (1.0 + CLOSE)).all()
             feasible = made & (found.utilisation <= 1.0)
             least = energy + (line * weight) @ (torque - 0.5 * (low + high))
@@ -154,8 +159,7 @@ def test_bounds_without_width_rule_out_nearly_as_much_as_the_judge(make, kind):
             rejected += out.sum()
             missed += (out & (used <= 1.0 + CLOSE)).sum()
     assert rejected > 100
-    # The ripple of the winding and voltages of the warm motor are not bounded: that would change no node count.
-    assert missed < 0.13 * rejected
+    assert missed < 0.06 * rejected  # the ripple of the winding is not bounded
 
 
 EXACT = ("joint_torque", "motor_torque", "rms_torque", "phase_torque", "axial_load", "cold_torque", "cold_current")
@@ -163,8 +167,8 @@ EXACT = ("joint_torque", "motor_torque", "rms_torque", "phase_torque", "axial_lo
 TIGHT = {
     "load_torque": 0.99, "average_load_torque": 0.99, "momentary_torque": 0.97, "stop_motor_torque": 0.95,
     "tilting_moment": 0.97, "radial_load": 0.95, "bearing_static_load": 0.97, "holding_torque": 0.99,
-    "winding_temperature": 0.7, "phase_temperature": 0.6, "motor_current": 0.99, "rms_current": 0.99, "voltage": 0.89,
-    "energy": 0.95, "required_stiffness": 0.99,
+    "winding_temperature": 0.88, "phase_temperature": 0.88, "motor_current": 0.99, "rms_current": 0.99,
+    "voltage": 0.98, "energy": 0.95, "required_stiffness": 0.99,
 }  # fmt: skip
 
 
@@ -194,6 +198,8 @@ def test_bounds_without_width_are_figures_of_the_judge(make):
                         assert bound[name] == pytest.approx(exact[name], rel=CLOSE), (kind, seed, joint, pair, name)
                 for name in TIGHT.keys() - {"energy"}:
                     if np.isfinite(bound[name]) and np.isfinite(exact[name]):
+                        if name == "voltage" and too_hot(found)[0]:
+                            continue
                         assert bound[name] <= exact[name] * (1.0 + CLOSE), (kind, seed, joint, pair, name)
                         ratios[name] += [bound[name] / exact[name]] if exact[name] else []
                 if np.isfinite(bound.gear_life) and np.isfinite(exact.gear_life):

@@ -378,17 +378,21 @@ def bound_case(
 
     heated, weakest = heat.hottest > -np.inf, torque_constant(motor, heat.magnets)
     figures.winding_temperature = heat.hottest + unknown if heated else np.nan
-    figures.phase_temperature = figures.winding_temperature
+    figures.phase_temperature = figures.winding_temperature + least_phase_rise(case, heat, found)
     if weakest <= 0.0:  # thermal runaway; an unknown torque does not prove one
         return np.inf if known(unknown) else used, heat
     # otherwise warm magnets have no upper bound on their torque constant
     if motor.magnet_coefficient <= 0.0 or not heated:
         set_currents(case, weakest)
-    cold, volts = torque_constant(motor, setting.ambient), 0.0
-    ends = (winding_resistance(motor, setting.ambient), winding_resistance(motor, heat.coolest))
+    # as cold as the ambient, and as warm as a feasible candidate may be
+    warmest = case.limits.winding_temperature if heated else heat.coolest
+    cold, ohms = torque_constant(motor, setting.ambient), winding_resistance(motor, setting.ambient)
+    weakened = torque_constant(motor, warmest if heated else setting.ambient)
+    ends, volts = (winding_resistance(motor, heat.coolest), winding_resistance(motor, warmest)), 0.0
     for factor in (1.0, torque_factor(case.safety)):
-        for i in range(1 if heated else 2):
-            volts = larger(volts, least_voltage(case, interval, cold, ends[i], factor))
+        volts = larger(volts, least_voltage(case, interval, (cold, cold), (ohms, ohms), factor))
+        if weakened > 0.0 and not (heated and motor.magnet_coefficient > 0.0):
+            volts = larger(volts, least_voltage(case, interval, (weakened, weakest), ends, factor))
     figures.voltage = volts + unknown
     used, _ = worst(case, row, checks, HEAT, used, NOTHING, NO)
     return used, heat
@@ -564,7 +568,7 @@ def least_heat(case: Any, interval: TorqueInterval) -> Any:
             return LeastHeat(coolest, ambient + housing, np.inf)
         copper = square / (constant * constant) * winding_resistance(motor, coolest)
         housing = nodes.outer * (copper + loss)
-        winding, coolest = nodes.inner * copper + housing, ambient + share * nodes.outer * copper
+        winding, coolest = nodes.inner * copper + housing, ambient + share * housing
         if winding - before <= HEAT_TOLERANCE * winding:
             break
     return LeastHeat(coolest, ambient + housing, ambient + winding)
@@ -613,16 +617,22 @@ def least_housing_loss(case: Any, interval: TorqueInterval, nodes: Any, square: 
 
 @law(fastmath=FAST)
 def resting_share(nodes: Any, parts: Any, duration: Any) -> Any:
-    """Lower bound on the housing's temperature rise at any instant, as a share of its mean rise.
+    """Lower bound on the winding's temperature rise at any instant, as a share of the housing's mean rise.
 
     The response of the housing to an impulse of heat in the winding, repeated with the cycle, is the difference of two
-    exponentials, which is least at the instant of the impulse. No distribution of the same heat over the cycle keeps
-    the housing cooler at an instant.
+    exponentials, which is least at the instant of the impulse. The winding responds in the same way to heat in the
+    housing, and is warmer than the housing while it is heated itself. No distribution of the same heat over the cycle
+    keeps it cooler at an instant. The response of a single node is one exponential, least before the next impulse.
     """
     inner, outer = nodes.inner, nodes.outer
+    if inner == 0.0 and parts > 1:
+        return 0.0
     if math.isnan(nodes.winding):
         return 1.0
-    if parts > 1 or math.isnan(nodes.housing) or inner == 0.0:
+    if inner == 0.0:
+        decay = duration / (outer * nodes.winding)
+        return decay / math.expm1(decay)
+    if parts > 1 or math.isnan(nodes.housing):
         return 0.0
     a, c = 1.0 / (inner * nodes.winding), 1.0 / (inner * nodes.housing)
     d = (1.0 / inner + 1.0 / outer) / nodes.housing
@@ -632,25 +642,37 @@ def resting_share(nodes: Any, parts: Any, duration: Any) -> Any:
     return min(max(duration * slow * quick / (quick - slow) * left, 0.0), 1.0)
 
 
-@law(fastmath=FAST)
-def least_voltage(case: Any, interval: TorqueInterval, constant: Any, ohms: Any, factor: Any) -> Any:
-    """Lower bound on the largest voltage at fixed temperatures, the torque times a factor [V].
+@law
+def least_phase_rise(case: Any, heat: LeastHeat, found: LeastMechanical) -> Any:
+    """Lower bound on the rise of the phase that carries most current at rest above the winding [C]: its mean."""
+    nodes = thermal_nodes(case.motor, case.setting.mounting)
+    alone = (found.phase - found.square) / case.setting.duration
+    inner = nodes.inner if nodes.inner > 0.0 else nodes.outer
+    return inner * alone * certain_loss(case.motor, heat.magnets, heat.hottest, heat.hottest > -np.inf)
 
-    The first and the last sample are left out.
+
+@law(fastmath=FAST)
+def least_voltage(case: Any, interval: TorqueInterval, constants: Any, ohms: Any, factor: Any) -> Any:
+    """Lower bound on the largest voltage, the torque times a factor [V].
+
+    Torque constant and winding resistance lie between two ends each. The first and the last sample are left out.
     """
     motion, least, most = interval.motion, interval.motor_low, interval.motor_high
-    ratio, inductance, inverse, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), factor / constant, 0.0
+    ratio, inductance, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0
+    (weak, strong), (cool, warm) = constants, ohms
+    more, less = factor / weak, factor / strong
     l0, l1, l2, h0, h1, h2 = least[:-2], least[1:-1], least[2:], most[:-2], most[1:-1], most[2:]
     speed, behind = motion.speed[1:-1], motion.rate_before[1:-1]
     at, ahead = motion.rate_at[1:-1], motion.rate_after[1:-1]
     for t in range(len(speed)):
-        own, before, after = ohms + inductance * at[t], inductance * behind[t], inductance * ahead[t]
-        low = smaller(own * l1[t], own * h1[t]) + smaller(before * l0[t], before * h0[t])
-        high = larger(own * l1[t], own * h1[t]) + larger(before * l0[t], before * h0[t])
-        low += smaller(after * l2[t], after * h2[t])
-        high += larger(after * l2[t], after * h2[t])
-        emf = constant * ratio * speed[t]
-        largest = larger(largest, larger(emf + inverse * low, -(emf + inverse * high)))
+        emf, low, high = ratio * speed[t], smaller(cool * l1[t], warm * l1[t]), larger(cool * h1[t], warm * h1[t])
+        low += inductance * smaller(behind[t] * l0[t], behind[t] * h0[t])
+        low += inductance * (smaller(at[t] * l1[t], at[t] * h1[t]) + smaller(ahead[t] * l2[t], ahead[t] * h2[t]))
+        high += inductance * larger(behind[t] * l0[t], behind[t] * h0[t])
+        high += inductance * (larger(at[t] * l1[t], at[t] * h1[t]) + larger(ahead[t] * l2[t], ahead[t] * h2[t]))
+        low = smaller(weak * emf, strong * emf) + smaller(more * low, less * low)
+        high = larger(weak * emf, strong * emf) + larger(more * high, less * high)
+        largest = larger(largest, larger(low, -high))
     return largest
 
 

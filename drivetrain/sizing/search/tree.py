@@ -186,6 +186,9 @@ NO_TEST_LIMIT = 10**9  # test domains of every size in full
 DIVE_EVERY = 3  # every third node of smallest bound starts a dive down to a set or a dead end
 MAX_ENUMERATED = 1024  # largest number of tied sets of a node that are enumerated
 MAX_COUNTED = 1000  # ties of the best set are counted up to this number
+# Dives for the first incumbents: share of the estimated price of a load that is counted, and the size of domains that are
+# tested in full after the dive: it removes expensive candidates before the rest is tested.
+ROOT_DIVES = ((1.0, FULL_TEST_SIZE), (0.5, NO_TEST_LIMIT))
 COARSE = 0.05  # share of a node's possible gain below which open loads are branched one by one
 
 
@@ -260,10 +263,10 @@ class Tree(BranchAndBound[BoundedNode]):
 
     def make_root(self) -> None:
         root = self.propagate(self.problem.domains(), 0, None)
-        for full_test_size in (FULL_TEST_SIZE, NO_TEST_LIMIT):  # remove expensive candidates before testing the rest
+        for share, full_test_size in ROOT_DIVES:
             if root is None:
                 return
-            self._dive(root)
+            self._dive(root, share)
             size = NO_TEST_LIMIT if math.isinf(self.limit) else full_test_size
             root = self.propagate(root.domains, size, root)
         if root is not None:
@@ -377,14 +380,14 @@ class Tree(BranchAndBound[BoundedNode]):
         self.tie_counts[last.level] += sum([self._offer(one) for one in found]) - node.cheapest_is_feasible
         return True
 
-    def _dive(self, node: BoundedNode) -> None:
+    def _dive(self, node: BoundedNode, share: float) -> None:
         """Depth-first search for first incumbents: decide the loads from the tip to the base, cheapest drives first.
 
-        The cost of a load includes an estimate of what it costs the other joints. At dead ends the dive backtracks
-        while there are fewer incumbents than wanted, else it ends.
+        The cost of a load includes a share of what it costs the other joints by estimate. At dead ends the dive
+        backtracks while there are fewer incumbents than wanted, else it ends.
         """
         waiting: list[tuple[Domains, BoundedNode]] = []
-        prices = self._parameter_prices(node)
+        prices = share * self._parameter_prices(node)
         for _ in range(self.problem.n + self.problem.options.sets + MAX_DEAD_ENDS):
             if node.bound >= self.limit:
                 return
@@ -401,19 +404,13 @@ class Tree(BranchAndBound[BoundedNode]):
                 return
             node = found
 
-    def _parameter_prices(self, node: BoundedNode) -> Array | None:
-        """Estimated cost at the other joints per unit of each load parameter, (n, PARAMETERS); None if no set is known.
+    def _parameter_prices(self, node: BoundedNode) -> Array:
+        """Estimated cost at the other joints per unit of each load parameter, (n, PARAMETERS).
 
-        The cost of a joint in the best set above its lower bound is attributed to the drives that load it, in
-        proportion to their loads.
+        The cost of a joint is assumed to grow in proportion to its largest torque.
         """
-        if not self.best:
-            return None
-        best, sensitivity = self.best[0], self.problem.sensitivity
-        gap = np.maximum(np.array(best.costs) - [domain.lower_bound for domain in node.domains], 0.0)
-        heavier = np.abs(self.problem.candidates.parameters[list(best.pairs)] - node.ranges.low)
-        total = np.einsum("jki,ki->j", sensitivity, heavier)
-        return np.einsum("j,jki->ki", gap / np.maximum(total, 1e-9), sensitivity)
+        costs = np.abs([domain.lower_bound for domain in node.domains])
+        return np.asarray(np.einsum("j,jki->ki", costs, self.problem.sensitivity))
 
     def _branches(self, node: BoundedNode) -> list[Domains]:
         """Branch on a violated constraint, else on a load parameter, a single load, or the cheapest set."""
@@ -434,18 +431,12 @@ class Tree(BranchAndBound[BoundedNode]):
 
         The flag is True if all open parameters together affect the cost by little compared with the node's gap.
         """
-        lower, gain = np.array([domain.lower_bound for domain in node.domains]), self.limit - node.bound
+        gain = self.limit - node.bound
         if math.isinf(gain):
             gain = 0.1 * abs(node.bound)
-        costs = np.array(self.best[0].costs) if self.best else 2.0 * np.abs(lower)
-        # The cost of a joint in the best set above its lower bound here is attributed to its load.
-        gap = np.maximum(costs - lower, 0.0) + 1e-3 * gain
-        width = 0.5 * (node.ranges.high - node.ranges.low) * self.problem.sensitivity
-        total = width.sum(axis=(1, 2))
-        effect_is_small = bool(np.abs(costs) @ total <= COARSE * gain)
-        effect = np.einsum("j,jki->ki", gap / np.maximum(total, 1e-300), width)
+        effect = 0.5 * (node.ranges.high - node.ranges.low) * self._parameter_prices(node)
         joint, parameter = np.unravel_index(int(np.argmax(effect)), effect.shape)
-        return int(joint), int(parameter), effect_is_small
+        return int(joint), int(parameter), bool(effect.sum() <= COARSE * gain)
 
     def _branch_on_load(self, node: BoundedNode, joint: int, prices: Array | None = None) -> list[Domains]:
         """Split a joint's candidates into those that load the others as the cheapest one does, and the rest.
