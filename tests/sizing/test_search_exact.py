@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -254,6 +256,18 @@ def test_greedy_from_the_tip_misses_the_optimum(make):
         total = sum(price(study, pair) for pair in greedy.values())
         assert best.proof == "optimal"
         assert total > lost * best.objective
+
+
+@pytest.mark.parametrize(("seed", "nodes"), [(23, 350), (42, 400), (50, 100)])
+def test_the_cheapest_set_is_proven_in_few_nodes_where_price_buys_lightness(seed, nodes, monkeypatch):
+    """900 pairs a joint; cheap motors whose voltage is too low or whose winding is too hot only when they are warm."""
+    monkeypatch.syspath_prepend(str(EXAMPLES.parent / "benchmarks"))
+    tasks, drawn = (import_module(name) for name in ("selection_tasks", "selection_random"))
+    study = tasks.with_pairs(tasks.resampled(load_study(tasks.EXAMPLE), 200), *drawn.dear_catalog(900, seed))
+    tree = Tree(build_problem(build_candidates(study), replace(study.wanted, weights=(("price", 1.0),), sets=1)))
+    tree.run(math.inf, lambda *_: None)
+    assert tree.best and tree.finished
+    assert tree.counters["nodes made"] < nodes
 
 
 def price(study, pair):

@@ -186,9 +186,9 @@ NO_TEST_LIMIT = 10**9  # test domains of every size in full
 DIVE_EVERY = 3  # every third node of smallest bound starts a dive down to a set or a dead end
 MAX_ENUMERATED = 1024  # largest number of tied sets of a node that are enumerated
 MAX_COUNTED = 1000  # ties of the best set are counted up to this number
-# Dives for the first incumbents: share of the estimated price of a load that is counted, and the size of domains that are
-# tested in full after the dive: it removes expensive candidates before the rest is tested.
-ROOT_DIVES = ((1.0, FULL_TEST_SIZE), (0.5, NO_TEST_LIMIT))
+# Dives for the first incumbents: the share of the estimated price of loads that is counted, and the size up to which
+# domains are tested in full after the dive. The first one removes expensive candidates before the rest is tested.
+ROOT_DIVES = ((0.0, FULL_TEST_SIZE), (0.5, NO_TEST_LIMIT), (1.0, NO_TEST_LIMIT))
 COARSE = 0.05  # share of a node's possible gain below which open loads are branched one by one
 
 
