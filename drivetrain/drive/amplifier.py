@@ -376,19 +376,19 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any, edges: An
     more than the larger of that and its own, no order of the parts and no number of repetitions gives more.
     """
     over, constant = (scale / amplifier.continuous_current) ** 2, amplifier.thermal_time_constant
-    most, left, highest = 0.0, 0.0, 0.0
+    most, left, used = 0.0, 0.0, 0.0
     for part in range(len(edges) - 1):
         first, last = edges[part], edges[part + 1]
-        total, length, largest = squares_of(series[first:last], over, step[first:last])
-        highest = max(highest, largest)
+        total, length, above = squares_of(series[first:last], over, step[first:last])
+        used += above
         if not known(constant) and total > length * (1.0 + 1e-12):
             return math.inf
-        if known(constant) or largest > 1.0:  # starting from empty
+        if known(constant) or above > 0.0:  # starting from empty
             found = overload_cycle(amplifier, series[first:last], over, step[first:last], 0.0)
             # the state that the affine map of a cycle leaves unchanged; with a peak time that after the first cycle
             end = found.end / -math.expm1(-length / constant) if known(constant) else found.end
             most, left = max(most, found.most), max(left, end)
-    if not known(constant) and highest <= 1.0:  # never above the continuous current
+    if not known(constant) and used == 0.0:  # never above the continuous current
         return 0.0
     if left > 0.0:
         for part in range(len(edges) - 1):
@@ -402,16 +402,17 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any, edges: An
 
 @law(fastmath=FAST)
 def squares_of(series: Any, over: Any, step: Any) -> Any:
-    """Integral of a factor times the square of a series that is linear over each step [s], total length [s] and largest
-    value.
+    """Integral of a factor times the square of a series that is linear over each step [s], total length [s], and how
+    many steps have a mean above 1; the last sample is held.
     """
-    total, length, largest = 0.0, 0.0, 0.0
-    for t in range(len(step)):
-        square = over * mean_square_after(series, t)
+    before, after, last = series[:-1], series[1:], over * series[-1] * series[-1]
+    total, length, above = last * step[-1], step[-1], 1.0 * (last > 1.0)
+    for t in range(len(before)):
+        square = over * mean_square(before[t], after[t])
         total += square * step[t]
         length += step[t]
-        largest = max(largest, square)
-    return total, length, largest
+        above += 1.0 * (square > 1.0)
+    return total, length, above
 
 
 # Bus behind all amplifiers: regenerated energy raises its voltage until a brake resistor dissipates the rest.

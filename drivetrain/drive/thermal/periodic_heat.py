@@ -41,6 +41,8 @@ STEADY = 1e4  # in cycles: time constant of a housing of unknown capacity, which
 GROWN_BEYOND = 1e100  # entries of a cycle's map above which the losses run away; their squares are still finite
 MAGNET_TOLERANCE = 1e-6  # tolerance between assumed and resulting magnet temperature [K]
 MOST_STEPS = 40
+LATER = 1.0 + 1e-12  # factor on a peak below which a later one differs by rounding alone
+CHAIN = {"contract"}  # for loops in which each step waits for the one before: reordered sums would lengthen the wait
 SMALL = 0.05  # product of rate and step below which seven terms of the exponential's series are exact to rounding
 
 
@@ -66,13 +68,29 @@ class Copper(NamedTuple):
     reference: float
 
 
+class Steps(NamedTuple):
+    """The exact step over an interval, an affine map of the two rises x; or those over some intervals, (M,) each."""
+
+    # Change of x = [[ww, wh], [hw, hh]] x + [add_w, add_h]: small, and exact to its own rounding.
+    ww: Any
+    wh: Any
+    hw: Any
+    hh: Any
+    add_w: Any
+    add_h: Any
+    # Integral of the winding's rise = sum_w x_w + sum_h x_h + sum_add.
+    sum_w: Any
+    sum_h: Any
+    sum_add: Any
+
+
 class Losses(NamedTuple):
     """Losses from each sample to the next, and memory for the solution; (N + 1,) each."""
 
     square: Array  # mean square of the torque [N^2 m^2]
     held: Array  # mean square torque of the most loaded phase above that of the winding, at rest [N^2 m^2]
     housing: Array  # mean loss in the housing [W]
-    integrals: Array  # memory, (4, N + 1), see ``integrals_of``
+    memory: Array  # a row for each field of ``Steps``, (9, N + 1); one array, as each costs time in every call
     # Temperatures at the samples, each part in its own periodic state [C].
     winding_at: Array
     housing_at: Array
@@ -80,7 +98,7 @@ class Losses(NamedTuple):
 
 def new_losses(samples: int) -> Losses:
     """Arrays for a number of samples."""
-    row, rows = np.zeros(samples + 1), np.zeros((4, samples + 1))
+    row, rows = np.zeros(samples + 1), np.zeros((len(Steps._fields), samples + 1))
     return Losses(row, row.copy(), row.copy(), rows, row.copy(), row.copy())
 
 
@@ -262,18 +280,44 @@ def _exact(step: Any, m00: Any, b: Any, c: Any, m11: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def integrals_of(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> None:
-    """For each interval (p, q, u, v) in S = p I + q (M - m I) and Q = u I + v (M - m I), with m the mean of M's
-    diagonal.
+def step_of(flow: Any, m00: Any, square: Any, loss: Any, p: Any, q: Any, u: Any, v: Any) -> Any:
+    """The exact step over an interval, in the order of ``Steps``, for S = p I + q (M - m I) and Q = u I + v (M - m I),
+    with m the mean of M's diagonal; ``square``: mean square of the torque, ``loss``: mean loss in the housing.
 
-    S is the integral of e^(M t) over the step, Q the integral of S. Intervals that are short compared with every time
-    constant use truncated series, which vectorise; long ones (dwells) are computed again.
+    S is the integral of e^(M t) over the interval, Q the integral of S; e^(M t) - I = S M.
+    """
+    b, c, d, half = flow.b, flow.c, flow.d, 0.5 * (m00 + flow.d)
+    s00, s01, s10, s11 = p + q * half, q * b, q * c, p - q * half
+    h0, h1 = flow.source * square + flow.inside * loss, flow.outside * loss + flow.injected
+    return Steps(
+        s00 * m00 + s01 * c, s00 * b - s01 * d, s10 * m00 + s11 * c, s10 * b - s11 * d,
+        s00 * h0 + s01 * h1, s10 * h0 + s11 * h1, s00, s01, (u + v * half) * h0 + v * b * h1,
+    )  # fmt: skip
+
+
+@law
+def steps_within(losses: Any, begin: Any, end: Any) -> Any:
+    """The steps over some intervals."""
+    rows, some = losses.memory, slice(begin, end)
+    return Steps(
+        rows[0][some], rows[1][some], rows[2][some], rows[3][some], rows[4][some], rows[5][some], rows[6][some],
+        rows[7][some], rows[8][some],
+    )  # fmt: skip
+
+
+@law(fastmath=FAST)
+def set_steps(lengths: Any, losses: Any, begin: Any, end: Any, flow: Any) -> None:
+    """Set the steps over some intervals.
+
+    Intervals that are short compared with every time constant use truncated series, which vectorise; long ones (dwells)
+    are computed again.
     """
     a, cross, d, growth = flow.a, flow.b * flow.c, flow.d, flow.growth
-    steps, squares = steps[begin:end], losses.square[begin:end]
-    p, q, u, v = losses.integrals[:, begin:end]
-    for k in range(len(steps)):
-        h, m00 = steps[k], growth * squares[k] - a
+    lengths, squares, housing = lengths[begin:end], losses.square[begin:end], losses.housing[begin:end]
+    ww, wh, hw, hh, add_w, add_h, sum_w, sum_h, sum_add = steps_within(losses, begin, end)
+    slowest = 0.0
+    for k in range(len(lengths)):
+        h, m00 = lengths[k], growth * squares[k] - a
         y, half = 0.5 * h * (m00 - d), 0.5 * (m00 + d)
         z = h * h * (half * half + cross)
         # Even and odd parts of the powers of (y + w) and (y - w), w^2 = z, over the factorials.
@@ -284,18 +328,25 @@ def integrals_of(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> No
         e6, o6 = y * e5 + z * o5, e5 + y * o5
         e7, o7 = y * e6 + z * o6, e6 + y * o6
         square = h * h
-        p[k] = h * (1.0 + y / 2.0 + e2 / 6.0 + e3 / 24.0 + e4 / 120.0 + e5 / 720.0 + e6 / 5040.0 + e7 / 40320.0)
-        q[k] = square * (0.5 + o2 / 6.0 + o3 / 24.0 + o4 / 120.0 + o5 / 720.0 + o6 / 5040.0 + o7 / 40320.0)
-        u[k] = square * (0.5 + y / 6.0 + e2 / 24.0 + e3 / 120.0 + e4 / 720.0 + e5 / 5040.0 + e6 / 40320.0)
-        v[k] = square * h * (1.0 / 6.0 + o2 / 24.0 + o3 / 120.0 + o4 / 720.0 + o5 / 5040.0 + o6 / 40320.0)
-    for k in range(len(steps)):
-        rate = growth * squares[k] - a
-        if steps[k] * (flow.c + d + larger(a, rate) + flow.b) >= SMALL:
-            p[k], q[k], u[k], v[k] = _exact(steps[k], rate, flow.b, flow.c, -d)
+        p = h * (1.0 + y / 2.0 + e2 / 6.0 + e3 / 24.0 + e4 / 120.0 + e5 / 720.0 + e6 / 5040.0 + e7 / 40320.0)
+        q = square * (0.5 + o2 / 6.0 + o3 / 24.0 + o4 / 120.0 + o5 / 720.0 + o6 / 5040.0 + o7 / 40320.0)
+        u = square * (0.5 + y / 6.0 + e2 / 24.0 + e3 / 120.0 + e4 / 720.0 + e5 / 5040.0 + e6 / 40320.0)
+        v = square * h * (1.0 / 6.0 + o2 / 24.0 + o3 / 120.0 + o4 / 720.0 + o5 / 5040.0 + o6 / 40320.0)
+        ww[k], wh[k], hw[k], hh[k], add_w[k], add_h[k], sum_w[k], sum_h[k], sum_add[k] = step_of(
+            flow, m00, squares[k], housing[k], p, q, u, v
+        )
+        slowest = larger(slowest, h * (flow.c + d + larger(a, m00) + flow.b))
+    for k in range(len(lengths) if slowest >= SMALL else 0):
+        m00 = growth * squares[k] - a
+        if lengths[k] * (flow.c + d + larger(a, m00) + flow.b) >= SMALL:
+            p, q, u, v = _exact(lengths[k], m00, flow.b, flow.c, -d)
+            ww[k], wh[k], hw[k], hh[k], add_w[k], add_h[k], sum_w[k], sum_h[k], sum_add[k] = step_of(
+                flow, m00, squares[k], housing[k], p, q, u, v
+            )
 
 
 class CycleMap(NamedTuple):
-    """Affine map of the two rises x over one cycle, and of their means over it."""
+    """Affine map of the two rises x over one cycle, and of the winding's mean rise."""
 
     # Coefficients of x_end = [[ww, wh], [hw, hh]] x_start + [w, h].
     ww: float
@@ -304,84 +355,55 @@ class CycleMap(NamedTuple):
     hh: float
     w: float
     h: float
-    # The same for the mean over the cycle.
+    # Mean rise of the winding = mean_ww x_w + mean_wh x_h + mean_w.
     mean_ww: float
     mean_wh: float
-    mean_hw: float
-    mean_hh: float
     mean_w: float
-    mean_h: float
-    # Effect of one watt injected into the housing on both.
-    watt_w: float
-    watt_h: float
-    mean_watt_w: float
-    mean_watt_h: float
 
 
-@law
-def cycle_map(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> Any:
-    """The map of a cycle, from the integrals in ``losses``."""
-    b, c, d = flow.b, flow.c, flow.d
+@law(fastmath=CHAIN)
+def cycle_map(lengths: Any, losses: Any, begin: Any, end: Any) -> Any:
+    """The map of a cycle, from the steps in ``losses``."""
     a00, a01, a10, a11, r0, r1 = 1.0, 0.0, 0.0, 1.0, 0.0, 0.0
-    b00, b01, b10, b11, w0, w1, length = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    u0, u1, z0, z1, unit = 0.0, 0.0, 0.0, 0.0, flow.outside
-    p_of, q_of, u_of, v_of = losses.integrals
-    for k in range(begin, end):
-        m00 = flow.growth * losses.square[k] - flow.a
-        half = 0.5 * (m00 + d)
-        p, q, u, v = p_of[k], q_of[k], u_of[k], v_of[k]
-        s00, s01, s10, s11 = p + q * half, q * b, q * c, p - q * half
-        q00, q01, q10, q11 = u + v * half, v * b, v * c, u - v * half
-        h0 = flow.source * losses.square[k] + flow.inside * losses.housing[k]
-        h1 = flow.outside * losses.housing[k] + flow.injected
-        b00, b01 = b00 + s00 * a00 + s01 * a10, b01 + s00 * a01 + s01 * a11
-        b10, b11 = b10 + s10 * a00 + s11 * a10, b11 + s10 * a01 + s11 * a11
-        w0 += s00 * r0 + s01 * r1 + q00 * h0 + q01 * h1
-        w1 += s10 * r0 + s11 * r1 + q10 * h0 + q11 * h1
-        z0 += s00 * u0 + s01 * u1 + q01 * unit
-        z1 += s10 * u0 + s11 * u1 + q11 * unit
-        # e^(M t) = I + S M
-        e00, e01 = 1.0 + s00 * m00 + s01 * c, s00 * b - s01 * d
-        e10, e11 = s10 * m00 + s11 * c, 1.0 + s10 * b - s11 * d
-        a00, a10 = e00 * a00 + e01 * a10, e10 * a00 + e11 * a10
-        a01, a11 = e00 * a01 + e01 * a11, e10 * a01 + e11 * a11
-        r0, r1 = e00 * r0 + e01 * r1 + s00 * h0 + s01 * h1, e10 * r0 + e11 * r1 + s10 * h0 + s11 * h1
-        u0, u1 = e00 * u0 + e01 * u1 + s01 * unit, e10 * u0 + e11 * u1 + s11 * unit
-        length += steps[k]
-    inverse = 1.0 / length
-    return CycleMap(
-        a00, a01, a10, a11, r0, r1, b00 * inverse, b01 * inverse, b10 * inverse, b11 * inverse, w0 * inverse,
-        w1 * inverse, u0, u1, z0 * inverse, z1 * inverse,
-    )  # fmt: skip
+    b0, b1, w0, length, lengths = 0.0, 0.0, 0.0, 0.0, lengths[begin:end]
+    steps = steps_within(losses, begin, end)
+    for k in range(len(lengths)):
+        ww, wh, hw, hh = steps.ww[k], steps.wh[k], steps.hw[k], steps.hh[k]
+        b0 += steps.sum_w[k] * a00 + steps.sum_h[k] * a10
+        b1 += steps.sum_w[k] * a01 + steps.sum_h[k] * a11
+        w0 += steps.sum_w[k] * r0 + steps.sum_h[k] * r1 + steps.sum_add[k]
+        a00, a10 = a00 + (ww * a00 + wh * a10), a10 + (hw * a00 + hh * a10)
+        a01, a11 = a01 + (ww * a01 + wh * a11), a11 + (hw * a01 + hh * a11)
+        r0, r1 = r0 + steps.add_w[k] + wh * r1 + ww * r0, r1 + steps.add_h[k] + hw * r0 + hh * r1
+        length += lengths[k]
+    return CycleMap(a00, a01, a10, a11, r0, r1, b0 / length, b1 / length, w0 / length)
 
 
-@law
-def cycle_trace(steps: Any, losses: Any, begin: Any, end: Any, flow: Any, start: Any, ambient: Any) -> Any:
+@law(fastmath=CHAIN)
+def cycle_trace(lengths: Any, losses: Any, begin: Any, end: Any, flow: Any, start: Any, ambient: Any) -> Any:
     """Set the temperatures at the ends of all intervals for initial rises; the winding's largest rise and its time.
 
-    Uses the integrals in ``losses``; long intervals are subdivided for the largest rise.
+    Uses the steps in ``losses``; long intervals are subdivided for the largest rise.
     """
-    b, c, d, winding, housing = flow.b, flow.c, flow.d, losses.winding_at, losses.housing_at
     x0, x1 = start
-    winding[begin], housing[begin] = ambient + x0, ambient + x1
+    lengths, squares, loss = lengths[begin:end], losses.square[begin:end], losses.housing[begin:end]
+    winding, housing = losses.winding_at[begin : end + 1], losses.housing_at[begin : end + 1]
+    steps = steps_within(losses, begin, end)
+    winding[0], housing[0] = ambient + x0, ambient + x1
     peak, peak_time, time = x0, 0.0, 0.0
-    for k in range(begin, end):
-        m00 = flow.growth * losses.square[k] - flow.a
-        half = 0.5 * (m00 + d)
-        h0 = flow.source * losses.square[k] + flow.inside * losses.housing[k]
-        h1 = flow.outside * losses.housing[k] + flow.injected
-        pieces = 1 + int(min(511.0, 5.0 * steps[k] * (flow.a + d)))  # a fifth of the shorter time constant
-        step, p, q = steps[k], losses.integrals[0, k], losses.integrals[1, k]
+    for k in range(len(lengths)):
+        ww, wh, hw, hh = steps.ww[k], steps.wh[k], steps.hw[k], steps.hh[k]
+        add_w, add_h, length = steps.add_w[k], steps.add_h[k], lengths[k]
+        pieces = 1 + int(min(511.0, 5.0 * length * (flow.a + flow.d)))  # a fifth of the shorter time constant
         if pieces > 1:
-            step = steps[k] / pieces
-            p, q, _, _ = _exact(step, m00, b, c, -d)
-        s00, s01, s10, s11 = p + q * half, q * b, q * c, p - q * half
+            length, m00 = length / pieces, flow.growth * squares[k] - flow.a
+            p, q, u, v = _exact(length, m00, flow.b, flow.c, -flow.d)
+            piece = step_of(flow, m00, squares[k], loss[k], p, q, u, v)
+            ww, wh, hw, hh, add_w, add_h = piece.ww, piece.wh, piece.hw, piece.hh, piece.add_w, piece.add_h
         for _ in range(pieces):
-            f0 = m00 * x0 + b * x1 + h0
-            f1 = c * x0 - d * x1 + h1
-            x0, x1 = x0 + s00 * f0 + s01 * f1, x1 + s10 * f0 + s11 * f1
-            time += step
-            if x0 > peak:
+            x0, x1 = x0 + add_w + wh * x1 + ww * x0, x1 + add_h + hw * x0 + hh * x1
+            time += length
+            if x0 > LATER * peak:
                 peak, peak_time = x0, time
         winding[k + 1], housing[k + 1] = ambient + x0, ambient + x1
     return peak, peak_time
@@ -418,12 +440,13 @@ def _start_of(cycle: Any, winding: Any, housing: Any) -> Any:
 
 
 @law
-def _means_of(cycle: Any, winding: Any, housing: Any, mean_winding: Any, mean_housing: Any) -> Any:
-    """Mean rises of a cycle from its initial rises and the additions."""
-    return (
-        cycle.mean_ww * winding + cycle.mean_wh * housing + mean_winding,
-        cycle.mean_hw * winding + cycle.mean_hh * housing + mean_housing,
-    )
+def _means_of(nodes: Any, cycle: Any, winding: Any, housing: Any, loss: Any) -> Any:
+    """Mean rises of a periodic cycle from its initial rises and the mean loss in the housing [W].
+
+    That of the housing follows from its heat balance, (T_w - T_h)/R1 + P = T_h/R2; it is the winding's for one node.
+    """
+    mean = cycle.mean_ww * winding + cycle.mean_wh * housing + cycle.mean_w
+    return mean, (mean + nodes.inner * loss) * nodes.outer / (nodes.inner + nodes.outer)
 
 
 @law
@@ -447,21 +470,22 @@ def _moving(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any
     """
     begin, end = intervals(periods, i)
     flow = flow_of(nodes, part.length, cold, slope, 0.0)
-    integrals_of(periods.step, losses, begin, end, flow)
-    cycle = cycle_map(periods.step, losses, begin, end, flow)
+    set_steps(periods.step, losses, begin, end, flow)
+    cycle = cycle_map(periods.step, losses, begin, end)
     radius = _radius(cycle)
     if shared and radius < np.inf:  # a housing cooled by the other parts stabilises what would run away alone
         radius = 0.0 if flow.growth * part.square < flow.a else np.inf
     if not radius < 1.0:
         return radius
     part.start_winding, part.start_housing = _start_of(cycle, cycle.w, cycle.h)
-    part.winding, part.housing = _means_of(cycle, part.start_winding, part.start_housing, cycle.mean_w, cycle.mean_h)
+    part.winding, part.housing = _means_of(nodes, cycle, part.start_winding, part.start_housing, part.loss)
     part.injected = 0.0
-    if nodes.inner == 0.0:
-        part.housing = part.winding
     if shared:  # all values as linear functions of the mean housing rise
-        winding, housing = _start_of(cycle, cycle.watt_w, cycle.watt_h)
-        mean, warm = _means_of(cycle, winding, housing, cycle.mean_watt_w, cycle.mean_watt_h)
+        one_watt = Flow(flow.a, flow.b, flow.c, flow.d, flow.growth, 0.0, 0.0, 0.0, flow.outside)
+        set_steps(periods.step, losses, begin, end, one_watt)
+        cycle = cycle_map(periods.step, losses, begin, end)
+        winding, housing = _start_of(cycle, cycle.w, cycle.h)
+        mean, warm = _means_of(nodes, cycle, winding, housing, 1.0)
         part.injected_slope, part.injected = 1.0 / warm, -part.housing / warm
         part.start_winding_slope, part.start_housing_slope, part.winding_slope = (
             winding / warm, housing / warm, mean / warm,
@@ -486,29 +510,42 @@ def _settled(part: Any, rise: Any) -> None:
 
 
 @law
-def _mean_housing(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, magnets: Any, moves: Any) -> Any:
-    """Mean housing rise for a magnet temperature, infinite in a runaway, and the spectral radius of one cycle."""
-    cold, slope = per_torque(copper, magnets)
-    if cold == np.inf:
-        return np.inf, np.inf
-    shared, radius = len(parts) > 1 and nodes.inner != 0.0, UNKNOWN
+def _all_moving(nodes: Any, periods: Any, losses: Any, cold: Any, slope: Any, parts: Any, shared: Any) -> Any:
+    """States of all parts with varying temperatures; the spectral radius of the last one, or of the first that runs
+    away.
+    """
+    radius = np.inf
+    for i in range(len(parts) if cold < np.inf else 0):
+        radius = _moving(nodes, periods, losses, i, cold, slope, parts[i], shared)
+        if not radius < 1.0:
+            return radius
+    return radius
+
+
+@law
+def _all_still(nodes: Any, cold: Any, slope: Any, parts: Any, shared: Any) -> Any:
+    """States of all parts with constant temperatures; whether they exist."""
+    for i in range(len(parts)):
+        if not (cold < np.inf and _still(nodes, cold, slope, parts[i], shared)):
+            return False
+    return True
+
+
+@law
+def _mean_housing(shares: Any, parts: Any, shared: Any) -> Any:
+    """Mean housing rise from the states of all parts; infinite if a warmer housing would not dissipate more heat."""
     hottest, needed, steep = -np.inf, 0.0, 0.0
     for i in range(len(parts)):
-        part = parts[i]
-        if moves:
-            radius = _moving(nodes, periods, losses, i, cold, slope, part, shared)
-        if not (radius < 1.0 if moves else _still(nodes, cold, slope, part, shared)):
-            return np.inf, radius
-        needed += periods.shares[i] * part.injected
-        steep += periods.shares[i] * part.injected_slope
-        hottest = max(hottest, part.housing)  # its magnets are the weakest, if each part is on its own
+        needed += shares[i] * parts[i].injected
+        steep += shares[i] * parts[i].injected_slope
+        hottest = max(hottest, parts[i].housing)  # its magnets are the weakest, if each part is on its own
     if not shared:
-        return hottest, radius
-    if not steep > 0.0:  # a warmer housing would not dissipate more heat: it grows without bound
-        return np.inf, UNKNOWN
+        return hottest
+    if not steep > 0.0:
+        return np.inf
     for i in range(len(parts)):
         _settled(parts[i], -needed / steep)
-    return -needed / steep, UNKNOWN
+    return -needed / steep
 
 
 @law
@@ -521,14 +558,20 @@ def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
     cycle, from which the search starts.
     """
     part_means(periods, losses, parts)
-    moves, magnets, used, slope, rise, radius = known(nodes.winding), ambient, ambient, 0.0, 0.0, 0.0
-    converged = False
+    moves, magnets, used, slope, rise, radius = known(nodes.winding), ambient, ambient, 0.0, 0.0, UNKNOWN
+    shared, converged = len(parts) > 1 and nodes.inner != 0.0, False
     for state in (False, True):  # for a single cycle first its means, whose slope is close to that of its state
         if len(parts) > 1 and not state:
             continue
         reached = 0.0
         for step in range(MOST_STEPS):
-            rise, radius = _mean_housing(nodes, copper, periods, losses, parts, magnets, moves and state)
+            cold, warmer = per_torque(copper, magnets)
+            if moves and state:
+                radius = _all_moving(nodes, periods, losses, cold, warmer, parts, shared)
+                exists = radius < 1.0
+            else:
+                exists = _all_still(nodes, cold, warmer, parts, shared)
+            rise = _mean_housing(periods.shares, parts, shared) if exists else np.inf
             found = ambient + rise
             slope = (found - reached) / (magnets - used) if step > 0 else slope
             used, reached = magnets, found
@@ -553,6 +596,7 @@ def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
         highest, at = _trace(nodes, copper, periods, losses, parts, i, magnets, ambient, start_winding, start_housing)
         if highest > peak:
             peak, peak_time, peak_part = highest, at, i
+    radius = UNKNOWN if shared else radius
     return Heat(magnets, winding, housing, ambient + peak, peak_time, peak_part, converged, radius)
 
 
@@ -572,6 +616,8 @@ def _trace(
     cold, slope = per_torque(copper, magnets)
     begin, end = intervals(periods, i)
     flow = flow_of(nodes, part.length, cold, slope, part.injected)
+    if len(periods.shares) > 1:  # for a single cycle they are still set
+        set_steps(periods.step, losses, begin, end, flow)
     found = cycle_trace(periods.step, losses, begin, end, flow, (start_winding, start_housing), ambient)
     if nodes.inner == 0.0:
         for t in range(begin, end + 1):
@@ -589,14 +635,9 @@ def trace_own_periods(
     """
     if len(parts) == 1 or not losses.winding_at[0] < np.inf:
         return
-    cold, slope = per_torque(copper, magnets)
     for i in range(len(parts)):
-        part = parts[i]
-        if known(nodes.winding):  # ``hottest_phase`` uses the integrals as memory
-            begin, end = intervals(periods, i)
-            flow = flow_of(nodes, part.length, cold, slope, part.injected)
-            integrals_of(periods.step, losses, begin, end, flow)
-        _trace(nodes, copper, periods, losses, parts, i, magnets, ambient, part.start_winding, part.start_housing)
+        start = parts[i].start_winding, parts[i].start_housing
+        _trace(nodes, copper, periods, losses, parts, i, magnets, ambient, start[0], start[1])
 
 
 # The most loaded phase at rest.
@@ -612,13 +653,24 @@ def shares_within(rate: Any, steps: Any, share: Any) -> None:
 
     Truncated series, which vectorise; long steps (dwells) are computed again.
     """
+    longest = 0.0
     for k in range(len(steps)):
         x = rate * steps[k]
         inner = 1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0 * (1.0 - x / 7.0)))
         share[k] = x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * inner))
-    for k in range(len(steps)):
+        longest = larger(longest, x)
+    for k in range(len(steps) if longest >= SMALL else 0):
         if rate * steps[k] >= SMALL:
             share[k] = -math.expm1(-rate * steps[k])
+
+
+@law(fastmath=CHAIN)
+def response(share: Any, values: Any) -> Any:
+    """What a first-order response reaches from 0 with values that are constant from sample to sample."""
+    reached = 0.0
+    for k in range(len(share)):
+        reached = reached * (1.0 - share[k]) + values[k] * share[k]
+    return reached
 
 
 @law(fastmath=FAST)
@@ -636,18 +688,16 @@ def most_left(periods: Any, rate: Any, values: Any, share: Any) -> Any:
             length += steps[k]
         left /= length
         if known(rate):
-            covered, left = share[begin:end], 0.0
+            covered = share[begin:end]
             shares_within(rate, steps, covered)
-            for k in range(len(steps)):
-                left = left * (1.0 - covered[k]) + value[k] * covered[k]
-            left /= -math.expm1(-rate * length)
+            left = response(covered, value) / -math.expm1(-rate * length)
         else:
             share[begin:end] = left
         most = max(most, left)
     return most
 
 
-@law(fastmath=FAST)
+@law(fastmath=CHAIN)
 def highest_response(periods: Any, rate: Any, values: Any, out: Any, start: Any) -> Any:
     """Set the first-order response to values that are constant from sample to sample, after ``most_left``; its largest
     value.
@@ -666,7 +716,7 @@ def highest_response(periods: Any, rate: Any, values: Any, out: Any, start: Any)
     return largest
 
 
-@law
+@law(fastmath=FAST)
 def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any, ambient: Any) -> Any:
     """Largest temperature of the most loaded phase at rest; ``held`` is given.
 
@@ -677,23 +727,22 @@ def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any,
     cold, slope = per_torque(copper, heat.magnets)
     resistance, rise, total = (
         nodes.inner if nodes.inner > 0.0 else nodes.outer,
-        losses.integrals[0],
-        losses.integrals[1],
+        losses.memory[0],
+        losses.memory[1],
     )
     rate = 1.0 / (resistance * nodes.winding)
     held = most_left(periods, rate, losses.held, rise)
-    if not highest_response(periods, rate, losses.held, rise, held) > 0.0:
+    if not (highest_response(periods, rate, losses.held, rise, held) > 0.0 and peak < np.inf):
         return peak
     for k in range(len(total)):
         total[k] = losses.square[k] + losses.held[k]
-    start = held + most_left(periods, rate, losses.square, losses.integrals[2])
-    largest = highest_response(periods, rate, total, losses.integrals[2], start)
+    start = held + most_left(periods, rate, losses.square, losses.memory[2])
+    largest = highest_response(periods, rate, total, losses.memory[2], start)
     if resistance * slope * largest >= 1.0:
         return np.inf
     scale = resistance * (cold + slope * (heat.peak - ambient)) / (1.0 - resistance * slope * largest)
-    for i in range(len(periods.shares)):
-        for k in range(periods.edges[i], periods.edges[i + 1]):
-            peak = max(peak, losses.winding_at[k] + scale * rise[k])
+    for k in range(len(total) - 1):
+        peak = larger(peak, losses.winding_at[k] + scale * rise[k])
     return peak
 
 
@@ -715,7 +764,7 @@ def hottest_bound(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
     """
     cold, slope = per_torque(copper, magnets)
     rate, own = 1.0 / (nodes.outer * nodes.housing), 1.0 / (nodes.inner * nodes.winding)
-    total, memory, square, lost = losses.integrals[1], losses.integrals[2], 0.0, 0.0
+    total, memory, square, lost = losses.memory[1], losses.memory[2], 0.0, 0.0
     for i in range(len(parts)):
         square += periods.shares[i] * parts[i].square
         lost += periods.shares[i] * parts[i].loss
@@ -726,7 +775,10 @@ def hottest_bound(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
         square = max(square, highest_response(periods, rate, losses.square, memory, most))
         most = most_left(periods, rate, losses.housing, memory)
         lost = max(lost, highest_response(periods, rate, losses.housing, memory, most))
-    start = most_left(periods, own, losses.square, memory) + most_left(periods, own, losses.held, memory)
+    if len(parts) == 1:
+        start = most_left(periods, own, total, memory)
+    else:  # one part may leave the warmest winding, another one the warmest phase
+        start = most_left(periods, own, losses.square, memory) + most_left(periods, own, losses.held, memory)
     heating = nodes.outer * square + nodes.inner * highest_response(periods, own, total, memory, start)
     left = 1.0 - slope * heating
     return ambient + (nodes.outer * lost + cold * heating) / left if left > 0.0 else np.inf

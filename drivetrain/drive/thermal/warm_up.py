@@ -21,9 +21,9 @@ from drivetrain.drive.thermal.periodic_heat import (
     cycle_map,
     cycle_trace,
     flow_of,
-    integrals_of,
     interval_means,
     new_losses,
+    set_steps,
 )
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.errors import Fault, InputError
@@ -109,8 +109,8 @@ def _repeated(
     interval_means(current, loss, losses)
     count = len(steps)
     flow = flow_of(nodes, steps.sum(), cold, slope, 0.0)
-    integrals_of(steps, losses, 0, count, flow)
-    whole = cycle_map(steps, losses, 0, count, flow)
+    set_steps(steps, losses, 0, count, flow)
+    whole = cycle_map(steps, losses, 0, count)
     for k in range(len(rises) - 1):
         winding = whole.ww * rises[k, 0] + whole.wh * rises[k, 1] + whole.w
         base = whole.hw * rises[k, 0] + whole.hh * rises[k, 1] + whole.h

@@ -120,6 +120,7 @@ class Traces(NamedTuple):
     """
 
     load: Array  # torque at the gear's output, joint friction included [N m]
+    gear_load: Array  # its magnitude, with what stages behind the gear add [N m]
     torque: Array  # electromagnetic torque [N m]
     # Friction above the sum of Coulomb and viscous friction [N m].
     joint_excess: Array
@@ -185,11 +186,11 @@ def at_samples(series: JointSeries, samples: Any) -> JointSeries:
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty buffers."""
-    load, joint, loss, shaft, drag, starting, friction, mesh, turning, stop = np.zeros((10, samples))
+    load, at_gear, joint, loss, shaft, drag, starting, friction, mesh, turning, stop = np.zeros((11, samples))
     power = np.zeros((2, samples))
     return Traces(
-        load, np.zeros(samples + 2), joint, loss, shaft, drag, new_speed_powers(samples), starting, friction, mesh,
-        turning, stop, power, new_losses(samples), new_parts(parts),
+        load, at_gear, np.zeros(samples + 2), joint, loss, shaft, drag, new_speed_powers(samples), starting, friction,
+        mesh, turning, stop, power, new_losses(samples), new_parts(parts),
     )  # fmt: skip
 
 

@@ -149,9 +149,10 @@ def judge_all(
             add_rows(series.load.stop, series.unit_loads.stop, amounts[i], stop)
         if len(series.unit_loads.torque) > 0 and applies_at_rest(case):
             inertia = series.total.inertia
-            set_carried(case, added_up(series.load, series.unit_loads, amounts[i], series.total), motion, quick)
+            carried = added_up(series.load, series.unit_loads, amounts[i], series.total)
+            set_carried(case, carried, motion.weight, motion.speed, quick)
         else:
-            set_carried(case, series.load, motion, quick)
+            set_carried(case, series.load, motion.weight, motion.speed, quick)
         if case.setting.cold != 0.0:
             cold = case.setting.cold_start
             set_cold_start(case, mechanical(case, motion, torque, traces, cold).torque + unknown)
@@ -175,13 +176,18 @@ def judge_all(
         if found[i] <= until:
             warm_up(case, motion, traces)
             set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
-            add_thermal_allowance(case, motion, traces)
+            judged = known(case.limits.winding_temperature + figures.winding_temperature)
+            heating = 0.0 if judged else heating_allowance(case, motion, traces)
+            steepest = 0.0 if case.motor.inductance_allowance == 0.0 else steepest_rate(motion, traces.torque)
+            add_thermal_allowance(case, traces.losses.winding_at[0], heating, steepest)
             if case.setting.overload != 0.0:
-                figures.overload = overload_of(case, motion, traces, 1.0) + unknown
+                phase, periods, torques = motion.phase_ratio, motion.periods, traces.torque[1:-1]
+                figures.overload = overload_of(case, phase, periods, torques, 1.0) + unknown
                 if case.allowance.current > 0.0:
                     grown = 1.0 + case.allowance.current / figures.motor_current
-                    case.allowance.overload = overload_of(case, motion, traces, grown) - figures.overload
-            volts = larger(volts, starting_voltage(case, motion, traces))
+                    more = overload_of(case, phase, periods, torques, grown)
+                    case.allowance.overload = more - figures.overload
+            volts = larger(volts, starting_voltage(case, motion.rests, traces.losses.winding_at, traces.starting))
             drawn = power[min(i, len(power) - 1)] if len(power) > 0 else traces.power
             figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
             figures.winding_temperature += unknown
@@ -321,12 +327,15 @@ def set_allowance(case: Any) -> None:
 
 
 @law
-def add_thermal_allowance(case: Any, motion: Any, traces: Any) -> None:
+def add_thermal_allowance(case: Any, winding: Any, heating: Any, steepest: Any) -> None:
     """Add the allowance for additional heating (weaker magnets, higher resistance) and for the largest L di/dt of an
     unspecified inductance.
+
+    ``winding``: temperature that was assumed where none can be computed [C]; ``heating``: from ``heating_allowance``
+    [A]; ``steepest``: from ``steepest_rate`` [N m/s].
     """
     motor, allowance, figures = case.motor, case.allowance, case.figures
-    unknown = 0.0 if known(figures.winding_temperature) else WARMEST - traces.losses.winding_at[0]
+    unknown = 0.0 if known(figures.winding_temperature) else WARMEST - winding
     warmer = allowance.temperature + max(unknown, 0.0)
     allowance.resistance = winding_resistance(motor, warmer) - winding_resistance(motor, 0.0)
     allowance.current += figures.motor_current * abs(motor.magnet_coefficient) * allowance.temperature
@@ -334,20 +343,24 @@ def add_thermal_allowance(case: Any, motion: Any, traces: Any) -> None:
     allowance.winding_temperature += allowance.temperature
     allowance.rms_current = allowance.current
     if not known(case.limits.winding_temperature + figures.winding_temperature):
-        allowance.rms_current += heating_allowance(case, motion, traces)
+        allowance.rms_current += heating
         weak = torque_constant(motor, figures.magnet_temperature) / torque_constant(motor, WARMEST)
         allowance.current += (weak - 1.0) * figures.motor_current
     if not known(scaled_nominal_current(motor, case.setting.ambient, case.setting.mounting)):
         allowance.rms_current += (1.0 / NOMINAL_SHARE - 1.0) * figures.rms_current
-    if motor.inductance_allowance == 0.0:
-        return
-    steepest, weakest = 0.0, known_or(case.limits.winding_temperature, case.setting.ambient)
-    before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
-    for t in range(len(torque)):
-        rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
-        steepest = max(steepest, abs(rate))
+    weakest = known_or(case.limits.winding_temperature, case.setting.ambient)
     lag = torque_factor(case.safety) * motor.inductance_allowance
     allowance.voltage += lag * steepest / abs(torque_constant(motor, weakest))
+
+
+@law(fastmath=FAST)
+def steepest_rate(motion: Any, torque: Any) -> Any:
+    """Largest rate of change of the motor torque [N m/s]; ``torque``: with a sample more at each end."""
+    before, at, after, steepest = torque[:-2], torque[1:-1], torque[2:], 0.0
+    for t in range(len(at)):
+        rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * at[t] + motion.rate_after[t] * after[t]
+        steepest = larger(steepest, abs(rate))
+    return steepest
 
 
 @law
@@ -366,14 +379,17 @@ def heating_allowance(case: Any, motion: Any, traces: Any) -> Any:
     square, heat = 1.0 / torque_constant(case.motor, figures.magnet_temperature) ** 2, 0.0
     rate = 1.0 / least_winding_time(case.motor)
     drag = drag_factor(mesh_of(case.gear), setting.gear_temperature)
-    for t in range(len(motion.speed)):
-        rests = motion.phase_ratio[t] > 1.0 and motion.phase_ratio[min(t + 1, len(motion.speed) - 1)] > 1.0
-        turning = rms * rms + WINDING_SHARE * (square * traces.torque[t + 1] ** 2 - rms * rms)
-        losses.held[t] = 2.0 * square * losses.held[t] if rests else turning
+    phase, torque, last = motion.phase_ratio, traces.torque[1:-1], len(motion.speed) - 1
+    before, after = phase[:-1], phase[1:]
+    for t in range(len(torque)):
         gear = traces.mesh_loss[t] + drag * traces.drag_loss[t]
         heat += motion.weight[t] * (traces.friction_loss[t] + setting.gear_heat * gear) / setting.duration
-    most = most_left(motion.periods, rate, losses.held, losses.integrals[0])
-    largest_square = max(largest_square, highest_response(motion.periods, rate, losses.held, losses.integrals[0], most))
+    for t in range(len(before)):
+        rests = (before[t] > 1.0) & (after[t] > 1.0)
+        losses.held[t] = squared_current(rests, rms, square, torque[t], losses.held[t])
+    losses.held[last] = squared_current(phase[last] > 1.0, rms, square, torque[last], losses.held[last])
+    most = most_left(motion.periods, rate, losses.held, losses.memory[0])
+    largest_square = max(largest_square, highest_response(motion.periods, rate, losses.held, losses.memory[0], most))
     limit = known_or(stated_limit, LEAST_LIMIT)
     largest_square *= (
         torque_constant(case.motor, figures.magnet_temperature) / torque_constant(case.motor, WARMEST)
@@ -387,6 +403,17 @@ def heating_allowance(case: Any, motion: Any, traces: Any) -> Any:
 
 
 @law(fastmath=FAST)
+def squared_current(rests: Any, rms: Any, square: Any, torque: Any, held: Any) -> Any:
+    """Squared current that heats a winding at once [A^2]: at rest all of one phase, in motion its share of the path.
+
+    ``square``: factor on squared torques; ``held``: squared torque of the most loaded phase above that of all [N^2
+    m^2].
+    """
+    turning = rms * rms + WINDING_SHARE * (square * torque * torque - rms * rms)
+    return 2.0 * square * held if rests else turning
+
+
+@law(fastmath=FAST)
 def set_currents(case: Any, constant: Any) -> None:
     """Set peak and RMS currents for a torque constant [N m/A]."""
     figures = case.figures
@@ -397,11 +424,11 @@ def set_currents(case: Any, constant: Any) -> None:
 
 
 @law
-def overload_of(case: Any, motion: Any, traces: Any, grown: Any) -> Any:
+def overload_of(case: Any, phase: Any, periods: Any, torque: Any, grown: Any) -> Any:
     """Utilisation of the amplifier's I2t overload at ``grown`` times the current."""
     scale = grown * case.safety.rms / abs(torque_constant(case.motor, case.figures.magnet_temperature))
-    scale *= 1.0 if case.setting.moves != 0.0 else motion.phase_ratio[0]
-    return overload_share(case.amplifier, traces.torque[1:-1], scale, motion.periods.step, motion.periods.edges)
+    scale *= 1.0 if case.setting.moves != 0.0 else phase[0]
+    return overload_share(case.amplifier, torque, scale, periods.step, periods.edges)
 
 
 @law(fastmath=FAST)
@@ -522,12 +549,17 @@ def applies_at_rest(case: Any) -> Any:
 
 @law(fastmath=FAST)
 def add_rows(start: Any, rows: Any, amounts: Any, out: Any) -> None:
-    """Set out = start + sum of amounts[k] * rows[k]; in a single pass for the five parameters of a drive."""
+    """Set out = start + sum of amounts[k] * rows[k]; in a single pass for two payloads and for a drive's parameters."""
     if len(amounts) == 5:
         a, b, c, d, e = amounts[0], amounts[1], amounts[2], amounts[3], amounts[4]
         r0, r1, r2, r3, r4 = rows[0], rows[1], rows[2], rows[3], rows[4]
         for t in range(len(out)):
             out[t] = start[t] + (a * r0[t] + b * r1[t] + c * r2[t] + d * r3[t] + e * r4[t])
+        return
+    if len(amounts) == 2:
+        a, b, r0, r1 = amounts[0], amounts[1], rows[0], rows[1]
+        for t in range(len(out)):
+            out[t] = start[t] + (a * r0[t] + b * r1[t])
         return
     for t in range(len(out) if len(amounts) == 0 else 0):
         out[t] = start[t]
@@ -536,7 +568,7 @@ def add_rows(start: Any, rows: Any, amounts: Any, out: Any) -> None:
 
 
 @law(fastmath=FAST)
-def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
+def set_carried(case: Any, load: Any, weight: Any, speed: Any, quick: Any) -> None:
     """Set the figures of output bearing, holding brake and load inertia; NaN if their series are unknown."""
     gear, figures, arm, wrench = case.gear, case.figures, bearing_arm(case.gear), load.wrench
     mx, my, fx, fy, fz = wrench[0], wrench[1], wrench[3], wrench[4], wrench[5]
@@ -557,9 +589,9 @@ def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
     )
     needed = known(gear.bearing_dynamic_rating + figures.bearing_static_load)
     if needed and (known(case.safety.life) or not quick):
-        mean = mean_bearing_load(gear.bearing_pitch_diameter, arm, wrench, motion)
-        fw, speed = case.safety.bearing_load_factor, case.setting.mean_speed
-        figures.bearing_life = bearing_life(gear.bearing_dynamic_rating, fw, mean, speed)
+        mean = mean_bearing_load(gear.bearing_pitch_diameter, arm, wrench, weight, speed)
+        fw, mean_speed = case.safety.bearing_load_factor, case.setting.mean_speed
+        figures.bearing_life = bearing_life(gear.bearing_dynamic_rating, fw, mean, mean_speed)
     rotor = case.motor.rotor_inertia + known_or(gear.inertia, 0.0)
     largest_inertia = inertia if len(load.inertia) > 0 else np.nan
     own = case.motor.rotor_inertia + known_or(gear.inertia - gear.stage_inertia, 0.0)  # the stages belong to the load
@@ -572,14 +604,14 @@ def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
 
 
 @law(fastmath=FAST)
-def mean_bearing_load(diameter: Any, arm: Any, wrench: Any, motion: Any) -> Any:
+def mean_bearing_load(diameter: Any, arm: Any, wrench: Any, weight: Any, speed: Any) -> Any:
     """Mean load of the output bearing over its travel, (sum |n| P^(10/3) t / sum |n| t)^(3/10) [N]."""
     worn, travel = 0.0, 0.0
     for t in range(wrench.shape[1]):
         fx, fy = wrench[3, t], wrench[4, t]
         moment = math.sqrt(moment_square(arm, wrench[0, t], wrench[1, t], fx, fy))
         load = equivalent_load(diameter, moment, math.sqrt(fx * fx + fy * fy), abs(wrench[5, t]))
-        travelled = motion.weight[t] * abs(motion.speed[t])
+        travelled = weight[t] * abs(speed[t])
         worn += travelled * wear(load, ROLLER_EXPONENT)
         travel += travelled
     return (worn / travel) ** (1.0 / ROLLER_EXPONENT) if travel > 0.0 else 0.0
@@ -722,17 +754,15 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
         heating = motion.weight[t] * torque[t] * torque[t]
         square += heating
         phase += heating * motion.phase_ratio[t] * motion.phase_ratio[t]
-        traces.load[t] = load
+        traces.load[t], traces.gear_load[t] = load, driven
     moves = case.setting.moves
-    for first, last in motion.rests:
-        rest = slice(first, last)
-        resting_load, start = at_rest(moves, mesh, inertia, joint, shaft, motion, rest, gear_torque[rest], traces)
-        largest_joint, largest_load = (
-            larger(largest_joint, resting_load),
-            larger(largest_load, resting_load * (1.0 + more * moves)),
-        )
-        largest = larger(largest, start)
-    average = average_load(traces.load, motion, more, own, case.gear.life_exponent, largest_load)
+    resting_load, start = at_rest(moves, mesh, inertia, joint, shaft, motion, gear_torque, traces)
+    largest_joint, largest_load = (
+        larger(largest_joint, resting_load),
+        larger(largest_load, resting_load * (1.0 + more * moves)),
+    )
+    largest = larger(largest, start)
+    average = average_load(traces.gear_load, motion.speed, motion.weight, case.gear.life_exponent, largest_load)
     return Mechanical(largest_load, average, largest, square, phase, largest_joint)
 
 
@@ -746,37 +776,36 @@ def gear_load(more: Any, own: Any, load: Any, speed: Any, acceleration: Any) -> 
 
 
 @law(fastmath=FAST)
-def average_load(load: Any, motion: Any, more: Any, own: Any, exponent: Any, largest_at_rest: Any) -> Any:
+def average_load(load: Any, speed: Any, weight: Any, exponent: Any, largest_at_rest: Any) -> Any:
     """(sum |n| |T|^e t / sum |n| t)^(1/e), or the largest static load if nothing turns. Its own loop needs no power
     function for e = 3.
     """
     worn, travel = 0.0, 0.0
     for t in range(len(load)):
-        speed = motion.speed[t]
-        travelled = motion.weight[t] * abs(speed)
-        worn += travelled * wear(gear_load(more, own, load[t], speed, motion.acceleration[t]), exponent)
+        travelled = weight[t] * abs(speed[t])
+        worn += travelled * wear(load[t], exponent)
         travel += travelled
     return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else largest_at_rest
 
 
 @law(fastmath=FAST)
 def at_rest(
-    moves: Any, mesh: Any, inertia: Any, joint: Any, shaft: Any, motion: Any, rest: Any, gear_torque: Any, traces: Any
+    moves: Any, mesh: Any, inertia: Any, joint: Any, shaft: Any, motion: Any, gear_torque: Any, traces: Any
 ) -> Any:
-    """Largest load and motor torque during one stretch of standstill, including breakaway if the joint ever moves."""
-    acceleration, carrier, upcoming_speed = (
-        motion.acceleration[rest],
-        motion.carrier_acceleration[rest],
-        motion.next_speed[rest],
-    )
-    torque, load, starting = traces.torque[1:-1][rest], traces.load[rest], traces.starting[rest]
+    """Largest load and motor torque during all stretches of standstill, including breakaway if the joint ever moves."""
+    accelerations, carriers, upcoming_speeds = motion.acceleration, motion.carrier_acceleration, motion.next_speed
+    torques, loads, starts, rests = traces.torque[1:-1], traces.load, traces.starting, motion.rests
     largest_load, largest = 0.0, 0.0
-    for t in range(len(gear_torque)):
-        rotor = rotor_torque(inertia, mesh.ratio, acceleration[t], carrier[t])
-        start = starting_torque(mesh, shaft, joint, gear_torque[t], upcoming_speed[t]) + rotor
-        starting[t] = larger(abs(torque[t]), abs(start) * moves)
-        loose = breakaway_friction(joint, load[t]) * moves
-        largest_load, largest = larger(largest_load, abs(load[t] + loose)), larger(largest, starting[t])
+    for i in range(len(rests)):
+        rest = slice(rests[i, 0], rests[i, 1])
+        acceleration, carrier, upcoming_speed = accelerations[rest], carriers[rest], upcoming_speeds[rest]
+        at_gear, torque, load, starting = gear_torque[rest], torques[rest], loads[rest], starts[rest]
+        for t in range(len(at_gear)):
+            rotor = rotor_torque(inertia, mesh.ratio, acceleration[t], carrier[t])
+            start = starting_torque(mesh, shaft, joint, at_gear[t], upcoming_speed[t]) + rotor
+            starting[t] = larger(abs(torque[t]), abs(start) * moves)
+            loose = breakaway_friction(joint, load[t]) * moves
+            largest_load, largest = larger(largest_load, abs(load[t] + loose)), larger(largest, starting[t])
     return largest_load, largest
 
 
@@ -797,8 +826,8 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
     figures.housing_temperature, figures.gear_loss, share = np.nan, np.nan, case.setting.gear_heat
     stated = case.setting.gear_temperature if case.setting.settles == 0.0 else np.nan
     figures.gear_temperature = stated if share == 0.0 else np.nan
-    shaft_losses(case, motion, traces)
-    set_held(motion, traces)
+    shaft_losses(case, motion.speed, traces)
+    set_held(motion.phase_ratio, traces.torque[1:-1], traces.losses.held, traces.losses.memory[0])
     if known(nodes.inner + nodes.outer):
         periods, parts, copper = motion.periods, traces.parts, copper_of(motor, ambient)
         interval_means(traces.torque[1:-1], traces.friction_loss, losses)
@@ -810,9 +839,12 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
         for i in range(len(parts)):
             first, after = periods.edges[i], periods.edges[i + 1]
             if nodes.inner > 0.0:
-                gear = settled_loss(case, nodes, motion, traces, 0, len(motion.speed), square, loss)
+                gear = settled_loss(case, nodes, motion.weight, traces.mesh_loss, traces.drag_loss, square, loss)
             else:
-                gear = settled_loss(case, nodes, motion, traces, first, after, parts[i].square, parts[i].loss)
+                gear = settled_loss(
+                    case, nodes, motion.weight[first:after], traces.mesh_loss[first:after],
+                    traces.drag_loss[first:after], parts[i].square, parts[i].loss,
+                )  # fmt: skip
             figures.gear_loss += periods.shares[i] * gear
             warmed = losses.housing[first:after]
             for t in range(len(warmed)):
@@ -843,11 +875,12 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
 
 
 @law(fastmath=FAST)
-def set_held(motion: Any, traces: Any) -> None:
+def set_held(phase: Any, torque: Any, held: Any, extra: Any) -> None:
     """Mean square torque of the most loaded phase in excess of that of the whole winding [N^2 m^2], from each sample to
     the next.
+
+    ``phase``: as ``Motion.phase_ratio``; ``extra`` is memory, (N + 1,).
     """
-    held, torque, phase, extra = traces.losses.held, traces.torque[1:-1], motion.phase_ratio, traces.losses.integrals[0]
     for t in range(len(torque)):
         extra[t] = (phase[t] * phase[t] - 1.0) * torque[t] * torque[t]
     for t in range(len(torque) - 1):
@@ -856,7 +889,7 @@ def set_held(motion: Any, traces: Any) -> None:
 
 
 @law(fastmath=FAST)
-def shaft_losses(case: Any, motion: Any, traces: Any) -> None:
+def shaft_losses(case: Any, speeds: Any, traces: Any) -> None:
     """Losses by place [W]: in the motor housing (shaft friction, brake coil, amplifier if mounted there), in mesh and
     seals, and the drag loss at the reference temperature.
 
@@ -864,29 +897,28 @@ def shaft_losses(case: Any, motion: Any, traces: Any) -> None:
     """
     shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.friction_loss
     coil, reference = known_or(case.motor.brake.power, 0.0), 1.0 / drag_factor(mesh, case.setting.gear_temperature)
-    excess_series(shaft, mesh.ratio, motion.speed, traces.shaft_excess)
+    excess_series(shaft, mesh.ratio, speeds, traces.shaft_excess)
     share, hot = case.setting.amplifier_heat, known_or(case.motor.max_winding_temperature, WARMEST)
     coil += share * known_or(case.amplifier.standby_power, 0.0)
     constant = torque_constant(case.motor, hot)
     bridge = share * conduction_loss(known_or(case.amplifier.on_resistance, 0.0), 1.0 / constant)
     for t in range(len(loss)):
-        speed = mesh.ratio * motion.speed[t]
+        speed = mesh.ratio * speeds[t]
         seal = mesh.seal * abs(speed) * (traces.drag[t] != 0.0)
         lost = bridge * traces.torque[t + 1] * traces.torque[t + 1]
         loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + coil + lost
-        traces.mesh_loss[t] = mesh_loss_power(mesh, traces.load[t], motion.speed[t]) + seal
+        traces.mesh_loss[t] = mesh_loss_power(mesh, traces.load[t], speeds[t]) + seal
         traces.drag_loss[t] = (traces.drag[t] * speed - seal) * reference
 
 
 @law(fastmath=FAST)
-def settled_loss(
-    case: Any, nodes: Any, motion: Any, traces: Any, first: Any, after: Any, square: Any, heat: Any
-) -> Any:
-    """Mean loss of a gear over some samples at the temperature that it reaches [W]; ``square``: mean square torque,
-    ``heat``: other losses in the housing [W].
+def settled_loss(case: Any, nodes: Any, weight: Any, mesh: Any, drag: Any, square: Any, heat: Any) -> Any:
+    """Mean loss of a gear over some samples at the temperature that it reaches [W].
+
+    ``mesh``, ``drag``: its losses as in ``Traces``; ``square``: mean square torque; ``heat``: other losses in the
+    housing [W].
     """
     meshed, dragged, whole, share = 0.0, 0.0, 0.0, case.setting.gear_heat
-    weight, mesh, drag = motion.weight[first:after], traces.mesh_loss[first:after], traces.drag_loss[first:after]
     for t in range(len(weight)):
         whole += weight[t]
         meshed += weight[t] * mesh[t]
@@ -942,12 +974,12 @@ def voltage_at(case: Any, motion: Any, traces: Any, cold: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def starting_voltage(case: Any, motion: Any, traces: Any) -> Any:
-    """Largest terminal voltage needed to start the joint from rest or to hold it [V]."""
+def starting_voltage(case: Any, rests: Any, winding_at: Any, torque: Any) -> Any:
+    """Largest terminal voltage to start the joint from rest or to hold it [V]; ``torque``: ``Traces.starting``."""
     largest, constant = 0.0, torque_constant(case.motor, case.figures.magnet_temperature)
     more = torque_factor(case.safety)
-    for first, last in motion.rests:
-        winding, starting = traces.losses.winding_at[first:last], traces.starting[first:last]
+    for i in range(len(rests)):
+        winding, starting = winding_at[rests[i, 0] : rests[i, 1]], torque[rests[i, 0] : rests[i, 1]]
         for t in range(len(starting)):
             hot = winding_resistance(case.motor, winding[t])
             largest = larger(largest, abs(more * hot * starting[t] / constant))
